@@ -1,4 +1,4 @@
-// The estimate of a depth image's noise, against images whose noise is known.
+// Tests the noise estimate on images with known noise.
 #include "cpu/sense.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kWidth = 320, kHeight = 240;
 
-/// Noise estimated in an image whose inverse depths differ by so much from 0.5 1/m.
+/// Noise estimated in an image whose inverse depths are 0.5 1/m plus these offsets.
 float estimatedNoise(const std::vector<float>& offsets) {
   std::vector<float> depth_m;
   for (const float offset : offsets) depth_m.push_back(1.0f / (0.5f + offset));
@@ -42,7 +42,7 @@ std::vector<float> weightedAlong(const std::vector<float>& image, bool columns,
                                  const std::vector<float>& weights) {
   std::vector<float> sums(image.size(), 0.0f);
   for (int i = 0; i < kWidth * kHeight; ++i) {
-    for (size_t k = 0; k < weights.size(); ++k) {  // on from the other side at the end
+    for (size_t k = 0; k < weights.size(); ++k) {  // wraps around at the end
       const int step = static_cast<int>(k);
       const int u = columns ? i % kWidth : (i % kWidth + step) % kWidth;
       const int v = columns ? (i / kWidth + step) % kHeight : i / kWidth;
@@ -52,7 +52,7 @@ std::vector<float> weightedAlong(const std::vector<float>& image, bool columns,
   return sums;
 }
 
-/// Scaled to a deviation of 0.001.
+/// Scaled to a standard deviation of 0.001.
 std::vector<float> smoothed(std::vector<float> image, const std::vector<float>& weights,
                             Along along = Along::kBoth) {
   if (along != Along::kColumns) image = weightedAlong(image, false, weights);
@@ -72,7 +72,7 @@ std::vector<float> bell(float sigma_px) {
   return weights;
 }
 
-/// As cameras and filters leave it.
+/// Cameras and their filters smooth the noise.
 TEST(SensedNoise, IsThatOfSmoothedImages) {
   const std::vector<float> noise = whiteNoise(0.01f);
   for (const int side_px : {1, 3, 5, 7}) {
@@ -84,7 +84,7 @@ TEST(SensedNoise, IsThatOfSmoothedImages) {
   }
 }
 
-/// Neighbours share it in a row or in a column only, as by the lines of a lidar.
+/// The noise is correlated along rows or columns only, as in the scan lines of a lidar.
 TEST(SensedNoise, IsThatOfRowsOrColumns) {
   const std::vector<float> noise = whiteNoise(0.01f);
   for (const Along along : {Along::kRows, Along::kColumns}) {
@@ -93,7 +93,7 @@ TEST(SensedNoise, IsThatOfRowsOrColumns) {
   }
 }
 
-/// An object 20 pixels wide has few lines.
+/// An object 20 pixels wide has only a few lines.
 TEST(SensedNoise, IsThatOfASmallObject) {
   std::vector<float> offsets = whiteNoise(0.001f);
   for (int i = 0; i < kWidth * kHeight; ++i) {
@@ -103,7 +103,7 @@ TEST(SensedNoise, IsThatOfASmallObject) {
   EXPECT_NEAR(estimatedNoise(offsets) / 0.001f, 1.0f, 0.3f);
 }
 
-/// Ripples of 4 mm at 2 m, 24 pixels long, over the right half, in noise of half a millimetre.
+/// The right half has ripples of 4 mm at 2 m, 24 pixels long, in noise of half a millimetre.
 TEST(SensedNoise, IsNotTheDetailOfSurfaces) {
   constexpr float kNoise = 1.25e-4f;
   std::vector<float> offsets = whiteNoise(kNoise);

@@ -1,5 +1,5 @@
-"""scripts/compare on a small model, with a peer that is known and one that is missing. The folder of the
-programs is in $DTSDF_PROGRAMS."""
+"""Tests scripts/compare on a small model, with a fake peer and a missing one. The programs are in
+$DTSDF_PROGRAMS."""
 import os
 import pathlib
 import struct
@@ -12,7 +12,7 @@ SCRIPT = pathlib.Path(__file__).resolve().parents[3] / "scripts" / "compare"
 CORNERS = [(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]
 TRIANGLES = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6),
              (0, 6, 4), (1, 5, 7), (1, 7, 3)]
-# A peer that returns the truth.
+# A peer that returns the ground truth.
 PEER = """#!/bin/sh
 cp "$(dirname "$1")/asian_dragon_8/gt.ply" "$5"
 echo '{"version": "1", "fuse_ms": 2.5, "whole_mesh_ms": 40, "memory_mib": 7}'
@@ -47,7 +47,7 @@ class Compare(unittest.TestCase):
             self.assertEqual([row[1] for row in rows], mappers + mappers)
             self.assertEqual(rows[2][2:], ["2.50", "–", "40.0", "7.00", "0.00", "0.00", "–"])
             self.assertEqual(rows[5][2:], ["0.00", "0.00", "100.0", "0.00", "100.0", "100.0"])
-            self.assertLess(float(rows[0][2]), float(rows[0][3]))  # fusion is less than fusion and mesh
+            self.assertLess(float(rows[0][2]), float(rows[0][3]))  # fusion; with mesh
             self.assertLess(float(rows[0][6]), 2.0)
 
 

@@ -10,8 +10,8 @@ namespace {
 ViewCamera smallCamera() { return {{4, 4, 1.5f, 0.5f}, 4, 2}; }
 
 /// One of the first eight pixels is not measured, and one shows a hole; the mesh is off by -70 and
-/// -40 mm at 1 m, by -70 and +70 at 2 m, by +60 at 1 m and by +300 at 10 m, which is 3 %. One pixel
-/// of the second image is measured, and off by half a metre.
+/// -40 mm at 1 m, by -70 and +70 mm at 2 m, by +60 mm at 1 m and by +300 mm at 10 m, which is 3 %.
+/// One pixel of the second image is measured, and is off by half a metre.
 TEST(DepthComparison, TellsInFrontFromBehindAlsoOfMergedImages) {
   DepthComparison all(1), other(1);
   all.add({1, 1, 2, 2, 1, 10, 1, 0}, {0.93f, 0.96f, 1.93f, 2.07f, 1.06f, 10.3f, 0, 1},
@@ -21,7 +21,7 @@ TEST(DepthComparison, TellsInFrontFromBehindAlsoOfMergedImages) {
   const nlohmann::json json = nlohmann::json::parse(all.toJson());
   EXPECT_EQ(json.at("images"), 2);
   EXPECT_EQ(json.at("measured_pixels"), 8);
-  EXPECT_EQ(json.at("covered_share"), 7.0 / 8.0) << "a hole in the mesh is never within";
+  EXPECT_EQ(json.at("covered_share"), 7.0 / 8.0) << "a hole in the mesh is never within a distance";
   EXPECT_EQ(json.at("share_within_1_percent"), 0.0);
   EXPECT_EQ(json.at("share_within_5_percent"), 4.0 / 8.0);
   EXPECT_EQ(json.at("share_in_front_5_percent"), 1.0 / 8.0);

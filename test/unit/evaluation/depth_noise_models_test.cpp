@@ -1,4 +1,4 @@
-/// The parts of the noise models of time-of-flight and stereo cameras, by hand-computed cases.
+/// Tests the noise models of time-of-flight and stereo cameras on cases computed by hand.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,10 +12,10 @@ namespace {
 
 constexpr int kWidth = 300, kHeight = 40;
 
-/// 525 pixels of focal length and 50 mm of baseline: the disparity is 26.25 / z.
+/// Focal length 525 pixels, baseline 50 mm: the disparity in pixels is 26.25 / z.
 ViewCamera camera() { return {{525.0f, 525.0f, 149.5f, 19.5f}, kWidth, kHeight}; }
 
-/// Seen frontally, with a depth by column.
+/// A frontal view with one depth per column.
 template <class DepthOfColumn>
 DepthView viewOf(DepthOfColumn depth) {
   DepthView view;
@@ -30,7 +30,7 @@ DepthView wall(float z_m) {
   return viewOf([=](int) { return z_m; });
 }
 
-/// Without what is lost, of a wall's noisy image.
+/// Standard deviation of the noisy depths of a wall, without missing pixels.
 double sigmaOf(DepthNoise noise, float wall_m) {
   double squares = 0.0;
   int count = 0;
@@ -53,18 +53,18 @@ TEST(DepthNoiseModels, SameSeedSameNoise) {
   }
 }
 
-/// The figures of the source: 1.3 mm at 1 m, 1.7 mm at 2 m, 4.3 mm at 4 m, all frontal.
+/// The published figures: 1.3 mm at 1 m, 1.7 mm at 2 m, 4.3 mm at 4 m, all frontal.
 TEST(DepthNoiseModels, TimeOfFlightFollowsTheCitedFormula) {
   EXPECT_NEAR(tofAxialSigma(1.0, 0.0), 0.0013, 1e-12);
   EXPECT_NEAR(tofAxialSigma(2.0, 0.0), 0.0017, 1e-12);
   EXPECT_NEAR(tofAxialSigma(4.0, 0.0), 0.0043, 1e-12);
-  const double eighth_turn = std::atan(1.0);  // half of a right angle: the slant's quotient is 1
+  const double eighth_turn = std::atan(1.0);  // 45 degrees: the slant term is 1
   EXPECT_NEAR(tofAxialSigma(4.0, eighth_turn), 0.0043 + 0.0008, 1e-12);
   EXPECT_TRUE(std::isfinite(tofAxialSigma(4.0, 1.5707963)));
   EXPECT_NEAR(sigmaOf(DepthNoise::kTof, 2.0f), 0.0017, 5e-5);
 }
 
-/// Half of 1 m, half of 3 m, which returns a ninth of the light: (1 + 3 / 9) / (1 + 1 / 9).
+/// Half the light from 1 m, half from 3 m with a ninth of the amplitude: (1 + 3 / 9) / (1 + 1 / 9).
 TEST(DepthNoiseModels, MixedDepthsAreWeightedByAmplitude) {
   EXPECT_NEAR(mixDepths(1.0f, 3.0f, 0.5f), 1.2f, 1e-6f);
   EXPECT_NEAR(mixDepths(3.0f, 1.0f, 0.5f), 1.2f, 1e-6f);
@@ -78,7 +78,8 @@ TEST(DepthNoiseModels, PixelsMixAtEdgesOnly) {
   for (size_t i = 0; i < mixed_m.size(); ++i) {
     const size_t u = i % kWidth;
     if (u == 149 || u == 150) {
-      ASSERT_GE(mixed_m[i], u == 149 ? 1.0f : 1.2f) << "no pixel sees more than half of the other";
+      ASSERT_GE(mixed_m[i], u == 149 ? 1.0f : 1.2f)
+          << "no pixel is more than half of the other surface";
       ASSERT_LE(mixed_m[i], u == 149 ? 1.2f : 3.0f);
       if (mixed_m[i] > 1.02f && mixed_m[i] < 2.98f) ++in_between;
     } else {
@@ -103,9 +104,10 @@ TEST(DepthNoiseModels, SubpixelsAreStepsOfTheDisparity) {
   }
 }
 
-/// A thing with a disparity of 20 pixels at columns 100 to 199 before a wall with 5: the right
-/// camera has it at 80 to 179, where the wall's columns 85 to 184 would be. Those left of the thing
-/// are hidden, 85 to 99; and the wall's first five lie beside the right image.
+/// An object with a disparity of 20 pixels at columns 100 to 199, before a wall with a disparity of
+/// 5. In the right image the object is at columns 80 to 179, where the wall's columns 85 to 184
+/// would be. Of these, 85 to 99 are hidden; the wall's first five columns are outside of the right
+/// image.
 TEST(DepthNoiseModels, WhatTheSecondCameraDoesNotSeeIsLost) {
   const float near_m = 26.25f / 20.0f, far_m = 26.25f / 5.0f;
   const DepthView view = viewOf([=](int u) { return u >= 100 && u < 200 ? near_m : far_m; });

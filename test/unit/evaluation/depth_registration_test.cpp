@@ -45,7 +45,7 @@ TEST(DepthRegistration, FindsThePoseInARoomCorner) {
   EXPECT_LT(turnBetween_rad(found, truth), 0.005 * kDegree);
 }
 
-/// A box that is measured before the corner and is not in the mesh, in a sixth of the image.
+/// A sixth of the image shows a box in front of the corner, which the mesh does not contain.
 TEST(DepthRegistration, PassesOverWhatTheMeshDoesNotHave) {
   const MeshScene scene(makeRoomCorner());
   const Eigen::Isometry3d truth = lookIntoCorner();

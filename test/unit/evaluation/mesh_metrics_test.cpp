@@ -32,7 +32,7 @@ TEST(DistanceStats, KnownAnswers) {
   EXPECT_EQ(stats.count, 4u);
   EXPECT_DOUBLE_EQ(stats.rmse_m, std::sqrt(26.0 / 4.0));
   EXPECT_DOUBLE_EQ(stats.mean_m, 2.0);
-  EXPECT_DOUBLE_EQ(stats.median_m, 3.0) << "the upper of the two in the middle";
+  EXPECT_DOUBLE_EQ(stats.median_m, 3.0) << "not the upper of the two middle values";
   EXPECT_DOUBLE_EQ(stats.max_m, 4.0);
   std::vector<double> ramp;
   for (int i = 0; i < 100; ++i) ramp.push_back(i);
@@ -71,7 +71,7 @@ TEST(Evaluation, JsonIsInMillimetres) {
   EXPECT_EQ(json["topology"]["boundary_edges"].get<int>(), 4);
 }
 
-/// One camera at z = 3 looks down on a cube: its top is seen, a sixth of its area.
+/// A camera at z = 3 looks down on a cube and sees only its top, a sixth of its area.
 TEST(SeenByViews, OnlyWhatFacesTheCamera) {
   const MeshScene cube(makeCube(0.5f));
   const SurfaceSamples samples = sampleSurface(cube.mesh(), 60000, 1);
@@ -80,19 +80,19 @@ TEST(SeenByViews, OnlyWhatFacesTheCamera) {
   const std::vector<bool> seen = seenByViews(cube, samples, views);
   for (size_t i = 0; i < seen.size(); ++i) {
     const bool on_top = samples.triangles[i] / 2 == 1;
-    if (!on_top && samples.points[i].z() > 0.499f) continue;  // the edge belongs to both
+    if (!on_top && samples.points[i].z() > 0.499f) continue;  // the edge belongs to both faces
     ASSERT_EQ(seen[i], on_top) << samples.points[i].transpose();
   }
 }
 
 TEST(SeenByViews, NotWhatIsHiddenOrOutsideTheImage) {
-  // A sheet from x = -1 to 1, its right half hidden from above by another.
+  // A sheet from x = -1 to 1, with its right half hidden from above by another.
   const MeshScene sheets(
       joined(makeRectangle(-1, -1, 1, 1, 0), makeRectangle(0, -2, 2, 2, 0.001f)));
   const SurfaceSamples samples = sampleSurface(sheets.mesh(), 20000, 1);
   Views views;
   views.poses_W_C = {lookAt({0, 0, 2}, {0, 0, 0}, Eigen::Vector3d::UnitY())};
-  views.camera.width = 525;  // half a metre to either side at a distance of 2 m
+  views.camera.width = 525;  // half a metre to each side at a distance of 2 m
   views.camera.height = 525;
   views.camera.intrinsics = {1050, 1050, 262, 262};
   const std::vector<bool> seen = seenByViews(sheets, samples, views);
@@ -107,13 +107,13 @@ TEST(SeenByViews, NotWhatIsHiddenOrOutsideTheImage) {
   EXPECT_NEAR(static_cast<double>(count), 20000.0 * 1.0 / 12.0, 100.0);
 }
 
-/// What lies out of the sensor's range or was lost is not held against the reconstruction.
+/// Surfaces out of range and lost pixels do not count against the reconstruction.
 TEST(SeenByViews, NotWhereNothingWasMeasured) {
   const TemporaryFolder folder;
   const MeshScene sheet(makeRectangle(-0.5f, -0.5f, 0.5f, 0.5f, 0));
   const std::vector<Eigen::Isometry3d> poses_W_C = {
       lookAt({0, 0, 2}, {0, 0, 0}, Eigen::Vector3d::UnitY())};
-  std::vector<float> depth_m;  // nothing to the left, something else to the right
+  std::vector<float> depth_m;  // nothing measured on the left, something else on the right
   for (int i = 0; i < 640 * 480; ++i) {
     const int u = i % 640;
     depth_m.push_back(u < 280 ? 0.0f : u < 360 ? 2.03f : 1.5f);
@@ -138,8 +138,8 @@ TEST(MeshTopology, ClosedAndOpen) {
   EXPECT_EQ(meshTopology(makeSphere(0.5f, 12)).boundary_edges, 0u);
 }
 
-/// A sheet of squares of 0.1 m, none of which shares vertices with another, without those at the
-/// given columns and rows.
+/// A sheet of separate squares of 0.1 m, which share no vertices, without the squares at the given
+/// columns and rows.
 TriangleMesh makePiercedSheet(int side, const std::set<std::pair<int, int>>& missing) {
   TriangleMesh sheet;
   const auto at = [](int i) { return 0.1f * static_cast<float>(i); };
@@ -158,22 +158,22 @@ TEST(MeshTopology, BorderEdgesAndSmallHolesAreThoseOfJoinedVertices) {
     return std::pair(topology.border_edges, topology.small_holes);
   };
   using Counts = std::pair<size_t, size_t>;
-  EXPECT_EQ(of({}), Counts(80, 0)) << "the outer border is a loop of 80";
+  EXPECT_EQ(of({}), Counts(80, 0)) << "the outer border has 80 edges";
   EXPECT_EQ(of({{5, 5}, {9, 9}, {10, 9}}), Counts(80 + 4 + 6, 2));
-  EXPECT_EQ(of({{5, 5}, {6, 6}}), Counts(80 + 8, 2)) << "two that touch at a corner";
+  EXPECT_EQ(of({{5, 5}, {6, 6}}), Counts(80 + 8, 2)) << "two holes that touch at a corner";
   EXPECT_EQ(of({{5, 0}}), Counts(82, 0)) << "a notch is part of the border";
   std::set<std::pair<int, int>> line;
   for (int i = 0; i < 7; ++i) line.insert({5 + i, 5});
-  EXPECT_EQ(of(line), Counts(80 + 16, 1)) << "the longest loop that is small";
+  EXPECT_EQ(of(line), Counts(80 + 16, 1)) << "the longest loop that counts as small";
   line.insert({12, 5});
   EXPECT_EQ(of(line), Counts(80 + 18, 0));
   EXPECT_EQ(meshTopology(makeCube(0.5f)).border_edges, 0u);
-  EXPECT_EQ(meshTopology(makePiercedSheet(20, {})).boundary_edges, 1600u) << "nothing is joined";
+  EXPECT_EQ(meshTopology(makePiercedSheet(20, {})).boundary_edges, 1600u) << "squares were joined";
 }
 
 TEST(MeshTopology, ComponentsAreJoinedByVertices) {
   TriangleMesh mesh = joined(makeCube(0.5f), makeCube(0.5f));
-  EXPECT_EQ(meshTopology(mesh).components, 2u) << "touching vertices are not welded";
+  EXPECT_EQ(meshTopology(mesh).components, 2u) << "touching vertices were welded";
   mesh.triangles.push_back({0, 1, 12});
   EXPECT_EQ(meshTopology(mesh).components, 1u);
 }

@@ -20,7 +20,7 @@ class Ply : public testing::Test {
   std::string errorFor(const std::string& bytes) {
     const std::string path = write(bytes);
     const std::string error = errorOf([&] { readPly(path); });
-    EXPECT_NE(error.find(path), std::string::npos) << "the file is named";
+    EXPECT_NE(error.find(path), std::string::npos) << "the error does not name the file";
     return error;
   }
 
@@ -73,7 +73,7 @@ TEST_F(Ply, RefusesWhatIsNotAMesh) {
 
 TEST(TriangleMesh, IsCentredAndScaled) {
   TriangleMesh mesh = moved(makeCube(2.0f), {5, 6, 7});
-  mesh.vertices[0].x() -= 4.0f;  // longest side 8 along x
+  mesh.vertices[0].x() -= 4.0f;  // longest side: 8, along x
   centreAndScale(mesh, 1.0f);
   Eigen::Vector3f low = mesh.vertices[0], high = low;
   for (const auto& p : mesh.vertices) {
@@ -85,7 +85,7 @@ TEST(TriangleMesh, IsCentredAndScaled) {
 }
 
 TEST(TriangleMesh, SamplesAreUniformByArea) {
-  // A large and a small rectangle, 9 to 1.
+  // A large and a small rectangle with areas 9 to 1.
   const TriangleMesh mesh = joined(makeRectangle(0, 0, 3, 3, 0), makeRectangle(0, 0, 1, 1, 1));
   const SurfaceSamples samples = sampleSurface(mesh, 100000, 3);
   ASSERT_EQ(samples.points.size(), 100000u);

@@ -11,7 +11,7 @@
 namespace dtsdf {
 namespace {
 
-/// Mean and deviation of the pixels that are there.
+/// Mean and standard deviation of the measured pixels.
 struct DepthStats {
   double mean_m = 0.0, sigma_m = 0.0, share = 0.0;
 };
@@ -41,7 +41,7 @@ TEST(Orbit, PosesLookAtTheOrigin) {
       EXPECT_TRUE(T_W_C.linear().isUnitary(1e-9));
       EXPECT_NEAR(T_W_C.linear().determinant(), 1.0, 1e-9);
       EXPECT_LT((T_W_C * Eigen::Vector3d(0, 0, 2)).norm(), 1e-9);
-      EXPECT_LE(T_W_C.linear()(1, 1), 1e-9) << "the image's down is not up in the world";
+      EXPECT_LE(T_W_C.linear()(1, 1), 1e-9) << "the image is upside down";
     }
   }
 }
@@ -114,7 +114,7 @@ TEST(TumDepth, RoundsAndRefusesWhatDoesNotFit) {
             (std::vector<uint16_t>{0, 5000, 5001, 0, 0}));
 }
 
-/// The paper's figures: 1.2 mm at 0.4 m, 6.1 mm at 2 m, both frontal; 0.8 pixels to the side.
+/// The paper's figures: 1.2 mm at 0.4 m, 6.1 mm at 2 m, both frontal; 0.8 pixels laterally.
 TEST(DepthNoise, FollowsTheCitedFormulas) {
   EXPECT_NEAR(axialSigma(0.4, 0.0), 0.0012, 1e-12);
   EXPECT_NEAR(axialSigma(2.0, 0.5), 0.0012 + 0.0019 * 2.56, 1e-12);
@@ -122,7 +122,7 @@ TEST(DepthNoise, FollowsTheCitedFormulas) {
   EXPECT_NEAR(lateralSigma(0.0), 0.8, 1e-12);
   EXPECT_TRUE(std::isfinite(axialSigma(2.0, 1.5707963)));
   const DepthStats stats = statsOf(addNoise(frontalView(), {}, DepthNoise::kKinect, 1));
-  const double step_m = 4.0 / 315.0;  // of the disparity, at 2 m
+  const double step_m = 4.0 / 315.0;  // one step of disparity at 2 m
   EXPECT_NEAR(stats.mean_m, 2.0, 1e-3);
   EXPECT_NEAR(stats.sigma_m, std::hypot(axialSigma(2.0, 0.0), step_m / std::sqrt(12.0)), 2e-4);
   EXPECT_DOUBLE_EQ(stats.share, 1.0);
@@ -153,9 +153,9 @@ TEST(DepthNoise, LosesFlatAnglesAndEdges) {
   for (size_t i = 0; i < depth_m.size(); ++i) {
     if (depth_m[i] > 0.0f) continue;
     ++lost;
-    ASSERT_NEAR(i % 640, 319.5, 5.0) << "a few pixels beside the edge, as noise across has it";
+    ASSERT_NEAR(i % 640, 319.5, 5.0) << "lost far from the edge";
   }
-  EXPECT_NEAR(lost, 480, 60) << "about half of both columns";
+  EXPECT_NEAR(lost, 480, 60) << "about half of the two columns are lost";
 }
 
 }  // namespace

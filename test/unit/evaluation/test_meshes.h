@@ -1,4 +1,4 @@
-/// Meshes whose figures are known exactly.
+/// Meshes with exactly known figures.
 #pragma once
 
 #include <cmath>
@@ -15,14 +15,14 @@ inline void addQuad(TriangleMesh& mesh, const Eigen::Vector3f& a, const Eigen::V
   mesh.triangles.push_back({first, first + 2, first + 3});
 }
 
-/// A rectangle from (x0, y0) to (x1, y1) at height z that faces up.
+/// A rectangle from (x0, y0) to (x1, y1) at height z, facing up.
 inline TriangleMesh makeRectangle(float x0, float y0, float x1, float y1, float z) {
   TriangleMesh mesh;
   addQuad(mesh, {x0, y0, z}, {x1, y0, z}, {x1, y1, z}, {x0, y1, z});
   return mesh;
 }
 
-/// A closed cube with shared vertices, of side 2 * half about the origin, facing outwards.
+/// A closed cube with shared vertices and side 2 * half, centred at the origin, facing outwards.
 inline TriangleMesh makeCube(float half) {
   TriangleMesh mesh;
   for (int i = 0; i < 8; ++i) {
@@ -37,7 +37,7 @@ inline TriangleMesh makeCube(float half) {
   return mesh;
 }
 
-/// A sphere about the origin in `rings` rings of twice as many facets; its vertices lie on it.
+/// A sphere centred at the origin, with `rings` rings of 2 * rings facets; the vertices lie on it.
 inline TriangleMesh makeSphere(float radius_m, uint32_t rings) {
   constexpr double kPi = 3.14159265358979323846;
   TriangleMesh mesh;
@@ -52,7 +52,7 @@ inline TriangleMesh makeSphere(float radius_m, uint32_t rings) {
     }
   }
   const auto index = [&](uint32_t i, uint32_t k) {
-    const bool pole = i == 0 || i == rings;  // all of a pole's facets share one vertex
+    const bool pole = i == 0 || i == rings;  // all facets of a pole share one vertex
     return i * columns + (pole ? 0 : k % columns);
   };
   for (uint32_t i = 0; i < rings; ++i) {

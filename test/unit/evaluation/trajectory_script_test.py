@@ -1,5 +1,5 @@
-"""scripts/evaluate_trajectory against errors that are known, and on recordings of a room. The folder of
-the programs is in $DTSDF_PROGRAMS."""
+"""Tests scripts/evaluate_trajectory with known errors and on recordings of a room. The programs are
+in $DTSDF_PROGRAMS."""
 import math
 import os
 import pathlib
@@ -31,7 +31,7 @@ def evaluate(*arguments):
 
 
 def helix(offset_m=0.0):
-    """A moved and turned helix; every second pose lies `offset_m` above it, the others below."""
+    """A transformed helix with poses alternately `offset_m` above and below it."""
     turn = math.radians(30.0)
     for i in range(40):
         x, y = math.cos(0.3 * i), math.sin(0.3 * i)
@@ -65,10 +65,10 @@ class EvaluateTrajectory(unittest.TestCase):
         figures = self.figures(0.02)
         self.assertAlmostEqual(float(figures["ate_rmse_m"]), 0.02, delta=3e-4)
         self.assertAlmostEqual(float(figures["ate_mean_m"]), 0.02, delta=3e-4)
-        # Up by 0.04 m and down by it, in turn.
+        # Alternately 0.04 m up and down.
         self.assertAlmostEqual(float(figures["rpe_image_m"]), 0.04, delta=1e-5)
         self.assertAlmostEqual(float(figures["rpe_image_deg"]), 0.0, delta=1e-3)
-        self.assertLess(float(figures["rpe_second_m"]), 1e-5)  # 30 images: an even number
+        self.assertLess(float(figures["rpe_second_m"]), 1e-5)  # 30 images, an even number
 
     def test_wrong_files_are_named(self):
         write(self.truth, (true for true, _ in helix()))
@@ -79,14 +79,14 @@ class EvaluateTrajectory(unittest.TestCase):
 
 
 def pose_of(step):
-    """The camera moves by 25 mm and turns by a degree an image."""
+    """The camera moves by 25 mm and turns by one degree per image."""
     turn = math.radians(step)
     return np.array([[math.cos(turn), 0, math.sin(turn), 0.02 * step], [0, 1, 0, 0.01 * step],
                      [-math.sin(turn), 0, math.cos(turn), 0.01 * step], [0, 0, 0, 1]])
 
 
 def render(pose):
-    """Depth in metres, in a room of 3 x 2.4 x 4 m with three balls."""
+    """Depth in metres of a room of 3 x 2.4 x 4 m with three balls."""
     v, u = np.mgrid[0:HEIGHT, 0:WIDTH]
     rays = np.stack([(u - CX) / FOCAL, (v - CY) / FOCAL, np.ones_like(u)], axis=-1) @ pose[:3, :3].T
     eye = pose[:3, 3]

@@ -51,7 +51,7 @@ TEST(CompressedDepth, SixteenBitsAreExact) {
   }
 }
 
-// As the transport rounds: quantised inverse depth, with the parameters of its default.
+// Rounds like the transport: inverse depth, quantised with its default parameters.
 TEST(CompressedDepth, ThirtyTwoBitsAreInverseDepths) {
   const float scale = 100.0f * 101.0f, offset = 1.0f - scale / 10.0f;
   cv::Mat inverse(1, 4, CV_16UC1, cv::Scalar(0));

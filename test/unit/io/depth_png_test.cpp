@@ -18,12 +18,12 @@ std::vector<uint8_t> encode(const cv::Mat& image) {
 
 TEST(DepthPng, ShortBytesAreAnError) {
   const std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, CV_16UC1, cv::Scalar(7)));
-  for (size_t size = 0; size + 12 < bytes.size(); ++size) {  // 12: the end mark is no loss
+  for (size_t size = 0; size + 12 < bytes.size(); ++size) {  // the end chunk may be missing
     EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), size); }), "") << size;
   }
 }
 
-/// Depth is no brightness, whatever programs write beside it.
+/// Gamma is for brightness; depth ignores it, even if a program writes it.
 TEST(DepthPng, AGammaChangesNothing) {
   std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, CV_16UC1, cv::Scalar(1234)));
   const std::string gamma("\0\0\0\4gAMA\0\0\xb1\x8f\x0b\xfc\x61\x05", 16);
@@ -33,9 +33,9 @@ TEST(DepthPng, AGammaChangesNothing) {
 }
 
 TEST(DepthPng, SizesAreCheckedBeforeMemoryIsTaken) {
-  // All black, so that a few bytes stand for what is one row too large.
+  // All black, so that a file of one row too many is small.
   std::vector<uint8_t> bytes = encode(cv::Mat(4097, 2048, CV_16UC1, cv::Scalar(0)));
-  bytes.resize(1000);  // the size is told before that the rest is missing
+  bytes.resize(1000);  // the size is checked before the missing rest
   EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), bytes.size()); }).find("2048 x 4097"),
             std::string::npos);
   const TemporaryFolder folder;

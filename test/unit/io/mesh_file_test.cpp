@@ -23,7 +23,7 @@ Mesh makeMesh() {
   return mesh;
 }
 
-/// Takes little-endian numbers off the front of a text.
+/// Consumes little-endian numbers from the front of a text.
 class FrontOfText {
  public:
   explicit FrontOfText(std::string bytes) : bytes_(std::move(bytes)) {}
@@ -97,7 +97,8 @@ TEST_F(MeshFile, PlyHoldsPositionsNormalsColoursAndFaces) {
   EXPECT_EQ(body.left(), 0u);
 }
 
-/// Each format as it can: .ply in double, .obj in digits, .glb by its translation, .stl in floats.
+/// The precision depends on the format: .ply in doubles, .obj in digits, .glb by a translation,
+/// .stl in floats.
 TEST_F(MeshFile, PositionsFarAwayAreHeldAsTheFormatCan) {
   EXPECT_EQ(lossInFormat(mesh_, "mesh.stl"), "");
   mesh_.origin_m = {40000.0, -3.0, 0.0};
@@ -133,7 +134,7 @@ TEST_F(MeshFile, PositionsFarAwayAreHeldAsTheFormatCan) {
   EXPECT_NE(loss.find(".ply"), std::string::npos) << loss;
 }
 
-/// Colours of images, in both formats that have colours.
+/// Colours from images, in both formats that support colours.
 TEST_F(MeshFile, ColoursOfImagesAreSaved) {
   mesh_.colours = {{255, 0, 51, 255}, {1, 2, 3, 255}, {4, 5, 6, 255}, {0, 0, 0, 0}};
   saveMesh(mesh_, MeshColour::kAuto, folder_ / "mesh.ply");
@@ -165,7 +166,7 @@ TEST_F(MeshFile, ObjHoldsPositionsNormalsAndFaces) {
   ASSERT_EQ(positions.size(), mesh_.vertices_m.size());
   ASSERT_EQ(normals.size(), mesh_.normals.size());
   for (size_t i = 0; i < positions.size(); ++i) {
-    expectEqual(positions[i], mesh_.vertices_m[i]);  // digits enough for the same float
+    expectEqual(positions[i], mesh_.vertices_m[i]);  // enough digits for the same float
     expectEqual(normals[i], mesh_.normals[i]);
   }
   EXPECT_EQ(faces, (std::vector<std::string>{"f 1//1 2//2 3//3", "f 1//1 3//3 4//4"}));
@@ -196,7 +197,8 @@ TEST_F(MeshFile, ExtensionChoosesTheFormatInAnyCase) {
   }
 }
 
-/// The files are compared by a reader in another language that knows nothing but the specification.
+/// An independent reader in another language, written from the specification alone, compares the
+/// files.
 TEST_F(MeshFile, GlbKeepsToItsRulesAndShowsWhatPlyShows) {
   const auto expectAlike = [&](MeshColour colour) {
     const std::string glb = folder_ / "mesh.glb", ply = folder_ / "mesh.ply";
@@ -207,7 +209,7 @@ TEST_F(MeshFile, GlbKeepsToItsRulesAndShowsWhatPlyShows) {
               mostGlbBytes(mesh_.vertices_m.size(), mesh_.triangles.size()));
   };
   expectAlike(MeshColour::kNormal);
-  mesh_.vertices_m.push_back({0.3f, 0.7f, 11.0f});  // an odd number of everything
+  mesh_.vertices_m.push_back({0.3f, 0.7f, 11.0f});  // odd counts of everything
   mesh_.normals.push_back({0, -1, 0});
   mesh_.triangles.push_back({{2, 3, 4}});
   mesh_.colours = {{255, 0, 51, 255}, {1, 2, 3, 255}, {4, 5, 6, 255}, {0, 0, 0, 0}, {9, 9, 9, 255}};
@@ -215,13 +217,13 @@ TEST_F(MeshFile, GlbKeepsToItsRulesAndShowsWhatPlyShows) {
   mesh_.origin_m = {4.0e5, -3.0e6, 0.1};
   for (Vec3f& p : mesh_.vertices_m) p = {p.x + 5000.3f, p.y - 77.7f, p.z};
   expectAlike(MeshColour::kImage);
-  // As averages of opposite ones are, where a surface is as thin as a voxel.
+  // The mean of opposite normals, where a surface is as thin as a voxel.
   mesh_.normals[0] = {0, 0, 0};
   mesh_.normals[1] = {0, 3, 4};
   expectAlike(MeshColour::kImage);
 }
 
-/// Without making one of that size: what is asked before anything is written.
+/// The size check before writing; no such file is made.
 TEST(Glb, HoldsFourGibibytes) {
   EXPECT_LT(mostGlbBytes(60'000'000, 120'000'000), kMostGlbBytes);
   EXPECT_GT(mostGlbBytes(80'000'000, 160'000'000), kMostGlbBytes);

@@ -1,4 +1,4 @@
-/// Colour images of recordings; what the layouts have of them is in the formats' own tests.
+/// Colour images of recordings; the tests of the formats cover the layouts.
 #include <gtest/gtest.h>
 
 #include "dtsdf_mapping/io/rate_limit.h"
@@ -14,7 +14,7 @@ class RecordedColoursTest : public testing::Test {
   void SetUp() override {
     writeTumFolder(folder_, 3);
     std::filesystem::create_directories(folder_ / "rgb");
-    // Blue, green, red for OpenCV. Not in the order of stamps, and the last one without a pose.
+    // Blue, green, red for OpenCV. Not sorted by stamp; the last one has no pose.
     cv::imwrite(folder_ / "rgb/a.png", cv::Mat(kTumHeight, kTumWidth, CV_8UC3, {10, 20, 30}));
     cv::imwrite(folder_ / "rgb/b.jpg", cv::Mat(kTumHeight, kTumWidth, CV_8UC3, {200, 100, 50}));
     writeBytes(folder_ / "rgb.txt",
@@ -94,7 +94,7 @@ TEST_F(RecordedColoursTest, ADamagedFileIsAnErrorAndAMissingOneIsCounted) {
   EXPECT_EQ(source->skipped().at("colour images: no such file"), 1u);
 }
 
-/// Whatever PNG and JPEG hold becomes 8 bits of red, green and blue.
+/// All pixel types of PNG and JPEG become 8 bits of red, green and blue.
 TEST_F(RecordedColoursTest, OtherKindsOfPixels) {
   const auto first = [&](const std::string& name, const cv::Mat& image) {
     cv::imwrite(folder_ / name, image);
@@ -119,17 +119,17 @@ TEST_F(RecordedColoursTest, InterlacedImagesOf16BitsAreRefused) {
   EXPECT_NE(error.find("without interlace"), std::string::npos) << error;
 }
 
-/// TurboJPEG knows the usual ones.
+/// TurboJPEG supports only the usual ones.
 TEST_F(RecordedColoursTest, UnusualSubsamplingIsNamed) {
   std::string file = readBytes(folder_ / "rgb/b.jpg");
   const size_t frame = file.find("\xff\xc0");
   ASSERT_NE(frame, std::string::npos);
-  file[frame + 11] = 0x31;  // 3 x 1 pixels of brightness to one of colour
+  file[frame + 11] = 0x31;  // 3 x 1 luma samples per chroma sample
   writeBytes(folder_ / "rgb/b.jpg", file);
   EXPECT_NE(error().find("subsampling"), std::string::npos) << error();
 }
 
-/// A file cut off anywhere is told, not read in part.
+/// A truncated file is an error at any length and is not read in part.
 TEST_F(RecordedColoursTest, CutFilesAreDamaged) {
   for (const std::string name : {"rgb/a.png", "rgb/b.jpg"}) {
     cv::Mat image(40, 60, CV_8UC3);
@@ -166,8 +166,8 @@ TEST(RateLimit, BeginsAnewAfterGapsAndJumps) {
   EXPECT_TRUE(limit.takes(100.0));
   EXPECT_FALSE(limit.takes(100.05));
   EXPECT_TRUE(limit.takes(107.0));
-  EXPECT_FALSE(limit.takes(107.05)) << "nothing is caught up";
-  EXPECT_TRUE(limit.takes(5.0)) << "a bag that loops";
+  EXPECT_FALSE(limit.takes(107.05)) << "missed images are not made up for";
+  EXPECT_TRUE(limit.takes(5.0)) << "stamps go back when a bag loops";
   EXPECT_FALSE(limit.takes(5.05));
 }
 

@@ -57,14 +57,16 @@ TEST_F(Recording, OfPosesOnlyTheFirstNeedsToBeThere) {
   options_.first_pose_only = true;
   options_.selection.first = 1;
   for (const SourceFrame& frame : readAll(*openRecording(options_))) {
-    EXPECT_EQ(frame.depth.T_W_C.translation().x(), 1.0) << "that of the first image selected";
+    EXPECT_EQ(frame.depth.T_W_C.translation().x(), 1.0)
+        << "not the pose of the first selected image";
   }
   std::filesystem::remove(folder_ / "groundtruth.txt");
   const std::vector<SourceFrame> frames = readAll(*openRecording(options_));
   ASSERT_EQ(frames.size(), 2u);
   EXPECT_TRUE(frames[0].depth.T_W_C.isApprox(Eigen::Isometry3d::Identity(), 0.0));
   options_.poses_path = folder_ / "none.tum";
-  EXPECT_NE(readingErrorOf(options_).find("none.tum"), std::string::npos) << "asked for by name";
+  EXPECT_NE(readingErrorOf(options_).find("none.tum"), std::string::npos)
+      << "a file given by name may not be missing";
 }
 
 TEST_F(Recording, PosesFromElsewhereGoByNumberWhereThereAreNoStamps) {

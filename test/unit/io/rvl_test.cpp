@@ -18,8 +18,8 @@ Pixels throughTheCode(const Pixels& pixels) {
   return decode(encodeRvl(pixels.data(), pixels.size()), pixels.size());
 }
 
-// Encoded by hand: 2 zeros; 3 others with the differences +5, -1, +1, that is 10 (in groups a and
-// 1), 1 and 2; 1 zero; 0 others. Groups 2 3 a1 1 2 1 0 are the word 0x23a11210.
+// Encoded by hand: 2 zeros; 3 non-zeros with the differences +5, -1, +1, that is 10 (as groups a
+// and 1), 1 and 2; 1 zero; 0 non-zeros. Groups 2 3 a1 1 2 1 0 are the word 0x23a11210.
 TEST(Rvl, IsAsDescribed) {
   EXPECT_EQ(decode({0x10, 0x12, 0xa1, 0x23}, 6), (Pixels{0, 0, 5, 4, 5, 0}));
 }
@@ -36,8 +36,8 @@ TEST(Rvl, HoldsEveryPixelValue) {
 TEST(Rvl, TellsWhatIsWrong) {
   const std::pair<std::vector<uint8_t>, std::string> cases[] = {
       {{0, 0, 0, 0x50}, "exceeds the image"},       // five zeros
-      {{0, 0, 0, 0x14}, "exceeds the image"},       // a zero, four others
-      {std::vector<uint8_t>(52, 0), "end before"},  // nothing, again and again
+      {{0, 0, 0, 0x14}, "exceeds the image"},       // a zero, four non-zeros
+      {std::vector<uint8_t>(52, 0), "end before"},  // empty runs only
       {std::vector<uint8_t>(16, 0xff), "32 bits"}, {{}, "end before"},
       {{0x10, 0x12, 0xa1}, "end before"}};
   for (const auto& [bytes, reason] : cases) {

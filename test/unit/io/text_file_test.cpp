@@ -28,7 +28,7 @@ TEST(TextFile, RefusesWhatHasNoEndOrNeverBegins) {
 TEST(TextFile, RefusesWhatNoListIsAsLargeAs) {
   const TemporaryFolder folder;
   writeBytes(folder / "huge.txt", "");
-  std::filesystem::resize_file(folder / "huge.txt", (uintmax_t{1} << 30) + 1);  // takes no room
+  std::filesystem::resize_file(folder / "huge.txt", (uintmax_t{1} << 30) + 1);  // a sparse file
   EXPECT_NE(errorOf([&] { readTextFile(folder / "huge.txt", ""); }).find("1 GiB"),
             std::string::npos);
 }

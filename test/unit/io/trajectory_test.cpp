@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// At a stamp, x metres along the x axis and turned about z.
+/// The pose at a stamp: x metres along the x axis, turned about z.
 StampedPose makePose(double stamp_s, double x, double angle) {
   StampedPose pose{stamp_s, Eigen::Isometry3d::Identity()};
   pose.T_W_C.translate(Eigen::Vector3d(x, 0, 0));
@@ -37,7 +37,7 @@ TEST(Trajectory, HasNoPoseWhereNoneIsNear) {
   EXPECT_FALSE(trajectory.poseAt(1.5, 0.02));
   EXPECT_FALSE(trajectory.poseAt(0.9, 0.02));
   EXPECT_FALSE(trajectory.poseAt(2.1, 0.02));
-  EXPECT_TRUE(trajectory.poseAt(1.02, 0.02));  // also where rounding puts it beyond
+  EXPECT_TRUE(trajectory.poseAt(1.02, 0.02));  // also where rounding takes it over the limit
   EXPECT_TRUE(trajectory.poseAt(1.98, 0.02));
 }
 
@@ -53,7 +53,8 @@ TEST(Trajectory, SortsAndKeepsTheFirstOfEqualStamps) {
   EXPECT_EQ(trajectory.poseAt(2.0, 0.0)->translation().x(), 2.0);
 }
 
-/// Today's stamps as doubles are off by up to a quarter of a microsecond, which nine digits show.
+/// As doubles, today's stamps are off by up to a quarter of a microsecond, which nine decimals
+/// show.
 TEST(Trajectory, StampsAreThoseOfTheImages) {
   for (const char* text : {"1600000000.600000", "1311868164.363181", "0.300000", "7.000000"}) {
     EXPECT_EQ(stampOfList(std::stod(text)), text);

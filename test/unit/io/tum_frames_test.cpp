@@ -15,7 +15,7 @@ class TumFramesTest : public testing::Test {
     options_.format = "tum";
   }
 
-  /// First pixels of all frames, which writeTumFolder() makes tell the index.
+  /// First pixels of all frames; writeTumFolder() stores the index there.
   std::vector<int> readIndices(FrameSource& source) const {
     std::vector<int> indices;
     while (const auto frame = source.next()) {
@@ -110,7 +110,7 @@ TEST_F(TumFramesTest, NamesTheImageThatIsWrong) {
   expectError("9 x 6 pixels");
   writeBytes(path, "this is no image");
   expectError("cannot decode");
-  for (size_t bytes = 0; bytes + 12 < whole.size(); ++bytes) {  // 12: the end mark is no loss
+  for (size_t bytes = 0; bytes + 12 < whole.size(); ++bytes) {  // the end chunk may be missing
     writeBytes(path, whole.substr(0, bytes));
     expectError("cannot decode");
   }

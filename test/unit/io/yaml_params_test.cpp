@@ -84,7 +84,7 @@ TEST(YamlParams, LoadsFilesAndNamesMissingOnes) {
   }
 }
 
-/// `[[[...` and the like, so many levels deep.
+/// Repeats a text such as `[`, for deep nesting.
 std::string repeated(const std::string& text, int times) {
   std::string result;
   for (int i = 0; i < times; ++i) result += text;
@@ -93,8 +93,8 @@ std::string repeated(const std::string& text, int times) {
 
 TEST(YamlParams, FollowsReferencesThatEnd) {
   EXPECT_EQ(parseYamlParams("a: &a 1\nb: *a\n", "file"), (ParamTree{{"a", 1}, {"b", 1}}));
-  // One that is in itself has no end; of 24 that each stand for two of the one before it, the last
-  // stands for 16 million values.
+  // An alias of itself never ends; with 24 lists that each contain the one before it twice, the
+  // last has 16 million values.
   std::string doubled = "a0: &a0 [x, x]\n";
   for (int i = 1; i <= 24; ++i) {
     const std::string before = "*a" + std::to_string(i - 1), name = "a" + std::to_string(i);
@@ -106,7 +106,7 @@ TEST(YamlParams, FollowsReferencesThatEnd) {
   }
   ParamTree tree;
   EXPECT_NE(errorOf([&] { setParam("cameras=&a [*a]", tree); }), "");
-  EXPECT_EQ(parseYamlParams("a: &name 1\n", "file").size(), 1u) << "a name that nobody uses";
+  EXPECT_EQ(parseYamlParams("a: &name 1\n", "file").size(), 1u) << "an unused anchor is allowed";
 }
 
 TEST(YamlParams, RefusesNul) {

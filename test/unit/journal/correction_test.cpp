@@ -1,4 +1,4 @@
-// A corrected map is the map of the corrected poses, byte for byte.
+// A corrected map equals the map fused with the corrected poses, byte for byte.
 #include <gtest/gtest.h>
 
 #include "journal/refusion.h"
@@ -9,14 +9,14 @@ namespace {
 
 constexpr int kCount = 8;
 
-/// How far a lap's images were off: nothing at first, then more and more sideways.
+/// The error of a lap's poses: zero at first, then growing sideways.
 Eigen::Isometry3d drift(int i) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.002 * i, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(0.0, 0.01 * i, 0.0);
   return T;
 }
 
-/// The images of a lap, and those of the journal, the first of which are where they are fused.
+/// The images of a lap, and a journal of the first of them, fused with drifting poses.
 class JournalOfALap : public testing::Test {
  protected:
   JournalOfALap()
@@ -37,7 +37,7 @@ class JournalOfALap : public testing::Test {
     return poses;
   }
 
-  /// Once all that was added is in the file.
+  /// Waits until all added records are in the file.
   Refusion refusionOf(const std::vector<StampedPose>& poses) {
     EXPECT_TRUE(journal_.written().get());
     return Refusion(journal_.path(), journaledParams(), {journal_.count(), poses});
@@ -73,7 +73,7 @@ class CorrectedJournal : public JournalOfALap {
 TEST_F(CorrectedJournal, GivesTheMapOfTheCorrectedPoses) {
   JournalReplay replay(journal_.path());
   const CorrectionEffect effect = replay.correctGiven(truePoses());
-  EXPECT_EQ(effect.moved, size_t{kCount - 1}) << "the first one was right";
+  EXPECT_EQ(effect.moved, size_t{kCount - 1}) << "all but the first move";
   EXPECT_NEAR(effect.farthest_rad, 0.002 * (kCount - 1), 1e-6);
   EXPECT_TRUE(mapOf(replay, journaledParams()) == trueMap());
 }
@@ -82,7 +82,7 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileItIsWritten) {
   Refusion refusion(journal_.path(), journaledParams(), {journal_.count(), truePoses()});
   EXPECT_EQ(refusion.effect().moved, size_t{kCount - 1});
   EXPECT_TRUE(refusion.step(0));
-  // An image that comes meanwhile is moved as the last of the poses is.
+  // An image that arrives meanwhile is moved like the last of the poses.
   fuse(kCount, refusion.motion().inverse());
   ASSERT_TRUE(journal_.written().get());
   while (refusion.step(0)) {
@@ -96,7 +96,8 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileItIsWritten) {
     offline.correct({refusion.correction().before, truePoses()});
     EXPECT_TRUE(mapOf(offline, journaledParams()) == corrected);
   }
-  // The swap is in the journal then: the map is the corrected one, and the same poses move nothing.
+  // After the swap is in the journal, its map is the corrected one, and the same poses move
+  // nothing.
   journal_.add(refusion.correction());
   ASSERT_TRUE(journal_.written().get());
   EXPECT_TRUE(mapOf(journal_.path(), journaledParams()) == corrected);
@@ -105,7 +106,7 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileItIsWritten) {
   EXPECT_TRUE(mapOf(again, journaledParams()) == corrected);
 }
 
-/// A path of a million poses takes no more than those of its images.
+/// Of a path of a million poses, only the images' poses are kept.
 TEST_F(CorrectedJournal, KeepsOnlyPosesOfImages) {
   std::vector<StampedPose> poses = truePoses();
   for (int i = 0; i < 1000000; ++i) poses.push_back({1000.0 + i, Eigen::Isometry3d::Identity()});
@@ -139,7 +140,7 @@ TEST_F(CorrectedJournal, IsAsItWasWhereACorrectionIsRefused) {
   EXPECT_TRUE(mapOf(replay, journaledParams()) == fileOf(map_.mapper()));
 }
 
-// A SLAM takes a correction over with its next poses; what it gives then is no longer moved.
+// A SLAM adopts a correction with its next poses, which are no longer moved.
 TEST_F(JournalOfALap, MovesWhatFollowsUntilTheSourceOfPosesJumps) {
   for (int i = 0; i < kCount; ++i) fuse(i, drift(11));
   Refusion refusion = refusionOf(truePoses());
@@ -158,7 +159,7 @@ TEST_F(JournalOfALap, MovesWhatFollowsUntilTheSourceOfPosesJumps) {
   EXPECT_TRUE(mapOf(journal_.path(), journaledParams()) == corrected);
 }
 
-// Odometry never jumps: what it gives is moved for good, in the journal as well as by motion().
+// Odometry never jumps: its poses are moved for good, both by the journal and by motion().
 TEST_F(JournalOfALap, MovesWhatFollowsForGoodIfTheSourceDoesNotJump) {
   for (int i = 0; i < kCount; ++i) fuse(i, drift(11));
   Refusion refusion = refusionOf(truePoses());
@@ -176,7 +177,7 @@ TEST_F(CorrectedJournal, CorrectionsFollowEachOther) {
   }
   Refusion first = refusionOf(halfway);
   journal_.add(first.correction());
-  // Where the second one names no image, the first one's poses hold.
+  // Where the second path names no image, the first path's poses stay.
   std::vector<StampedPose> rest = truePoses(5);
   rest.push_back(halfway[5]);
   Refusion second = refusionOf(rest);
@@ -188,7 +189,7 @@ TEST_F(CorrectedJournal, CorrectionsFollowEachOther) {
   EXPECT_TRUE(finish(second) == fileOf(*expected));
 }
 
-// A recording that plays again has each stamp twice: the newest counts.
+// A recording played twice has each stamp twice: only the newest is corrected.
 TEST_F(JournalOfALap, CorrectsOnlyTheNewestAfterStampsWentBack) {
   for (int i = 0; i < kCount; ++i) fuse(i, Eigen::Isometry3d::Identity());
   for (int i = 0; i < kCount; ++i) fuse(i, drift(20));
@@ -199,7 +200,7 @@ TEST_F(JournalOfALap, CorrectsOnlyTheNewestAfterStampsWentBack) {
   EXPECT_TRUE(finish(refusion) == fileOf(*twice));
 }
 
-// What is far from a place beside the camera is dropped; that place moves with the camera.
+// Blocks far from a place beside the camera are dropped; the place moves with the camera.
 TEST(CorrectedJournalWithKeepRadius, ForgetsWhatIsFarFromWhereTheCameraWas) {
   const TemporaryFolder folder;
   MapperParams near = journaledParams();
@@ -227,7 +228,7 @@ TEST(CorrectedJournalWithKeepRadius, ForgetsWhatIsFarFromWhereTheCameraWas) {
   EXPECT_TRUE(mapOf(replay, near) == fileOf(*expected));
 }
 
-/// A levelled map's poses are given in the map frame: corrected, it stays level.
+/// Corrected poses of a levelled map are in the map frame, so it stays level.
 TEST(LevelledJournal, StaysLevel) {
   const TemporaryFolder folder;
   JournalWriter journal(journalOptions(folder.path()));
@@ -243,7 +244,8 @@ TEST(LevelledJournal, StaysLevel) {
   }
   ASSERT_TRUE(journal.written().get());
   JournalReplay replay(journal.path());
-  EXPECT_EQ(replay.correctGiven(given).moved, 0u) << "but for rounding they are those fused";
+  EXPECT_EQ(replay.correctGiven(given).moved, 0u)
+      << "apart from rounding, these are the fused poses";
   EXPECT_TRUE(mapOf(replay, journaledParams()) == fileOf(map.mapper()));
   JournalReplay tipped(journal.path());
   EXPECT_TRUE(contains(errorOf([&] {

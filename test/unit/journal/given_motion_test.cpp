@@ -1,4 +1,4 @@
-// Whether a source of poses has taken a correction over, for motions in closed form.
+// Tests whether a source of poses has adopted a correction, on motions in closed form.
 #include "journal/pose_correction.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 namespace dtsdf {
 namespace {
 
-/// 1 m/s along x and half a radian a second about z.
+/// 1 m/s along x and 0.5 rad/s about z.
 Eigen::Isometry3d onTheWay(double stamp_s) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.5 * stamp_s, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(stamp_s, 0.0, 0.0);
@@ -21,8 +21,8 @@ GivenMotion seenUpTo(int count) {
   return motion;
 }
 
-// Ahead, along the motion itself, as far as an image's step and far less: the motion so far says
-// which it is.
+// Jumps ahead along the motion itself, from an image's step to far less, are told apart by the
+// motion so far.
 TEST(GivenMotion, AJumpIsSeenWhateverItsDirection) {
   const GivenMotion motion = seenUpTo(10);
   for (const double x : {-0.5, -0.1, -0.05, 0.05, 0.1, 0.5}) {
@@ -50,8 +50,9 @@ TEST(GivenMotion, WithoutMotionItIsTheNearerOne) {
   EXPECT_FALSE(motion.isMovedBy(T, {0.1, Eigen::Isometry3d::Identity()}));
 }
 
-// After half a minute without images a camera that moved may be anywhere: nothing is taken over, in
-// particular not because it went on in the direction of the correction. One that stood stands.
+// After half a minute without images, a camera that moved may be anywhere: no correction counts as
+// adopted, not even if it moved on in the direction of the correction. A camera that stood still is
+// known to stand still.
 TEST(GivenMotion, AfterAPauseOnlyACameraThatStoodIsSeenToJump) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.2, 0.0, 0.0));
   for (double next_s = 1.5; next_s < 31.0; next_s += 0.1) {
@@ -66,7 +67,8 @@ TEST(GivenMotion, AfterAPauseOnlyACameraThatStoodIsSeenToJump) {
   }
 }
 
-// A centimetre, by a hand that trembles by two and stops at times: none of it is that correction.
+// A correction of 1 cm, for a hand that trembles by 2 cm and stops at times, does not count as
+// adopted.
 TEST(GivenMotion, ATremblingHandHasNotTakenASmallCorrectionOver) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 0.01, 0.0));
   GivenMotion hand;
@@ -77,7 +79,7 @@ TEST(GivenMotion, ATremblingHandHasNotTakenASmallCorrectionOver) {
   }
 }
 
-// The jump itself is no unevenness: the next correction is taken over as well.
+// The jump itself does not count as uneven motion, so the next correction is recognised as well.
 TEST(GivenMotion, OneJumpMayFollowAnother) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 0.05, 0.0));
   GivenMotion motion = seenUpTo(10);
@@ -99,9 +101,10 @@ TEST(GivenMotion, IsTakenOverByAJumpOrANewRecordingAndNotSeenTwice) {
   GivenMotion motion = seenUpTo(10);
   EXPECT_FALSE(motion.takesOver(T, {1.0, onTheWay(1.0)}));
   EXPECT_TRUE(motion.takesOver(T, {1.1, T * onTheWay(1.1)}));
-  EXPECT_FALSE(motion.takesOver(T, {1.2, T * onTheWay(1.2)})) << "that is where it is given by now";
+  EXPECT_FALSE(motion.takesOver(T, {1.2, T * onTheWay(1.2)}))
+      << "the source already gives this pose";
   EXPECT_TRUE(motion.takesOver(T, {0.3, onTheWay(0.3)}));
-  EXPECT_FALSE(motion.isNewRecording({0.3, onTheWay(0.3)})) << "it was added";
+  EXPECT_FALSE(motion.isNewRecording({0.3, onTheWay(0.3)})) << "the stamp was added";
 }
 
 }  // namespace

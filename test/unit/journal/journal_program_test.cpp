@@ -1,4 +1,4 @@
-// reconstruct reads a journal: to the node's map, or to that of corrected poses; map_tool exports
+// reconstruct turns a journal into the node's map or the map of corrected poses; map_tool exports
 // it.
 #include <gtest/gtest.h>
 
@@ -49,7 +49,7 @@ TEST_F(JournalProgram, MakesTheMapOfTheNode) {
   EXPECT_EQ(info.content_hash, live_hash_);
   EXPECT_EQ(info.stamp_s, 0.5);
   EXPECT_EQ(info.map_frame, "map");
-  EXPECT_EQ(info.poses.mode, PoseMode::kTrack) << "they are the node's, not of this run";
+  EXPECT_EQ(info.poses.mode, PoseMode::kTrack) << "not the pose mode of the node";
 }
 
 TEST_F(JournalProgram, WritesThePosesAlone) {
@@ -59,7 +59,7 @@ TEST_F(JournalProgram, WritesThePosesAlone) {
   ASSERT_EQ(poses.size(), images_.size());
   for (size_t i = 0; i < poses.size(); ++i) {
     EXPECT_NEAR(poses[i].stamp_s, 0.1 * static_cast<double>(i), 1e-9);
-    EXPECT_TRUE(poses[i].T_W_C.isApprox(wrongPose(i), 1e-8)) << "as they were fused";
+    EXPECT_TRUE(poses[i].T_W_C.isApprox(wrongPose(i), 1e-8)) << "not the fused poses";
   }
 }
 
@@ -70,7 +70,7 @@ TEST_F(JournalProgram, MakesTheMapOfCorrectedPoses) {
     poses.push_back({0.1 * static_cast<double>(i), images_[i].frame.T_W_C});
   }
   saveTrajectory(poses, folder_ / "poses.txt");
-  // As they are read from the file, whose digits end; the first has not moved.
+  // As read from the file, which has limited digits; the first pose has not moved.
   const std::vector<StampedPose> read = readTrajectory(folder_ / "poses.txt", "").poses();
   for (size_t i = 0; i < images_.size(); ++i) {
     plain->integrate(movedTo(images_[i], i == 0 ? wrongPose(0) : read[i].T_W_C).view());

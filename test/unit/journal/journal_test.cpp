@@ -1,4 +1,4 @@
-// A journal leads to the map that it was written of, whatever becomes of the process and the disk.
+// A journal restores the map that it recorded, whatever happens to the process or the disk.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -27,7 +27,7 @@ class Journal : public testing::Test {
 
   const SceneFrame& image(int i) const { return images_[static_cast<size_t>(i)]; }
 
-  /// A journal of all images, of colours and a region, and its map.
+  /// Writes a journal of all images, colours and a region; returns the bytes of its map.
   std::string write(JournalWriter& journal) {
     JournaledMap map(journaledParams(), journal);
     for (int i = 0; i < kCount; ++i) {
@@ -47,7 +47,7 @@ class Journal : public testing::Test {
 TEST_F(Journal, LeadsToTheMap) {
   JournalWriter journal(journalOptions(folder_.path()));
   const std::string map = write(journal);
-  EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == map) << "also while it is open";
+  EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == map) << "an open journal can be read";
   JournalReplay replay(journal.path());
   EXPECT_EQ(replay.depthImages(), size_t{kCount});
   EXPECT_EQ(replay.count(), journal.count());
@@ -66,7 +66,7 @@ TEST_F(Journal, BeginsWithTheMapThatWasLoaded) {
   map.load(folder_ / "map.dtsdf");
   map.fuse(image(3), 0.3);
   ASSERT_TRUE(journal.written().get());
-  fs::remove(folder_ / "map.dtsdf");  // it is in the journal
+  fs::remove(folder_ / "map.dtsdf");  // the journal contains it
   EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == fileOf(map.mapper()));
   map.clear();
   map.fuse(image(5), 0.5);
@@ -85,7 +85,7 @@ TEST_F(Journal, KeepsEveryBitOfAnImage) {
   frame.intrinsics = {1.0f, 2.0f, 3.0f, 4.0f};
   frame.keep_center_W = Eigen::Vector3d(1.0, 2.0, 3.0);
   frame.data = whole.data();
-  frame.row_bytes = 6;  // a pixel more than is of the image
+  frame.row_bytes = 6;  // one pixel more than the image is wide
   journal.add(journal::Image{0.0, 2, frame.T_W_C, frame, nullptr});
   frame.encoding = DepthEncoding::kFloat32;
   frame.data = parts.data();
@@ -108,7 +108,7 @@ TEST_F(Journal, KeepsEveryBitOfAnImage) {
   EXPECT_EQ(std::memcmp(floats + 8, &parts[3], 8), 0);
 }
 
-/// As kill -9 leaves it: all but what was not written yet.
+/// A journal may end anywhere, as after kill -9.
 TEST_F(Journal, IsWholeToTheLastRecordWherever) {
   std::string path;
   {
@@ -129,11 +129,12 @@ TEST_F(Journal, IsWholeToTheLastRecordWherever) {
   }
   EXPECT_LT(fewest, most);
   writeBytes(path, bytes.substr(0, bytes.size() - 100) + std::string(100, '\0'));
-  EXPECT_NE(JournalReplay(path).cutOff(), "") << "pages that never came to the disk";
+  EXPECT_NE(JournalReplay(path).cutOff(), "") << "pages that never reached the disk";
   std::string damaged = bytes;
   damaged[bytes.size() / 2] = static_cast<char>(damaged[bytes.size() / 2] ^ 4);
   writeBytes(path, damaged);
-  EXPECT_NE(errorOf([&] { mapOf(path, journaledParams()); }), "") << "in the middle it is an error";
+  EXPECT_NE(errorOf([&] { mapOf(path, journaledParams()); }), "")
+      << "damage in the middle is an error";
 }
 
 TEST_F(Journal, OnAFullDiskStopsAndSaysSinceWhen) {
@@ -157,11 +158,11 @@ TEST_F(Journal, OnAFullDiskStopsAndSaysSinceWhen) {
     const JournalReport report = journal.report();
     EXPECT_TRUE(contains(report.problem, "nothing is in the journal since 20")) << report.problem;
     EXPECT_GT(report.lost, 0u);
-    EXPECT_FALSE(report.first_stamp_s) << "no correction can be made";
+    EXPECT_FALSE(report.first_stamp_s) << "a correction is still offered";
     JournalReplay replay(journal.path());
-    EXPECT_EQ(replay.cutOff(), "") << "it ends with a whole record";
+    EXPECT_EQ(replay.cutOff(), "") << "the journal does not end with a whole record";
     left = 1 << 30;
-    map.clear();  // begins again
+    map.clear();  // starts afresh
     map.fuse(image(2), 5.0);
     EXPECT_TRUE(journal.written().get());
     EXPECT_EQ(journal.report().problem, "");
@@ -169,7 +170,7 @@ TEST_F(Journal, OnAFullDiskStopsAndSaysSinceWhen) {
   }
 }
 
-/// No file is touched that the writer did not make, and what is not a journal counts for nothing.
+/// The writer leaves files of others alone, and does not count files that are not journals.
 TEST_F(Journal, LeavesAllOtherFilesAlone) {
   const std::string folder = folder_ / "journals", outside = folder_ / "outside";
   fs::create_directories(folder + "/000001");
@@ -199,7 +200,7 @@ TEST_F(Journal, LeavesAllOtherFilesAlone) {
     bytes += fs::file_size(entry.path());
     ++journals;
   }
-  EXPECT_EQ(journals, 3) << "old ones are for their owner to remove";
+  EXPECT_EQ(journals, 3) << "old journals were removed";
   EXPECT_LE(bytes, options.max_bytes);
 }
 
@@ -216,7 +217,7 @@ TEST_F(Journal, DropsImagesWhereTheDiskIsTooSlow) {
   for (int i = 0; i < kCount; ++i) map.fuse(image(i), 0.1 * i);  // never waits
   EXPECT_TRUE(contains(journal.report().problem, "too slow"));
   EXPECT_LE(journal.report().waiting_bytes, options.max_waiting);
-  EXPECT_FALSE(journal.report().first_stamp_s) << "no correction can be made";
+  EXPECT_FALSE(journal.report().first_stamp_s) << "a correction is still offered";
   is_slow = false;
   EXPECT_FALSE(journal.written().get());
 }
@@ -225,9 +226,9 @@ TEST_F(Journal, HasToBeOne) {
   ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   EXPECT_FALSE(isJournal(folder_ / "pipe"));
   EXPECT_TRUE(contains(errorOf([&] { JournalReplay(folder_ / "pipe"); }), "cannot read"));
-  writeBytes(folder_ / "text", "no journal at all, but some text");
+  writeBytes(folder_ / "text", "some text, not a journal");
   EXPECT_TRUE(contains(errorOf([&] { JournalReplay(folder_ / "text"); }), "is not a journal"));
-  // A length that says a terabyte takes no memory.
+  // A record length of a terabyte allocates no memory.
   const std::string sparse = folder_ / "sparse.dtsdfj";
   const Bytes head = fileHead(journal::kPurpose);
   ByteWriter record;

@@ -1,4 +1,4 @@
-// Poses corrected by what is known of some of them, against motions in closed form.
+// Tests the correction of poses from a few known ones, on motions in closed form.
 #include "journal/pose_correction.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ Eigen::Isometry3d pose(double x, double y, double yaw) {
   return T;
 }
 
-/// A camera that goes along x with 1 m/s and turns, ten images a second.
+/// A camera that moves along x at 1 m/s and turns, at ten images a second.
 std::vector<StampedPose> straightWay(int count) {
   std::vector<StampedPose> way;
   for (int i = 0; i < count; ++i) way.push_back({0.1 * i, pose(0.1 * i, 0.0, 0.05 * i)});
@@ -27,8 +27,8 @@ double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm() + (a.linear() - b.linear()).norm();
 }
 
-// A motion of all that is named, by any rigid motion, moves all images by it: those between too,
-// and those beyond both ends.
+// If all given poses move by one rigid motion, so do all images, also between them and beyond both
+// ends.
 TEST(PoseCorrection, ARigidMotionOfSomeMovesAll) {
   const std::vector<StampedPose> fused = straightWay(40);
   const Eigen::Isometry3d T = pose(0.3, -2.0, 0.4);
@@ -38,7 +38,7 @@ TEST(PoseCorrection, ARigidMotionOfSomeMovesAll) {
     const Eigen::Isometry3d moved = correction.correct(image.stamp_s, image.T_W_C);
     if (image.stamp_s < 1.05 || image.stamp_s > 1.95) {
       EXPECT_LT(distance(moved, T * image.T_W_C), 1e-12) << image.stamp_s;
-    } else {  // the mean of two equal places, but for the rounding of a slerp
+    } else {  // the mean of two equal places, up to the rounding of a slerp
       EXPECT_LT(distance(moved, T * image.T_W_C), 1e-9) << image.stamp_s;
     }
   }
@@ -51,8 +51,8 @@ TEST(PoseCorrection, NamedImagesAreExactlyWhereTheyAreSaidToBe) {
   EXPECT_EQ(correction.correct(1.0, fused[10].T_W_C).matrix(), to.matrix());
 }
 
-// Drift sideways that grows with time: 0 at 1 s, 20 cm at 2 s, is taken back by the share of time,
-// whatever the odometry did between.
+// Sideways drift that grows with time, from 0 at 1 s to 20 cm at 2 s, is removed in proportion to
+// time, whatever the odometry did between.
 TEST(PoseCorrection, BetweenTwoDriftIsSharedOutByTime) {
   const std::vector<StampedPose> fused = straightWay(40);
   Eigen::Isometry3d to = fused[20].T_W_C;
@@ -68,11 +68,11 @@ TEST(PoseCorrection, BetweenTwoDriftIsSharedOutByTime) {
   }
 }
 
-// What is before the first corrected pose keeps its place relative to it: here, to one that stays.
+// Images before the first corrected pose keep their poses relative to it: here, to one that stays.
 TEST(PoseCorrection, WhatDoesNotMoveKeepsItsVeryBits) {
   const std::vector<StampedPose> fused = straightWay(40);
   Eigen::Isometry3d rounded = fused[10].T_W_C;
-  rounded.translation().x() += 4e-7;  // six decimals in a file
+  rounded.translation().x() += 4e-7;  // a file has six decimals
   const PoseCorrection correction({{1.0, rounded}, {2.0, pose(2.0, 0.3, 1.0)}}, fused);
   for (int i = 0; i <= 10; ++i) {
     const Eigen::Isometry3d& before = fused[static_cast<size_t>(i)].T_W_C;
@@ -81,8 +81,7 @@ TEST(PoseCorrection, WhatDoesNotMoveKeepsItsVeryBits) {
   EXPECT_NE(correction.correct(1.1, fused[11].T_W_C).matrix(), fused[11].T_W_C.matrix());
 }
 
-// A SLAM may have poses at other times than images: 0.04 s after one, where the camera has gone 4
-// cm.
+// A SLAM may give poses between images: here 0.04 s after one, when the camera has moved 4 cm.
 TEST(PoseCorrection, AStampBetweenImagesIsPlacedByTheOdometry) {
   const std::vector<StampedPose> fused = straightWay(20);
   Eigen::Isometry3d T_W_C = pose(0.54, 0.0, 0.27);
@@ -93,7 +92,7 @@ TEST(PoseCorrection, AStampBetweenImagesIsPlacedByTheOdometry) {
   EXPECT_LT(distance(correction.correct(1.2, fused[12].T_W_C), expected), 1e-9);
 }
 
-// A second camera, fixed to the first one, has other poses at other stamps.
+// A second camera, rigidly mounted on the first, has other poses at other stamps.
 TEST(PoseCorrection, ACameraThatMovesWithItFollows) {
   const std::vector<StampedPose> fused = straightWay(20);
   const Eigen::Isometry3d T = pose(0.0, 0.1, 0.02), mount = pose(0.2, 0.1, 1.5);
@@ -123,17 +122,17 @@ TEST(PoseCorrection, RefusesWhatIsNoCorrection) {
   wrong = fused[10];
   wrong.stamp_s = std::numeric_limits<double>::infinity();
   EXPECT_NE(errorFor(wrong).find("not a position"), std::string::npos);
-  wrong = {0.5, fused[6].T_W_C};  // as by rtabmap's mapPath, which gives all its poses one stamp
+  wrong = {0.5, fused[6].T_W_C};  // like rtabmap's mapPath, with one stamp for all poses
   EXPECT_NE(errorFor(wrong).find("the same stamp, 0.500 s"), std::string::npos) << errorFor(wrong);
-  EXPECT_EQ(errorFor({0.5, fused[5].T_W_C}), "") << "said twice";
+  EXPECT_EQ(errorFor({0.5, fused[5].T_W_C}), "") << "given twice";
   const std::string other = errorOf([&] { PoseCorrection({{500.0, fused[0].T_W_C}}, fused); });
   EXPECT_NE(other.find("no corrected pose has the stamp"), std::string::npos) << other;
   EXPECT_NE(errorOf([&] { PoseCorrection({}, fused); }), "");
   EXPECT_NE(errorOf([&] { PoseCorrection({{0.0, fused[0].T_W_C}}, {}); }), "");
 }
 
-// Images that are dropped have poses too: nobody knows how the camera moved between those beside
-// it, here round a bend, and a path that moves none of these leaves what follows it alone.
+// The path may name dropped images. The motion between their neighbours is unknown, here round a
+// bend; a path that moves no other image leaves the images after it alone.
 TEST(PoseCorrection, APoseOfADroppedImageMovesNone) {
   std::vector<StampedPose> way;
   for (int i = 0; i < 20; ++i) way.push_back({0.1 * i, pose(0.1 * i, 0.2 * (i % 2), 0.05 * i)});
@@ -151,7 +150,7 @@ TEST(PoseCorrection, APoseOfADroppedImageMovesNone) {
   }
 }
 
-// Over a gap nothing says how the camera moved.
+// The motion across a gap between images is unknown.
 TEST(PoseCorrection, AGapBetweenImagesIsNotBridged) {
   std::vector<StampedPose> fused = straightWay(10);
   fused.push_back({5.0, pose(5.0, 0.0, 0.0)});

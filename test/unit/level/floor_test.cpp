@@ -1,4 +1,4 @@
-// The floor of the first images, against scenes whose floor is known.
+// Tests the floor found in the first images of scenes with known floors.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = 0.017453292519943295;
 
-/// The room's frame, with z up and the floor at 0, in M.
+/// The pose in M of the room's frame, which has z up and the floor at 0.
 Eigen::Isometry3d tilted(double tilt_deg, const Vector3d& axis, const Vector3d& shift_m) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = Eigen::AngleAxisd(tilt_deg * kDegree, axis.normalized()).toRotationMatrix();
@@ -39,7 +39,7 @@ std::vector<SceneFrame> lapFrames(const Eigen::Isometry3d& T_M_R,
   return frames;
 }
 
-/// The floor of the frames, all looked at together.
+/// The result of searching all frames together for the floor.
 FloorSearch searched(const std::vector<SceneFrame>& frames) {
   FloorSearch search;
   for (const SceneFrame& frame : frames) search.add(frame.view());
@@ -47,7 +47,7 @@ FloorSearch searched(const std::vector<SceneFrame>& frames) {
   return search;
 }
 
-/// As after levelling: where the room's z and its floor are in W.
+/// Checks where the room's z axis and its floor are in W after levelling.
 void expectLevel(const FloorPlane& floor, const Eigen::Isometry3d& T_M_R, double max_deg,
                  double max_m) {
   const Eigen::Isometry3d T_W_R = levelPose(floor.normal(), -floor.offset()) * T_M_R;
@@ -67,7 +67,7 @@ TEST(Floor, OfTheTiltedRoomIsFoundExactly) {
       tilted(25.0, Vector3d(1.0, 2.0, 0.0), Vector3d(3.0, -1.0, 7.0)),
       tilted(90.0, Vector3d::UnitX(), Vector3d(0.0, 1.0, 0.0)),
       tilted(180.0, Vector3d::UnitY(), Vector3d(0.0, 0.0, -2.0)),
-      roomCameraPose(0.0).inverse(),  // the map frame is the first camera
+      roomCameraPose(0.0).inverse(),  // the map frame is the first camera's
   };
   for (const Eigen::Isometry3d& T_M_R : frames) {
     const FloorSearch search = searched(lapFrames(T_M_R));
@@ -89,7 +89,7 @@ TEST(Floor, IsFoundInNoise) {
   expectLevel(*search.floor(), T_M_R, 0.3, 0.005);
 }
 
-/// Frames of one camera, which stands still, of a scene with z up.
+/// Frames of a stationary camera in a scene with z up.
 FloorSearch searchedFrom(const Scene& scene, const Vector3d& eye, const Vector3d& target,
                          const Vector3d& up = Vector3d::UnitZ()) {
   return searched(
@@ -99,7 +99,7 @@ FloorSearch searchedFrom(const Scene& scene, const Vector3d& eye, const Vector3d
 TEST(Floor, IsNotATableBesideIt) {
   Scene scene;
   scene.add(Plane{Vector3d::Zero(), Vector3d::UnitZ()});
-  scene.add(makeBox(Vector3d(1.6, 0.0, 0.4), Vector3d(1.6, 1.0, 0.8)));  // most of what is seen
+  scene.add(makeBox(Vector3d(1.6, 0.0, 0.4), Vector3d(1.6, 1.0, 0.8)));  // most of the view
   scene.add(makeBox(Vector3d(4.0, 0.0, 1.5), Vector3d(0.2, 8.0, 3.0)));
   const FloorSearch search = searchedFrom(scene, Vector3d(0.0, 0.0, 1.5), Vector3d(2.0, 0.0, 0.6));
   ASSERT_TRUE(search.floor()) << search.problem();
@@ -118,13 +118,14 @@ TEST(Floor, IsNeitherWallNorCeilingNorAStrip) {
   Scene ceiling;
   ceiling.add(Room{Vector3d(-3.0, -3.0, -100.0), Vector3d(3.0, 3.0, 2.5)});
   EXPECT_FALSE(searchedFrom(ceiling, Vector3d(0.0, 0.0, 1.5), Vector3d(2.0, 0.0, 2.2)).floor());
-  Scene beam;  // far too narrow to say how it lies
+  Scene beam;  // too narrow to give the tilt
   beam.add(Plane{Vector3d(1.5, 0.0, 0.0), -Vector3d::UnitX()});
   beam.add(makeBox(Vector3d(1.4, 0.0, 0.5), Vector3d(0.2, 8.0, 0.2)));
   EXPECT_FALSE(searchedFrom(beam, Vector3d(0.0, 0.0, 1.0), Vector3d(1.5, 0.0, 0.6)).floor());
 }
 
-/// A camera at 1 m that sees so many points of a floor that is so wide, and of a wall behind it.
+/// A camera at 1 m with `on_floor` points of a floor of this width, and `on_wall` points of a wall
+/// behind it.
 FloorView viewOfStrip(double width_m, int on_floor, int on_wall) {
   FloorView view{Vector3d(0.0, 0.0, 1.0), Vector3d::UnitZ(), {}};
   std::mt19937 random(5);
@@ -161,7 +162,7 @@ TEST(Floor, NeedsACameraThatIsUpright) {
   const Vector3d eye(-2.0, 0.0, 1.4), target(0.0, 0.5, 0.6);
   EXPECT_TRUE(searchedFrom(makeRoomScene(), eye, target, Vector3d(0.0, 0.4, 1.0)).floor());
   const FloorSearch portrait = searchedFrom(makeRoomScene(), eye, target, Vector3d(0.0, 1.0, 0.0));
-  if (portrait.floor()) {  // never the floor itself
+  if (portrait.floor()) {  // finds something else, never the floor
     EXPECT_LT(portrait.floor()->normal().z(), 0.8);
   }
 }
@@ -184,7 +185,7 @@ TEST(FloorSearch, LooksAnewUntilThereIsOne) {
   EXPECT_TRUE(search.problem().empty());
   const FloorPlane found = *search.floor();
   for (size_t i = 0; i < FloorSearch::kViews; ++i) EXPECT_FALSE(search.add(no_floor.view()));
-  EXPECT_EQ(search.floor()->offset(), found.offset()) << "it stays the one that was found first";
+  EXPECT_EQ(search.floor()->offset(), found.offset()) << "the first result is kept";
 }
 
 TEST(FloorSearch, PassesOverWhatShowsNothing) {
@@ -210,7 +211,7 @@ TEST(LevelPose, IsTheSmallestTurn) {
   const Eigen::Isometry3d of_optical = levelPose(-Vector3d::UnitY(), 0.5);
   EXPECT_TRUE((of_optical.linear() * Vector3d::UnitX()).isApprox(Vector3d::UnitX()));
   EXPECT_TRUE((of_optical.linear() * Vector3d::UnitZ()).isApprox(Vector3d::UnitY()))
-      << "forward is y";
+      << "forward is not y";
   EXPECT_NEAR((of_optical * Vector3d(0.0, -0.5, 0.0)).z(), 0.0, 1e-12);
   EXPECT_NEAR(tiltOf(of_optical), 90.0, 1e-9);
   const Eigen::Isometry3d of_ned = levelPose(-Vector3d::UnitZ());

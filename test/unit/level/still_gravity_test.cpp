@@ -1,4 +1,4 @@
-// Up from an accelerometer: only while it is held still.
+// Tests the up vector from an accelerometer, which counts only while it is held still.
 #include "level/still_gravity.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 const Vector3d kUp = Vector3d(0.3, -0.9, 0.2).normalized();
 constexpr double kGravity = 9.80665;
 
-/// Samples of so many Hz; the answer of the last one.
+/// Adds samples at rate_hz and returns the last answer.
 std::optional<Vector3d> feed(StillGravity& gravity, double from_s, double seconds, double rate_hz,
                              const Vector3d& acceleration) {
   std::optional<Vector3d> up;
@@ -55,7 +55,7 @@ TEST(StillGravity, IsNoneInMotion) {
     up = shaken.add({t, kGravity * kUp + Vector3d(std::sin(20.0 * t), 0.0, 0.0), {}});
     EXPECT_FALSE(up);
   }
-  EXPECT_TRUE(feed(shaken, 2.0, 1.5, 200.0, kGravity * kUp)) << "it comes to rest";
+  EXPECT_TRUE(feed(shaken, 2.0, 1.5, 200.0, kGravity * kUp)) << "not found after coming to rest";
 
   StillGravity turning;
   for (int i = 0; i < 400; ++i) {
@@ -65,7 +65,7 @@ TEST(StillGravity, IsNoneInMotion) {
 
 TEST(StillGravity, IsNotAnythingElse) {
   StillGravity in_g, falling;
-  EXPECT_FALSE(feed(in_g, 0.0, 2.0, 100.0, kUp)) << "in units of g";
+  EXPECT_FALSE(feed(in_g, 0.0, 2.0, 100.0, kUp)) << "accepts values in units of g";
   EXPECT_FALSE(feed(falling, 0.0, 2.0, 100.0, Vector3d::Zero()));
 }
 
@@ -76,7 +76,7 @@ TEST(StillGravity, PassesOverWhatIsNotFiniteAndBeginsAnewWithStamps) {
   EXPECT_FALSE(gravity.add({52.01, Vector3d(nan, 0.0, 0.0), {}}));
   EXPECT_FALSE(gravity.add({nan, kGravity * kUp, {}}));
   EXPECT_TRUE(gravity.add({52.02, kGravity * kUp, {}}));
-  EXPECT_FALSE(gravity.add({10.0, kGravity * kUp, {}})) << "stamps went back";
+  EXPECT_FALSE(gravity.add({10.0, kGravity * kUp, {}})) << "accepts stamps that go back";
   EXPECT_TRUE(feed(gravity, 10.0, 1.1, 100.0, kGravity * kUp));
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr size_t kUnbounded = size_t(1) << 30;
 
-/// A camera in the block `at`, turned at random.
+/// A randomly oriented camera in the block `at`.
 FrameView randomView(std::mt19937& random, const BlockKey& at) {
   std::normal_distribution<float> normal;
   float q[4];
@@ -45,7 +45,8 @@ BlockKey randomBlock(std::mt19937& random, const BlockKey& around, int reach) {
   return {around.x + offset(random), around.y + offset(random), around.z + offset(random)};
 }
 
-/// The block at a corner of its cell: the first ones out of a cell's reach, were that too short.
+/// A block at a corner of its cell: such blocks would be missed first if a cell's reach were too
+/// short.
 BlockKey cornerOfCell(std::mt19937& random, const BlockKey& block) {
   const auto snap = [&](int32_t at) {
     const int32_t first = at & ~(BlockCells::kSide - 1);
@@ -78,7 +79,7 @@ TEST(BlockCells, ListEachBlockOnceInItsCell) {
   EXPECT_EQ(listed, live);
 }
 
-/// Near the origin and at the end of what keys can say, where floats are coarse.
+/// Near the origin and at the limit of the keys, where floats are coarse.
 TEST(BlockCells, HaveAllBlocksInViewAndFewOthers) {
   std::mt19937 random(2);
   constexpr int kFar = kMaxBlockCoordinate - 700;
@@ -105,8 +106,8 @@ TEST(BlockCells, HaveAllBlocksInViewAndFewOthers) {
       all += table.blocksInUse();
     }
   }
-  EXPECT_GT(in_view, all / 100) << "the test sees something";
-  EXPECT_LT(listed - in_view, all / 10) << "and looks at little else";
+  EXPECT_GT(in_view, all / 100) << "hardly any block is in view";
+  EXPECT_LT(listed - in_view, all / 10) << "too many other blocks are listed";
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ std::vector<BlockRequest> randomRequests(std::mt19937& random, int count) {
   return requests;
 }
 
-/// What the rest of the package relies on: books that add up, and no index given out twice.
+/// Checks that the counts add up and no index is in use twice.
 void expectConsistent(const BlockTable& table) {
   std::set<int32_t> arrays, slots;
   PackedKey previous = 0;
@@ -68,15 +68,15 @@ TEST(BlockTable, PassesOverWhatLiesOutsideOfItsExtent) {
   EXPECT_EQ(count.slots, 2u);
   EXPECT_EQ(count.arrays, 12u);
   const Admission admission = table.admit(requests);
-  EXPECT_EQ(admission.refused, 0u) << "the budget is for what lies inside";
+  EXPECT_EQ(admission.refused, 0u) << "blocks outside of the extent counted against the budget";
   EXPECT_EQ(admission.changed_slots.size(), 2u);
   EXPECT_LT(table.find(requests.back().key), 0);
   expectConsistent(table);
   table.clear();
-  EXPECT_TRUE(table.admit({{keyOf(7), 1}}).changed_slots.empty()) << "it outlasts clear()";
+  EXPECT_TRUE(table.admit({{keyOf(7), 1}}).changed_slots.empty()) << "clear() removed the extent";
 }
 
-/// Also where some of the blocks are there already, and the budget ends.
+/// The results are equal even if some blocks exist already and the budget runs out.
 TEST(BlockTable, HandsOutTheSameBeforeBlocksAreListed) {
   std::mt19937 random(11);
   BlockTable at_once(300 * kArray), behind(300 * kArray);
@@ -117,25 +117,25 @@ TEST(BlockTable, ARefusedRequestLeavesNothingBehind) {
   EXPECT_TRUE(admission.new_arrays.empty());
   EXPECT_EQ(table.arraysInUse(), 1u);
   EXPECT_EQ(table.find(keyOf(2)), -1);
-  // What there is can still be asked for, and what fits is still made.
+  // Existing arrays can still be requested, and arrays that fit are still allocated.
   EXPECT_EQ(table.admit({{keyOf(1), 0x01}}).refused, 0u);
   EXPECT_EQ(table.admit({{keyOf(1), 0x03}}).refused, 0u);
   expectConsistent(table);
 }
 
-/// The arrays go at once, the block when whoever shows a mesh of it has learnt that it is gone.
+/// Arrays are released at once; the block stays until displays of its mesh know that it is gone.
 TEST(BlockTable, AVacatedBlockStaysUntilItIsReleased) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x23}, {keyOf(2), 0x01}});
   const int32_t slot = table.find(keyOf(1));
   table.vacate(slot, 0x21);
   EXPECT_EQ(table.arraysInUse(), 2u);
-  EXPECT_TRUE(table.takeVacant().empty()) << "an array is left";
+  EXPECT_TRUE(table.takeVacant().empty()) << "one array is left";
   table.vacate(slot, 0x02);
   EXPECT_EQ(table.arraysInUse(), 1u);
   EXPECT_EQ(table.find(keyOf(1)), slot);
   EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{slot});
-  EXPECT_TRUE(table.takeVacant().empty()) << "told once";
+  EXPECT_TRUE(table.takeVacant().empty()) << "reported twice";
   EXPECT_EQ(table.releaseVacant({slot}), std::vector<int32_t>{slot});
   EXPECT_EQ(table.find(keyOf(1)), -1);
   EXPECT_EQ(table.bytesInUse(), kBlock + kArray);
@@ -161,7 +161,7 @@ TEST(BlockTable, VacatingUnderRandomLoadLosesNothing) {
   EXPECT_EQ(table.bytesInUse(), 0u);
 }
 
-/// What no extraction has met can go at once; the rest has to be told first.
+/// A block that no extraction has seen can go at once; the others have to be reported first.
 TEST(BlockTable, TellsVacantBlocksThatNoMeshHasSeenApart) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x01}});
@@ -176,8 +176,8 @@ TEST(BlockTable, TellsVacantBlocksThatNoMeshHasSeenApart) {
   EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{seen});
 }
 
-/// One that was emptied and filled again before an extraction is in its mesh: emptied during the
-/// extraction, it has to wait for the next one.
+/// A block emptied and refilled before an extraction is in its mesh: if it is emptied during the
+/// extraction, it waits for the next one.
 TEST(BlockTable, ABlockFilledAgainIsToldAnewWhenItIsEmptied) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x01}});
@@ -202,7 +202,7 @@ TEST(BlockTable, FindsWhatLiesBeyondABall) {
                {keyOf(-2), 1},
                {keyOf(2, 2), 1},
                {keyOf(9), 1}});
-  table.vacate(table.find(keyOf(9)), 1);  // without arrays it is gone already
+  table.vacate(table.find(keyOf(9)), 1);  // has no arrays, so is already gone
   const auto slots = [&](const std::vector<PackedKey>& keys) {
     std::vector<int32_t> found;
     for (const PackedKey key : keys) found.push_back(table.find(key));
@@ -218,10 +218,10 @@ TEST(BlockTable, FindsWhatLiesBeyondABall) {
     return found;
   };
   EXPECT_EQ(beyond(11.9), slots({keyOf(3), keyOf(2, 2), keyOf(-2), keyOf(2)}));
-  EXPECT_EQ(beyond(12.0), slots({keyOf(3), keyOf(2, 2)})) << "one that touches the ball stays";
+  EXPECT_EQ(beyond(12.0), slots({keyOf(3), keyOf(2, 2)})) << "a touching block is included";
 }
 
-/// Memory that is taken by these sizes has to suffice, whatever the budget refuses.
+/// Memory of these sizes must be enough, whatever the budget refuses.
 TEST(BlockTable, PoolsStayWithinTheSizesToldBefore) {
   std::mt19937 random(25);
   for (const size_t budget : {kPlenty, 40 * BlockTable::kArrayBytes}) {
@@ -240,7 +240,7 @@ TEST(BlockTable, PoolsStayWithinTheSizesToldBefore) {
   }
 }
 
-/// Bit of a brick of direction 0.
+/// Bit of a brick in direction 0.
 constexpr uint64_t brick(int number) { return uint64_t{1} << number; }
 
 TEST(BlockTableColours, GoWithTheirVoxels) {
@@ -265,7 +265,7 @@ TEST(BlockTableColours, GoWithTheirVoxels) {
   table.vacate(table.find(keyOf(1)), 1);
   EXPECT_EQ(table.coloursInUse(), 2u);
   const int32_t again = table.admit({{keyOf(4), 1}}).new_arrays[0];
-  EXPECT_EQ(again, first.array[0]);  // recycled, and without colour
+  EXPECT_EQ(again, first.array[0]);  // recycled, without colour
   for (int i = 0; i < kBricksPerArray; ++i) EXPECT_EQ(table.colourOf(again, i), kNoArray);
   EXPECT_LT(table.admitColours({{keyOf(4), brick(3)}}).bricks[0].colours, 2);
   EXPECT_EQ(table.colourCount(), 4u);

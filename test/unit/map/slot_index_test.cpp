@@ -16,7 +16,7 @@ TEST(SlotIndex, FindsTheKeyWhoseBitsAreAllZero) {
   EXPECT_EQ(index.find(0), -1);
 }
 
-/// Keys by number, along x, y and z: so far apart that cubes of the index hold few of them.
+/// Key by number along x, y and z, far enough apart that cubes of the index hold only a few.
 PackedKey numberedKey(unsigned number) {
   constexpr int kApart = 5;
   return packKey({static_cast<int32_t>(number % 17) * kApart - 40,
@@ -34,7 +34,7 @@ void expectEqual(const SlotIndex& index, const std::unordered_map<PackedKey, int
   }
 }
 
-/// Against a table of the standard library, also where it grows ahead, and with more erased than
+/// Compared with a standard library table, also while growing ahead and with more keys erased than
 /// kept.
 TEST(SlotIndex, FollowsInsertionsAndErasures) {
   constexpr unsigned kLastKey = 6000;
@@ -62,7 +62,7 @@ TEST(SlotIndex, FollowsInsertionsAndErasures) {
   }
 }
 
-/// A camera that moves on, and keeps what is near.
+/// A moving camera that keeps only nearby blocks.
 TEST(SlotIndex, TakesNoMoreMemoryForWhatHasGone) {
   constexpr int32_t kKept = 20, kApart = 8;
   const auto key_at = [](int32_t step) { return packKey({step * kApart, 0, 0}); };

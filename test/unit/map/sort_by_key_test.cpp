@@ -9,7 +9,7 @@ namespace {
 
 struct Record {
   PackedKey key;
-  size_t number;  ///< In the order given.
+  size_t number;  ///< Position in the input.
 };
 
 bool operator==(const Record& a, const Record& b) { return a.key == b.key && a.number == b.number; }
@@ -37,7 +37,7 @@ TEST(SortByKey, FewAndMany) {
   for (const size_t count : {0, 1, 2, 127, 128, 129, 5000}) {
     SCOPED_TRACE(count);
     expectSorted(randomRecords(count, {-20, -3, 700}, 40));
-    expectSorted(randomRecords(count, {-1, -1, -1}, 2));  // keys that come often keep their order
+    expectSorted(randomRecords(count, {-1, -1, -1}, 2));  // equal keys keep their order
   }
 }
 

@@ -1,4 +1,4 @@
-// A map that is taken out of its mapper and goes on in another one.
+// A map moves from one mapper to another, which continues it.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -22,7 +22,8 @@ class Contents : public testing::TestWithParam<Mode> {
   }
 };
 
-/// The rest of the recording after half of it: whatever the later bytes depend on is carried over.
+/// Fuses the rest of the recording after moving the map: everything that later bytes depend on
+/// moves, too.
 TEST_P(Contents, GoOnAsIfNothingHadHappened) {
   const size_t frames = roomRecording().depth.size();
   for (const bool painted : {false, true}) {
@@ -55,7 +56,7 @@ TEST(ContentsOfAMap, ComeBackAsTheyWere) {
   const MapContents contents = roomContents();
   EXPECT_TRUE(contents.painted);
   EXPECT_GT(contents.colours.size(), 0u);
-  EXPECT_NE(contents.exposure[0], 1.0f) << "else the gains are not tested";
+  EXPECT_NE(contents.exposure[0], 1.0f) << "the gains are not tested";
   const auto mapper = makeMapper(roomParams(), contents);
   EXPECT_TRUE(sameContents(mapper->contents(), contents));
   EXPECT_EQ(mapper->stats().map_bytes, sizeOf(contents.blocks).bytes());
@@ -86,10 +87,11 @@ TEST(ContentsOfAMap, AreRefusedWhereSettingsDiffer) {
   MapperParams other = roomParams();
   other.fusion.max_depth_m = 3.0f;
   other.mesh.min_support = 1;
-  EXPECT_EQ(errorOf([&] { makeMapper(other, contents); }), "") << "of frames to come, not the map";
+  EXPECT_EQ(errorOf([&] { makeMapper(other, contents); }), "")
+      << "the setting affects future frames, not the map";
 }
 
-/// What fits the node's voxels may be too much for the finer ones of a file.
+/// Limits that suit the node's voxels may be too large for the finer voxels of a file.
 TEST(ContentsOfAMap, LimitsInCellsAreThoseOfItsVoxels) {
   const MapContents fine = makeMapper(roomParams(0.005f))->contents();
   MapperParams params = roomParams(0.02f);
@@ -118,8 +120,8 @@ MapperParams spaceParams(int cell_voxels = 2) {
   return params;
 }
 
-/// What is free goes with the map; to a mapper without space it is nothing, and one whose cells
-/// have another size says so.
+/// Free cells move with the map. A mapper without space drops them; a mapper with cells of another
+/// size refuses them.
 TEST(ContentsOfAMap, HaveWhatIsFree) {
   const MapContents contents = roomContents(false, spaceParams());
   EXPECT_EQ(contents.cell_voxels, 2);
@@ -136,7 +138,7 @@ TEST(ContentsOfAMap, HaveWhatIsFree) {
             "");
 }
 
-/// 6000 cubes of 256 bytes each are to be no more than an eighth of the budget.
+/// 6000 cubes of 256 bytes each must fit into an eighth of the budget.
 TEST(ContentsOfAMap, NeedRoomForWhatIsFree) {
   MapContents contents = roomContents(false, spaceParams());
   contents.free_cubes.clear();
@@ -145,7 +147,7 @@ TEST(ContentsOfAMap, NeedRoomForWhatIsFree) {
   }
   MapperParams params = spaceParams();
   EXPECT_EQ(leastMemoryMb(contents, params), 12);
-  EXPECT_LT(leastMemoryMb(contents, roomParams(0.04f)), 12) << "without space it leaves them out";
+  EXPECT_LT(leastMemoryMb(contents, roomParams(0.04f)), 12) << "a mapper without space drops them";
   params.map.max_memory_mb = 12;
   EXPECT_EQ(errorOf([&] { makeMapper(params, contents); }), "");
   params.map.max_memory_mb = 11;
@@ -185,7 +187,7 @@ TEST(ContentsOfAMap, AreRefusedWhereNoMapHasThem) {
   refused([](MapContents& c) { c.settings["fusion/mode"] = std::string("none"); });
 }
 
-/// Words put together as docs/map_format.md has their bits.
+/// Words composed of the bits in docs/map_format.md.
 TEST(Voxels, AreDecodedAsTheFormatSays) {
   const auto word = [](int distance, uint64_t anchor, int evidence, uint64_t weight) {
     return uint64_t{static_cast<uint16_t>(distance)} | anchor << 16 |

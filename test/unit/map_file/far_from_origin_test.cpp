@@ -1,5 +1,5 @@
-// A wall tens of kilometres from the origin of the map: its mesh, also in chunks as they are sent,
-// is as good as near the origin.
+// The mesh of a wall tens of kilometres from the map's origin is as good as near the origin, also
+// in chunks as sent.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,15 +18,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Divides whole metres, so that a wall that is shifted by these lies in the grid as before.
+/// Divides whole metres, so that a wall shifted by metres has the same place in the grid.
 constexpr float kVoxel_m = 1.0f / 64.0f;
-/// What the distance may add to what voxels make of a wall, which a map near by tells.
+/// Bound on the additional error of the wall far from the origin.
 constexpr double kMostError_m = 1e-4;
 constexpr double kMapError_m = 1e-3;
-/// Triangles that are thinner than a float tells apart have no area, near the origin too.
+/// Triangles too thin for floats have no area, near the origin, too.
 constexpr size_t kFewTriangles = 5;
 
-/// A tilted wall before a camera, both shifted.
+/// A tilted wall in front of a camera, both shifted.
 struct Wall {
   explicit Wall(const Vector3d& shift_W)
       : shift_W(shift_W),
@@ -52,13 +52,13 @@ struct Wall {
   Vector3d shift_W, normal_W, point_W;
 };
 
-/// A mesh as a listener has it, in double.
+/// A mesh as received by a listener, in double precision.
 struct ReadMesh {
   std::vector<Vector3d> positions, normals;
   std::vector<std::array<uint32_t, 3>> triangles;
 };
 
-/// What is sent as mesh_blocks, put together by a listener.
+/// Assembles the mesh from the chunks of mesh_blocks, as a listener does.
 ReadMesh throughChunks(const MeshStore& store) {
   constexpr int kChunkBlocks = 4;
   const ChunkLattice lattice(store.voxelSize(), kChunkBlocks);
@@ -82,9 +82,9 @@ ReadMesh throughChunks(const MeshStore& store) {
   return mesh;
 }
 
-/// How well a mesh shows the wall, but for the rims of what was seen.
+/// The errors of the mesh of the wall, away from the border of the measured part.
 struct Quality {
-  size_t triangles = 0, without_area = 0;  ///< In the whole mesh.
+  size_t triangles = 0, without_area = 0;  ///< in the whole mesh
   size_t inner_vertices = 0;
   double most_m = 0.0, least_cosine = 1.0;
 };
@@ -126,7 +126,7 @@ TEST_P(FarFromOrigin, ChunksAreAsGoodAsNearBy) {
   expectAsGood(measure(throughChunks(far.map()), far), measure(throughChunks(near.map()), near));
 }
 
-/// The origin of the mesh is all that the distance changes; files hold it as mesh_file_test says.
+/// The distance changes only the mesh's origin; mesh_file_test covers files.
 TEST_P(FarFromOrigin, NormalsAndTrianglesAreThoseNearBy) {
   const Mesh near = Wall(Vector3d::Zero()).map().assemble();
   const Mesh far = Wall(shift()).map().assemble();

@@ -1,4 +1,4 @@
-// Map files: what is saved comes back, and what is damaged is refused.
+// Map files: saved maps load unchanged, and damaged files are refused.
 #include "dtsdf_mapping/io/map_file.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// A file taken apart, so that single records can be changed with their checksums put right.
+/// A file split into records, so that single records can be changed and their checksums corrected.
 struct TakenApart {
   struct Part {
     std::string kind;
@@ -73,7 +73,7 @@ struct TakenApart {
     throw std::runtime_error("no such record");
   }
 
-  /// With all checksums as they have to be, but for that of the map itself.
+  /// The file with all checksums corrected, except for the map's own.
   std::string bytes() const {
     const Bytes head = fileHead(map_format::kPurpose);
     std::string text(head.begin(), head.end());
@@ -125,13 +125,13 @@ TEST_F(MapFile, KeepsALevelInAPartOfItsOwn) {
   levelled.T_W_M->translation() = Eigen::Vector3d(0.0, 0.0, 1.0 / 3.0);
   const std::string path = folder_ / "levelled.dtsdf";
   const MapInfo saved = saveMap(levelled, path);
-  EXPECT_EQ(saved.content_hash, saved_.content_hash) << "the map is the same";
-  EXPECT_TRUE(sameContents(loadMap(path), levelled)) << "to the last bit";
+  EXPECT_EQ(saved.content_hash, saved_.content_hash) << "the level is not part of the map";
+  EXPECT_TRUE(sameContents(loadMap(path), levelled)) << "not equal to the last bit";
   ASSERT_TRUE(readMapInfo(path).T_W_M);
   EXPECT_EQ(readMapInfo(path).T_W_M->matrix(), levelled.T_W_M->matrix());
 
   TakenApart bent(path);
-  EXPECT_EQ(bent.get("LEVL").flags, 0u) << "who skips it would fuse in the wrong frame";
+  EXPECT_EQ(bent.get("LEVL").flags, 0u) << "a reader that skips it would fuse in the wrong frame";
   bent.get("LEVL").content[6] ^= 0x10;
   EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "its level is not a pose"));
   bent.get("LEVL").content.resize(88);
@@ -146,7 +146,7 @@ TEST(Level, HasToBeThatOfTheRunThatGoesOn) {
   EXPECT_TRUE(contains(errorOf([&] { checkLevel(plain, true); }), "set map/level to none"));
   EXPECT_TRUE(contains(errorOf([&] { checkLevel(levelled, false); }), "floor or imu"));
   plain.frames = levelled.frames = 0;
-  EXPECT_EQ(errorOf([&] { checkLevel(plain, true); }), "") << "nothing is in it yet";
+  EXPECT_EQ(errorOf([&] { checkLevel(plain, true); }), "") << "an empty map accepts any level";
   EXPECT_EQ(errorOf([&] { checkLevel(levelled, false); }), "");
 }
 
@@ -176,7 +176,7 @@ TEST_F(MapFile, ContentHashesAreEqualForEqualMapsOnly) {
   other.map_frame = "map";
   other.stamp_s = 5.0;
   other.settings["mesh/min_support"] = 1;
-  EXPECT_EQ(contentHash(other), saved_.content_hash) << "the map is the same";
+  EXPECT_EQ(contentHash(other), saved_.content_hash) << "the hash depends on more than the map";
   const auto expectOther = [&](const auto& change) {
     MapContents changed = copyOf(smallMap());
     change(changed);
@@ -204,7 +204,7 @@ TEST_F(MapFile, OfAnEmptyMapIsOneToo) {
   EXPECT_EQ(readMapInfo(path_).size.blocks, 0u);
 }
 
-/// Many sections, and a last one that is not full.
+/// Many sections, the last one not full.
 TEST_F(MapFile, OfManyChunksComesBack) {
   const MapContents contents = roomContents(true, roomParams(0.015f));
   ASSERT_GT(contents.blocks.size(), 3 * kBlocksPerChunk);
@@ -226,12 +226,12 @@ TEST_F(MapFile, SettingsComeBackExactly) {
   EXPECT_EQ(loadMap(path_).settings, contents.settings);
 }
 
-/// How poses were found is in the file, unless they were taken as given.
+/// The file says how poses were found, unless they were used as given.
 TEST_F(MapFile, SaysHowPosesWereFound) {
   MapContents contents = copyOf(smallMap());
   ParamTree settings = readMapInfo(path_).settings;
   EXPECT_EQ(settings.count("poses/mode"), 0u);
-  contents.poses.sigma_m = 0.5;  // of what is not done
+  contents.poses.sigma_m = 0.5;  // belongs to a mode that is not used
   saveMap(contents, path_);
   EXPECT_TRUE(readBytes(path_) == bytes_);
 
@@ -247,7 +247,7 @@ TEST_F(MapFile, SaysHowPosesWereFound) {
   EXPECT_TRUE(readBytes(path_) == bytes);
 }
 
-/// What the reader refuses, the writer refuses, and leaves the file as it was.
+/// The writer refuses what the reader refuses, and then leaves the file as it was.
 TEST_F(MapFile, IsNotWrittenWhereItCouldNotBeRead) {
   const auto expectRefused = [&](const std::function<void(MapContents&)>& change) {
     MapContents contents = copyOf(smallMap());
@@ -281,7 +281,7 @@ TEST_F(MapFile, ToldWithoutReadingTheVoxels) {
 }
 
 TEST_F(MapFile, WithABitFlippedIsRefused) {
-  // Each byte of the headers and of the small sections, and some of the others.
+  // All bytes of the headers and of the small sections, and a sample of the others.
   const size_t step = std::max<size_t>(1, bytes_.size() / 3000);
   for (size_t i = 0; i < bytes_.size(); i += i < 6000 || i + 200 > bytes_.size() ? 1 : step) {
     std::string spoilt = bytes_;
@@ -312,7 +312,7 @@ TEST_F(MapFile, WithoutOneOfItsRecordsIsRefused) {
 }
 
 TEST_F(MapFile, KeepsWhatItIsTakenApartInto) {
-  EXPECT_EQ(takenApart().bytes(), bytes_) << "else the tests with records test nothing";
+  EXPECT_EQ(takenApart().bytes(), bytes_) << "the tests with records would test nothing";
 }
 
 TEST_F(MapFile, SkipsUnknownRecordsThatItMay) {
@@ -332,7 +332,7 @@ TEST_F(MapFile, OfANewerFormatIsRefused) {
   EXPECT_TRUE(contains(error, "version 2") && contains(error, "use a newer program")) << error;
 }
 
-/// Sizes that are not there take no memory: an allocation of 2^60 bytes would fail otherwise.
+/// Allocates no memory for sizes beyond the file: an allocation of 2^60 bytes would fail.
 TEST_F(MapFile, WithHugeSizesIsRefused) {
   for (size_t number = 0; number < 4; ++number) {
     for (const uint64_t value : {uint64_t{1} << 60, ~uint64_t{0}, uint64_t{1} << 40, uint64_t{0}}) {
@@ -349,7 +349,7 @@ TEST_F(MapFile, WithHugeSizesIsRefused) {
   EXPECT_TRUE(contains(errorOfBytes(longer), "damaged"));
 }
 
-/// A file of a box has its frames beside the map.
+/// A file with a box stores the box's frames with the map.
 TEST_F(MapFile, OfABoxSaysWhich) {
   MapBox box{{-4, -5, -6}, {1, 2, 3}, 2, {{0, 4}, {7, 9}}, {{7, 9}}};
   const auto mapper = makeProbedMapper(smallParams());
@@ -387,7 +387,7 @@ TEST_F(MapFile, FreeCellsCount) {
   EXPECT_EQ(errorOf([&] { EXPECT_TRUE(sameContents(loadMap(path_, params), contents)); }), "");
 }
 
-/// Zeros take next to nothing in a file.
+/// Zeros take almost no space in a file.
 TEST_F(MapFile, AskingForMoreThanThereIsRoomForTakesNoMemory) {
   constexpr int kSide = 36;  // 46656 blocks of six arrays: 1.1 GiB
   MapContents head;
@@ -432,7 +432,7 @@ TEST_F(MapFile, HasToBeOne) {
   EXPECT_TRUE(contains(errorOf([&] { loadMap(folder_ / "fifo"); }), "cannot read"));
 }
 
-/// DTSDF_KILLS asks for more of them.
+/// DTSDF_KILLS sets the number of kills.
 TEST_F(MapFile, IsWholeAfterASaveThatWasKilled) {
   const MapContents larger = roomContents(true, roomParams(0.015f));
   const auto start = std::chrono::steady_clock::now();
@@ -481,7 +481,7 @@ TEST_F(MapFile, WithFreeCellsThatAreNoneIsRefused) {
   }
 }
 
-/// Runs examples/read_map.py on a file. @return its exit code.
+/// Runs examples/read_map.py on a file and returns its exit code.
 int readByExample(const std::string& path, std::string& output) {
   FILE* pipe = popen((std::string(DTSDF_READ_MAP) + " " + path + " 2>&1").c_str(), "r");
   if (pipe == nullptr) return -1;

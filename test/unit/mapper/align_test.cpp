@@ -1,4 +1,4 @@
-// Images aligned to maps of analytic scenes, from poses that are off by known amounts.
+// Tests the alignment of images to maps of analytic scenes, from poses with known errors.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Three walls of a room that meet, seen from inside.
+/// Three walls that meet in a corner of a room, seen from inside.
 Scene corner() {
   Scene scene;
   scene.add(Plane{{2.0, 0.0, 0.0}, -Vector3d::UnitX()});
@@ -34,7 +34,7 @@ Scene wall() {
 Isometry3d cornerPose() { return lookAt({0.3, 0.2, 0.1}, {2.0, 2.0, -1.0}, Vector3d::UnitZ()); }
 Isometry3d wallPose() { return lookAt({0.3, 0.2, 0.1}, {2.0, 0.2, 0.1}, Vector3d::UnitZ()); }
 
-/// A map that one pose has seen often enough.
+/// Maps a scene from one pose, often enough.
 void seeFrom(Session& session, const Scene& scene, const Isometry3d& T_W_C) {
   for (int i = 0; i < 3; ++i) session.integrate(renderFrame(scene, T_W_C, 320, 240));
 }
@@ -47,7 +47,7 @@ Isometry3d off(const Isometry3d& T_W_C, const Vector3d& shift_m, double turn_deg
   return moved;
 }
 
-/// The pose found for an image that was taken at `truth` and is said to be at `given`.
+/// The pose found for an image taken at `truth` with the given pose `given`.
 Alignment alignAt(Session& session, const Scene& scene, const Isometry3d& truth,
                   const Isometry3d& given, const PosePrior& prior = {0.1, 0.15}) {
   const SceneFrame image = renderFrame(scene, truth, 320, 240);
@@ -61,8 +61,8 @@ struct Offset {
   double turn_deg;
 };
 
-/// The map's own error is some 0.2 mm here, of voxels of 20 mm; from everywhere the same pose is
-/// found.
+/// The map itself is off by some 0.2 mm here, with voxels of 20 mm; all starting points lead to the
+/// same pose.
 class Corner : public testing::TestWithParam<Offset> {};
 
 TEST_P(Corner, IsFoundAgain) {
@@ -101,7 +101,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Offset{{0.06, 0.06, -0.05}, 4.0}, Offset{{-0.06, 0.06, 0.053}, 0.0},
                     Offset{{0.0, 0.0, 0.0}, 8.0}, Offset{{0.0, 0.0, 0.0}, -8.0}));
 
-/// What a wall does not hold stays where it was; what it holds is found.
+/// Motions that a wall does not constrain are left alone; the others are found.
 TEST(Align, AWallHoldsOneShiftAndTwoTurns) {
   Session session(makeCpuParams());
   seeFrom(session, wall(), wallPose());
@@ -121,7 +121,7 @@ TEST(Align, AWallHoldsOneShiftAndTwoTurns) {
   EXPECT_LT(std::sqrt(found.covariance(4, 4)), 0.1 * prior.sigma_rad);
 }
 
-/// Half a voxel thin, seen from both sides: each side is aligned to itself.
+/// A sheet half a voxel thin, seen from both sides: each side is aligned to itself.
 TEST(Align, BothSidesOfASheetStayApart) {
   Scene plate;
   plate.add(Box{Isometry3d(Eigen::Translation3d(1.0, 0.0, 0.0)), {0.005, 0.4, 0.4}});
@@ -151,7 +151,7 @@ TEST(Align, AnEmptyMapLeavesThePose) {
 TEST(Align, AnotherPlaceDoesNotFit) {
   Session session(makeCpuParams());
   seeFrom(session, corner(), cornerPose());
-  Scene other;  // balls near where the walls are
+  Scene other;  // balls close to where the walls are
   for (int i = 0; i < 20; ++i) {
     for (int k = 0; k < 10; ++k) other.add(Sphere{{1.9, 0.3 * i - 1.0, 0.3 * k - 1.5}, 0.12});
     for (int k = 0; k < 10; ++k) other.add(Sphere{{0.3 * i - 1.0, 1.9, 0.3 * k - 1.5}, 0.12});
@@ -172,7 +172,7 @@ TEST(Align, LeavesTheMapAndTakesWhatItCannotUse) {
   bad.T_W_C.translation().x() = NAN;
   const Alignment refused = session.mapper().align(bad, {0.1, 0.2});
   EXPECT_EQ(refused.status, AlignmentStatus::kUnmapped);
-  EXPECT_NEAR(refused.covariance(0, 0), 0.01, 1e-12) << "as unknown as it was given";
+  EXPECT_NEAR(refused.covariance(0, 0), 0.01, 1e-12) << "not the given covariance";
   EXPECT_NEAR(refused.covariance(5, 5), 0.04, 1e-12);
   bad = image.view();
   bad.intrinsics.fx = 0.0f;
@@ -180,7 +180,7 @@ TEST(Align, LeavesTheMapAndTakesWhatItCannotUse) {
   EXPECT_TRUE(sameMaps(untouched.mapper(), session.mapper()));
 }
 
-/// Poses that are all off by the same amount, and by some more each: the map stays one.
+/// Poses with a constant error plus noise: the map stays consistent.
 TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
   Session session(makeCpuParams());
   seeFrom(session, corner(), cornerPose());
@@ -197,14 +197,15 @@ TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
     frame.T_W_C.translation() = truth.translation() + constant;
     const Alignment found = refiner.refine(session.mapper(), frame);
     ASSERT_EQ(found.status, AlignmentStatus::kAligned);
-    // What is left moves no wall by more than 0.2 voxels of 20 mm, or is not significant.
+    // The remaining error is insignificant, that is, it moves no wall by more than 0.2 voxels of 20
+    // mm.
     const double least_m = found.is_significant ? 1e-3 : 0.2 * 0.02 * std::sqrt(3.0);
     EXPECT_LT((found.T_W_C.translation() - truth.translation()).norm(), least_m) << i;
   }
   EXPECT_LT((refiner.T_W_O().translation() + constant).norm(), 0.5 * constant.norm());
 }
 
-/// Odometry that starts elsewhere than the map that was loaded.
+/// Odometry whose origin is not that of the loaded map.
 TEST(PoseRefiner, FindsWhereACameraStands) {
   Session session(makeCpuParams());
   seeFrom(session, corner(), cornerPose());
@@ -216,13 +217,13 @@ TEST(PoseRefiner, FindsWhereACameraStands) {
   for (int i = 0; i < 30; ++i) {
     const Alignment found = refiner.refine(session.mapper(), frame);
     ASSERT_EQ(found.status, AlignmentStatus::kAligned);
-    // What is left is not significant: it moves no wall by more than 0.2 voxels of 20 mm.
+    // The remaining error is insignificant: it moves no wall by more than 0.2 voxels of 20 mm.
     EXPECT_LT((found.T_W_C.translation() - cornerPose().translation()).norm(), 0.0075) << i;
   }
   EXPECT_LT((refiner.T_W_O().translation() + offset).norm(), 0.0075);
 }
 
-/// The map has an error of its own, which says nothing of the pose.
+/// The map's own error does not count as an error of the pose.
 TEST(PoseRefiner, LeavesAPoseThatIsRight) {
   Session session(makeCpuParams());
   seeFrom(session, corner(), cornerPose());
@@ -238,7 +239,7 @@ TEST(PoseRefiner, LeavesAPoseThatIsRight) {
   EXPECT_TRUE(refiner.T_W_O().isApprox(Isometry3d::Identity(), 1e-12));
 }
 
-/// From there the image fits all but one wall, past which it slips, by half a decimetre.
+/// From this pose the image fits all walls but one, and the alignment slips by 5 cm.
 TEST(PoseRefiner, LooksWhereTheImageBeforeWasAsWell) {
   Session session(makeCpuParams());
   seeFrom(session, corner(), cornerPose());
@@ -259,7 +260,7 @@ TEST(PoseRefiner, LooksWhereTheImageBeforeWasAsWell) {
   EXPECT_NEAR(found.shift_m, (cornerPose().translation() - given.translation()).norm(), 1e-3);
 }
 
-/// The image before fits, but lies too far from what is given to be meant.
+/// The previous image's pose fits, but is too far from the given pose.
 TEST(PoseRefiner, DoesNotGoBackToWhereTheImageBeforeWas) {
   for (const double turn_deg : {20.0, 180.0}) {
     Session session(makeCpuParams());
@@ -274,7 +275,7 @@ TEST(PoseRefiner, DoesNotGoBackToWhereTheImageBeforeWas) {
   }
 }
 
-/// Its error along the wall's normal is known exactly; along the wall it is that of a given pose.
+/// The error along the wall's normal is known exactly; along the wall it is that of the given pose.
 TEST(PoseRefiner, KnowsTheErrorOfAPoseThatItLeaves) {
   Session session(makeCpuParams());
   seeFrom(session, wall(), wallPose());
@@ -292,7 +293,7 @@ TEST(PoseRefiner, KnowsTheErrorOfAPoseThatItLeaves) {
   EXPECT_GE(std::sqrt(found.covariance(1, 1)), params.sigma_m);
 }
 
-/// One pose that is none leaves no trace, at first or later.
+/// A single invalid pose has no effect, at first or later.
 TEST(PoseRefiner, ForgetsAPoseThatIsNotANumber) {
   Session session(makeCpuParams());
   seeFrom(session, corner(), cornerPose());
@@ -310,7 +311,7 @@ TEST(PoseRefiner, ForgetsAPoseThatIsNotANumber) {
   EXPECT_EQ(refiner.T_W_O().matrix(), undisturbed.T_W_O().matrix());
 }
 
-/// Along a wall nothing is off.
+/// No error is reported along a wall.
 TEST(Align, ReportsByHowMuchAPoseIsOff) {
   Session session(makeCpuParams());
   seeFrom(session, wall(), wallPose());

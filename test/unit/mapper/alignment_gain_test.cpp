@@ -1,4 +1,4 @@
-/// Whether poses or alignments are the noisier ones is found out from images alone.
+/// Tests whether images alone tell which are noisier, the given poses or the alignments.
 #include "dtsdf_mapping/alignment_gain.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Where a hand-held camera is at an image.
+/// The pose of a hand-held camera at an image.
 Isometry3d truthAt(int image) {
   const double t = 0.1 * image;
   Isometry3d T = Isometry3d::Identity();
@@ -25,7 +25,7 @@ class Noise {
  public:
   Noise(double sigma, unsigned seed) : sigma_(sigma), engine_(seed) {}
 
-  /// A pose off by a shift in metres and a turn in radians, per axis.
+  /// Adds noise to a pose: a shift in metres and a turn in radians, per axis.
   Isometry3d operator()(const Isometry3d& pose) {
     Isometry3d off = pose;
     off.translation() += vector();
@@ -46,7 +46,7 @@ class Noise {
   std::normal_distribution<double> normal_;
 };
 
-/// After so many images with independent errors of given poses and of alignments.
+/// The gain after `images` images with independent errors of given poses and alignments.
 AlignmentGain after(int images, double given_sigma, double aligned_sigma) {
   AlignmentGain gain;
   Noise given(given_sigma, 7), aligned(aligned_sigma, 8);
@@ -68,21 +68,21 @@ TEST(AlignmentGain, FollowsAlignmentsAtOnceWherePosesAreNoisy) {
   EXPECT_EQ(shareOfAWay(after(100, 0.02, 0.01), 0.01), 1.0);
 }
 
-/// Kalman's gain for one pose is var / (var + var), of the pose and of the alignment.
+/// Kalman's gain for a single pose is var / (var + var), of the pose and of the alignment.
 TEST(AlignmentGain, FollowsNoisyAlignmentsSlowlyWherePosesAreSmooth) {
   const double share = shareOfAWay(after(100, 0.002, 0.02), 0.01);
   EXPECT_GT(share, 0.0);
   EXPECT_NEAR(share, 0.01, 0.02);
 }
 
-/// Sqrt(3) * 3 deviations of 10 mm are noise; what is beyond is none.
+/// Up to sqrt(3) * 3 deviations of 10 mm count as noise, more does not.
 TEST(AlignmentGain, FollowsWhatIsFartherThanNoise) {
   const AlignmentGain gain = after(200, 0.0, 0.01);
   EXPECT_LT(shareOfAWay(gain, 0.03), 0.05);
   EXPECT_NEAR(shareOfAWay(gain, 0.20), 1.0 - 0.052 / 0.20, 0.1);
 }
 
-/// An error that comes and goes within a second is no noise of alignments, which see it.
+/// An error that comes and goes within a second is not noise of the alignments, which see it.
 TEST(AlignmentGain, FollowsExactAlignmentsWhereOdometryWandersSmoothly) {
   AlignmentGain gain;
   for (int i = 0; i < 100; ++i) {
@@ -94,7 +94,7 @@ TEST(AlignmentGain, FollowsExactAlignmentsWhereOdometryWandersSmoothly) {
   EXPECT_EQ(shareOfAWay(gain, 0.01), 1.0);
 }
 
-/// Odometry that jumps says nothing of the noise of alignments.
+/// A jump of the odometry says nothing about the noise of alignments.
 TEST(AlignmentGain, BeginsAnewWhereTheCorrectionJumps) {
   AlignmentGain gain;
   Noise given(0.001, 7), aligned(0.01, 8);

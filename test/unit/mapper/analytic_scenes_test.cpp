@@ -1,5 +1,5 @@
-// Maps of analytic scenes in all fusion modes: how far the mesh lies from the true surface, and
-// whether it hangs together. Lengths in voxels, unless they are named otherwise.
+// Tests maps of analytic scenes in all fusion modes: the distance of the mesh from the true
+// surface, and its topology. Lengths are in voxels unless their names say otherwise.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ void expectWithin(const SurfaceError& error, const Bounds& bounds) {
   EXPECT_LT(error.max_m / kSceneVoxel_m, bounds.max) << error.vertices << " vertices";
 }
 
-/// What every mesh has to be, holes or not.
+/// Checks properties that every mesh must have, with holes or without.
 void expectSound(const Mesh& mesh) {
   const MeshTopology topology = measureTopology(mesh);
   EXPECT_GT(topology.triangles, 1000u);
@@ -47,8 +47,8 @@ void expectSound(const Mesh& mesh) {
   for (const Vec3f& n : mesh.normals) ASSERT_NEAR(norm(n), 1.0f, 1e-4f);
 }
 
-/// The normals of vertices point to where the scene is free, but for slivers of a rim that are
-/// smaller than an anchor's step and may stand on end.
+/// Checks that vertex normals point to the scene's free side. Slivers at a border that are smaller
+/// than an anchor's step may stand on end.
 void expectFreeSide(const Mesh& mesh, const Scene& scene) {
   size_t wrong = 0;
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
@@ -60,12 +60,11 @@ void expectFreeSide(const Mesh& mesh, const Scene& scene) {
   EXPECT_LE(wrong, mesh.vertices_m.size() / 5000) << "of " << mesh.vertices_m.size();
 }
 
-/// Six views of a tilted plane, nothing farther than 1.6 m. Point-to-plane distances of a plane are
-/// exact, so what remains is rounding. In a directional map that is of anchors, which vertices are
-/// drawn to where a view ends: 1/20 of a voxel along each axis. The projective distance to the
-/// pixel that a voxel falls on is off by up to half a pixel's depth step: 6 mm wide pixels at
-/// 1.6 m, half of it along two axes, times the tangent of a view as oblique as 60 degrees, is 8 mm;
-/// 0.5 voxels leave room for the interpolation.
+/// Six views of a tilted plane, up to 1.6 m away. Point-to-plane distances of a plane are exact, so
+/// only rounding remains. In a directional map, anchors are rounded to 1/20 of a voxel along each
+/// axis, and attract the vertices at the end of a view. Projective distances are off by up to half
+/// a pixel's step in depth: pixels are 6 mm wide at 1.6 m, half of it along two axes, times the
+/// tangent of an obliqueness of 60 degrees, is 8 mm; 0.5 voxels leave room for the interpolation.
 TEST_P(AnalyticScenes, TiltedPlane) {
   Scene scene;
   scene.add(Plane{Vector3d(0.1, 0.05, 0.02), Vector3d(0.3, -0.4, 1.0).normalized()});
@@ -84,10 +83,10 @@ TEST_P(AnalyticScenes, TiltedPlane) {
   expectFreeSide(mesh, scene);
 }
 
-/// A ball of 20 voxels radius from all round. A tangent plane is off by r^2 / (2 R) at r beside its
-/// point: 0.05 at sqrt(2) voxels, where the weight has fallen to nothing. Projective distances grow
-/// without bound where rays graze the ball; all views count alike in the undirected map, as it
-/// takes no normals, so of 24 views the oblique ones show.
+/// A ball with a radius of 20 voxels, seen from all sides. At a distance r from its point, a
+/// tangent plane is off by r^2 / (2 R): 0.05 at sqrt(2) voxels, where the weight has fallen to 0.
+/// Projective distances grow without bound where rays graze the ball; the undirected map uses no
+/// normals, so all 24 views count alike and the oblique ones show.
 TEST_P(AnalyticScenes, Ball) {
   const Vector3d centre(0.13, -0.07, 0.21);
   Scene scene;
@@ -98,8 +97,8 @@ TEST_P(AnalyticScenes, Ball) {
   expectFreeSide(mesh, scene);
 }
 
-/// A box that is turned in the grid. Its faces are flat, but for what is within one and a half
-/// times the truncation distance of an edge, where projective distances from other views reach.
+/// A box rotated against the grid. Its faces are flat, except within one and a half truncation
+/// distances of an edge, where projective distances from other views reach.
 TEST_P(AnalyticScenes, TurnedBoxFaces) {
   const Vector3d centre(0.1, 0.02, 0.03);
   Scene scene;
@@ -113,7 +112,7 @@ TEST_P(AnalyticScenes, TurnedBoxFaces) {
     Vector3d inside =
         Vector3d(0.25, 0.2, 0.3) - (R_B_W * (Vector3d(p.x, p.y, p.z) - centre)).cwiseAbs();
     std::sort(inside.data(), inside.data() + 3);
-    if (inside[1] < 6.0 * kSceneVoxel_m) continue;  // a second face is near
+    if (inside[1] < 6.0 * kSceneVoxel_m) continue;  // close to a second face
     worst = std::max(worst, std::abs(inside[0]) / kSceneVoxel_m);
     ++on_faces;
   }
@@ -136,9 +135,9 @@ double areaWithin(const Mesh& mesh, const Eigen::AlignedBox3d& box) {
   return area;
 }
 
-/// A floor in a single image, 0.15 m below the camera and 2 to 2.7 m ahead of it: pixels are 4 to
-/// 5 mm wide, but 53 to 97 mm long on the floor, which is 3 to 5 voxels. Undivided, they leave four
-/// fifths of it open.
+/// A floor in a single image, 0.15 m below the camera and 2 to 2.7 m ahead: pixels are 4 to 5 mm
+/// wide but 53 to 97 mm long on the floor, which is 3 to 5 voxels. Without subdivision they leave
+/// four fifths of it open.
 TEST(GrazingView, LeavesNoHolesInAFloor) {
   Scene scene;
   scene.add(Plane{Vector3d::Zero(), Vector3d::UnitZ()});
@@ -151,8 +150,8 @@ TEST(GrazingView, LeavesNoHolesInAFloor) {
   EXPECT_NEAR(areaWithin(mesh, part), 0.56, 0.02);
 }
 
-/// A wall in one image, whose pixels are a voxel wide and more or less: no width leaves holes, nor
-/// do the empty lines that registered depth images have between what was measured.
+/// A wall in one image, with pixels narrower and wider than a voxel: no width leaves holes, and nor
+/// do the empty lines of registered depth images.
 TEST(Wall, HasNoHolesAtAnyWidthOfPixels) {
   Scene scene;
   scene.add(Plane{Vector3d(2.0, 0.0, 0.0), Vector3d(-1.0, 0.3, 0.1).normalized()});
@@ -174,7 +173,7 @@ TEST(Wall, HasNoHolesAtAnyWidthOfPixels) {
   }
 }
 
-/// A wire that is a single column of pixels wide, in front of a wall.
+/// A wire one column of pixels wide, in front of a wall.
 TEST(ThinWire, IsMappedFromOneColumnOfPixels) {
   const double wire_m = 0.008;
   Scene scene;
@@ -188,7 +187,7 @@ TEST(ThinWire, IsMappedFromOneColumnOfPixels) {
   ASSERT_LT(hits, 120);  // rows of the image
   const Mesh mesh = reconstruct(makeCpuParams(), frames);
   const Eigen::AlignedBox3d around(Vector3d(1.4, -0.05, -0.25), Vector3d(1.6, 0.05, 0.25));
-  // Anchoring draws what lies beside the column of pixels to it.
+  // Anchoring attracts vertices next to the column to it.
   EXPECT_GT(areaWithin(mesh, around), 0.4 * wire_m);
   EXPECT_LT(measureError(mesh, scene).max_m, 1.5 * kSceneVoxel_m);
 }
@@ -202,9 +201,9 @@ INSTANTIATE_TEST_SUITE_P(All, AnalyticScenes,
                            return modeName(std::get<0>(info.param), std::get<1>(info.param));
                          });
 
-/// Seen from all round, the surface of a ball is closed: no hole, and every side of a triangle
-/// between two that agree about the free side. With a single frame's support 24 views are enough;
-/// where two have to support each sample, twice as many: view rays leave out some far ones.
+/// Seen from all sides, the surface of a ball is closed, and each side of a triangle joins two that
+/// agree on the free side. With support from one frame 24 views are enough; if each sample needs
+/// support from two, twice as many, because view rays miss some far samples.
 class ClosedBall : public testing::TestWithParam<Mode> {};
 
 TEST_P(ClosedBall, HasNoBoundary) {
@@ -224,8 +223,8 @@ TEST_P(ClosedBall, HasNoBoundary) {
   }
 }
 
-/// Ray casting along the view ray into the directional map is not among them: it leaves out some
-/// 0.6 per cent of the triangles, however many views there are.
+/// Without ray casting along the view ray into the directional map, which misses some 0.6 per cent
+/// of the triangles with any number of views.
 INSTANTIATE_TEST_SUITE_P(Modes, ClosedBall,
                          testing::Values(Mode{FusionMode::kVoxelProjection, true},
                                          Mode{FusionMode::kVoxelProjection, false},

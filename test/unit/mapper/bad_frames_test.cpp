@@ -1,5 +1,5 @@
-// Frames that cannot be fused leave the map as it was and say what is wrong with them; frames that
-// only look odd are fused.
+// Frames that cannot be fused leave the map unchanged and report what is wrong; unusual but valid
+// frames are fused.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 MapperParams testParams() { return makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f); }
 
-/// One frame of the room, or a later one; rendered once.
+/// A frame of the room, or a later one; rendered once.
 SceneFrame goodFrame(bool later = false) {
   static const SceneFrame frames[] = {renderFrame(makeRoomScene(), roomCameraPose(0.0), 80, 60),
                                       renderFrame(makeRoomScene(), roomCameraPose(2.0), 80, 60)};
@@ -37,7 +37,7 @@ struct BadFrame {
   std::function<void(DepthFrame&)> spoil;
 };
 
-/// For GoogleTest, which would print the bytes.
+/// Without this, GoogleTest prints the bytes.
 std::ostream& operator<<(std::ostream& out, const BadFrame& frame) { return out << frame.name; }
 
 BadFrame badPose(const std::string& name, const std::function<void(DepthFrame&)>& spoil) {
@@ -103,7 +103,7 @@ std::vector<BadFrame> badPoses() {
       badPose("Mirrored", [](DepthFrame& f) { f.T_W_C.linear().col(0) *= -1.0; }),
       badPose("Sheared", [](DepthFrame& f) { f.T_W_C.linear()(0, 1) += 0.2; }),
       badPose("BeyondTheMap", [](DepthFrame& f) { f.T_W_C.translation().y() = 1e9; }),
-      // Not the pose's fault, but what the camera would see is beyond the map.
+      // The pose is valid, but the camera's view is beyond the map.
       badPose("HugeCx", [](DepthFrame& f) { f.intrinsics.cx = 1e30f; }),
       badPose("HugeCy", [](DepthFrame& f) { f.intrinsics.cy = -1e12f; }),
       badPose("FarBeyondTheMap", [](DepthFrame& f) { f.T_W_C.translation().y() = -1e300; }),
@@ -148,7 +148,7 @@ TEST(EmptyDepth, IsNoMeasurement) {
   }
 }
 
-/// 50 m are beyond the range: such a frame clears, and is none only where nothing is cleared.
+/// 50 m are out of range: such a frame still clears, and counts as empty only without clearing.
 TEST(EmptyDepth, BeyondTheRangeIsNoMeasurementWithoutClearing) {
   SceneFrame frame = goodFrame();
   std::fill(frame.depth_m.begin(), frame.depth_m.end(), 50.0f);
@@ -166,7 +166,7 @@ TEST(EmptyDepth, BeyondTheRangeIsNoMeasurementWithoutClearing) {
   }
 }
 
-/// NaN, infinity and nonsense count as no measurement, like 0.
+/// NaN, infinity and other invalid values count as no measurement, like 0.
 TEST(OddFrames, InvalidPixelsAreHoles) {
   const auto odd = makeProbedMapper(testParams()), plain = makeProbedMapper(testParams());
   SceneFrame holes = goodFrame();
@@ -197,11 +197,11 @@ TEST(OddFrames, PaddedRowsAreSkipped) {
   EXPECT_TRUE(sameMaps(*padded, *plain));
 }
 
-/// 16 bits in units of 1 / 4096 m hold a depth image rounded to it, exactly.
+/// 16 bits in units of 1 / 4096 m represent a depth image rounded to that unit exactly.
 TEST(OddFrames, EncodingsAgree) {
   const auto whole = makeProbedMapper(testParams()), metres = makeProbedMapper(testParams());
   SceneFrame frame = goodFrame();
-  constexpr float kUnit_m = 1.0f / 4096.0f;  // a power of two, so that both products are exact
+  constexpr float kUnit_m = 1.0f / 4096.0f;  // a power of two, for exact products
   std::vector<uint16_t> units;
   for (float& z : frame.depth_m) {
     units.push_back(static_cast<uint16_t>(std::lround(z / kUnit_m)));
@@ -220,12 +220,12 @@ TEST(OddFrames, EncodingsAgree) {
 TEST(OddFrames, AnAlmostRotationIsTaken) {
   const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(testParams());
   SceneFrame frame = goodFrame();
-  frame.frame.T_W_C.linear() *= 1.0 + 1e-5;  // a quaternion that was rounded on its way
+  frame.frame.T_W_C.linear() *= 1.0 + 1e-5;  // a rotation that was rounded on its way
   EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kFused);
 }
 
-/// A pixel that is more than a pixel away from others has no normal. Projecting voxels into the
-/// undirected map takes none, so it counts there and nowhere else.
+/// A pixel more than a pixel away from all others has no normal. Voxel projection into the
+/// undirected map needs none, so only there does it count.
 TEST(LonelyPixels, CountWhereNoNormalIsNeeded) {
   SceneFrame frame = goodFrame();
   for (int v = 0; v < frame.frame.height; ++v) {

@@ -1,5 +1,5 @@
-// A map that has reached its budget: what is there stays as it is and goes on being updated, the
-// rest is refused and counted.
+// A map that has reached its budget keeps and updates what it contains; blocks beyond that are
+// refused and counted.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -61,12 +61,12 @@ TEST_P(Budget, WhatIsBesideTheMapIsTold) {
   mapper->integrate(frame.view());
   mapper->updateMesh();
   const MapperMemory after = mapper->memory();
-  // Inverse depth and free depth of each pixel at least; voxels come in slabs.
+  // At least inverse depth and free depth of each pixel; voxels come in slabs.
   EXPECT_GE(after.scratch, before.scratch + 2 * sizeof(float) * frame.depth_m.size());
   EXPECT_EQ(after.meshes + after.staging, 0u);
 }
 
-/// Every array that the budget let in holds what it holds without a budget.
+/// Every array within the budget has the same contents as without a budget.
 TEST_P(Budget, WhatIsMappedIsRight) {
   MapperParams plenty_params = smallParams(GetParam());
   plenty_params.map.max_memory_mb = 1024;
@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(Maps, Budget, testing::Bool(),
                            return info.param ? "Directional" : "Undirected";
                          });
 
-/// Blocks that a frame only brushes, without leaving a sample, do not stay in the map.
+/// Blocks that a frame only touches, without leaving a sample, are removed from the map.
 TEST(Recycling, NoArrayIsEmpty) {
   for (const FusionMode mode :
        {FusionMode::kVoxelProjection, FusionMode::kRayCasting, FusionMode::kNormalRayCasting}) {

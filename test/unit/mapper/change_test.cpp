@@ -1,4 +1,4 @@
-// Scenes that change: what goes away, moves, comes back, or was seen but once.
+// Changing scenes: objects that go away, move, come back, or were seen only once.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ Scene wallAndBall() {
   return scene;
 }
 
-/// From the origin, turned about the vertical.
+/// A view from the origin, turned about the vertical axis.
 SceneFrame look(const Scene& scene, double yaw_rad = 0.0) {
   const Vector3d ahead(std::cos(yaw_rad), std::sin(yaw_rad), 0.0);
   return renderFrame(scene, lookAt(Vector3d::Zero(), ahead, Vector3d::UnitZ()));
@@ -38,7 +38,7 @@ void see(Session& session, const SceneFrame& frame, int times) {
   for (int i = 0; i < times; ++i) session.integrate(frame);
 }
 
-/// Triangles of the mesh on the ball, or near to it.
+/// Mesh triangles on or near the ball.
 size_t trianglesOfBall(Session& session) {
   const Mesh mesh = session.mesh();
   return static_cast<size_t>(
@@ -58,7 +58,7 @@ class Change : public testing::TestWithParam<bool> {
   MapperParams params() const { return makeCpuParams(FusionMode::kNormalRayCasting, GetParam()); }
 };
 
-/// However long it was there, it takes three rounds of looks in turn at most.
+/// However long it was there, at most three rounds of clearing remove it.
 TEST_P(Change, WhatGoesAwayGoesFromTheMap) {
   for (const int frames : {2, 60}) {
     Session session(params());
@@ -69,7 +69,7 @@ TEST_P(Change, WhatGoesAwayGoesFromTheMap) {
   }
 }
 
-/// A frame that only clears is none of those whose support is asked for.
+/// A frame that only clears does not count as a fused frame.
 TEST_P(Change, AFrameFromAfarAsksForNoMoreSupport) {
   Session session(params());
   Scene far;
@@ -79,7 +79,7 @@ TEST_P(Change, AFrameFromAfarAsksForNoMoreSupport) {
   EXPECT_GT(trianglesOfBallNow(session), 300u);
 }
 
-/// It comes back while the update that tells of its going is on its way.
+/// It comes back while the update that removes it is in progress.
 TEST_P(Change, WhatComesBackMeanwhileIsNotLost) {
   Session session(params()), fresh(params());
   see(session, look(wallAndBall()), 3);
@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(Maps, Change, testing::Bool(),
                            return info.param ? "Directional" : "Undirected";
                          });
 
-/// To the left and right of the origin; neither is in view of the other.
+/// Balls on the left and right of the origin, never in view together.
 Scene twoBalls() {
   Scene scene;
   scene.add(Sphere{{0.0, 1.0, 0.0}, 0.3});
@@ -116,7 +116,7 @@ class MinSupport : public testing::TestWithParam<int> {
           return params;
         }()) {}
 
-  /// Whether the mesh shows the left ball, or the right one, after one more look at one of them.
+  /// Fuses one more view of one of the balls, then checks which of them the mesh shows.
   void see(bool left) {
     session_.integrate(look(twoBalls(), left ? 1.5708 : -1.5708));
     session_.updateMesh();
@@ -129,8 +129,8 @@ class MinSupport : public testing::TestWithParam<int> {
   bool shows_left_ = false, shows_right_ = false;
 };
 
-/// The first frame shows at once what it saw. With the second, what only one of them saw goes
-/// where two are asked for, and is back when it is seen again.
+/// The first frame is meshed at once. From the second one on, if two frames are required, a surface
+/// that only one of them saw disappears until it is seen again.
 TEST_P(MinSupport, IsThatManyFramesButNoMoreThanWereFused) {
   const bool one_is_enough = GetParam() == 1;
   see(true);

@@ -1,4 +1,4 @@
-// Regions that are cleared: exactly the voxels inside, and the mesh that a map without them has.
+// Clearing a region empties exactly the voxels inside, and leaves the mesh of a map without them.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 constexpr float kRegionVoxel_m = 0.02f;
 
-/// A ball before a wall, from three sides.
+/// A ball in front of a wall, seen from three sides.
 Scene ballAndWall() {
   Scene scene;
   scene.add(Plane{{1.6, 0.0, 0.0}, -Vector3d::UnitX()});
@@ -73,7 +73,8 @@ class ClearRegion : public testing::TestWithParam<RegionCase> {
   }
 };
 
-/// Those inside are empty, those outside what they were, and the counts are of what went.
+/// Voxels inside are empty, voxels outside are unchanged, and the counts are those of the removed
+/// voxels.
 TEST_P(ClearRegion, EmptiesExactlyTheVoxelsInside) {
   Session session(params());
   seeAll(session);
@@ -94,7 +95,7 @@ TEST_P(ClearRegion, EmptiesExactlyTheVoxelsInside) {
         const Voxel& voxel = block.voxels[d][i];
         const bool inside = isIn(GetParam().region, positionOf(block.key, static_cast<int>(i)));
         const Voxel now = is_there ? found->second.voxels[d][i] : Voxel{};
-        // What is known of free space goes with the last distance of an array.
+        // Free space is forgotten with the last distance of an array.
         const bool is_gone = inside || (!is_there && isEmpty(voxel));
         const Voxel expected = is_gone ? Voxel{} : voxel;
         ASSERT_EQ(now.state, expected.state);
@@ -104,7 +105,7 @@ TEST_P(ClearRegion, EmptiesExactlyTheVoxelsInside) {
         ++(inside ? emptied : kept);
         holds = holds || !inside;
       }
-      EXPECT_EQ(is_there, holds) << "arrays that hold nothing are freed";
+      EXPECT_EQ(is_there, holds) << "an empty array was not freed, or another was";
       arrays += holds;
     }
   }

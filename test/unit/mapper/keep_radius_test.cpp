@@ -1,4 +1,4 @@
-// A map of what is near: what lies beyond map/keep_radius_m goes, and nothing else.
+// Only what is farther than map/keep_radius_m is dropped from a map.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ MapperParams params(float keep_radius_m) {
   return params;
 }
 
-/// A wall along x, and a camera that looks at it from a place along it.
+/// A view of a wall along x, from a place along it.
 SceneFrame lookFrom(double x, int width = 80) {
   Scene scene;
   scene.add(Plane{{0.0, 1.5, 0.0}, -Vector3d::UnitY()});
@@ -37,7 +37,8 @@ double distanceOf(const BlockKey& block, const Vector3d& p_W) {
   return Eigen::AlignedBox3d(low, low + Vector3d::Constant(edge)).exteriorDistance(p_W);
 }
 
-/// A walk along the wall: what is left is what a map without a radius has within it.
+/// After a walk along the wall, the map equals the part within the radius of a map without a
+/// radius.
 TEST(KeepRadius, KeepsExactlyTheBlocksThatReachInto) {
   Session all(params(0.0f)), near(params(kKeptRadius_m));
   double x = 0.0;
@@ -71,7 +72,7 @@ TEST(KeepRadius, KeepsExactlyTheBlocksThatReachInto) {
   EXPECT_EQ(near.mapper().stats().dropped_blocks, dropped);
   EXPECT_EQ(all.mapper().stats().dropped_blocks, 0u);
   near.updateMesh();
-  EXPECT_EQ(near.mapper().stats().blocks, kept) << "the books of dropped blocks are free again";
+  EXPECT_EQ(near.mapper().stats().blocks, kept) << "the entries of dropped blocks are not free";
   for (const Vec3f& p : near.mesh().vertices_m) {
     ASSERT_LT((Vector3d(p.x, p.y, p.z) - camera).norm(), kKeptRadius_m + 1.75 * 8 * kKeptVoxel_m);
   }
@@ -79,7 +80,7 @@ TEST(KeepRadius, KeepsExactlyTheBlocksThatReachInto) {
   EXPECT_EQ(near.mapper().stats().dropped_blocks, 0u);
 }
 
-/// Meshes of dropped blocks are taken back, and the rest is what a map that was never meshed gives.
+/// The meshes of dropped blocks are withdrawn; the rest equals that of a map that was never meshed.
 TEST(KeepRadius, MeshesFollow) {
   Session often(params(kKeptRadius_m)), once(params(kKeptRadius_m));
   for (int i = 0; i < 40; ++i) {
@@ -94,8 +95,8 @@ TEST(KeepRadius, MeshesFollow) {
   EXPECT_GT(once.mesh().triangles.size(), 100u);
 }
 
-/// A flight far longer than the budget: nothing is refused, with and without meshes, and after
-/// whoever wanted them has left.
+/// A flight far longer than the budget allows: nothing is refused, with meshes, without meshes, and
+/// after the user of meshes has left.
 TEST(KeepRadius, HoldsTheBudgetHoweverLongTheWay) {
   for (const int meshed_frames : {0, 40, 1000}) {
     MapperParams settings = params(kKeptRadius_m);
@@ -115,7 +116,7 @@ TEST(KeepRadius, HoldsTheBudgetHoweverLongTheWay) {
   }
 }
 
-/// Round another point than the camera.
+/// The radius is around another point than the camera.
 TEST(KeepRadius, GoesByTheCenterThatAFrameGives) {
   Session session(params(kKeptRadius_m));
   session.integrate(lookFrom(0.0));
@@ -131,7 +132,7 @@ TEST(KeepRadius, GoesByTheCenterThatAFrameGives) {
   EXPECT_EQ(session.mapper().integrate(away.view()).status, FrameStatus::kBadPose);
 }
 
-/// A jump leaves more behind than one frame drops.
+/// A jump leaves more blocks behind than one frame drops.
 TEST(KeepRadius, DropsABoundedNumberAFrame) {
   MapperParams settings = params(kKeptRadius_m);
   settings.map.voxel_size_m = 0.0025f;
@@ -145,7 +146,7 @@ TEST(KeepRadius, DropsABoundedNumberAFrame) {
   EXPECT_EQ(session.mapper().stats().dropped_blocks, first);
 }
 
-/// A frame that is refused drops nothing.
+/// A refused frame drops nothing.
 TEST(KeepRadius, BadFramesChangeNothing) {
   Session session(params(kKeptRadius_m));
   session.integrate(lookFrom(0.0));

@@ -1,5 +1,5 @@
-// A small piece of the mesh that stands by itself, and goes once a larger one appears beside it,
-// also in blocks that nothing has changed; and the same in a part of a map.
+// A small isolated piece of the mesh disappears when a larger one appears next to it, even in
+// unchanged blocks; also in a part of a map.
 #include <gtest/gtest.h>
 
 #include "kernels/core/grid.h"
@@ -14,11 +14,11 @@ using Eigen::Vector3d;
 
 constexpr double kFront_m = 0.031;
 const Box kSmall = makeBox({0.09, 0.08, kFront_m - 0.01}, {0.04, 0.04, 0.02});
-/// Its near side lies in the next block, five voxels beside the small one.
+/// Its near side is in the next block, five voxels from the small box.
 const Box kLarge = makeBox({0.405, 0.08, kFront_m - 0.01}, {0.43, 0.4, 0.02});
 constexpr BlockKey kSmallsBlock{0, 0, 0};
 
-/// Frames of a camera that looks along -z, with nothing but the box to see.
+/// Frames of a camera that looks along -z at the box alone.
 std::vector<SceneFrame> framesOf(const Box& box) {
   Scene scene;
   scene.add(box);
@@ -48,7 +48,7 @@ TEST_F(LoosePiece, GoesOnceALargerOneAppearsBesideIt) {
   MeshStore mesh(params_.map.voxel_size_m), expected(params_.map.voxel_size_m);
   fuse(*grown, small_);
   mesh.apply(grown->updateMesh());
-  EXPECT_GT(trianglesOf(mesh, kSmallsBlock), 0u) << "by itself it stays";
+  EXPECT_GT(trianglesOf(mesh, kSmallsBlock), 0u) << "a single piece stays";
   fuse(*grown, large_);
   mesh.apply(grown->updateMesh());
   EXPECT_EQ(trianglesOf(mesh, kSmallsBlock), 0u);
@@ -68,7 +68,7 @@ TEST_F(LoosePiece, GoesInAPartOfTheMapToo) {
   kept.mesh.loose_voxels = 0;
   for (const MapperParams& params : {params_, kept}) {
     const auto part = makeProbedMapper(params);
-    const BlockExtent wide{{-1, -1, -1}, {1, 1, 1}};  // as a tile has a block
+    const BlockExtent wide{{-1, -1, -1}, {1, 1, 1}};  // a tile with a margin of one block
     part->restrictTo({wide, wide, BlockExtent()});
     fuse(*part, small_);
     fuse(*part, large_);

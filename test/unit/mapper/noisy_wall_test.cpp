@@ -1,4 +1,4 @@
-// Walls seen with noise wider than a voxel: measurements have to average to one surface.
+// Walls with noise larger than a voxel: the measurements must average to one surface.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -10,8 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Frames from one pose that looks along -z, with noise of `noise` metres at 1 m that grows with
-/// z^2.
+/// Frames from one pose, looking along -z. The noise is `noise` metres at 1 m and grows with z^2.
 std::vector<SceneFrame> noisyFrames(const Scene& scene, const Vector3d& eye_W, int count,
                                     float noise) {
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
@@ -27,9 +26,9 @@ std::vector<SceneFrame> noisyFrames(const Scene& scene, const Vector3d& eye_W, i
   return frames;
 }
 
-/// Noise of 6 mm at 1 m that grows with z^2, on voxels of 5 mm. Of samples that far apart, those
-/// beyond the reach of 1.75 voxels would stand for themselves: 15 % of all, and vertices were off
-/// by 0.85 voxels RMS. The few beyond the truncation of four voxels still do.
+/// Noise of 6 mm at 1 m that grows with z^2, with voxels of 5 mm. Without averaging, the samples
+/// beyond the reach of 1.75 voxels, 15 %, would form surfaces of their own, and vertices were off
+/// by 0.85 voxels RMS. The few beyond the truncation distance of four voxels still do.
 TEST(NoisyWall, AveragesToOneSurface) {
   constexpr float kVoxel_m = 0.005f, kNoise = 0.006f;
   Scene scene;
@@ -42,8 +41,8 @@ TEST(NoisyWall, AveragesToOneSurface) {
   EXPECT_LT(found.rms_m, 0.5 * kVoxel_m);
 }
 
-/// With noise of 8 mm more of that wall lies beyond the truncation: small pieces, beside the wall
-/// and apart from it.
+/// With noise of 8 mm more samples of the same wall lie beyond the truncation distance: they form
+/// small isolated pieces near the wall.
 TEST(NoisyWall, LosesSmallPiecesBesideIt) {
   constexpr float kVoxel_m = 0.005f, kNoise = 0.008f;
   Scene scene;
@@ -69,9 +68,9 @@ TEST(NoisyWall, LosesSmallPiecesBesideIt) {
   EXPECT_GT(held.near, all.near * 49 / 50) << "of " << all.near;
 }
 
-/// Two walls that meet before the camera, 4 m away, with 48 mm of noise there. Windows wide enough
-/// for the noise take normals from both of them; cast along these, points shift the edge (11 mm
-/// RMS).
+/// Two walls that meet in front of the camera at 4 m, with noise of 48 mm there. Windows large
+/// enough for this noise mix the normals of both walls; casting along these would shift the edge
+/// (11 mm RMS).
 TEST(NoisyWall, LeavesAnEdgeWhereItIs) {
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(0.8, 0.1, 1.0).normalized()});

@@ -1,5 +1,4 @@
-// Meshes of whole maps, packed in chunks: how near they stay to what was packed, and that chunks
-// side by side still meet.
+// Packed meshes of whole maps stay close to the originals, and neighbouring chunks still meet.
 #include "meshing/packed_chunk.h"
 
 #include <gtest/gtest.h>
@@ -56,7 +55,7 @@ std::vector<PackedChunk> packAll(const MeshStore& store, int chunk_blocks) {
   return packed;
 }
 
-/// Triangles of all chunks, where vertices at one place are one vertex.
+/// Triangles of all chunks, with vertices at the same place merged.
 Mesh joinByPlace(const std::vector<PackedChunk>& chunks, double step_m) {
   std::map<Point, uint32_t> numbers;
   Mesh mesh;
@@ -100,7 +99,7 @@ TEST_P(PackedBall, IsHalfAStepFromTheMeshAtMost) {
     for (const PackedKey key : chunks.all()) {
       const PackedChunk packed =
           packChunk(store, lattice, chunks.cornerOf(key), chunks.blocksOf(key));
-      // A closed mesh has no outline, and where a chunk ends it stays.
+      // A closed mesh has no outline, and stays unchanged where a chunk ends.
       const Mesh mesh = rawMesh(store, chunks.blocksOf(key));
       ASSERT_EQ(packed.vertexCount(), mesh.vertices_m.size());
       ASSERT_EQ(packed.triangleCount(), mesh.triangles.size());
@@ -126,7 +125,7 @@ TEST_P(PackedBall, IsHalfAStepFromTheMeshAtMost) {
 INSTANTIATE_TEST_SUITE_P(, PackedBall, testing::Values(0, 1),
                          [](const auto& info) { return info.param == 0 ? "plain" : "refined"; });
 
-/// Closes the holes that chunks leave, which are those that lie in more than one.
+/// Closes the holes that chunks leave open, those that span several chunks.
 Mesh closeHoles(Mesh mesh) {
   Outline outline;
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) outline.addVertex(Outline::Kind::kPlain);
@@ -142,8 +141,8 @@ Mesh closeHoles(Mesh mesh) {
   return mesh;
 }
 
-/// Chunks side by side each smooth what they have of an outline: it stays where it passes from one
-/// to the other.
+/// Neighbouring chunks smooth their parts of an outline independently: it stays where it crosses
+/// between them.
 TEST(PackedChunks, MeetWhereTheMeshEnds) {
   const Vector3d centre(0.01, 0.02, 0.033);
   Scene scene;
@@ -201,7 +200,7 @@ BlockMesh squareIn(const BlockKey& key) {
 }
 
 TEST(PackedChunks, TakeWideIndicesOnlyWhereTheyHaveTo) {
-  // Every block has vertices of its own on other edges, so that none are shared.
+  // Each block has its vertices on other edges, so that no two blocks share one.
   const auto chunkWith = [](uint32_t vertices) {
     MeshStore store(kVoxelSize);
     MeshUpdate update;

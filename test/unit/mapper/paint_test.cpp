@@ -1,4 +1,4 @@
-// What colour images leave on the surfaces of a map, against scenes whose colours are known.
+// Tests the colours that colour images give a map's surfaces, on scenes with known colours.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ constexpr Colour kRed{220, 30, 30}, kBlue{30, 30, 220}, kGreen{30, 200, 30}, kGr
 constexpr double kPlateWidth_m = 0.5, kPlateThickness_m = 0.005;
 constexpr int kWidth = 240, kHeight = 180;
 
-/// A plate across the x axis, red in front (+x), blue behind, grey at the rim, in a green room.
+/// A plate across the x axis in a green room: red in front (+x), blue behind, grey at the rim.
 Scene plateScene() {
   Scene scene;
   scene.add(Room{Vector3d(-1.7, -1.7, -1.3), Vector3d(1.7, 1.7, 1.3)});
@@ -39,7 +39,7 @@ Colour plateColour(const Vector3d& p_W) {
   return p_W.x() > 0.0033 ? kRed : kBlue;
 }
 
-/// Round the plate, a metre off, up and down by turns.
+/// Around the plate at `radius_m`, alternately above and below it.
 std::vector<Eigen::Isometry3d> orbit(int count, double radius_m) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < count; ++i) {
@@ -62,7 +62,7 @@ Mesh meshOf(Mapper& mapper, float voxel_size_m) {
   return store.assemble();
 }
 
-/// Depth and colour frames by turns.
+/// Fuses depth and colour frames alternately.
 Mesh paintedPlate(float voxel_size_m, bool directional) {
   const Scene scene = plateScene();
   const auto mapper =
@@ -75,7 +75,7 @@ Mesh paintedPlate(float voxel_size_m, bool directional) {
   return meshOf(*mapper, voxel_size_m);
 }
 
-/// Shares of the vertices on the plate's sides, farther than a voxel from its rim.
+/// Shares of the vertices on the plate's sides, more than a voxel from its rim.
 struct PlateColours {
   size_t vertices = 0;
   double other_side = 0.0, background = 0.0, unpainted = 0.0;
@@ -123,13 +123,13 @@ INSTANTIATE_TEST_SUITE_P(Voxels, PaintedPlate, testing::Values(0.01f, 0.02f),
                            return std::to_string(std::lround(1000.0f * info.param)) + "mm";
                          });
 
-/// What the pictures in the docs show: one array cannot hold two colours.
+/// As in the pictures of the docs: one array cannot store two colours.
 TEST(Paint, UndirectedMapMixesTheSides) {
   const PlateColours judged = judgePlate(paintedPlate(0.02f, false), 0.02);
   EXPECT_GT(judged.other_side + judged.background + judged.unpainted, 0.05);
 }
 
-/// A wall across the y axis, 1.5 m off, with what else a test wants.
+/// A wall across the y axis at 1.5 m; tests add other objects.
 Scene wallScene() {
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 1.5, 0.0), Vector3d(0.0, -1.0, 0.0)});
@@ -140,7 +140,7 @@ Eigen::Isometry3d lookingAtWall(const Vector3d& eye_W) {
   return lookAt(eye_W, eye_W + Vector3d::UnitY(), Vector3d::UnitZ());
 }
 
-/// The depth of a scene, seen often enough to be meshed.
+/// Fuses the depth of a scene often enough for a mesh.
 void fuse(Mapper& mapper, const Scene& scene, const Eigen::Isometry3d& T_W_C) {
   const SceneFrame frame = renderFrame(scene, T_W_C);
   for (int i = 0; i < 3; ++i) mapper.integrate(frame.view());
@@ -161,7 +161,7 @@ struct WallColours {
   double mean[3] = {};
 };
 
-/// Colours of those vertices of the wall that `choose` selects.
+/// Colours of the wall's vertices that `choose` selects.
 template <class Choose>
 WallColours wallColours(const Mesh& mesh, const Choose& choose) {
   WallColours result;
@@ -181,8 +181,8 @@ WallColours wallColours(const Mesh& mesh, const Choose& choose) {
 
 bool anywhere(const Vec3f&) { return true; }
 
-/// A board 0.3 m wide and 0.7 m before the wall. The depth camera moves, so that all of the wall is
-/// mapped; the colour camera does not, so that it sees nothing of what the board hides.
+/// A board 0.3 m wide, 0.7 m in front of the wall. The depth camera moves, so that the whole wall
+/// is mapped; the colour camera does not, so that it does not see what the board hides.
 TEST(Paint, WhatTheMapHidesIsLeftAlone) {
   Scene scene = wallScene();
   scene.add(makeBox(Vector3d(0.0, 0.8, 0.0), Vector3d(0.3, 0.02, 2.0)));
@@ -193,7 +193,7 @@ TEST(Paint, WhatTheMapHidesIsLeftAlone) {
       renderColour(scene, colour, lookingAtWall(Vector3d::Zero()), kWidth, kHeight);
   ASSERT_EQ(mapper->paint(frame.view()).status, FrameStatus::kFused);
   const Mesh mesh = meshOf(*mapper, 0.02f);
-  const double shadow_m = 0.15 * 1.5 / 0.79;  // half its width on the wall
+  const double shadow_m = 0.15 * 1.5 / 0.79;  // half of the shadow's width on the wall
   const WallColours hidden =
       wallColours(mesh, [&](const Vec3f& p) { return std::abs(p.x) < shadow_m - 0.02; });
   EXPECT_GT(hidden.unpainted, 300u);
@@ -207,7 +207,8 @@ TEST(Paint, WhatTheMapHidesIsLeftAlone) {
   EXPECT_NEAR(seen.mean[1], kGreen[1], 0.5);
 }
 
-/// A camera that moves along a wall while its exposure and its white balance change: one colour.
+/// The colour stays the same while the camera moves along a wall and its exposure and white balance
+/// change.
 TEST(Paint, ExposureLeavesNoPatches) {
   const auto mapper = makeMapperAt(0.02f);
   for (double x = 0.0; x < 2.0; x += 0.5) fuse(*mapper, wallScene(), lookingAtWall({x, 0.0, 0.0}));
@@ -228,7 +229,7 @@ TEST(Paint, ExposureLeavesNoPatches) {
   }
 }
 
-/// The room of the demo, in stripes; depth and colour by turns, from cameras side by side.
+/// The room of the demo, in stripes; depth and colour alternate, from cameras side by side.
 struct RoomFrames {
   std::vector<SceneFrame> depth;
   std::vector<PaintedFrame> colour;
@@ -299,7 +300,7 @@ TEST(Paint, StaysWithinTheBudget) {
   MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, 0.02f);
   const auto plenty = makeProbedMapper(params);
   for (const SceneFrame& frame : frames.depth) plenty->integrate(frame.view());
-  params.map.max_memory_mb = static_cast<int>(plenty->stats().map_bytes >> 20);  // not quite all
+  params.map.max_memory_mb = static_cast<int>(plenty->stats().map_bytes >> 20);  // just too small
   const auto small = makeProbedMapper(params);
   for (const SceneFrame& frame : frames.depth) small->integrate(frame.view());
   const uint64_t refused_before = small->stats().refused_blocks;
@@ -310,8 +311,8 @@ TEST(Paint, StaysWithinTheBudget) {
   EXPECT_EQ(small->stats().refused_blocks, refused_before + result.refused_blocks);
 }
 
-/// What is seen through goes with its colour, and what comes to the same place has its own: a board
-/// of which a part is taken away, in the middle of a block, and put back.
+/// Clearing a surface removes its colour, and a new surface at the same place gets its own: a part
+/// of a board is removed, in the middle of a block, and put back.
 TEST(Paint, ColourGoesWithTheSurface) {
   Scene whole = wallScene(), part = wallScene();
   whole.add(makeBox(Vector3d(0.0, 1.0, 0.0), Vector3d(0.6, 0.02, 0.6)));
@@ -369,7 +370,7 @@ TEST(Paint, BadImagesAreRefusedAndChangeNothing) {
   EXPECT_EQ(makeMapperAt(0.02f)->paint(good.view()).status, FrameStatus::kNoMeasurement);
 }
 
-/// One picture in every encoding, with room at the end of its rows.
+/// One picture in every encoding, with padded rows.
 TEST(Paint, EncodingsSayTheSame) {
   const PaintedFrame rgb = plainFrame({200, 100, 50}, lookingAtWall(Vector3d::Zero()));
   const auto colours = [&](ColourEncoding encoding, const std::vector<uint8_t>& pixel) {

@@ -1,4 +1,4 @@
-// A camera that is found in a map without any pose.
+// Tests the localisation of a camera in a map without any pose.
 #include "dtsdf_mapping/place_search.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ FoundPlace find(Session& map, const SceneFrame& image, int threads = 2) {
   return findPlace(map.mapper(), frame, threads);
 }
 
-/// Upside down as well: no vertical is known.
+/// Also upside down, because the vertical is unknown.
 TEST(PlaceSearch, FindsACameraByItsImageAlone) {
   const Scene scene = roomOfAllSorts();
   const auto map = mapOf(scene);
@@ -56,7 +56,7 @@ TEST(PlaceSearch, FindsTheSameOnAnyNumberOfThreads) {
   EXPECT_EQ(one.explained_share, three.explained_share);
 }
 
-/// The corners of an empty room are alike in pairs.
+/// The corners of an empty room look alike in pairs.
 TEST(PlaceSearch, ChoosesNoneOfTwoPlacesThatLookAlike) {
   const Scene scene = emptyRoom();
   const auto map = mapOf(scene);

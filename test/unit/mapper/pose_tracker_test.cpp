@@ -1,4 +1,4 @@
-// A camera followed through analytic scenes by the map that it makes.
+// Tests the tracking of a camera through analytic scenes with the map that it builds.
 #include "dtsdf_mapping/pose_tracker.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ Scene furnishedRoom() {
   return scene;
 }
 
-/// Carried along and turned, 0.3 m/s and up to 20 degrees a second.
+/// A hand-held path: 0.3 m/s and up to 20 degrees per second.
 Isometry3d handAt(double time_s) {
   const Vector3d eye(-1.2 + 0.25 * std::sin(1.1 * time_s), 0.3 * std::sin(0.9 * time_s), 1.3);
   Isometry3d T_W_C = lookAt(eye, {1.2, 0.3 * std::sin(0.7 * time_s), 0.7}, Vector3d::UnitZ());
@@ -36,18 +36,18 @@ Isometry3d handAt(double time_s) {
   return T_W_C;
 }
 
-/// Fuses what it follows, as a program does.
+/// A tracker and a map that fuses the tracked frames, as in a program.
 class Tracking {
  public:
   explicit Tracking(const PoseParams& params = {}) : session_(makeCpuParams()), tracker_(params) {}
 
-  /// @param given What the frame says of its pose.
+  /// @param given Pose that comes with the frame.
   Alignment see(const Scene& scene, const Isometry3d& truth, double stamp_s,
                 const Isometry3d& given = Isometry3d::Identity()) {
     return take(renderFrame(scene, truth, 320, 240), stamp_s, given);
   }
 
-  /// A hand on the lens.
+  /// An image without measurements, as if the lens were covered.
   Alignment seeNothing(double stamp_s) {
     SceneFrame image = renderFrame(Scene(), Isometry3d::Identity(), 320, 240);
     return take(image, stamp_s, Isometry3d::Identity());
@@ -72,7 +72,7 @@ class Tracking {
   size_t fused_ = 0;
 };
 
-/// Follows the hand for some frames, the first of which has its pose.
+/// Tracks the hand for some frames; the first has a given pose.
 void follow(Tracking& tracking, const Scene& scene, int frames) {
   for (int i = 0; i < frames; ++i) {
     const double time_s = kPeriod_s * i;
@@ -91,10 +91,10 @@ TEST(PoseTracker, FollowsACameraWhosePosesItDoesNotRead) {
   const double next_s = 90 * kPeriod_s;
   const auto expected = tracking.tracker().poseAt(next_s);
   ASSERT_TRUE(expected);
-  EXPECT_LT(shiftBetween_m(*expected, handAt(next_s)), 5e-3) << "the motion goes on";
+  EXPECT_LT(shiftBetween_m(*expected, handAt(next_s)), 5e-3) << "not extrapolated";
 }
 
-/// Ever faster to the side, by 0.2 m from image to image in the end.
+/// Accelerates to the side, up to 0.2 m per image.
 TEST(PoseTracker, ContinuesFastMotionOverOneMissingImageThoughStampsAreUneven) {
   constexpr int kImages = 9;
   const auto poseAt = [](int image) {
@@ -117,10 +117,10 @@ TEST(PoseTracker, ContinuesFastMotionOverOneMissingImageThoughStampsAreUneven) {
   for (const double periods : {1.95, 2.0, 2.1}) {
     EXPECT_NEAR(aheadAt(periods), periods * step_m, 5e-3) << periods;
   }
-  EXPECT_EQ(aheadAt(3.0), 0.0) << "farther than an alignment reaches, over two missing images";
+  EXPECT_EQ(aheadAt(3.0), 0.0) << "extrapolated beyond the reach of an alignment";
 }
 
-/// Two seconds in the dark, then a little away from where it was.
+/// Where the camera is found after two seconds in the dark.
 struct Away {
   Vector3d shift_m;
   double turn_rad;
@@ -158,7 +158,7 @@ TEST_P(AfterTheDark, TheCameraIsFoundAgainNearWhereItWas) {
   }
   EXPECT_EQ(found.status, AlignmentStatus::kAligned);
   EXPECT_FALSE(tracking.tracker().isLost());
-  EXPECT_GE(unsure, 2) << "one image that fits may do so by chance";
+  EXPECT_GE(unsure, 2) << "a single image may fit by chance";
   EXPECT_GT(tracking.fused(), 30u);
 }
 
@@ -167,7 +167,7 @@ INSTANTIATE_TEST_SUITE_P(Away, AfterTheDark,
                                          Away{{0.02, 0.0, 0.0}, 0.25},
                                          Away{{-0.2, 0.0, 0.0}, 0.0}));
 
-/// What is seen after the dark is another room: nothing of it reaches the map.
+/// After the dark the camera sees another room, which must not reach the map.
 TEST(PoseTracker, NeverFusesAnotherPlace) {
   Tracking tracking;
   follow(tracking, furnishedRoom(), 30);
@@ -199,8 +199,8 @@ TEST(PoseTracker, GoesOnFromAPoseThatIsSet) {
   EXPECT_LT(shiftBetween_m(found.T_W_C, truth), 5e-3);
 }
 
-/// In a map that it may be anywhere in, as one that was loaded. The way from where it is looked for
-/// to where it is found must not pass for motion.
+/// In a loaded map the camera may be anywhere. The step from the first guess to the found pose must
+/// not count as motion.
 TEST(PoseTracker, FusesNothingBeforeItIsFoundInAMap) {
   const Scene scene = furnishedRoom();
   Tracking tracking;
@@ -221,7 +221,7 @@ TEST(PoseTracker, FusesNothingBeforeItIsFoundInAMap) {
   EXPECT_LT(shiftBetween_m(*tracking.tracker().poseAt(34 * kPeriod_s), truth), 5e-3);
 }
 
-/// Far from everywhere that it was, after two seconds in the dark.
+/// Far from everywhere that it has been, after two seconds in the dark.
 TEST(PoseTracker, FindsALostCameraAllOverTheMap) {
   const Scene scene = furnishedRoom();
   Tracking tracking;
@@ -237,10 +237,10 @@ TEST(PoseTracker, FindsALostCameraAllOverTheMap) {
     }
   }
   EXPECT_FALSE(tracking.tracker().isLost());
-  EXPECT_GE(image, 3) << "three images have to agree";
+  EXPECT_GE(image, 3) << "fewer than three images agreed";
 }
 
-/// Frames without a single measurement neither begin a map nor stop the next from it.
+/// Frames without measurements neither start a map nor keep the next frame from starting one.
 TEST(PoseTracker, BeginsWithTheFirstImageThatShowsSomething) {
   const Scene scene = furnishedRoom();
   Tracking tracking;
@@ -252,7 +252,7 @@ TEST(PoseTracker, BeginsWithTheFirstImageThatShowsSomething) {
   EXPECT_LT(shiftBetween_m(*T_W_C, Isometry3d::Identity()), 2e-3);
 }
 
-/// Only the first image has its pose: the second one may show another place already.
+/// Only the first image has a given pose: the second one may already show another place.
 TEST(PoseTracker, FusesNoSecondImageThatTheMapHoldsNothingOf) {
   Scene near, far;
   near.add(Plane{{1.0, 0.0, 0.0}, -Vector3d::UnitX()});
@@ -268,7 +268,8 @@ TEST(PoseTracker, FusesNoSecondImageThatTheMapHoldsNothingOf) {
   EXPECT_EQ(tracking.fused(), 1u);
 }
 
-/// Walls and floor hold five of six: along the corridor it may drift, and the covariance shows it.
+/// Walls and floor constrain five of six degrees of freedom: the camera may drift along the
+/// corridor, and the covariance shows it.
 TEST(PoseTracker, ACorridorHoldsAllButTheWayAlongIt) {
   Scene corridor;
   corridor.add(Plane{{0.0, 1.0, 0.0}, -Vector3d::UnitY()});

@@ -1,5 +1,5 @@
-// Refined meshes of whole maps: where their vertices are, how they hang together, and that nothing
-// shows in them but the map.
+// Tests refined meshes of whole maps: vertex positions, topology, and that they depend on nothing
+// but the map.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector3d;
 using Position = std::tuple<float, float, float>;
 
-constexpr uint32_t kFirstMiddle = 4374;  // as dtsdf_mapping/block_mesh.h says
+constexpr uint32_t kFirstMiddle = 4374;  // see dtsdf_mapping/block_mesh.h
 
 Position asTuple(const Vec3f& p) { return {p.x, p.y, p.z}; }
 
@@ -26,7 +26,7 @@ std::vector<SceneFrame> framesAround(const Scene& scene, const Vector3d& centre)
   return renderFrames(scene, sphereOfPoses(centre, 1.1, 24));
 }
 
-/// In the directional map and in the undirected one.
+/// With the directional and the undirected map.
 class RefinedMesh : public testing::TestWithParam<bool> {
  protected:
   MapperParams params(int refine, int threads = 2, float voxel_size_m = 0.02f) const {
@@ -44,7 +44,7 @@ MeshUpdate fuseAndMesh(const MapperParams& params, const std::vector<SceneFrame>
   return mapper->updateMesh();
 }
 
-/// The middles of the straight sides of a mesh, or the vertices that only the first one has.
+/// A mesh with vertices at the midpoints of its straight sides only.
 Mesh straightMiddles(const Mesh& mesh) {
   Mesh middles;
   for (const Triangle& t : mesh.triangles) {
@@ -92,7 +92,7 @@ double meanRadius(const Mesh& mesh, const Vector3d& centre) {
   return sum / static_cast<double>(mesh.vertices_m.size());
 }
 
-/// Middles lie as far out as the vertices, which straight ones do not.
+/// Midpoints lie as far out as the vertices; the midpoints of straight sides do not.
 TEST_P(RefinedMesh, OfABallIsAsRoundBetweenItsVertices) {
   const Vector3d centre(0.13, -0.07, 0.21);
   Scene scene;
@@ -106,7 +106,8 @@ TEST_P(RefinedMesh, OfABallIsAsRoundBetweenItsVertices) {
   EXPECT_LT(std::abs(rest_m), 0.2 * sagitta_m);
 }
 
-/// Vertices on edges come first and are those of the plain mesh; middles name two of them.
+/// The vertices on edges come first and equal those of the plain mesh; each midpoint names two of
+/// them.
 TEST_P(RefinedMesh, KeepsTheVerticesOfThePlainOne) {
   const std::vector<SceneFrame> frames = {renderFrame(makeRoomScene(), roomCameraPose(2.0))};
   const MeshUpdate plain = fuseAndMesh(params(0), frames), mesh = fuseAndMesh(params(1), frames);

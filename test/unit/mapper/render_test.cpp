@@ -1,4 +1,4 @@
-// Views of maps of analytic scenes, against rays cast at the scenes.
+// Tests rendered views of maps of analytic scenes against rays cast at the scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ RenderCamera cameraOf(const DepthFrame& frame) {
   return {frame.width, frame.height, frame.intrinsics};
 }
 
-/// A map that some poses have seen often enough.
+/// Maps a scene from some poses, often enough.
 void see(Session& session, const Scene& scene, const std::vector<Isometry3d>& T_W_C) {
   for (int i = 0; i < 3; ++i) {
     for (const Isometry3d& pose : T_W_C) {
@@ -36,10 +36,10 @@ void see(Session& session, const Scene& scene, const std::vector<Isometry3d>& T_
   }
 }
 
-/// How a view differs from the scene's own depth.
+/// Differences between a view and the scene's own depth.
 struct Differences {
   double median_voxels = 0.0, p95_voxels = 0.0;
-  size_t missing = 0, extra = 0, pixels = 0;  ///< Surface in the scene alone, in the view alone.
+  size_t missing = 0, extra = 0, pixels = 0;  ///< surface only in the scene, only in the view
 };
 
 Differences compare(const RenderedView& view, const SceneFrame& truth) {
@@ -79,7 +79,7 @@ std::vector<Isometry3d> cornerPoses() {
 
 class Views : public testing::TestWithParam<bool> {};
 
-/// From a pose between those that the map was made from.
+/// From a pose between those of the mapped images.
 TEST_P(Views, ShowWhatTheSceneHas) {
   Session session(makeCpuParams(FusionMode::kNormalRayCasting, GetParam(), kViewVoxel_m));
   see(session, cornerWithBall(), cornerPoses());
@@ -91,13 +91,13 @@ TEST_P(Views, ShowWhatTheSceneHas) {
   const Differences found = compare(view, truth);
   EXPECT_LT(found.median_voxels, 0.05);
   EXPECT_LT(found.p95_voxels, 0.5);
-  EXPECT_LT(found.missing, found.pixels / 20);  // behind the ball no image has looked
+  EXPECT_LT(found.missing, found.pixels / 20);  // no image has seen behind the ball
   EXPECT_EQ(found.extra, 0u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Maps, Views, testing::Bool());
 
-/// A wall at a slant: depth and normal of each pixel are known.
+/// A slanted wall: depth and normal of each pixel are known.
 TEST(Render, NormalsAreThoseOfTheWall) {
   Scene wall;
   const Vector3d normal = Vector3d(-1.0, 0.4, 0.2).normalized();
@@ -161,7 +161,7 @@ TEST(Render, EachSideOfAPlateHasItsOwnDepthAndColour) {
   }
 }
 
-/// A rod two pixels wide before a wall.
+/// A rod two pixels wide in front of a wall.
 TEST(Render, WhatIsThinIsNotPassedOver) {
   Scene scene;
   scene.add(Plane{{3.0, 0.0, 0.0}, -Vector3d::UnitX()});
@@ -186,8 +186,8 @@ bool sameViews(const RenderedView& a, const RenderedView& b) {
          sameBytes(a.normals_C, b.normals_C) && sameBytes(a.colours, b.colours);
 }
 
-/// What is kept from view to view goes with what it was made of: after each change a view is that
-/// of a map with the same contents that was never looked at.
+/// Cached triangles disappear with their blocks: after each change a view equals that of a copy of
+/// the map that was never rendered.
 void expectViewsAsOfACopy(Session& session, const MapperParams& params) {
   const RenderCamera camera{120, 90, {100.0f, 100.0f, 59.5f, 44.5f}};
   const auto copy = makeMapper(params, session.mapper().contents());
@@ -224,8 +224,8 @@ TEST_P(KeptViews, FollowTheMap) {
 
 INSTANTIATE_TEST_SUITE_P(Refined, KeptViews, testing::Values(0, 1));
 
-/// Blocks that views showed and no extraction met, and that are cleared: those beside them, which
-/// nothing else touches, have to look as if they had never been there.
+/// Blocks that were rendered but never extracted, and are then cleared: their neighbours, otherwise
+/// unchanged, must look as if those had never existed.
 TEST(Render, WhatGoesBeforeItIsExtractedLeavesNothingBehind) {
   for (const int refine : {0, 1}) {
     MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m);
@@ -242,7 +242,7 @@ TEST(Render, WhatGoesBeforeItIsExtractedLeavesNothingBehind) {
     expectViewsAsOfACopy(seen, params);
     const double block_m = 8.0 * kViewVoxel_m;
     both([&](Session& session) {
-      for (int i = 1; i < 14; i += 2) {  // every second layer of blocks, and nothing else
+      for (int i = 1; i < 14; i += 2) {  // every second layer of blocks only
         const Isometry3d middle(
             Eigen::Translation3d(0.0, (i + 0.5) * block_m - 0.5 * kViewVoxel_m, 0.0));
         session.mapper().clearRegion(BoxRegion{middle, {18.0, block_m, 18.0}});

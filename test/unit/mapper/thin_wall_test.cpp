@@ -16,11 +16,11 @@ using Eigen::Vector3d;
 constexpr double kThinVoxel_m = 0.02;
 const Vector3d kCentre(0.013, 0.007, 0.004);
 
-/// The middle 0.6 m x 0.6 m of one side of the wall, well away from its rim; lengths in voxels.
+/// The central 0.6 m x 0.6 m of one side of the wall, well away from its rim; lengths in voxels.
 struct WallSide {
-  double coverage = 0.0;  ///< Area of the mesh over the area of the side.
-  double outwards = 0.0;  ///< Mean distance in front of the true side.
-  double worst = 0.0;     ///< Greatest distance from the true side.
+  double coverage = 0.0;  ///< area of the mesh over the area of the side
+  double outwards = 0.0;  ///< mean distance in front of the true side
+  double worst = 0.0;     ///< greatest distance from the true side
 };
 
 struct WallSides {
@@ -33,7 +33,7 @@ Scene makeWall(double thickness_voxels, double yaw_rad) {
   return scene;
 }
 
-/// Eight views, four from either side, up to 35 degrees from the wall's normal.
+/// Eight views, four from each side, up to 35 degrees from the wall's normal.
 std::vector<Eigen::Isometry3d> wallPoses() {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < 8; ++i) {
@@ -86,15 +86,15 @@ TEST_P(ThinWall, TheDirectionalMapKeepsBothSidesInPlace) {
     SCOPED_TRACE(modeName(mode, true));
     const WallSides sides = mapWall(thickness(), yaw(), mode, true);
     for (const WallSide& side : {sides.front, sides.back}) {
-      EXPECT_NEAR(side.coverage, 1.0, 0.05);  // the rim of the counted square cuts triangles
+      EXPECT_NEAR(side.coverage, 1.0, 0.05);  // triangles are cut at the border of the square
       EXPECT_LT(side.worst, 0.05);
     }
   }
 }
 
-/// The baseline mixes what the two sides say: it makes the wall too thick. Seen 0.35 to 0.48 voxels
-/// on either side of a wall of half a voxel, 0.17 to 0.30 at one voxel, 0.11 to 0.16 at one and a
-/// half.
+/// The baseline mixes the distances of both sides and makes the wall too thick: by 0.35 to 0.48
+/// voxels on each side of a wall of half a voxel, 0.17 to 0.30 at one voxel, 0.11 to 0.16 at one
+/// and a half.
 TEST_P(ThinWall, TheUndirectedMapThickensIt) {
   const WallSides sides = mapWall(thickness(), yaw(), FusionMode::kNormalRayCasting, false);
   const double too_thick = sides.front.outwards + sides.back.outwards;

@@ -60,7 +60,8 @@ TEST(CoarseChunk, KeepsBothSidesOfAThinThingApart) {
   EXPECT_GT(front.positions[2], back.positions[2]);
 }
 
-/// Both have vertices on their common side, whose origins are not on the cells.
+/// Both chunks have vertices on their common side, and their origins are not multiples of the
+/// cells.
 TEST(CoarseChunk, MeetsItsNeighbour) {
   const PackedChunk left = coarsen(gridChunk({100, 300, 0}, 16, 1500, 1.0f), kCellLog2);
   const PackedChunk right = coarsen(gridChunk({100 + 16 * 256, 300, 0}, 16, 1500, 1.0f), kCellLog2);

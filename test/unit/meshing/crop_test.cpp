@@ -1,4 +1,4 @@
-// The part of a mesh in a box.
+// Tests the part of a mesh in a box.
 #include <gtest/gtest.h>
 
 #include "dtsdf_mapping/mesh.h"
@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kVoxel_m = 0.05f;
 
-/// A block of a surface that rises along x, free above, in steps of whole layers.
+/// A block of a surface that rises along x in steps of whole layers, with free space above.
 BlockMesh slopeBlock(const BlockKey& key, float height) {
   BlockMesh mesh;
   mesh.key = key;
@@ -30,7 +30,8 @@ BlockMesh slopeBlock(const BlockKey& key, float height) {
 
 bool isSame(const Vec3f& a, const Vec3f& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
-/// What is left is what a filter of the whole mesh leaves, in its order, also at blocks' borders.
+/// Cropping gives the same triangles, in the same order, as filtering the whole mesh, also at the
+/// borders of blocks.
 TEST(CroppedMesh, IsAFilterOfTheWhole) {
   MeshStore store(kVoxel_m);
   MeshUpdate update;

@@ -44,7 +44,7 @@ TEST(MeshChunks, KeepIdsAndForgetChanges) {
   EXPECT_EQ(chunks.changed().size(), 3u);
 }
 
-/// While a camera explores, chunks come on both sides of those that are there.
+/// An exploring camera adds chunks on both sides of the existing ones.
 TEST(MeshChunks, AllHaveTheirTurnThoughThereAreMoreAndMore) {
   MeshChunks chunks(1);
   for (int x = 0; x < 10; ++x) chunks.markChanged({x, 0, 0});
@@ -56,7 +56,8 @@ TEST(MeshChunks, AllHaveTheirTurnThoughThereAreMoreAndMore) {
     markChanged(chunks, {{-1 - round, 0, 0}, {10 + round, 0, 0}});
   }
   for (const PackedKey chunk : first) EXPECT_EQ(had_turn.count(chunk), 1u);
-  EXPECT_EQ(chunks.nextInTurn(100), chunks.nextInTurn(30)) << "each once, and then again";
+  EXPECT_EQ(chunks.nextInTurn(100), chunks.nextInTurn(30))
+      << "not each once before the first comes again";
 }
 
 }  // namespace

@@ -20,8 +20,8 @@ namespace {
 
 constexpr float kVoxelSize = 0.05f;
 
-/// The part of the plane z = height that a block meshes, free above; `height` in voxels from the
-/// block's first voxel, not on the grid.
+/// A block's part of the plane z = height, with free space above; `height` is in voxels from the
+/// block's first voxel, and not on the grid.
 BlockMesh planeBlock(const BlockKey& key, float height) {
   BlockMesh mesh;
   mesh.key = key;
@@ -65,7 +65,7 @@ TEST(MeshStore, AddsReplacesAndDeletes) {
   store.apply(updateOf({vanished}));
   EXPECT_EQ(store.blocks().size(), 1u);
   EXPECT_EQ(store.triangleCount(), kTriangles);
-  store.apply(updateOf({vanished}));  // unknown by now
+  store.apply(updateOf({vanished}));  // already unknown
   EXPECT_EQ(store.triangleCount(), kTriangles);
 
   store.clear();
@@ -84,7 +84,7 @@ TEST(MeshStore, SharesWhatItIsGivenAndWhatItIsCopiedTo) {
   EXPECT_EQ(snapshot.triangleCount(), kTriangles);
 }
 
-/// 2 x 2 blocks round the origin: one sheet, each vertex once.
+/// 2 x 2 blocks around the origin form one sheet with each vertex once.
 TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
   MeshStore store(kVoxelSize);
   for (const int y : {-1, 0}) {
@@ -107,11 +107,11 @@ TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
     return most;
   };
   EXPECT_LE(farthest(rawMesh(store)), 8 * kVoxelSize);
-  EXPECT_FLOAT_EQ(farthest(mesh), (8.0f + 1.0f / 16.0f) * kVoxelSize) << "beside a corner";
+  EXPECT_FLOAT_EQ(farthest(mesh), (8.0f + 1.0f / 16.0f) * kVoxelSize) << "not next to a corner";
 }
 
-/// Sheets one above the other with more vertices than are kept at a time, which end within a sheet,
-/// with holes everywhere: outlines lead from piece to piece.
+/// Stacked sheets with more vertices than one piece holds, so that pieces end within a sheet, and
+/// holes everywhere: outlines continue from piece to piece.
 TEST(MeshStore, IsTheSameInPieces) {
   MeshStore store(kVoxelSize);
   BlockExtent bounds = noBlocks();
@@ -181,11 +181,12 @@ TEST(MeshStore, AssemblyKeepsTheTwoFacingsApart) {
   const Mesh mesh = store.assemble();
   ASSERT_EQ(mesh.vertices_m.size(), 2 * one_side);
   for (size_t i = 0; i < mesh.normals.size(); ++i) {
-    EXPECT_FLOAT_EQ(mesh.normals[i].z, i < one_side ? 1.0f : -1.0f);  // to the free side
+    EXPECT_FLOAT_EQ(mesh.normals[i].z, i < one_side ? 1.0f : -1.0f);  // towards free space
   }
 }
 
-/// At a rim anchoring may draw a vertex past the side across from it; its facing tells the front.
+/// Anchoring may move a border vertex beyond the opposite side of its triangle; the facing tells
+/// which side is the front.
 TEST(MeshStore, NormalsOfFoldedTrianglesCountTurnedRound) {
   BlockMesh block = planeBlock({0, 0, 0}, 3.5f);
   ASSERT_FLOAT_EQ(block.vertices[0].position.x, 0.0f);
@@ -195,7 +196,7 @@ TEST(MeshStore, NormalsOfFoldedTrianglesCountTurnedRound) {
   for (const Vec3f& n : store.assemble().normals) EXPECT_FLOAT_EQ(n.z, 1.0f);
 }
 
-/// Beyond 64 m vertices count from whole metres in the middle of the mesh.
+/// Beyond 64 m, vertices are relative to whole metres in the middle of the mesh.
 TEST(MeshStore, MeshesFarAwayHaveAnOriginOfTheirOwn) {
   const auto meshOf = [](std::vector<int> xs) {
     MeshStore store(0.125f);  // blocks of 1 m
@@ -218,7 +219,7 @@ TEST(MeshStore, MeshesFarAwayHaveAnOriginOfTheirOwn) {
   EXPECT_EQ(x_m, (std::array<double, 3>{1000.0, 0.0625, -3.0}));
 }
 
-/// Blocks that were meshed before anything was painted lie beside others.
+/// Blocks meshed before the first colour lie next to painted ones.
 TEST(MeshStore, JoinsBlocksWithAndWithoutColours) {
   MeshStore store(0.02f);
   const auto block = [](int x, std::vector<VertexColour> colours) {
@@ -272,8 +273,8 @@ TEST(VertexColour, NormalsAreRedGreenBlue) {
   EXPECT_EQ(colourOf(MeshColour::kNormal, origin, {0, 0, 1}), (Rgb{128, 128, 255}));
 }
 
-/// A saturated hue for every height, without steps between neighbouring heights and with as many
-/// different ones as a user needs to tell floor from table.
+/// Each height has a saturated hue; neighbouring heights differ without steps, and enough hues
+/// differ for a user to tell the floor from a table.
 TEST(VertexColour, HeightsAreAContinuousRainbow) {
   std::set<std::array<uint8_t, 3>> colours;
   auto previous = colourOf(MeshColour::kHeight, {0, 0, -5.0f}, {0, 0, 1});

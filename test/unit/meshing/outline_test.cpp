@@ -1,4 +1,4 @@
-// Where vertices on the outline of a mesh go, and which holes are closed.
+// Tests where the vertices of a mesh's outline move, and which holes are closed.
 #include "meshing/outline.h"
 
 #include <gtest/gtest.h>
@@ -21,8 +21,8 @@ using Triangle = std::array<uint32_t, 3>;
 
 constexpr uint32_t kColumns = 20, kRows = 5;
 
-/// A sheet of squares, each cut into two triangles. Its vertices are numbered at random, as nothing
-/// may depend on numbers.
+/// A sheet of squares, each split into two triangles. Vertices are numbered at random because
+/// nothing may depend on the numbers.
 struct Sheet {
   Sheet() {
     numbers.resize(kColumns * kRows);
@@ -45,7 +45,7 @@ struct Sheet {
 
   uint32_t at(uint32_t x, uint32_t y) const { return numbers[x + kColumns * y]; }
 
-  /// Takes the squares away whose lower corners lie in [first, end).
+  /// Removes the squares whose lower corners lie in [first, end).
   void cut(const std::array<uint32_t, 2>& first, const std::array<uint32_t, 2>& end) {
     for (uint32_t y = first[1]; y < end[1]; ++y) {
       for (uint32_t x = first[0]; x < end[0]; ++x) {
@@ -98,7 +98,7 @@ struct Sheet {
 
 float distance(const Vec3f& a, const Vec3f& b) { return norm(a - b); }
 
-/// The filter written out: lines, bends and what lies inside stay, teeth go.
+/// The filter computed by hand: lines, bends and inner vertices stay, teeth go.
 TEST(Outline, GoesToAWeightedMean) {
   Sheet sheet;
   std::mt19937 random(2);
@@ -117,7 +117,7 @@ TEST(Outline, GoesToAWeightedMean) {
   }
 }
 
-/// The end of a strip one square wide would become shorter.
+/// Smoothing would shorten the end of a strip one square wide.
 TEST(Outline, StaysAtTheEndOfSomethingNarrow) {
   Sheet sheet;
   sheet.triangles.resize(2 * (kColumns - 1));
@@ -141,7 +141,8 @@ TEST(Outline, StaysAtFixedVerticesAndIsNotFollowedPastThem) {
   EXPECT_EQ(after[sheet.at(11, 0)].y, before[sheet.at(11, 0)].y);
 }
 
-/// Two sheets that touch in one vertex have outlines that meet there: neither is followed across.
+/// Two sheets that touch in one vertex have outlines that meet there: neither continues into the
+/// other.
 TEST(Outline, StaysWhereOutlinesMeet) {
   Outline outline;
   const std::vector<Vec3f> positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};
@@ -153,7 +154,7 @@ TEST(Outline, StaysWhereOutlinesMeet) {
   }
 }
 
-/// Middles of sides are no steps of their own: a refined outline is smoothed as much as a plain
+/// Midpoints of sides are not steps of their own: a refined outline is smoothed as much as a plain
 /// one.
 TEST(Outline, TakesTheMiddlesOfSidesAlong) {
   Sheet sheet;
@@ -182,8 +183,8 @@ TEST(Outline, GoesOnWhereTheFirstVerticesAreForgotten) {
   }
 }
 
-/// The ends that the sums of two fans at the last vertex stand for, 0.3 and 0.4 of the way there,
-/// are not beside it.
+/// The ends that the sums of two fans at the last vertex imply, at 0.3 and 0.4 of the way, are not
+/// its neighbours.
 TEST(Outline, StaysWhereTwoFansSeemToLeadToForgottenVertices) {
   Outline outline;
   constexpr uint32_t kTenth = 100000;
@@ -234,7 +235,7 @@ TEST(Outline, MiddlesAreNoEdgesOfAHole) {
   EXPECT_EQ(measureTopology(sheet.closed()).boundary_edges, kRim);
 }
 
-/// The outline of a piece of few triangles is as short as that of a hole.
+/// A piece of a few triangles has an outline as short as that of a hole.
 TEST(Outline, ClosesNoSmallPieces) {
   for (const size_t count : {1u, 2u, 4u, 6u}) {
     Sheet sheet;

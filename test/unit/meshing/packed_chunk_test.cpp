@@ -1,4 +1,4 @@
-// Chunks that others have made are looked at before anything relies on them.
+// Chunks from other programs are checked before use.
 #include "meshing/packed_chunk.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-/// So many vertices at one place, and one triangle of the last of them.
+/// `vertices` vertices at one place, and one triangle of the last of them.
 PackedChunk chunkOf(size_t vertices) {
   PackedChunk chunk;
   chunk.positions.resize(3 * vertices);

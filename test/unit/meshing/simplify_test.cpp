@@ -15,7 +15,7 @@
 namespace dtsdf {
 namespace {
 
-/// A height field over a square of `side_m`, in steps of `step_m`, that looks up or down.
+/// A height field over a square of `side_m`, in steps of `step_m`, facing up or down.
 template <class Height>
 void addSheet(Mesh& mesh, float side_m, float step_m, bool up, const Height& height) {
   const auto first = static_cast<uint32_t>(mesh.vertices_m.size());
@@ -52,7 +52,7 @@ std::set<std::array<float, 3>> placesOf(const Mesh& mesh) {
   return places;
 }
 
-/// A plane needs its border only; the error is that of floats.
+/// Only the border of a plane is needed; the error is the rounding of floats.
 TEST_F(Simplify, APlaneLosesItsInside) {
   Mesh mesh;
   addSheet(mesh, 1.0f, 0.02f, true, [](float, float) { return 0.1f; });
@@ -66,7 +66,7 @@ TEST_F(Simplify, APlaneLosesItsInside) {
   }
 }
 
-/// The error that is told is what any other measurement finds, and never above what was asked for.
+/// The reported error equals that of an independent measurement, and never exceeds the limit.
 TEST_F(Simplify, KeepsToTheErrorAndTellsIt) {
   Mesh mesh;
   addSheet(mesh, 2.0f, 0.02f, true,
@@ -80,13 +80,14 @@ TEST_F(Simplify, KeepsToTheErrorAndTellsIt) {
     EXPECT_LT(simple.mesh.triangles.size(), last / 1.5) << error_m;
     last = simple.mesh.triangles.size();
     const MeshTopology topology = measureTopology(simple.mesh);
-    EXPECT_EQ(topology.boundary_edges, 400u) << "the border stays: " << topology;
+    EXPECT_EQ(topology.boundary_edges, 400u) << "the border changed: " << topology;
     EXPECT_EQ(topology.crowded_edges + topology.inconsistent_edges, 0u) << topology;
     EXPECT_EQ(topology.unused_vertices, 0u) << topology;
   }
 }
 
-/// Two noisy sides of a plate of 5 mm, and more error than that: no side comes near the other's.
+/// Two noisy sides of a plate of 5 mm, with a larger error limit: neither side may approach the
+/// other.
 TEST_F(Simplify, SidesOfAThinPlateStayApart) {
   constexpr float kThickness_m = 0.005f;
   std::mt19937 random(11);
@@ -98,9 +99,10 @@ TEST_F(Simplify, SidesOfAThinPlateStayApart) {
   addSheet(mesh, 1.0f, 0.01f, false,
            [&](float x, float) { return 0.05f * std::sin(5.0f * x) + noise(random); });
   const SimplifiedMesh simple = simplifyMesh(mesh, 0.02);
-  EXPECT_LT(simple.mesh.triangles.size(), mesh.triangles.size() / 2) << "it is simplified";
+  EXPECT_LT(simple.mesh.triangles.size(), mesh.triangles.size() / 2) << "hardly simplified";
   EXPECT_LE(simple.error_m, 0.02);
-  // Straight up from any point of the lower side is the upper side, and nothing of it is below.
+  // Straight up from each point of the lower side lies the upper side, and no part of it lies
+  // below.
   Mesh upper = simple.mesh, lower = simple.mesh;
   const auto looksUp = [&](const std::array<uint32_t, 3>& t) {
     const auto& v = simple.mesh.vertices_m;
@@ -140,7 +142,7 @@ TEST_F(Simplify, TheSameMeshGivesTheSameBytes) {
   EXPECT_EQ(a.mesh.normals.size(), a.mesh.vertices_m.size());
 }
 
-/// At any error, also where single vertices cannot go.
+/// A larger error never leaves more triangles, even where single vertices cannot be removed.
 TEST_F(Simplify, ALargerErrorLeavesNoMoreTriangles) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> noise(-0.002f, 0.002f);

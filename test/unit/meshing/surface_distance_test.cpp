@@ -16,7 +16,7 @@ Vector3d toEigen(const Vec3f& v) {
   return Vector3d(static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z));
 }
 
-/// Distance by brute force: the least over a fine grid of points of the triangle.
+/// Distance by brute force: the minimum over a fine grid of points of the triangle.
 double sampledDistance(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   constexpr int kSteps = 60;
   double least = 1e9;
@@ -69,7 +69,7 @@ TEST(SurfaceTree, FindsTheDistanceOfTheNearestTriangle) {
 }
 
 TEST(SurfaceTree, CountsWhatFacesAsAskedOnly) {
-  // Two squares, one above the other: the lower one looks up, the upper one down.
+  // Two squares, one above the other: the lower one faces up, the upper one down.
   const std::vector<Vec3f> vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                                        {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
   const std::vector<std::array<uint32_t, 3>> triangles = {

@@ -1,4 +1,4 @@
-// Runs of a file's units: none is given twice, and what is given back is used again.
+// Runs of units in a file: none is allocated twice, and freed runs are used again.
 #include "page/free_runs.h"
 
 #include <gtest/gtest.h>
@@ -12,12 +12,12 @@ namespace {
 TEST(FreeRuns, JoinsWhatIsGivenBack) {
   FreeRuns runs(30);
   for (uint64_t i = 0; i < 3; ++i) EXPECT_EQ(runs.take(10), 10 * i);
-  EXPECT_FALSE(runs.take(1)) << "it is full";
+  EXPECT_FALSE(runs.take(1)) << "the file is full";
   runs.give(0, 10);
   runs.give(10, 10);
   EXPECT_EQ(runs.take(20), 0u);
   runs.give(20, 10);
-  EXPECT_EQ(runs.end(), 20u) << "the file ends with what is in use";
+  EXPECT_EQ(runs.end(), 20u) << "the file ends with its last used unit";
   runs.give(0, 20);
   EXPECT_EQ(runs.end(), 0u);
   EXPECT_EQ(runs.inUse(), 0u);
@@ -51,7 +51,7 @@ TEST(FreeRuns, NeverGivesAUnitTwice) {
     taken.emplace(*first, units);
   }
   EXPECT_GT(taken.size(), 10u);
-  EXPECT_GT(refused, 0u) << "else it was never full";
+  EXPECT_GT(refused, 0u) << "the file was never full";
   for (const auto& [first, units] : taken) runs.give(first, units);
   EXPECT_EQ(runs.end(), 0u);
 }

@@ -1,4 +1,4 @@
-// A block for which memory runs out is refused: it is on disk as a whole, or not at all.
+// A block is refused if memory runs out: it is on disk completely or not at all.
 #include "page/paged_blocks.h"
 
 #include <gtest/gtest.h>

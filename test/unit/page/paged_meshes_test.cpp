@@ -1,5 +1,4 @@
-// Meshes of blocks in memory and in a file: together they are those of a store that has all in
-// memory.
+// Tests meshes of blocks that are partly in a file against a store with all of them in memory.
 #include "page/paged_meshes.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +19,7 @@ namespace {
 
 constexpr float kPagedVoxel_m = 0.04f;
 
-/// Meshes of a room, in the order of a few views of it.
+/// Meshes of a room from a few views of it, in order.
 const std::vector<SharedBlockMesh>& meshesOfARoom() {
   static const std::vector<SharedBlockMesh> meshes = [] {
     Scene scene;
@@ -53,7 +52,7 @@ SharedBlockMesh painted(const BlockMesh& block, uint8_t red) {
 MapParams paramsIn(const std::string& folder) {
   MapParams params;
   params.voxel_size_m = kPagedVoxel_m;
-  params.max_memory_mb = 1;  // an eighth of it
+  params.max_memory_mb = 1;  // meshes get an eighth of it
   params.page_folder = folder;
   params.page_max_gb = 1.0f;
   return params;
@@ -88,7 +87,7 @@ class PagedMeshesTest : public testing::Test {
     EXPECT_EQ(meshes_.triangleCount(), reference_.triangleCount());
   }
 
-  /// The file that the node saves, from the file or as a whole.
+  /// The bytes of the file that the node saves, written in pieces.
   std::string savedInPieces() {
     savePagedMesh(meshes_, MeshColour::kAuto, folder_ / "pieces.ply");
     return readBytes(folder_ / "pieces.ply");
@@ -110,14 +109,14 @@ class PagedMeshesTest : public testing::Test {
 TEST_F(PagedMeshesTest, AreThoseThatWerePut) {
   ASSERT_NO_FATAL_FAILURE(putAll());
   EXPECT_LE(meshes_.bytes(), meshes_.mostBytes());
-  EXPECT_GT(meshes_.stats().bytes, 2 * meshes_.mostBytes()) << "else little is tested";
+  EXPECT_GT(meshes_.stats().bytes, 2 * meshes_.mostBytes()) << "otherwise little is tested";
   ASSERT_NO_FATAL_FAILURE(expectSame());
   EXPECT_TRUE(savedInPieces() == savedAsAWhole());
   EXPECT_EQ(meshes_.stats().failures + meshes_.stats().lost, 0u);
   EXPECT_EQ(pages_.entryCount(), 0u) << "the file has no name";
 }
 
-/// Whatever changes, in memory or on disk, with colours or without.
+/// Any change, in memory or on disk, with colours or without.
 TEST_F(PagedMeshesTest, FollowChanges) {
   ASSERT_NO_FATAL_FAILURE(putAll());
   std::mt19937 random(3);
@@ -159,7 +158,7 @@ TEST_F(PagedMeshesTest, FindDamage) {
   expectSame();
 }
 
-/// What cannot be written stays in memory, and goes once the disk takes it.
+/// Meshes that cannot be written stay in memory until the disk accepts them.
 TEST_F(PagedMeshesTest, SurviveADiskThatRefuses) {
   {
     const FileSizeLimit disk(100000);

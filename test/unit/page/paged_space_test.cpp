@@ -1,5 +1,5 @@
-// What is known of space goes to disk with the map and comes back: all answers are those of a map
-// that never paged, and memory does not grow with the way.
+// Space is paged to disk with the map and comes back: all answers equal those of a map without
+// paging, and memory does not grow with the distance.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -22,9 +22,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStepsOut = 45;  ///< Frames out, and as many back.
+constexpr int kStepsOut = 45;  ///< frames on the way out, and as many on the way back
 
-/// Along a corridor, looking ahead to its left and to its right.
+/// Moves along a corridor, looking ahead, alternately to the left and right.
 Eigen::Isometry3d poseInCorridor(int i) {
   const int step = i < kStepsOut ? i : 2 * kStepsOut - i;
   const Vector3d eye(1.0 * step, 0.2 * (i % 3) - 0.2, 0.1 * (i % 2));
@@ -39,7 +39,7 @@ const std::vector<SceneFrame>& corridor() {
       Scene scene;
       scene.add(Room{{-2.0, -1.5, -1.2}, {kStepsOut + 3.0, 1.5, 1.2}});
       for (int k = 0; k < kStepsOut / 5; ++k) {
-        if (i > kStepsOut && k % 2 == 0) continue;  // some go away meanwhile
+        if (i > kStepsOut && k % 2 == 0) continue;  // some disappear on the way back
         scene.add(makeBox({5.0 * k, k % 2 == 0 ? 1.0 : -1.0, -0.4}, {0.4, 0.3, 0.9}, 0.4));
       }
       made.push_back(renderFrame(scene, poseInCorridor(i), 80, 60));
@@ -60,7 +60,7 @@ MapperParams plainParams() {
   return params;
 }
 
-/// A mapper, and one who follows its space as the node does.
+/// A mapper with a follower of its space, as in the node.
 class Walk {
  public:
   explicit Walk(const MapperParams& params)
@@ -141,7 +141,7 @@ TEST_F(PagedSpace, IsThatOfAMapThatNeverPaged) {
     whole.look();
     near.look();
     const MapStats stats = near.mapper().stats();
-    EXPECT_GT(stats.pages.space_bytes, size_t{1} << 20) << "else nothing is tested";
+    EXPECT_GT(stats.pages.space_bytes, size_t{1} << 20) << "otherwise nothing is tested";
     EXPECT_GT(near.followerPages().bytes, size_t{1} << 20);
     EXPECT_EQ(stats.refused_cubes + stats.refused_blocks, 0u);
     EXPECT_EQ(stats.pages.lost + stats.pages.failures, 0u) << stats.pages.problem;
@@ -150,7 +150,7 @@ TEST_F(PagedSpace, IsThatOfAMapThatNeverPaged) {
   }
 }
 
-/// Whatever was mapped: the way there, and there and back.
+/// On the way out, and out and back.
 TEST_F(PagedSpace, TakesNoMoreMemoryTheFartherItGoes) {
   constexpr int kBudgetMb = 4;
   constexpr size_t kInMemory = (size_t{kBudgetMb} << 20) / 8, kOnItsWay = size_t{1} << 20;
@@ -165,7 +165,7 @@ TEST_F(PagedSpace, TakesNoMoreMemoryTheFartherItGoes) {
   const size_t index = near.mapper().stats().pages.index_bytes;
   EXPECT_LE(most, kInMemory + kOnItsWay + index);
   EXPECT_LE(most_of_follower, kInMemory + kOnItsWay + near.followerPages().index_bytes);
-  EXPECT_GT(whole.space().bytes(), 3 * (kInMemory + kOnItsWay)) << "else nothing is tested";
+  EXPECT_GT(whole.space().bytes(), 3 * (kInMemory + kOnItsWay)) << "otherwise nothing is tested";
   std::cout << "of the map " << (most >> 10) << " KiB in place of " << (whole.space().bytes() >> 10)
             << ", of who follows it " << (most_of_follower >> 10) << " in place of "
             << (whole.followerBytes() >> 10) << "\n";
@@ -190,7 +190,7 @@ TEST_F(PagedSpace, IsLoadedBeyondTheBudget) {
   ASSERT_NO_FATAL_FAILURE(expectSameAnswers(*whole.known(), *follower.snapshot()));
 }
 
-/// A large map is handed out in parts, whatever changes meanwhile, and saved as it was.
+/// A large map is published in parts while it changes, and saved unchanged.
 TEST_F(PagedSpace, IsToldInParts) {
   MapContents contents = makeMapper(plainParams())->contents();
   for (int32_t i = 0; i < 70000; ++i) {
@@ -229,7 +229,7 @@ TEST_F(PagedSpace, IsToldInParts) {
   }
 }
 
-/// Else the budget would be spent on what nobody knows any more.
+/// Otherwise lost cubes would use up the budget.
 TEST_F(PagedSpace, CountsNoCubesThatTheDiskLost) {
   MapContents contents = makeMapper(plainParams())->contents();
   for (int32_t i = 0; i < 70000; ++i) {
@@ -247,17 +247,17 @@ TEST_F(PagedSpace, CountsNoCubesThatTheDiskLost) {
   map.addFree(seen);
   MapContents left;
   map.copyTo(left);
-  EXPECT_LT(map.freeBytes(), all) << "else nothing is tested";
+  EXPECT_LT(map.freeBytes(), all) << "otherwise nothing is tested";
   EXPECT_EQ(map.freeBytes(), left.free_cubes.size() * kFreeCubeBudgetBytes);
 }
 
-/// Cells that find no room stay unknown, which is counted; surfaces are known all the same.
+/// Cells beyond the budget stay unknown and are counted; surfaces stay known.
 TEST_F(PagedSpace, GoesOnWithWhatFitsWhereTheDiskIsFull) {
   MapperParams params = pagedParams(plainParams(), 64, folder_.path());
   params.map.page_max_gb = 0.002f;
   Walk whole(plainParams());
   ASSERT_NO_FATAL_FAILURE(whole.go(0, kStepsOut));
-  params.map.max_memory_mb = 16;  // two for cells, and as much on the disk
+  params.map.max_memory_mb = 16;  // 2 MB for cells, and as much on the disk
   Walk near(params);
   ASSERT_NO_FATAL_FAILURE(near.go(0, kStepsOut));
   const MapStats stats = near.mapper().stats();

@@ -1,5 +1,4 @@
-// Values that lie in a file while nobody uses them: they come back as they were, or it is said that
-// they do not.
+// Values that are in a file while not in use: they come back unchanged, or their loss is reported.
 #include "page/paged_values.h"
 
 #include <gtest/gtest.h>
@@ -55,8 +54,8 @@ class PagedValuesTest : public testing::Test {
 
 TEST_F(PagedValuesTest, ComeBackAsTheyWere) {
   keep(300);
-  EXPECT_LE(pages_->bytes(), 3 * kMostBytes) << "with what is on its way";
-  EXPECT_GT(pages_->stats().bytes, size_t{5} << 20) << "else nothing is tested";
+  EXPECT_LE(pages_->bytes(), 3 * kMostBytes) << "including values being written";
+  EXPECT_GT(pages_->stats().bytes, size_t{5} << 20) << "otherwise nothing is tested";
   for (uint32_t i = 0; i < 300; ++i) ASSERT_TRUE(isThere(i)) << i;
   for (uint32_t i = 300; i-- > 0;) ASSERT_TRUE(isThere(i)) << i;
   EXPECT_LE(pages_->bytes(), 3 * kMostBytes);
@@ -67,7 +66,7 @@ TEST_F(PagedValuesTest, ComeBackAsTheyWere) {
   EXPECT_EQ(pages_->bytes(), 0u);
 }
 
-/// As planners ask on threads of their own.
+/// As planners do, from threads of their own.
 TEST_F(PagedValuesTest, AreReadByManyThreads) {
   keep(100);
   std::atomic<int> wrong{0};
@@ -109,12 +108,12 @@ TEST_F(PagedValuesTest, StayInMemoryWhereTheDiskTakesNone) {
     EXPECT_TRUE(pages_->isFull());
     const PagedValues::Stats stats = pages_->stats();
     EXPECT_GT(stats.failures, 0u);
-    EXPECT_LT(stats.failures, 40u) << "the disk is left alone between tries";
+    EXPECT_LT(stats.failures, 40u) << "the disk was tried all the time";
     EXPECT_NE(stats.problem.find("map/page_folder"), std::string::npos);
     for (uint32_t i = 0; i < 200; ++i) ASSERT_TRUE(isThere(i)) << i;
   }
   keep(400);
-  EXPECT_FALSE(pages_->isFull()) << "the disk is used again";
+  EXPECT_FALSE(pages_->isFull()) << "the disk is not used again";
   EXPECT_EQ(pages_->stats().lost, 0u);
 }
 

@@ -1,5 +1,5 @@
-// A map that goes to disk where its budget is used up, and comes back: whatever the budget, it is
-// the map that it would be with more memory, to the last bit.
+// A map pages to disk when its budget is used up: with any budget it equals the map with more
+// memory, to the last bit.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/syscall.h>
@@ -22,10 +22,10 @@
 
 namespace {
 
-/// A disk that gives and takes so many bytes a second; 0: as many as it can.
+/// Speed of the disk, for reading and writing; 0: unlimited.
 std::atomic<double> disk_bytes_per_s{0.0};
 
-/// One of so many sectors cannot be read; 0: all can.
+/// Each n-th sector cannot be read; 0: all can.
 std::atomic<off_t> bad_sectors{0};
 
 void takeTimeOfDisk(size_t bytes) {
@@ -44,7 +44,7 @@ void takeTimeOfDisk(size_t bytes) {
 
 }  // namespace
 
-// In place of the system's, for this program.
+// These replace the system's functions in this program.
 extern "C" ssize_t pwrite(int file, const void* data, size_t bytes, off_t offset) {
   takeTimeOfDisk(bytes);
   return syscall(SYS_pwrite64, file, data, bytes, offset);
@@ -64,7 +64,7 @@ namespace {
 constexpr float kVoxel_m = 0.03f;
 constexpr int kWayOut = 18, kFlightFrames = 36;
 
-/// Out along a corridor and back; a box goes away meanwhile.
+/// Out along a corridor and back; a box disappears meanwhile.
 Eigen::Isometry3d poseAt(int i) {
   const int step = i < kWayOut ? i : 2 * kWayOut - i;
   const Eigen::Vector3d eye(0.7 * step, 0.2 * (i % 3) - 0.2, 0.1 * (i % 2));
@@ -88,9 +88,9 @@ const RoomRecording& tour() {
   return recording;
 }
 
-/// What is done on the tour besides fusing.
+/// Operations on the tour besides fusing.
 struct Way {
-  int mesh_every = 3;  ///< Frames; 0: once, at the end.
+  int mesh_every = 3;  ///< in frames; 0: once, at the end
   bool painted = false;
   bool space = false;
   float keep_radius_m = 0.0f;
@@ -121,7 +121,7 @@ size_t bytesOfMeshes(const MeshUpdate& update) {
   return bytes;
 }
 
-/// A mapper on its tour, and the mesh that is put together from its updates.
+/// A mapper on its tour, and the mesh assembled from its updates.
 class Tour {
  public:
   Tour(const Way& way, const MapperParams& params)
@@ -138,7 +138,7 @@ class Tour {
     }
   }
   void updateMesh() { store_.apply(mapper_->updateMesh()); }
-  /// As a node does. @return whether more parts are to come.
+  /// Takes one part of an update, as the node does. @return whether more parts follow.
   bool updatePart() {
     mapper_->beginMeshUpdate();
     const MeshUpdate update = mapper_->finishMeshUpdate();
@@ -146,7 +146,7 @@ class Tour {
     most_made_ = std::max(most_made_, bytesOfMeshes(update));
     return update.is_part;
   }
-  /// @return of how many parts.
+  /// @return the number of parts.
   int updateMeshInParts() {
     int parts = 1;
     while (updatePart()) ++parts;
@@ -173,23 +173,23 @@ class Paging : public testing::Test {
   TemporaryFolder folder_;
 };
 
-/// A mesh that nobody has asked for so far does not have to be in memory at once.
+/// The first extraction of a large map needs only a part of it in memory at once.
 TEST_F(Paging, HandsOutAMeshInParts) {
   Way way;
   way.mesh_every = 0;
   Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 2, folder_.path()));
   ASSERT_NO_FATAL_FAILURE(whole.go());
   ASSERT_NO_FATAL_FAILURE(near.go());
-  EXPECT_EQ(whole.updateMeshInParts(), 1) << "of a map that is in memory";
+  EXPECT_EQ(whole.updateMeshInParts(), 1) << "the map is in memory";
   EXPECT_GT(near.updateMeshInParts(), 3);
   EXPECT_LT(near.mostMade(), whole.mostMade() / 3);
   EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));
-  EXPECT_EQ(near.updateMeshInParts(), 1) << "that was all";
+  EXPECT_EQ(near.updateMeshInParts(), 1) << "nothing has changed since";
   EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
-/// All blocks get their turn, also while a camera changes those that come first in the order.
+/// All blocks get their turn, even while a camera changes the first ones in the order.
 TEST_F(Paging, HandsOutAMeshInPartsWhileACameraLooksOn) {
   Way way;
   way.mesh_every = 0;
@@ -205,7 +205,7 @@ TEST_F(Paging, HandsOutAMeshInPartsWhileACameraLooksOn) {
   EXPECT_GT(near.meshSoFar().vertices_m.size(), all - all / 100);
 }
 
-/// Shown blocks go while all is made anew, part by part.
+/// Blocks disappear while the whole mesh is made again, part by part.
 TEST_F(Paging, HandsOutAMeshInPartsThatLosesBlocks) {
   Way way;
   way.mesh_every = 0;
@@ -249,7 +249,7 @@ TEST_F(Paging, AlignsToWhatIsOnDisk) {
   }
 }
 
-/// A map that is larger than the budget is loaded, and gone on with.
+/// A map larger than the budget is loaded and continued.
 TEST_F(Paging, LoadsMapsBeyondTheBudget) {
   Way way;
   way.painted = true;
@@ -271,7 +271,7 @@ TEST_F(Paging, LoadsMapsBeyondTheBudget) {
   EXPECT_EQ(resumed->stats().refused_blocks, 0u);
 }
 
-/// To both walls across the corridor, at two places, and a step further.
+/// Views of both walls across the corridor at two places, and then one step further.
 TEST_F(Paging, WritesWhatIsOldestFirst) {
   const auto see = [](ProbedMapper& mapper, double x_m, double aside) {
     const Eigen::Vector3d eye(x_m, 0.0, 0.0);
@@ -282,18 +282,18 @@ TEST_F(Paging, WritesWhatIsOldestFirst) {
     const SceneFrame image = renderFrame(scene, pose, 96, 72);
     ASSERT_EQ(mapper.integrate(image.view()).status, FrameStatus::kFused);
   };
-  for (const double way : {1.0, -1.0}) {  // what is mapped second has the greater or lesser keys
+  for (const double way : {1.0, -1.0}) {  // the keys mapped second are greater or smaller
     const auto mapper = makeProbedMapper(pagedParams(paramsOf(Way()), 2, folder_.path()));
     for (const double x_m : {6.0 - 4.0 * way, 6.0 + 4.0 * way}) {
       for (const double aside : {1.0, -1.0}) ASSERT_NO_FATAL_FAILURE(see(*mapper, x_m, aside));
     }
     ASSERT_EQ(mapper->stats().pages.written, 0u);
     ASSERT_NO_FATAL_FAILURE(see(*mapper, 6.0, 1.0));
-    ASSERT_GT(mapper->stats().pages.written, 0u) << "else nothing is tested";
+    ASSERT_GT(mapper->stats().pages.written, 0u) << "otherwise nothing is tested";
     for (const double aside : {1.0, -1.0}) {
       ASSERT_NO_FATAL_FAILURE(see(*mapper, 6.0 + 4.0 * way, aside));
     }
-    EXPECT_EQ(mapper->stats().pages.read, 0u) << "what was mapped before has gone";
+    EXPECT_EQ(mapper->stats().pages.read, 0u) << "the newer blocks were written";
   }
 }
 
@@ -310,7 +310,7 @@ TEST_F(Paging, EndsWithTheMap) {
   EXPECT_TRUE(sameMaps(near.mapper(), whole.mapper()));
 }
 
-/// Each has a file of its own.
+/// Each map has its own file.
 TEST_F(Paging, SharesAFolder) {
   const MapperParams params = pagedParams(paramsOf(Way()), 5, folder_.path());
   Tour whole(Way(), paramsOf(Way())), first(Way(), params), second(Way(), params);
@@ -323,8 +323,8 @@ TEST_F(Paging, SharesAFolder) {
   EXPECT_TRUE(sameMaps(second.mapper(), whole.mapper()));
 }
 
-/// What a depth image needs is in memory, however small the budget is; a colour image paints what
-/// fits.
+/// The blocks of a depth image stay in memory, however small the budget; a colour image paints
+/// those that fit.
 TEST_F(Paging, ExceedsABudgetThatIsTooSmallForAnImage) {
   for (const bool painted : {false, true}) {
     SCOPED_TRACE(painted);
@@ -342,7 +342,7 @@ TEST_F(Paging, ExceedsABudgetThatIsTooSmallForAnImage) {
   }
 }
 
-/// Where the disk is full, blocks are refused and counted; what was fused is there.
+/// When the disk is full, blocks are refused and counted; what was fused stays.
 TEST_F(Paging, GoesOnWithWhatFits) {
   const Way way;
   MapperParams params = pagedParams(paramsOf(way), 4, folder_.path());
@@ -360,8 +360,8 @@ TEST_F(Paging, GoesOnWithWhatFits) {
   EXPECT_EQ(near.mapper().contents().blocks.size(), stats.blocks + stats.pages.blocks);
 }
 
-/// Where memory and disk are full, what is far goes from the disk all the same. What was meshed
-/// takes room in memory at first: others go to the disk for it.
+/// When memory and disk are full, far blocks are still dropped from the disk. Blocks with meshes
+/// need memory for that: others are paged out for them.
 TEST_F(Paging, DropsWhatIsFarFromAFullDisk) {
   for (const bool meshed : {false, true}) {
     SCOPED_TRACE(meshed);
@@ -377,7 +377,7 @@ TEST_F(Paging, DropsWhatIsFarFromAFullDisk) {
     };
     for (int i = 0; i < kWayOut; ++i) see(i, {6.0, 0.0, 0.0});
     if (meshed) mapper->updateMesh();
-    ASSERT_GT(mapper->stats().pages.failures, 0u) << "else it is not full";
+    ASSERT_GT(mapper->stats().pages.failures, 0u) << "the disk is not full";
     const size_t on_disk = mapper->stats().pages.blocks;
     for (int i = 0; i < (meshed ? 2 : 1); ++i) see(kWayOut - 1, {11.0, 0.0, 0.0});
     EXPECT_GT(mapper->stats().dropped_blocks, on_disk / 4);
@@ -387,7 +387,7 @@ TEST_F(Paging, DropsWhatIsFarFromAFullDisk) {
   }
 }
 
-/// On a disk of 20 MB/s frames wait, which is counted, and the map is the same.
+/// With a disk of 20 MB/s frames wait, which is counted, and the map is the same.
 TEST_F(Paging, WaitsForASlowDisk) {
   Way way;
   way.space = true;
@@ -407,8 +407,7 @@ TEST_F(Paging, WaitsForASlowDisk) {
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
-/// What can come back is cleared, and what is known of space goes with it; it is said that there is
-/// more.
+/// Blocks that can be read are cleared, with their space; the exception says that others remain.
 TEST_F(Paging, ClearsInPartWhereTheDiskRefuses) {
   Way way;
   way.space = true;
@@ -437,14 +436,14 @@ TEST_F(Paging, ClearsInPartWhereTheDiskRefuses) {
   }
   EXPECT_EQ(free_cells(), 0u);
   near.go(seen, kFlightFrames);
-  EXPECT_GT(near.mapper().clearRegion(region).voxels, 0u) << "it can be cleared again";
+  EXPECT_GT(near.mapper().clearRegion(region).voxels, 0u) << "the rest is cleared next time";
   const MapContents contents = near.mapper().contents();
   EXPECT_EQ(near.mapper().clearRegion(region).voxels, 0u);
   const auto anew = makeProbedMapper(paramsOf(way), Rules(), contents);
   EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m)));
 }
 
-/// While the disk refuses, what does not fit is refused, and what was mapped stays.
+/// While the disk fails, blocks that do not fit are refused, and mapped blocks stay.
 TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
   Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, 8);
@@ -454,31 +453,32 @@ TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
   {
     const FileSizeLimit disk(0);
     near.go(8, 14);
-    near.go(0, 7);  // next to blocks that cannot come back
+    near.go(0, 7);  // next to blocks that cannot be read
     const uint64_t counted = near.mapper().stats().refused_blocks;
     near.updateMesh();
-    EXPECT_GT(near.mapper().stats().refused_blocks, counted) << "that is to be done again";
+    EXPECT_GT(near.mapper().stats().refused_blocks, counted) << "blocks left out are counted";
   }
   MapStats stats = near.mapper().stats();
   EXPECT_GT(stats.refused_blocks, 0u);
   EXPECT_GT(stats.pages.failures, 0u);
   EXPECT_NE(stats.pages.problem.find("map/page_folder"), std::string::npos);
   EXPECT_EQ(stats.pages.lost, 0u);
-  EXPECT_GE(near.mapper().contents().blocks.size(), blocks) << "nothing is lost";
+  EXPECT_GE(near.mapper().contents().blocks.size(), blocks) << "blocks are lost";
   for (int i = 0; i < 32; ++i) near.updateMesh();  // until the disk is tried again
   const auto anew = makeProbedMapper(paramsOf(Way()), Rules(), near.mapper().contents());
   const uint64_t counted = near.mapper().stats().refused_blocks;
-  EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m))) << "meshes made meanwhile as well";
-  EXPECT_EQ(near.mapper().stats().refused_blocks, counted) << "all came back";
+  EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m)))
+      << "including meshes made meanwhile";
+  EXPECT_EQ(near.mapper().stats().refused_blocks, counted) << "not all came back";
   near.go(14, kFlightFrames);
   near.go(kWayOut, kFlightFrames);
   const uint64_t refused = near.mapper().stats().refused_blocks;
   near.go(0, kFlightFrames);
   stats = near.mapper().stats();
-  EXPECT_EQ(stats.refused_blocks, refused) << "the disk is used again";
+  EXPECT_EQ(stats.refused_blocks, refused) << "the disk is not used again";
 }
 
-/// What cannot be read now is not lost: it comes back when the disk does.
+/// Blocks that cannot be read at the moment are not lost: they come back with the disk.
 TEST_F(Paging, OutlivesADiskThatCannotBeReadForAWhile) {
   Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, kWayOut);
@@ -494,15 +494,15 @@ TEST_F(Paging, OutlivesADiskThatCannotBeReadForAWhile) {
   EXPECT_GE(near.mapper().contents().blocks.size(), blocks);
 }
 
-/// What never comes from a disk that gives all else is lost, and the rest of the map is saved; from
-/// one that gives nothing, nothing is lost, and nothing is saved.
+/// If single sectors cannot be read, their blocks are lost and the rest of the map is saved; if
+/// nothing can be read, nothing is lost and nothing is saved.
 TEST_F(Paging, IsSavedWithoutBadSectors) {
   Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, kWayOut);
   near.updateMesh();
   const size_t before = near.mapper().contents().blocks.size();
   bad_sectors = 1;
-  EXPECT_NE(errorOf([&] { near.mapper().contents(); }), "") << "else the disk gives some";
+  EXPECT_NE(errorOf([&] { near.mapper().contents(); }), "") << "some blocks could be read";
   EXPECT_EQ(near.mapper().stats().pages.lost, 0u);
   bad_sectors = 499;
   saveMapOf(near.mapper(), {}, folder_ / "saved.dtsdf");
@@ -513,7 +513,7 @@ TEST_F(Paging, IsSavedWithoutBadSectors) {
   EXPECT_TRUE(sameContents(loadMap(folder_ / "saved.dtsdf"), near.mapper().contents()));
 }
 
-/// A page that is damaged is lost, which is counted; its mesh goes, and frames map anew there.
+/// A damaged page is lost, which is counted; its mesh is removed, and frames map its place again.
 TEST_F(Paging, OutlivesDamage) {
   Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, kWayOut);
@@ -522,7 +522,7 @@ TEST_F(Paging, OutlivesDamage) {
   damagePages(folder_.path(), 20, 100000);
   const MapContents copy = near.mapper().contents();
   MapStats stats = near.mapper().stats();
-  EXPECT_GT(stats.pages.lost, 0u) << "no copy leaves blocks out silently";
+  EXPECT_GT(stats.pages.lost, 0u) << "the copy left blocks out silently";
   EXPECT_LE(stats.pages.lost, 20u);
   EXPECT_EQ(copy.blocks.size(), before - stats.pages.lost);
   EXPECT_TRUE(sameContents(near.mapper().contents(), copy));
@@ -532,21 +532,21 @@ TEST_F(Paging, OutlivesDamage) {
   EXPECT_NE(stats.pages.problem.find("damaged"), std::string::npos) << stats.pages.problem;
   Mesh mesh = near.mesh();
   const auto anew = makeProbedMapper(paramsOf(Way()), Rules(), near.mapper().contents());
-  EXPECT_TRUE(sameMeshes(mesh, meshOf(*anew, kVoxel_m))) << "the mesh is that of what is left";
+  EXPECT_TRUE(sameMeshes(mesh, meshOf(*anew, kVoxel_m))) << "not the mesh of the remaining blocks";
 }
 
-/// Where a block turns out to be damaged, those around it are the same when they are copied again.
+/// After a block was found damaged, copying the part again gives the same other blocks.
 TEST_F(Paging, CopiesAPartAgainWithoutWhatIsDamaged) {
   Way way;
   way.painted = true;
   Tour near(way, pagedParams(paramsOf(way), 5, folder_.path()));
   near.go(0, kWayOut);
   near.updateMesh();
-  near.go(kWayOut, kWayOut + 1);  // after which all blocks on disk have been met by an extraction
+  near.go(kWayOut, kWayOut + 1);  // now an extraction has seen all blocks on disk
   damagePages(folder_.path(), 20, 100000);
   const std::vector<MapBlock> blocks = near.mapper().outline().blocks;
   const MapContents first = near.mapper().part(blocks);
-  ASSERT_GT(near.mapper().stats().pages.lost, 0u) << "else nothing is tested";
+  ASSERT_GT(near.mapper().stats().pages.lost, 0u) << "otherwise nothing is tested";
   const MapContents again = near.mapper().part(blocks);
   EXPECT_TRUE(sameContents(again, first));
   saveMapOf(near.mapper(), {}, folder_ / "saved.dtsdf");

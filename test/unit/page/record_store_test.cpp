@@ -1,5 +1,5 @@
-// Records in a file, and blocks of a map in such: they come back as they were, or it is said that
-// they do not.
+// Records in a file, and map blocks stored as such: they come back unchanged, or their loss is
+// reported.
 #include "page/record_store.h"
 
 #include <gtest/gtest.h>
@@ -64,7 +64,7 @@ TEST_F(RecordStoreTest, GivesBackWhatWasWritten) {
   EXPECT_EQ(folder_.entryCount(), 0u) << "the file has no name";
   for (const StoredRecord& record : records_) store_.erase(record);
   EXPECT_EQ(store_.stats().bytes, 0u);
-  EXPECT_EQ(lseek(openFilesIn(folder_.path()).front(), 0, SEEK_END), 0) << "its space is back";
+  EXPECT_EQ(lseek(openFilesIn(folder_.path()).front(), 0, SEEK_END), 0) << "its space is not freed";
 }
 
 TEST_F(RecordStoreTest, TakesNoMoreThanItMay) {
@@ -86,7 +86,7 @@ TEST_F(RecordStoreTest, FindsDamage) {
   EXPECT_EQ(read(3), RecordStore::Reading::kDamaged);
   EXPECT_EQ(store_.stats().lost, 1u);
   EXPECT_EQ(ftruncate(openFilesIn(folder_.path()).front(), 100), 0);
-  EXPECT_EQ(read(20), RecordStore::Reading::kDamaged) << "it will not come with another try";
+  EXPECT_EQ(read(20), RecordStore::Reading::kDamaged) << "a retry does not help";
 }
 
 TEST_F(RecordStoreTest, WaitsForADiskThatIsAway) {
@@ -101,10 +101,10 @@ TEST_F(RecordStoreTest, WaitsForADiskThatIsAway) {
       taken += stored->bytes;
       ASSERT_LE(taken, kMostWaiting);
     }
-    EXPECT_GT(records_.size(), 30u) << "memory takes some";
+    EXPECT_GT(records_.size(), 30u) << "memory holds some";
     EXPECT_EQ(store_.waitingBytes(), taken);
     EXPECT_GT(store_.stats().failures, 1u);
-    EXPECT_EQ(read(30), RecordStore::Reading::kIntact) << "from there";
+    EXPECT_EQ(read(30), RecordStore::Reading::kIntact) << "not read from memory";
     store_.erase(records_.back());
     records_.pop_back();
   }
@@ -150,7 +150,7 @@ TEST_F(RecordStoreTest, PutsIntoAFullDiskWhatFits) {
   expectAll();
 }
 
-/// Readers and whoever erases meet the helper that writes.
+/// Reads and erasures meet the helper thread that writes.
 TEST_F(RecordStoreTest, IsReadAndErasedWhileItIsWritten) {
   for (unsigned round = 0; round < 5; ++round) {
     records_.clear();
@@ -169,7 +169,7 @@ TEST_F(RecordStoreTest, IsReadAndErasedWhileItIsWritten) {
   EXPECT_EQ(store_.waitingBytes(), 0u);
 }
 
-/// The index follows: a block that the disk does not take is not there.
+/// The index agrees: a block that the disk refuses is not in it.
 TEST_F(RecordStoreTest, HoldsBlocks) {
   PagedBlocks blocks(folder_.path(), size_t{1} << 20, kMostWaiting);
   const auto put = [&](int32_t x) {

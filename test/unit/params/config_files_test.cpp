@@ -1,4 +1,5 @@
-/// Keeps config/ true: default.yaml is what the structs say, and every other file can be loaded.
+/// Keeps config/ correct: default.yaml equals the structs' defaults, and every other file can be
+/// loaded.
 #include <gtest/gtest.h>
 
 #include <filesystem>

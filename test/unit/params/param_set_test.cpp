@@ -152,7 +152,7 @@ TEST(ParamSet, TakesRulesBetweenSettings) {
   reader.addViolation("part/count", "must be odd");
   try {
     reader.finish();
-    FAIL() << "the violation was lost";
+    FAIL() << "no violation was reported";
   } catch (const ParamError& e) {
     EXPECT_EQ(e.violations(), std::vector<std::string>{"part/count = 4: must be odd"});
   }

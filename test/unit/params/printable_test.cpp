@@ -21,7 +21,7 @@ TEST(Printable, ShowsControlCharacters) {
   EXPECT_EQ(printable(std::string("a\0b", 3)), "a\\x00b");
   EXPECT_EQ(printable("\x1b[2J\x7f"), "\\x1b[2J\\x7f");
   EXPECT_EQ(printable("\u0085"), "\\xc2\\x85") << "next line";
-  EXPECT_EQ(printable("\u009b2J"), "\\xc2\\x9b2J") << "begins a command of a terminal";
+  EXPECT_EQ(printable("\u009b2J"), "\\xc2\\x9b2J") << "starts a terminal command";
   EXPECT_EQ(printable("\u2028"), "\\xe2\\x80\\xa8");
 }
 
@@ -33,11 +33,11 @@ TEST(Printable, ShowsWhatTurnsTheDirection) {
 }
 
 TEST(Printable, ShowsWhatIsNotUtf8) {
-  EXPECT_EQ(printable("\x9b"), "\\x9b") << "C1 in a byte";
-  EXPECT_EQ(printable("a\xc3"), "a\\xc3") << "cut off";
-  EXPECT_EQ(printable("\xc0\x8a"), "\\xc0\\x8a") << "a line feed in too many bytes";
+  EXPECT_EQ(printable("\x9b"), "\\x9b") << "C1 as a single byte";
+  EXPECT_EQ(printable("a\xc3"), "a\\xc3") << "truncated";
+  EXPECT_EQ(printable("\xc0\x8a"), "\\xc0\\x8a") << "an overlong line feed";
   EXPECT_EQ(printable("\xe0\x80\x8a"), "\\xe0\\x80\\x8a");
-  EXPECT_EQ(printable("\xed\xa0\x80"), "\\xed\\xa0\\x80") << "half of a pair";
+  EXPECT_EQ(printable("\xed\xa0\x80"), "\\xed\\xa0\\x80") << "half of a surrogate pair";
   EXPECT_EQ(printable("\xf5\x80\x80\x80"), "\\xf5\\x80\\x80\\x80");
 }
 

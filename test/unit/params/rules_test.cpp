@@ -1,4 +1,4 @@
-// The numbers of the rules by key.
+// Tests that rules are set by their keys.
 #include <gtest/gtest.h>
 
 #include "backend/rule_settings.h"
@@ -21,8 +21,8 @@ ParamTree treeOf(Rules rules) {
   return writer.tree;
 }
 
-/// Each key sets a number of its own: after a change of one, one differs from the defaults. There
-/// are as many keys as numbers, all of four bytes, but for one that a setting decides.
+/// Each key sets a number of its own: changing it changes one number. There are as many keys as
+/// numbers, all of four bytes, except for one that a setting determines.
 TEST(Rules, EachKeySetsItsOwn) {
   const ParamTree defaults = treeOf(Rules());
   EXPECT_EQ(defaults.size() + 1, sizeof(Rules) / sizeof(float));
@@ -38,8 +38,8 @@ TEST(Rules, EachKeySetsItsOwn) {
   }
 }
 
-/// With a depth, a turn, or a number of turns of 0 a rule would divide by 0; a surface
-/// that gains no evidence is never shown.
+/// A depth, a turn or a number of turns of 0 would mean division by 0; a surface that gains no
+/// evidence never appears.
 TEST(Rules, WhatNoRuleCouldWorkWithIsRefused) {
   EXPECT_THROW(readRules({{"rules/surfels/largest_noise_turn", 0.0}}), ParamError);
   EXPECT_THROW(readRules({{"rules/fusion/sample_reach", 0.0}}), ParamError);
@@ -59,7 +59,7 @@ TEST(FusionRules, MostEvidenceIsThatOfTheFramesRemembered) {
   EXPECT_EQ(mostWith(42), 126);  // eight bits hold up to 127
 }
 
-/// A nearness of 0 would divide by 0, and a negative share would mesh what nobody saw.
+/// A nearness of 0 would mean division by 0, and a negative share would mesh unseen surfaces.
 TEST(MeshRules, WhatNoRuleCouldWorkWithIsRefused) {
   EXPECT_THROW(readRules({{"rules/mesh/least_weight_share", -0.1}}), ParamError);
   EXPECT_THROW(readRules({{"rules/mesh/least_weight_share", 1.0}}), ParamError);

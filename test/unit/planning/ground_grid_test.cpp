@@ -15,7 +15,7 @@ using Pending = GroundGrid::Pending;
 
 constexpr double kCell_m = 0.1;
 
-/// Cells, set one by one, and the cubes that they are in.
+/// Cells, set one by one, and the cubes that contain them.
 class Cells {
  public:
   void set(int x, int y, int z, CellState state) {
@@ -31,7 +31,7 @@ class Cells {
     changed_[{x >> 3, y >> 3, z >> 3}] = true;
   }
 
-  /// The values of all columns in a box, cell by cell.
+  /// The values of all columns in a box, computed cell by cell.
   std::vector<int8_t> columns(const GridBox& box, int first_z, int last_z) const {
     const auto count = static_cast<size_t>(sizeOf(box).prod());
     std::vector<int> surfaces(count), free(count);
@@ -64,8 +64,8 @@ class Cells {
   std::map<Key, bool> changed_;
 };
 
-/// What a follower has who copies grids and updates as costmap_2d's StaticLayer does: an update's
-/// place is counted from the corner of the last grid, and is not checked.
+/// A follower that copies grids and updates like costmap_2d's StaticLayer: updates are placed
+/// relative to the corner of the last grid, without checks.
 struct GridFollower {
   GridBox window;
   std::vector<int8_t> values;
@@ -108,14 +108,14 @@ TEST(GroundGrid, LayersAreTheCellsThatReachBetweenTheHeights) {
   EXPECT_EQ(layers(0.1, 0.3, 0.1), std::make_pair(1, 2));
   EXPECT_EQ(layers(-0.05, 0.05, 0.1), std::make_pair(-1, 0));
   EXPECT_EQ(layers(0.0, 0.01, 0.1), std::make_pair(0, 0));
-  // Sizes of cells as they come from settings.
+  // Cell sizes as they result from settings.
   const double cell_m = 4.0 * static_cast<double>(0.02f);
   EXPECT_EQ(layers(0.08, 0.8, cell_m), std::make_pair(1, 9));
   EXPECT_EQ(layers(-0.8, -0.08, cell_m), std::make_pair(-10, -2));
 }
 
-/// Three layers, 1 to 3: two of them free are half of them, one is not; a surface is one anywhere
-/// between, and what is above and below counts for nothing.
+/// Layers 1 to 3: two of the three free are at least half, one is not; a surface in any of them
+/// counts, and layers above and below do not.
 TEST(GroundGrid, AColumnIsWhatIsInIt) {
   double share = 0.5;
   const auto valueOf = [&](std::vector<CellState> layers) {
@@ -139,15 +139,16 @@ TEST(GroundGrid, AColumnIsWhatIsInIt) {
   EXPECT_EQ(valueOf({f, s, f, f, f}), kColumnOccupied);
   share = 1.0;
   EXPECT_EQ(valueOf({u, f, f, f, u}), kColumnFree);
-  EXPECT_EQ(valueOf({f, u, f, f, f}), kColumnUnknown) << "what is low may be just there";
+  EXPECT_EQ(valueOf({f, u, f, f, f}), kColumnUnknown)
+      << "a low obstacle may be in the unknown layer";
   EXPECT_EQ(valueOf({f, f, f, u, f}), kColumnUnknown);
   share = 0.0;
-  EXPECT_EQ(valueOf({u, u, u, u, u}), kColumnUnknown) << "one has to be free in any case";
+  EXPECT_EQ(valueOf({u, u, u, u, u}), kColumnUnknown) << "at least one layer must be free";
   EXPECT_EQ(valueOf({u, u, f, u, u}), kColumnFree);
 }
 
-/// Cells come and go at random, near and far: a follower has what is there, and its window is the
-/// least that held all when it was told.
+/// Cells change at random, near and far: the follower has the current values, in the smallest
+/// window that held them all when the grid was sent.
 TEST(GroundGrid, AFollowerHasWhatIsThere) {
   std::mt19937 random(7);
   const auto pick = [&](int low, int high) {
@@ -190,10 +191,10 @@ TEST(GroundGrid, CellsOfAnotherSizeAreAnotherGrid) {
   EXPECT_EQ(grid.next(), Pending::kGrid);
   EXPECT_EQ(grid.cellSize_m(), 2.0 * kCell_m);
   grid.apply({true, {}}, kCell_m);
-  EXPECT_EQ(grid.next(), Pending::kGrid) << "also where it is empty";
+  EXPECT_EQ(grid.next(), Pending::kGrid) << "an empty grid is sent, too";
 }
 
-/// A single cell at the end of the world must not cost the memory of all between.
+/// A single remote cell must not cost the memory of everything between.
 TEST(GroundGrid, WhatIsTooLargeIsSaid) {
   GroundGrid grid(0.0, 0.4, 1.0);
   Cells cells;
@@ -205,7 +206,7 @@ TEST(GroundGrid, WhatIsTooLargeIsSaid) {
   grid.next();
   EXPECT_TRUE(grid.tooLarge());
   EXPECT_EQ(sizeOf(*grid.window()).x(), 256);
-  cells.set(7, 7, 1, CellState::kSurface);  // what is in the window is told all the same
+  cells.set(7, 7, 1, CellState::kSurface);  // cells within the window are still sent
   grid.apply(cells.take(), kCell_m);
   EXPECT_EQ(grid.next(), Pending::kUpdate);
   EXPECT_TRUE(grid.tooLarge());

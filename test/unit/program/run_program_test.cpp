@@ -11,7 +11,7 @@
 namespace dtsdf {
 namespace {
 
-/// What a program that fails with this text says.
+/// The output of a program that fails with this text.
 std::string saidOf(const std::string& text) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(runProgram("a_tool", 0, nullptr,

@@ -1,5 +1,5 @@
-// What a save takes in memory beside the blocks' meshes: the mesh that is joined from them, and not
-// much more. DTSDF_SAVE_TRIANGLES=50000000 asks for a mesh of that size.
+// Tests the memory of a save besides the blocks' meshes: the joined mesh and not much more.
+// DTSDF_SAVE_TRIANGLES=50000000 sets the size of the mesh.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -18,7 +18,7 @@ namespace {
 constexpr int kLayers = kBlockSide;
 constexpr size_t kTrianglesPerBlock = kLayers * 2 * kBlockSide * kBlockSide;
 
-/// Sheets across a whole block, each vertex at its edge.
+/// Sheets across a whole block, each vertex on its own edge.
 SharedBlockMesh fullBlock(const BlockKey& key) {
   const auto mesh = std::make_shared<BlockMesh>();
   mesh->key = key;
@@ -39,7 +39,7 @@ SharedBlockMesh fullBlock(const BlockKey& key) {
   return mesh;
 }
 
-/// A number of /proc/self/status in bytes: VmRSS, memory now, or VmHWM, the most so far.
+/// A number of /proc/self/status in bytes: VmRSS, the current memory, or VmHWM, its peak.
 size_t memory(const std::string& name) {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;) {
@@ -66,7 +66,7 @@ TEST(SaveMemory, IsLittleMoreThanThatOfTheMesh) {
   }
   const TemporaryFolder folder;
   for (const std::string extension : {".ply", ".glb", ".stl"}) {
-    std::ofstream("/proc/self/clear_refs") << 5;  // the most so far is what it is now
+    std::ofstream("/proc/self/clear_refs") << 5;  // resets the peak
     const size_t before = memory("VmRSS");
     size_t mesh_bytes = 0;
     {
@@ -80,7 +80,7 @@ TEST(SaveMemory, IsLittleMoreThanThatOfTheMesh) {
     std::printf("%s of %zu triangles: %.2f times the mesh's %.0f MB\n", extension.c_str(),
                 store.triangleCount(), share, static_cast<double>(mesh_bytes) / 1e6);
     EXPECT_LE(share, 1.5);
-    EXPECT_GT(share, 0.25) << "the measurement sees the mesh";
+    EXPECT_GT(share, 0.25) << "the measurement does not see the mesh";
   }
 }
 

@@ -18,7 +18,7 @@ Scene sceneOf(const Shape& shape) {
   return scene;
 }
 
-/// Each shape in a place of its own, none aligned with the axes where it can be turned.
+/// Each shape at a place of its own, rotated against the axes where possible.
 std::vector<Shape> someShapes() {
   return {Plane{Vector3d(0.0, 0.0, -2.0), Vector3d(0.6, 0.0, 0.8)},
           Sphere{Vector3d(0.5, -0.3, 0.2), 0.7},
@@ -75,7 +75,7 @@ TEST(SceneShapes, RoomIsSeenFromInside) {
   EXPECT_TRUE(std::isinf(scene.intersect(Vector3d(0, 5, 1), -Vector3d::UnitY())));
 }
 
-/// A hit lies on the surface, and all before it in free space: intersection and distance agree.
+/// A hit lies on the surface, with free space before it: intersection and distance agree.
 TEST(SceneProperty, HitsLieOnTheSurface) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5), share(0.0, 1.0);
@@ -96,7 +96,7 @@ TEST(SceneProperty, HitsLieOnTheSurface) {
   }
 }
 
-/// No surface within the distance told, and some at it: a step of that length finds it.
+/// No surface is closer than the distance, and one is at it: a step of that length finds it.
 TEST(SceneProperty, DistancesAreTight) {
   std::mt19937 random(8);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
@@ -107,9 +107,9 @@ TEST(SceneProperty, DistancesAreTight) {
       const double distance = scene.signedDistance(p);
       for (int k = 0; k < 20; ++k) {
         const double there = scene.signedDistance(p + 0.1 * randomUnit(random));
-        ASSERT_LE(std::abs(there - distance), 0.1 + kTolerance_m) << "must not change faster";
+        ASSERT_LE(std::abs(there - distance), 0.1 + kTolerance_m) << "changes faster than the step";
       }
-      // The gradient leads to the surface, where there is only one nearest point.
+      // The gradient leads to the surface where the nearest point is unique.
       Vector3d gradient;
       for (int axis = 0; axis < 3; ++axis) {
         const Vector3d step = 1e-6 * Vector3d::Unit(axis);
@@ -125,8 +125,8 @@ TEST(SceneRender, LookAtFollowsTheOpticalFrame) {
   const Eigen::Isometry3d T_W_C = lookAt(Vector3d(1, 2, 3), Vector3d(4, 2, 3), Vector3d::UnitZ());
   EXPECT_TRUE(T_W_C.linear().isUnitary(1e-12));
   EXPECT_NEAR(T_W_C.linear().determinant(), 1.0, 1e-12);
-  EXPECT_TRUE((T_W_C * Vector3d(0, 0, 2)).isApprox(Vector3d(3, 2, 3))) << "z is forward";
-  EXPECT_TRUE((T_W_C * Vector3d(0, 1, 0)).isApprox(Vector3d(1, 2, 2))) << "y is down";
+  EXPECT_TRUE((T_W_C * Vector3d(0, 0, 2)).isApprox(Vector3d(3, 2, 3))) << "z is not forward";
+  EXPECT_TRUE((T_W_C * Vector3d(0, 1, 0)).isApprox(Vector3d(1, 2, 2))) << "y is not down";
 }
 
 /// The image bounds of a shape must not cut anything off.

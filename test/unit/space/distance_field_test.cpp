@@ -1,4 +1,4 @@
-// Distances between cells, against all pairs.
+// Tests distances between cells against all pairs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -69,7 +69,7 @@ std::vector<Vec3i> someCells(std::mt19937& random, int count, int range) {
   return cells;
 }
 
-/// More come; every third time most of them go.
+/// Adds surfaces; every third time most of them are removed.
 void Surfaces::changeSome(std::mt19937& random, int round) {
   for (const Vec3i& cell : someCells(random, 6, 40)) put(cell);
   while (round % 3 == 2 && sites_.size() > 5) take(random() % sites_.size());
@@ -92,7 +92,7 @@ TEST(DistanceField, IsExactAfterEachOfManyChanges) {
   }
 }
 
-/// The least of all squares along x, of each row within reach.
+/// The minimum of the squares along x, for each row within reach.
 uint16_t leastOfRows(const DistanceTask& task, const SectorStack& stack, const Vec3i& cell) {
   int32_t least = kSquaredFar;
   std::vector<uint32_t> words(static_cast<size_t>(windowSide(task.reach)));
@@ -109,7 +109,7 @@ uint16_t leastOfRows(const DistanceTask& task, const SectorStack& stack, const V
 
 constexpr uint16_t kNotAsked = 0xfffe;
 
-/// Works out some of the cells as a device does all.
+/// Computes some of the cells in the way a device computes all.
 void workOutSome(const DistanceTask& task, std::vector<SectorSquares>& squares, int step) {
   for (int32_t i = 0; i < task.stack_count; ++i) {
     const SectorStack& stack = task.stacks[i];
@@ -125,7 +125,7 @@ void workOutSome(const DistanceTask& task, std::vector<SectorSquares>& squares, 
   }
 }
 
-/// Now and then it is left to the host, which goes on from there.
+/// The backend declines now and then, and the host continues.
 TEST(DistanceField, HasOthersWorkItOut) {
   std::mt19937 random(caseSeed(0));
   for (const auto& [reach, step] :
@@ -159,8 +159,7 @@ TEST(DistanceField, HasOthersWorkItOut) {
   }
 }
 
-/// Squares that do not fit into 16 bits with a sign while they are added up.
-/// As where a device is lost: the surfaces are known by then, what is near them is not.
+/// As after losing a device: the surfaces are known by then, but the distances are not.
 TEST(DistanceField, WhatFailedIsWorkedOutByTheNextUpdate) {
   DistanceField field(25, 1), undisturbed(25, 1);
   bool fails = false;

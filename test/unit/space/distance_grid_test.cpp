@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kCellOfGrid_m = 0.05, kReachOfGrid_m = 0.6;
 
-/// Where a cell's centre is, by the words of the header.
+/// Whether a cell's centre lies in the region, by the definition in the header.
 bool liesIn(const Region& region, const Vec3i& cell) {
   const Vector3d p = kCellOfGrid_m * (Vector3d(cell.x, cell.y, cell.z) + Vector3d::Constant(0.5));
   if (const auto* const ball = std::get_if<SphereRegion>(&region)) {
@@ -24,7 +24,7 @@ bool liesIn(const Region& region, const Vec3i& cell) {
   return ((box.T_W_B.inverse() * p).cwiseAbs() - 0.5 * box.size_m).maxCoeff() <= 0.0;
 }
 
-/// Cells at random, most of them free; of those in the regions all.
+/// Random cells, most of them free; all cells in the regions.
 SpaceChanges randomCells(const std::vector<Region>& cleared) {
   std::mt19937 random(7);
   SpaceChanges changes{true, {}};

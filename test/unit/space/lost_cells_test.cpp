@@ -1,4 +1,4 @@
-// What the disk does not give is no fact: distances are never greater than they should be.
+// Cells that the disk cannot return are unknown: distances never become too large.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -25,7 +25,7 @@ CellMask wall() {
   }
   return mask;
 }
-/// Three cells before a wall.
+/// A cell three cells in front of a wall.
 Vec3i cellBefore(int i) { return firstCellOfCube(cubeOfWall(i)) + Vec3i{4, 4, 4}; }
 
 /// In the sector behind, within reach.
@@ -44,7 +44,7 @@ class LostCells : public testing::Test {
     for (int i = 0; i < 5000 && pages_->bytes() > 1; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    ASSERT_LE(pages_->bytes(), 1u) << "else nothing is tested";
+    ASSERT_LE(pages_->bytes(), 1u) << "otherwise nothing is tested";
   }
 };
 
@@ -115,7 +115,7 @@ class LostCubes : public LostCells {
     table_.close();
     waitUntilWritten();
   }
-  /// @return how many were handed out, all of them walls.
+  /// @return the number of cubes taken, all of them walls.
   int take(bool all) {
     const SpaceChanges taken = table_.takeTouched(all, 1000);
     for (const SpaceCube& cube : taken.cubes) {
@@ -144,11 +144,11 @@ TEST_F(LostCubes, AreUnknown) {
   table_.at(beside).surface = wall();
   table_.close();
   EXPECT_TRUE(isEmpty(table_.find(cubeOfWall(0))));
-  EXPECT_FALSE(isEmpty(table_.find(beside))) << "what comes later is known";
+  EXPECT_FALSE(isEmpty(table_.find(beside))) << "cells added later are unknown";
 }
 
-/// Two blocks in sectors of their own may have a triangle in a cell: it stays where one of them has
-/// none any more, and what the other one has is not known.
+/// Two blocks in sectors of their own may have a triangle in the same cell: the cell stays when one
+/// of them removes its triangle, even if the other's list is lost.
 class LostLists : public LostCells {
  protected:
   const Vec3i cell_{32, 1, 1};
@@ -187,7 +187,7 @@ TEST_F(LostLists, KeepSurfacesWhileTheDiskIsAway) {
   putNone(4);
   EXPECT_TRUE(isThere());
   putNone(3);
-  EXPECT_FALSE(isThere()) << "nothing was lost";
+  EXPECT_FALSE(isThere()) << "the cell stays although nothing was lost";
 }
 
 TEST_F(LostLists, KeepSurfaces) {

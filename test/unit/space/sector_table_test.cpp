@@ -1,4 +1,4 @@
-// Sectors on disk stay as they are where a read fails for a moment, or memory runs out.
+// Sectors on disk stay intact when a read fails for a moment or memory runs out.
 #include "space/sector_table.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 
 namespace {
 
-/// Reads that fail from now on.
+/// Number of reads that fail from now on.
 thread_local int reads_to_fail = 0;
 
 }  // namespace
@@ -49,7 +49,7 @@ class SectorTableTest : public testing::Test {
     for (int i = 0; i < 5000 && pages_->bytes() > 1; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    ASSERT_LE(pages_->bytes(), 1u) << "else nothing is tested";
+    ASSERT_LE(pages_->bytes(), 1u) << "otherwise nothing is tested";
   }
   void expectAll() const {
     for (PackedKey key = 0; key < kSectors; ++key) {
@@ -65,7 +65,7 @@ TEST_F(SectorTableTest, TriesAgainWhereAReadFails) {
   for (PackedKey key = 0; key < kSectors; ++key) {
     reads_to_fail = 2;
     table_.open(key);
-    EXPECT_EQ(reads_to_fail, 0) << "else nothing is tested";
+    EXPECT_EQ(reads_to_fail, 0) << "otherwise nothing is tested";
   }
   table_.close();
   expectAll();
@@ -82,8 +82,8 @@ TEST_F(SectorTableTest, LosesNothingWhereMemoryRunsOut) {
   bool is_done = false;
   int failed = 0;
   for (int round = 0; !is_done; ++round) {
-    const int allocations = round / 2;  // giving space back to the disk takes memory at times
-    for (int i = 0; i < 70; ++i) {      // after a failure the disk is left alone at first
+    const int allocations = round / 2;  // freeing space on the disk may need memory
+    for (int i = 0; i < 70; ++i) {      // after a failure the disk is not tried at first
       Paged<CellSector>(std::make_shared<CellSector>(), pages_);
     }
     ASSERT_NO_FATAL_FAILURE(waitUntilWritten());

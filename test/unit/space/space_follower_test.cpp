@@ -1,4 +1,4 @@
-// What one knows who follows a map's space, against the map.
+// Tests the knowledge of a follower of a map's space against the map.
 #include "space/space_follower.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ void expectSameCubes(const std::vector<SpaceCube>& a, const std::vector<SpaceCub
   }
 }
 
-/// In the scene, around it, and at places that no map has.
+/// In the scene, around it, and far outside of any map.
 std::vector<Vector3d> somePoints(size_t count) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<double> any(-2.4, 2.4);
@@ -94,7 +94,7 @@ class SpaceFollowerTest : public ::testing::Test {
 
 TEST_F(SpaceFollowerTest, KnowsWhatTheMapKnows) {
   EXPECT_TRUE(follower_.snapshot()->isEmpty());
-  EXPECT_FALSE(follower_.snapshot()->distanceAt(Vector3d::Zero()).known) << "of nothing";
+  EXPECT_FALSE(follower_.snapshot()->distanceAt(Vector3d::Zero()).known) << "nothing is known yet";
   fuse(-1.2, 1.0);
   follow();
   EXPECT_FALSE(follower_.snapshot()->isEmpty());
@@ -112,7 +112,7 @@ TEST_F(SpaceFollowerTest, KnowsWhatTheMapKnows) {
   expectSameAnswers(*mapper_->space(), *follower_.snapshot());
 }
 
-/// Who holds it has what was known then, whatever comes later.
+/// A snapshot keeps its contents while the follower goes on.
 TEST_F(SpaceFollowerTest, ASnapshotStaysAsItIs) {
   fuse(-1.2, 1.0);
   follow();
@@ -125,7 +125,7 @@ TEST_F(SpaceFollowerTest, ASnapshotStaysAsItIs) {
   mapper_->clearRegion(SphereRegion{{0.3, 0.1, 0.0}, 0.6});
   follow();
   EXPECT_NE(follower_.snapshot()->distanceAt(p).distance_m, distance.distance_m)
-      << "the ball has gone";
+      << "the ball is still there";
   expectSameCubes(before->cubes(-1000, 1000), cubes);
   EXPECT_EQ(before->distanceAt(p).distance_m, distance.distance_m);
 }
@@ -141,7 +141,7 @@ TEST_F(SpaceFollowerTest, CellsMayBeOfAnotherSizeInAnotherMap) {
   expectSameAnswers(*mapper_->space(), *follower_.snapshot());
 }
 
-/// What is far from the camera is dropped, and a follower forgets it.
+/// Space far from the camera is dropped, and a follower forgets it.
 TEST_F(SpaceFollowerTest, ForgetsWhatWasLeftBehind) {
   MapperParams params = followedParams();
   params.fusion.max_depth_m = 3.0f;

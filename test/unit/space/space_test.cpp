@@ -1,4 +1,4 @@
-// What a map knows of space, against analytic scenes.
+// Tests a map's knowledge of space on analytic scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 MapperParams spaceParams(int cell_voxels = 4, bool directional = true) {
   MapperParams params = makeCpuParams(
       directional ? FusionMode::kNormalRayCasting : FusionMode::kVoxelProjection, directional);
-  params.threads = 1;  // on a busy machine several wait for each other
+  params.threads = 1;  // on a busy machine several threads wait for each other
   params.space.enabled = true;
   params.space.cell_voxels = cell_voxels;
   params.space.max_distance_m = 0.6f;
@@ -58,8 +58,8 @@ TEST(Space, IsNotThereUnlessAskedFor) { EXPECT_EQ(makeMapper(makeCpuParams())->s
 class SpaceCells : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Sizes, SpaceCells, ::testing::Values(1, 2, 4, 8));
 
-/// A cell that is called free lies on the free side of all surfaces, and most of the free ones
-/// that are not beside a surface are known.
+/// Cells reported as free lie on the free side of all surfaces, and most free cells away from
+/// surfaces are known.
 TEST_P(SpaceCells, WhatIsCalledFreeIsFree) {
   const Scene scene = makeBallRoom();
   const auto mapper = mapOf(scene, posesIn(), spaceParams(GetParam()));
@@ -71,7 +71,7 @@ TEST_P(SpaceCells, WhatIsCalledFreeIsFree) {
     ++free_cells;
     EXPECT_GT(scene.signedDistance(middleOf(space, known.cell)), 0.5 * half);
   }
-  // The middle of the room is passed by many cameras.
+  // Many cameras pass through the middle of the room.
   size_t inside = 0, found = 0;
   for (double x = -0.8; x < 0.8; x += 0.1) {
     for (double y = -0.6; y < 0.6; y += 0.1) {
@@ -85,8 +85,8 @@ TEST_P(SpaceCells, WhatIsCalledFreeIsFree) {
   EXPECT_GE(static_cast<double>(found), 0.9 * static_cast<double>(inside));
 }
 
-/// Against the distance to the nearest of all vertices, which are half a voxel's diagonal from the
-/// nearest point of the mesh at most.
+/// Compared with the distance to the nearest vertex, which is at most half a voxel's diagonal from
+/// the nearest point of the mesh.
 TEST_P(SpaceCells, DistancesAreThoseToTheMesh) {
   const MapperParams params = spaceParams(GetParam());
   const auto mapper = makeMapper(params);
@@ -120,7 +120,7 @@ TEST_P(SpaceCells, DistancesAreThoseToTheMesh) {
   EXPECT_LT(worst, 1.5 * space.cellSize_m());
 }
 
-/// Gradients point away from the wall, at its distance's rate.
+/// Gradients point away from the wall, with the slope of its distance.
 TEST(Space, GradientsPointAwayFromSurfaces) {
   const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams(2));
   const Space& space = *mapper->space();
@@ -132,7 +132,7 @@ TEST(Space, GradientsPointAwayFromSurfaces) {
   EXPECT_NEAR(beside_floor.gradient.y, 0.0, 0.1);
 }
 
-/// Distances are negative there, and grow towards 0 at the surface: below the floor upwards.
+/// There, distances are negative and grow towards 0 at the surface: upwards below the floor.
 TEST(Space, InTheUnknownGradientsPointToTheNearestSurface) {
   const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams(2));
   const Space& space = *mapper->space();
@@ -159,7 +159,7 @@ TEST(Space, BehindWallsNothingIsKnown) {
   EXPECT_FALSE(space.distanceAt(Vector3d(300.0, 0.0, 0.0)).known);
 }
 
-/// Whether a path of free cells leads from one place to another.
+/// Whether a path of free cells connects two cells.
 bool isConnected(const Space& space, const Vec3i& from, const Vec3i& to) {
   const auto keyOf = [](const Vec3i& c) { return std::make_tuple(c.x, c.y, c.z); };
   std::map<std::tuple<int, int, int>, bool> met;
@@ -180,8 +180,8 @@ bool isConnected(const Space& space, const Vec3i& from, const Vec3i& to) {
   return false;
 }
 
-/// A plate of 2 mm across a corridor, seen from both sides, at cells of 80 mm: a path has to end at
-/// it. With the plate away there is one.
+/// A plate of 2 mm across a corridor, seen from both sides, with cells of 80 mm: it blocks every
+/// path. Without the plate a path exists.
 TEST(Space, AThinPlateStopsAPath) {
   for (const bool is_closed : {true, false}) {
     Scene scene;
@@ -216,7 +216,7 @@ SceneFrame randomLook(std::mt19937& random) {
   return renderFrame(scene, lookAt(eye, at, Vector3d::UnitZ()), 48, 36);
 }
 
-/// All of what is known of the cells in a box, and the distances in it.
+/// The states of all cells in a box, and the distances in it.
 std::string everythingIn(const Space& space, int reach) {
   std::string bytes;
   for (int z = -reach; z < reach; ++z) {
@@ -231,9 +231,8 @@ std::string everythingIn(const Space& space, int reach) {
   return bytes;
 }
 
-/// Frames in which things come and go, regions that are cleared, meshes and distances now and then,
-/// in any order: what is known then is what a mapper finds that gets the map as it is, byte for
-/// byte.
+/// Objects come and go, regions are cleared, and meshes and distances are updated now and then, in
+/// random order: the resulting space equals that of a new mapper with the same map, byte for byte.
 TEST(Space, AfterManyRandomUpdatesIsThatFromScratch) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<double> any(-0.8, 0.8);
@@ -242,7 +241,7 @@ TEST(Space, AfterManyRandomUpdatesIsThatFromScratch) {
   params.space.enabled = true;
   params.space.cell_voxels = 2;
   params.space.max_distance_m = 0.6f;
-  constexpr int kReach = 20;  // in cells, beyond all of the room
+  constexpr int kReach = 20;  // in cells, beyond the whole room
   const auto mapper = makeMapper(params);
   size_t vanished = 0;
   for (int update = 1; update <= 100; ++update) {
@@ -266,8 +265,7 @@ TEST(Space, AfterManyRandomUpdatesIsThatFromScratch) {
   EXPECT_GT(vanished, 500u);
 }
 
-/// An eighth of the budget is for what is free: what goes beyond is refused and counted, and what
-/// was told stays so.
+/// Free cells get an eighth of the budget: more are refused and counted, and known ones stay.
 TEST(Space, KeepsItsPartOfTheBudget) {
   MapperParams params = spaceParams(1);
   params.map.max_memory_mb = 1;
@@ -288,7 +286,7 @@ TEST(Space, KeepsItsPartOfTheBudget) {
   EXPECT_EQ(mapper->stats().refused_cubes, 0u);
 }
 
-/// The map itself does not depend on it.
+/// The map does not depend on space.
 TEST(Space, LeavesTheMeshAsItIs) {
   const std::vector<SceneFrame> frames = renderFrames(makeBallRoom(), posesIn());
   MapperParams without = spaceParams();

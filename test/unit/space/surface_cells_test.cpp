@@ -1,4 +1,4 @@
-// Which cells triangles pass through.
+// Tests which cells triangles pass through.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,8 +25,8 @@ bool has(const std::vector<Vec3i>& cells, const Vec3i& cell) {
   return std::find(cells.begin(), cells.end(), cell) != cells.end();
 }
 
-/// Points of random triangles lie in their cells; and each cell has a point of the triangle in it,
-/// or all but has: points are a tenth of a cell apart at most.
+/// Points of random triangles lie in their cells; each cell contains a point of the triangle, or
+/// nearly: points are at most a tenth of a cell apart.
 TEST(CellsOfMesh, AreThoseThatPointsOfTheTriangleLieIn) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<float> any(-1.9f, 9.9f);
@@ -65,7 +65,7 @@ TEST(CellsOfMesh, ATriangleBetweenTwoCellsIsInTheUpperOne) {
   EXPECT_EQ(cellsOfMesh(mesh, {3}), (std::vector<Vec3i>{{0, 0, -1}}));
 }
 
-/// Two blocks have a triangle in one cell: it stays until both have gone.
+/// Two blocks have a triangle in one cell: it stays until both are removed.
 TEST(SurfaceCells, FollowTheMeshBlockByBlock) {
   SurfaceCells surfaces(3, 2);
   CellTable cells;
@@ -77,12 +77,12 @@ TEST(SurfaceCells, FollowTheMeshBlockByBlock) {
   };
   EXPECT_EQ(surfaces.apply({meshOf({0, 0, 0}, beyond)}, cells).size(), 1u);
   EXPECT_TRUE(isThere());
-  EXPECT_TRUE(surfaces.apply({meshOf({1, 0, 0}, own)}, cells).empty()) << "nothing is new";
+  EXPECT_TRUE(surfaces.apply({meshOf({1, 0, 0}, own)}, cells).empty()) << "nothing has changed";
   EXPECT_TRUE(surfaces.apply({meshOf({0, 0, 0}, {})}, cells).empty());
   EXPECT_TRUE(isThere());
   EXPECT_EQ(surfaces.apply({meshOf({1, 0, 0}, {})}, cells).size(), 1u);
   EXPECT_FALSE(isThere());
-  EXPECT_TRUE(cells.all().empty()) << "cubes of which nothing is known go";
+  EXPECT_TRUE(cells.all().empty()) << "unknown cubes are not removed";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// One task at a time on another thread; what it throws comes to whoever waits.
+// A helper thread runs one task at a time; its exceptions reach the waiting thread.
 #include "threads/helper.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace dtsdf {
 namespace {
 
 TEST(Helper, DoesOneTaskAfterTheOther) {
-  int done = 0;  // by tasks alone, and read once they are
+  int done = 0;  // changed by tasks only, and read when they are done
   Helper helper;
   helper.wait();
   for (int i = 0; i < 200; ++i) {
@@ -37,7 +37,7 @@ TEST(Helper, PassesExceptionsOnOnce) {
   bool is_done = false;
   helper.start([] { throw std::runtime_error("another one does"); });
   EXPECT_THROW(helper.start([&is_done] { is_done = true; }), std::runtime_error);
-  EXPECT_FALSE(is_done) << "it was not begun";
+  EXPECT_FALSE(is_done) << "the task was started";
   helper.start([&is_done] { is_done = true; });
   helper.wait();
   EXPECT_TRUE(is_done);

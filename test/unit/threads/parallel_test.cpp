@@ -1,4 +1,4 @@
-// Loops over what is small: each number once, by as many threads as there are, and errors.
+// Parallel loops visit each number once, use all threads, and pass exceptions on.
 #include "threads/parallel.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ TEST(ParallelFor, VisitsEachNumberOnce) {
   }
 }
 
-/// Many loops of next to nothing, as a member is called, left and called again.
+/// Many almost empty loops: helpers are called, released and called again.
 TEST(ParallelFor, NothingIsLostBetweenLoops) {
   for (size_t loop = 0; loop < 20000; ++loop) {
     int visits[3] = {};
@@ -39,7 +39,7 @@ TEST(ParallelFor, NothingIsLostBetweenLoops) {
   }
 }
 
-/// Each waits until all are in the body.
+/// Each thread waits until all are in the body.
 TEST(ParallelFor, AllThreadsTakePart) {
   std::mutex mutex;
   std::condition_variable changed;
@@ -68,8 +68,8 @@ TEST(ParallelFor, ThrowsTheFirstErrorOnceNobodyWorks) {
   EXPECT_EQ(inside, 0);
   visited = 0;
   EXPECT_THROW(parallelFor(100000, 1, body), std::runtime_error);
-  EXPECT_EQ(visited, 11) << "the rest is left out";
-  parallelFor(5, 2, body);  // and the next loop is as any
+  EXPECT_EQ(visited, 11) << "the loop went on";
+  parallelFor(5, 2, body);  // the next loop works as usual
   EXPECT_EQ(inside, 0);
 }
 
@@ -84,14 +84,14 @@ TEST(ParallelFor, ALoopInALoopIsDoneByOneThread) {
   EXPECT_EQ(visits, std::vector<int>(400, 1));
 }
 
-/// A child has no helpers, and ends as any process.
+/// A child process has no helper threads, and ends normally.
 TEST(ParallelFor, AForkedChildWorksAloneAndEnds) {
   int visits = 0;
   parallelFor(2, 2, [&](size_t) { std::this_thread::yield(); });
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
-    alarm(60);  // if it hangs
+    alarm(60);  // in case it hangs
     parallelFor(50, 2, [&](size_t) { ++visits; });
     exit(visits == 50 ? 0 : 1);
   }

@@ -21,7 +21,7 @@ TEST(Flight, DepthLeadsToTheGround) {
   }
 }
 
-/// The way back is that of the way out, over the same ground.
+/// The way back leads over the same ground.
 TEST(Flight, Returns) {
   MapperParams params;
   params.backend = Backend::kCpu;
@@ -34,7 +34,7 @@ TEST(Flight, Returns) {
     EXPECT_EQ(times[i].on_return, i >= times.size() / 2);
     EXPECT_EQ(times[i].mapped_bytes, times[times.size() - 1 - i].mapped_bytes);
   }
-  EXPECT_LT(mapper->stats().map_bytes, size_t(6) << 20) << "nothing new on the way back";
+  EXPECT_LT(mapper->stats().map_bytes, size_t(6) << 20) << "the way back maps new blocks";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Maps by boxes: joined, they have the bytes of one process.
+// Maps of boxes, joined, are byte-equal to the map of one process.
 #include "tools/boxes.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST(BoxText, ReadsBackAsItWas) {
   }
 }
 
-/// Boxes as a plan has them: space cut again and again.
+/// Boxes as in a plan: space cut repeatedly.
 std::vector<BlockExtent> cutAtRandom(size_t count, std::mt19937& random) {
   std::vector<BlockExtent> boxes{BlockExtent()};
   constexpr int32_t BlockKey::*kAxes[] = {&BlockKey::x, &BlockKey::y, &BlockKey::z};
@@ -78,7 +78,7 @@ TEST(IndexRanges, CountEachNumberOnce) {
   EXPECT_EQ(countOfUnion({}), 0u);
 }
 
-/// A lap through the room, one frame of which shows nothing, and then another room far away.
+/// A lap through the room, with one empty frame, then another room far away.
 class Boxes : public testing::Test {
  protected:
   static constexpr int kFrames = 14;
@@ -134,7 +134,7 @@ class Boxes : public testing::Test {
                (out_ / "all.dtsdf"));
   }
 
-  /// Boxes and one process make the same map, and the same mesh of it.
+  /// Checks that boxes and one process make the same map, with the same mesh.
   void expectSame(const std::string& settings, const std::string& how) const {
     const Outcome one = run(reconstruct(settings, "one.dtsdf", "--mesh " + (out_ / "one.ply")));
     ASSERT_EQ(one.exit_code, 0) << one.err;
@@ -193,7 +193,7 @@ TEST_F(Boxes, AreMissedByName) {
   const Outcome missing = join();
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_NE(missing.err.find("boxes are missing: " + boxes[2]), std::string::npos) << missing.err;
-  // A process that was killed leaves nothing, or what a whole one left.
+  // A killed process leaves either nothing or a complete file.
   make({boxes[0], boxes[1], boxes[2], boxes[3]}, kPlain);
   EXPECT_EQ(join().exit_code, 0);
   make({boxes[0], boxes[0]}, kPlain);

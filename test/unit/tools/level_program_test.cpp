@@ -1,4 +1,5 @@
-/// map/level as a user meets it: reconstruct on recordings whose map frame is their first camera.
+/// Tests map/level as users meet it: reconstruct on recordings whose map frame is the first
+/// camera's.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +20,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Each pose along the lap, in the room's frame, which is level.
+/// Each pose along the lap, in the room's level frame.
 std::vector<Eigen::Isometry3d> lapPoses(size_t count) {
   std::vector<Eigen::Isometry3d> poses;
   for (size_t i = 0; i < count; ++i) poses.push_back(roomCameraPose(0.1 * static_cast<double>(i)));
@@ -28,7 +29,7 @@ std::vector<Eigen::Isometry3d> lapPoses(size_t count) {
 
 class LevelProgram : public testing::Test {
  protected:
-  /// A recording of the room in the frame of its first camera, and the same with level poses.
+  /// Writes a recording of the room in its first camera's frame, and the same with level poses.
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
     const std::vector<Eigen::Isometry3d> poses = lapPoses(20);
@@ -71,19 +72,19 @@ TemporaryFolder* LevelProgram::folder_ = nullptr;
 TEST_F(LevelProgram, PutsTheFloorAtZero) {
   const MapContents map = mapOf("--tum " + in("first") + " --set map/level=floor");
   ASSERT_TRUE(map.T_W_M);
-  // Where the room is in W by the true pose of the first camera.
+  // The pose of the room in W, from the true pose of the first camera.
   const Eigen::Isometry3d T_W_R = *map.T_W_M * roomCameraPose(0.0).inverse();
   const Vector3d up_W = T_W_R.linear().col(2);
   EXPECT_LT(std::hypot(up_W.x(), up_W.y()), 0.1 * M_PI / 180.0);
   EXPECT_NEAR((T_W_R * Vector3d::Zero()).z(), 0.0, 0.002);
-  // The map is level, too: nothing lies below the floor, nothing above the ceiling.
+  // The map is level, too: no blocks lie below the floor or above the ceiling.
   const double block_m = 0.04 * kBlockSide;
   int lowest = 1000, highest = -1000;
   for (const MapBlock& block : map.blocks) {
     lowest = std::min(lowest, block.key.z);
     highest = std::max(highest, block.key.z);
   }
-  EXPECT_EQ(lowest, -1) << "the floor lies on the border between two blocks";
+  EXPECT_EQ(lowest, -1) << "the floor is at the border of two blocks";
   EXPECT_EQ(highest, static_cast<int>(std::floor((2.6 + 0.16) / block_m)));
   const Outcome info = run(std::string(DTSDF_MAP_TOOL) + " info " + in("map.dtsdf"));
   EXPECT_EQ(info.exit_code, 0) << info.err;
@@ -98,12 +99,12 @@ TEST_F(LevelProgram, IsOffByDefaultAndThenAddsNothing) {
   EXPECT_FALSE(contains(readBytes(in("plain.dtsdf")), "LEVL"));
 }
 
-/// A map in two runs is that of one run; the second has the level from the file.
+/// A map made in two runs equals that of one run; the second takes the level from the file.
 TEST_F(LevelProgram, GoesOnInTheFrameOfTheMap) {
   const std::string input = "--tum " + in("first") + " ";
   mapOf(input + "--set map/level=floor", "whole.dtsdf");
   mapOf(input + "--set map/level=floor --frames 0:11", "half.dtsdf");
-  // Alone, the second half would find a floor that differs in the last digits.
+  // Alone, the second half would find a slightly different floor.
   const std::string second = input + "--frames 12: --save-map " + in("joined.dtsdf");
   for (const char* level : {"", " --set map/level=floor", " --set map/level=imu"}) {
     const Outcome outcome =
@@ -122,11 +123,11 @@ TEST_F(LevelProgram, EndsWhereUpCannotBeFound) {
   const Outcome floor = reconstruct(input + " --set map/level=floor");
   EXPECT_EQ(floor.exit_code, 1);
   EXPECT_TRUE(contains(floor.err, "--frames FIRST:")) << floor.err;
-  EXPECT_FALSE(std::filesystem::exists(in("mesh.ply"))) << "nothing is fused by a guess";
+  EXPECT_FALSE(std::filesystem::exists(in("mesh.ply"))) << "frames were fused without a level";
   EXPECT_EQ(reconstruct(input + " --set map/level=imu").exit_code, 1);
 }
 
-/// Boxes are levelled as a whole.
+/// Boxes share one level.
 TEST_F(LevelProgram, BoxesGiveTheMapOfOneRun) {
   const std::string input =
       "--tum " + in("first") + " --frames 0:11 --poses-mode tf --set map/level=floor --save-map ";

@@ -1,4 +1,4 @@
-/// Runs `map_tool diff` and `map_tool hash` on maps of a room with a ball and without it.
+/// Tests `map_tool diff` and `map_tool hash` on maps of a room with and without a ball.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 class MapToolDiff : public testing::Test {
  protected:
-  /// The room, with the ball or without it, seen by six cameras; the map is moved by `shift`.
+  /// Maps the room, with or without the ball, from six cameras; the map is shifted by `shift`.
   void save(const std::string& name, bool with_ball, const Vector3d& shift = Vector3d::Zero(),
             bool with_space = true) {
     MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f);
@@ -48,7 +48,7 @@ class MapToolDiff : public testing::Test {
                (out_ / "diff.ply") + " " + more);
   }
 
-  /// The number behind a word that a line begins with.
+  /// The number after a word at the start of a line.
   static double valueOf(const std::string& word, const std::string& text) {
     const size_t at = ("\n" + text).find("\n" + word);
     EXPECT_NE(at, std::string::npos) << word << " is not in: " << text;
@@ -71,7 +71,7 @@ TEST_F(MapToolDiff, WhatIsGoneWasAddedTheOtherWayRound) {
   EXPECT_EQ(valueOf("added", gone.out), 0.0);
   EXPECT_GT(valueOf("unchanged", gone.out), 20.0) << gone.out;
   const Outcome far = diff("ball", "empty", "--tolerance 0.6");
-  EXPECT_GT(valueOf("gone", far.out), 0.1 * kBall_m2) << far.out;  // what is farther from the walls
+  EXPECT_GT(valueOf("gone", far.out), 0.1 * kBall_m2) << far.out;  // the part far from the walls
   const Outcome added = diff("empty", "ball", "--changes-only");
   ASSERT_EQ(added.exit_code, 0) << added.err;
   EXPECT_EQ(valueOf("added", added.out), gone_m2);

@@ -1,5 +1,5 @@
-/// Runs `map_tool bt`, `map_tool slice` and `map_tool render` on a map that was saved with what is
-/// free.
+/// Tests `map_tool bt`, `map_tool slice` and `map_tool render` on a map that was saved with free
+/// space.
 #include <gtest/gtest.h>
 
 #ifdef DTSDF_WITH_OCTOMAP
@@ -49,7 +49,7 @@ class MapToolSpace : public testing::Test {
     saveMap(mapper_->contents(), out_ / "room.dtsdf");
   }
 
-  /// Its exit code.
+  /// @return the exit code.
   int run(const std::string& arguments) {
     const Outcome outcome = runIn(out_, DTSDF_MAP_TOOL " " + arguments);
     errors_ = outcome.err;
@@ -84,7 +84,7 @@ TEST_F(MapToolSpace, ATreeHasTheCells) {
       }
     }
   }
-  EXPECT_EQ(known, space.cells().size()) << "nothing lies outside of what was compared";
+  EXPECT_EQ(known, space.cells().size()) << "some cells were not compared";
   EXPECT_GT(free, 1000u);
 #else
   EXPECT_EQ(result, 1);
@@ -141,7 +141,7 @@ TEST_F(MapToolSpace, ASliceShowsUnknownSurfacesAndDistances) {
   EXPECT_GT(far_m, 100u);
 }
 
-/// What is rendered is a recording, with its pose, that shows what the map does.
+/// A rendered view is a recording with its pose, and shows the map.
 TEST_F(MapToolSpace, RendersARecording) {
   const auto T_W_C = lookAt(Vector3d(1.0, 0.2, 0.2), Vector3d(0.0, 0.0, -0.1), Vector3d::UnitZ());
   saveTrajectory({{2.5, T_W_C}}, out_ / "poses.txt");
@@ -182,7 +182,7 @@ TEST_F(MapToolSpace, SaysThatAMapHasNoFreeSpace) {
 
 TEST_F(MapToolSpace, RefusesWrongArguments) {
   const std::string slice = "slice " + (out_ / "room.dtsdf") + " ";
-  EXPECT_EQ(run(slice + (out_ / "room.png")), 2) << "no height";
+  EXPECT_EQ(run(slice + (out_ / "room.png")), 2) << "the height is missing";
   EXPECT_EQ(run(slice + (out_ / "room.jpg") + " --height 0"), 2);
   EXPECT_EQ(run(slice + (out_ / "room.png") + " --height 30 --set backend=cpu"), 1);
   EXPECT_EQ(run("bt " + (out_ / "room.dtsdf") + " " + (out_ / "room.ot")), 2);

@@ -1,4 +1,4 @@
-/// Runs `map_tool texture` on recordings of analytic scenes, and reads its files as others do.
+/// Tests `map_tool texture` on recordings of analytic scenes, and reads its files independently.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 /// A corner of a triangle in an .obj file.
 struct ObjCorner {
   Vector3d p_W, vertex_rgb, normal;
-  double u, v;  ///< From the lower left corner.
+  double u, v;  ///< from the lower left corner
 };
 
 using ObjTriangle = std::array<ObjCorner, 3>;
@@ -61,7 +61,7 @@ std::vector<ObjTriangle> readObj(const std::string& path) {
   return triangles;
 }
 
-/// The texel at the middle of a triangle.
+/// The texel at the centre of a triangle.
 Vector3d colourAtMiddle(const ObjTriangle& triangle, const RgbImage& texture) {
   double u = 0.0, v = 0.0;
   for (const ObjCorner& corner : triangle) {
@@ -76,12 +76,12 @@ Vector3d colourAtMiddle(const ObjTriangle& triangle, const RgbImage& texture) {
 
 class MapToolTexture : public testing::Test {
  protected:
-  /// A map of a scene, and its mesh with textures.
+  /// Makes a map of a scene, and its textured mesh.
   void texture(const Scene& scene, const SurfaceColour& colour,
                const std::vector<Eigen::Isometry3d>& poses) {
     writeSceneRecording(out_ / "room", scene, poses, 320, 240);
     writeSceneColours(out_ / "room", scene, colour, poses, 320, 240);
-    std::string list = readBytes(out_ / "room/depth.txt");  // so that stamps are those of the poses
+    std::string list = readBytes(out_ / "room/depth.txt");  // gives images the poses' stamps
     for (size_t at = 0; (at = list.find("depth/")) != std::string::npos;) {
       list.replace(at, 5, "rgb");
     }
@@ -109,7 +109,7 @@ class MapToolTexture : public testing::Test {
   RgbImage texture_;
 };
 
-/// Waves that are finer than a voxel.
+/// Waves finer than a voxel.
 Colour fineWavesAt(const Vector3d& p_W) {
   const auto wave = [](double x) { return static_cast<uint8_t>(128.0 + 100.0 * std::sin(x)); };
   return {wave(2.0 * M_PI * (p_W.x() + p_W.y()) / 0.1), wave(2.0 * M_PI * p_W.z() / 0.1), 90};
@@ -134,7 +134,7 @@ TEST_F(MapToolTexture, ShowsWhatIsFinerThanVoxels) {
       middle += corner.p_W / 3.0;
       of_corners += corner.vertex_rgb / 3.0;
     }
-    if (std::abs(middle.z()) > 0.3) continue;  // beside the walls' ends
+    if (std::abs(middle.z()) > 0.3) continue;  // next to the walls' ends
     const Colour truth = fineWavesAt(middle);
     const Vector3d rgb(truth[0], truth[1], truth[2]);
     of_texture += (colourAtMiddle(triangle, texture_) - rgb).squaredNorm();

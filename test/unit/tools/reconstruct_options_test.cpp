@@ -9,7 +9,7 @@ namespace {
 
 using Arguments = std::vector<std::string>;
 
-/// Whether the parser calls it a usage error, and with what text.
+/// The text of the usage error; empty if the arguments are accepted.
 std::string parseErrorOf(const Arguments& arguments) {
   return errorOf<UsageError>([&] { parseReconstructOptions(arguments); });
 }

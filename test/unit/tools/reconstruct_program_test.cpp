@@ -18,7 +18,7 @@ class ReconstructProgram : public testing::Test {
  protected:
   void SetUp() override {
     writeTumFolder(tum_, 6, 80, 60);
-    // Each image shows another place, and only it.
+    // Each image shows a different place.
     tum_option_ = "--tum " + tum_.path() + " --poses-mode tf --set mesh/min_support=1 ";
   }
 
@@ -101,8 +101,8 @@ TEST_F(ReconstructProgram, SaysThatTheFolderOfPagesIsFullAndThatNothingIsLost) {
   EXPECT_EQ(outcome.err.find("lost"), std::string::npos) << outcome.err;
 }
 
-/// An eighth of the budget holds meshes in memory, and the rest lies on disk; whole or simplified,
-/// the file is the same.
+/// An eighth of the budget holds meshes in memory, the rest is on disk; whole or simplified, the
+/// file is the same.
 TEST_F(ReconstructProgram, SavesAMeshThatLiesOnDisk) {
   const TemporaryFolder room;
   std::vector<Eigen::Isometry3d> poses;
@@ -118,7 +118,7 @@ TEST_F(ReconstructProgram, SavesAMeshThatLiesOnDisk) {
   };
   const std::string paged = "map/max_memory_mb=2 map/page_folder=" + (out_ / "pages");
   const std::string whole = saved("");
-  EXPECT_GT(whole.size(), 4u * (2 << 20) / 8) << "nothing of it would be on disk";
+  EXPECT_GT(whole.size(), 4u * (2 << 20) / 8) << "no part of it would be on disk";
   EXPECT_TRUE(saved(paged) == whole);
   const std::string simplified = saved("--simplify-error 0.005");
   EXPECT_TRUE(saved(paged + " --simplify-error 0.005") == simplified);
@@ -134,7 +134,7 @@ TEST_F(ReconstructProgram, SavesTheSameBytesHoweverItIsRun) {
   EXPECT_NE(meshOf("--set mesh/colour=plain"), mesh);
 }
 
-/// The file may be the node's, too.
+/// The file may be the node's configuration, too.
 TEST_F(ReconstructProgram, TakesSettingsFromTheFileThenFromTheCommandLine) {
   writeBytes(out_ / "a.yaml",
              "backend: cuda\nthreads: 1\nmap_frame: odom\nmap:\n  voxel_size_m: 0.05\n");
@@ -151,7 +151,7 @@ TEST_F(ReconstructProgram, GoesOnWithAMapAsIfItHadNotBeenSaved) {
   ASSERT_EQ(run(tum_option_ + cpu + to_half).exit_code, 0);
   EXPECT_TRUE(meshOf("--backend cpu --frames 3:" + half + "--save-map " + (out_ / "both.dtsdf")) ==
               mesh)
-      << "also with the voxel size of the file alone";
+      << "the voxel size may come from the file alone";
   EXPECT_TRUE(readBytes(out_ / "both.dtsdf") == readBytes(out_ / "whole.dtsdf"));
   EXPECT_TRUE(meshOf(cpu + "--frames 3:" + half) == mesh);
 
@@ -180,7 +180,8 @@ TEST_F(ReconstructProgram, MapToolTellsAndMeshesWhatWasSaved) {
   std::string bytes = readBytes(file);
   bytes[bytes.size() / 2] = static_cast<char>(~bytes[bytes.size() / 2]);
   writeBytes(file, bytes);
-  EXPECT_EQ(run("info " + file, DTSDF_MAP_TOOL).exit_code, 0) << "of what it reads, all is well";
+  EXPECT_EQ(run("info " + file, DTSDF_MAP_TOOL).exit_code, 0)
+      << "the records that it reads are intact";
   EXPECT_EQ(run("info " + file + " --verify", DTSDF_MAP_TOOL).exit_code, 1);
   EXPECT_EQ(run("mesh " + file + " " + (out_ / "tool.ply"), DTSDF_MAP_TOOL).exit_code, 1);
   EXPECT_EQ(run("", DTSDF_MAP_TOOL).exit_code, 2);
@@ -221,12 +222,12 @@ TEST_F(ReconstructProgram, SimplifiesAndTellsTheError) {
   EXPECT_NE(outcome.out.find(std::to_string(before)), std::string::npos) << outcome.out;
   EXPECT_LT(triangles(readBytes(out_ / "mesh.ply")), before / 2);
   ASSERT_EQ(run(arguments + " --simplify-error 0").exit_code, 0);
-  EXPECT_EQ(triangles(readBytes(out_ / "mesh.ply")), before) << "0 is off";
+  EXPECT_EQ(triangles(readBytes(out_ / "mesh.ply")), before) << "0 should simplify nothing";
   expectError(arguments + " --simplify-error -0.1", 2, "--simplify-error");
   expectError(arguments + " --simplify-error 1000", 2, "more than the whole mesh");
 }
 
-/// The corner of a room from a camera that moves a little, with poses that are 30 mm off and jump.
+/// The corner of a room from a slowly moving camera, with poses that are 30 mm off and jump.
 TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
   Scene corner;
   corner.add(Plane{{2.0, 0.0, 0.0}, -Eigen::Vector3d::UnitX()});
@@ -274,9 +275,9 @@ TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
   EXPECT_GT(report["poses_moved"]["points_on_surfaces"], 0.9);
   const std::string mesh = readBytes(out_ / "mesh.ply");
   ASSERT_EQ(run(command + " --poses-mode refine").exit_code, 0);
-  EXPECT_TRUE(readBytes(out_ / "mesh.ply") == mesh) << "the default";
+  EXPECT_TRUE(readBytes(out_ / "mesh.ply") == mesh) << "refine is the default";
   EXPECT_EQ(readMapInfo(map).poses.mode, PoseMode::kRefine);
-  // Without any poses the map is the one of the first camera's frame.
+  // Without any poses the map is in the first camera's frame.
   std::filesystem::remove(folder / "groundtruth.txt");
   const Eigen::Isometry3d first = truth[0];
   for (Eigen::Isometry3d& pose : truth) pose = first.inverse() * pose;
@@ -285,7 +286,7 @@ TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
   EXPECT_LT(largestError(), 0.002);
 }
 
-/// Images without poses, of a room that another recording made a map of.
+/// Images without poses, of a room mapped from another recording.
 TEST_F(ReconstructProgram, FindsTheCameraInAMapThatIsLoaded) {
   TemporaryFolder room, later;
   const Scene scene = roomOfAllSorts();

@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-/// Fuses frames with a positive width.
+/// Accepts frames with a positive width.
 class OrderedMapper : public FakeMapper {
  public:
   IntegrationResult integrate(const DepthFrame& frame) override {
@@ -28,7 +28,7 @@ class OrderedMapper : public FakeMapper {
   std::string calls;
 };
 
-/// `widths` are the widths of its frames; counts three more as skipped.
+/// Gives frames of these widths; reports three more as skipped.
 class FakeSource : public FrameSource {
  public:
   explicit FakeSource(std::vector<int> widths) : widths_(std::move(widths)) {}
@@ -48,7 +48,7 @@ class FakeSource : public FrameSource {
   std::map<std::string, size_t> skipped_{{"no pose", 3}};
 };
 
-/// Counts one image as skipped.
+/// Reports one image as skipped.
 class FakeColours : public ColourSource {
  public:
   explicit FakeColours(std::vector<double> stamps_s) : stamps_s_(std::move(stamps_s)) {}
@@ -86,7 +86,7 @@ TEST_F(ReconstructionTest, PaintsBetweenTheFramesInTheOrderOfStamps) {
   EXPECT_EQ(result.skipped.at("colour without pose"), 1u);
 }
 
-/// Two runs that share the frames paint what one would: the image between them is of the second.
+/// Two runs that share the frames paint like one: the image between them belongs to the second.
 TEST_F(ReconstructionTest, PaintsBeforeTheFirstFrameWhatTheMapHasNotSeen) {
   FakeSource source({1, 1});
   FakeColours colours({-2.0, -1.0, 0.5, 1.5});

@@ -1,4 +1,5 @@
-/// Each number of surfels, fusion and mesh is read: at an end of its range the mesh differs.
+/// Each number of the surfel, fusion and mesh rules has an effect: at an end of its range the mesh
+/// differs.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -11,8 +12,8 @@ namespace {
 
 constexpr size_t kWidth = 160;  // of renderFrame()
 
-/// A wall 2.2 m away, a box and a ball before it, a rod that is one pixel wide, and noise, of
-/// single pixels and of neighbours together.
+/// A wall at 2.2 m, with a box, a ball and a rod one pixel wide in front, and noise both of single
+/// pixels and of neighbours together.
 SceneFrame renderView(double x_m, bool with_small_ball, double noise) {
   Scene scene;
   scene.add(Plane{{0.0, 0.0, 2.2}, Eigen::Vector3d(0.2, -0.1, -1.0).normalized()});
@@ -23,10 +24,10 @@ SceneFrame renderView(double x_m, bool with_small_ball, double noise) {
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   T_W_C.translation().x() = x_m;
   SceneFrame frame = renderFrame(scene, T_W_C);
-  // Without std::normal_distribution, whose numbers are not the same everywhere.
+  // std::normal_distribution is not the same on all platforms.
   std::mt19937 random(7);
   const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0 - 0.5; };
-  std::vector<double> shared(frame.depth_m.size());  // of squares of 7 x 7 pixels
+  std::vector<double> shared(frame.depth_m.size());  // shared by squares of 7 x 7 pixels
   for (double& value : shared) value = unit();
   for (size_t i = 0; i < frame.depth_m.size(); ++i) {
     const size_t square = i / kWidth / 7 * kWidth + i % kWidth / 7;
@@ -69,7 +70,7 @@ bool areEqual(const Mesh& a, const Mesh& b) {
          std::equal(a.vertices_m.begin(), a.vertices_m.end(), b.vertices_m.begin(), same);
 }
 
-/// Sets the number that is visited as the `wanted`-th to an end of its range.
+/// Sets the `wanted`-th visited number to an end of its range.
 struct NumberSetter {
   int wanted;
   bool to_greatest;
@@ -85,7 +86,8 @@ struct NumberSetter {
   }
 };
 
-/// The rules with one number at an end of its range, and its key; no key beyond the last.
+/// The rules with one number at an end of its range, and its key; the key is empty beyond the last
+/// one.
 std::pair<Rules, std::string> rulesWith(int wanted, bool to_greatest) {
   Rules rules;
   NumberSetter set{wanted, to_greatest, {}};

@@ -1,4 +1,4 @@
-/// A small living room of ICL-NUIM, as its TUM-compatible archive has it.
+/// A small living room of ICL-NUIM, laid out as in the TUM-compatible archive.
 #include <gtest/gtest.h>
 
 #include "support/recording_folder.h"
@@ -54,18 +54,18 @@ TEST_F(IclArchive, FlippedRowsLeaveEveryPointWhereItIs) {
   EXPECT_EQ(frame.intrinsics.fy, 480.0f);
   EXPECT_EQ(frame.intrinsics.cy, 239.5f);
   for (const int v : {0, 100, 239, 479}) {
-    const double z = 2.0 * (v + 1) / 5000.0;  // image 1, before it was flipped
+    const double z = 2.0 * (v + 1) / 5000.0;  // image 1, before flipping
     const Eigen::Vector3d p_W((10 - 319.5) * z / 481.2, (v - 239.5) * z / -480.0, z - 2.25);
     EXPECT_TRUE(pointOf(frame, 10, 479 - v).isApprox(p_W, 1e-5)) << v;
   }
 }
 
-// A principal point off the middle moves with the rows.
+// Flipping the rows also moves a principal point that is off the centre.
 TEST_F(IclArchive, AnotherPrincipalPointIsFlippedToo) {
   options_.intrinsics = Intrinsics{481.2f, -480.0f, 319.5f, 200.0f};
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.cy, 279.0f);
   options_.intrinsics = Intrinsics{481.2f, 480.0f, 319.5f, 200.0f};
-  EXPECT_EQ(rawAt(openRecording(options_)->next()->depth, 0, 0), 2);  // as it lies there
+  EXPECT_EQ(rawAt(openRecording(options_)->next()->depth, 0, 0), 2);  // not flipped
 }
 
 TEST_F(IclArchive, ColourMayStandFirst) {
@@ -89,7 +89,7 @@ TEST_F(IclArchive, TellsWhatIsWrong) {
   EXPECT_NE(readingErrorOf(options_).find("has 0 files *.gt.freiburg"), std::string::npos);
 }
 
-// The colour image is of the same camera, so it is turned with it.
+// The colour image comes from the same camera, so it is flipped, too.
 TEST_F(IclArchive, ColourIsFlippedLikeDepth) {
   for (const int i : {0, 1, 2}) {
     writeColourRows(folder_ / ("rgb/" + std::to_string(i) + ".png"), 640, 480, 0);
@@ -98,7 +98,7 @@ TEST_F(IclArchive, ColourIsFlippedLikeDepth) {
   marked.row(479).setTo(cv::Scalar(0, 0, 99));
   cv::imwrite(folder_ / "rgb/1.png", marked);
   const std::vector<SourceColour> images = readAllColours(options_);
-  ASSERT_EQ(images.size(), 2u);  // 0 has no pose
+  ASSERT_EQ(images.size(), 2u);  // image 0 has no pose
   EXPECT_EQ(images[0].stamp_s, 1.0);
   EXPECT_EQ(redAt(images[0].colour, 0), 99);
   EXPECT_EQ(redAt(images[0].colour, 479), 0);

@@ -1,4 +1,4 @@
-/// Images of one's own, with poses as other programs write them.
+/// Folders of a user's own images, with poses in the formats of other programs.
 #include <gtest/gtest.h>
 
 #include "support/recording_folder.h"
@@ -17,7 +17,7 @@ class OwnImages : public testing::Test {
     options_.intrinsics = Intrinsics{10, 10, 8, 6};
   }
 
-  /// Image number i is at x = i - 8, as poseMatrix() has it.
+  /// Image i is at x = i - 8, as in poseMatrix().
   void expectPoses(const std::string& name, const std::string& text) {
     writeBytes(folder_ / name, text);
     options_.poses_path = folder_ / name;
@@ -87,7 +87,7 @@ TEST_F(OwnImages, AreFoundWithCameraAndColour) {
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.cx, 8.0f);
   EXPECT_EQ(readAllColours(options_).size(), 3u);
   options_.selection.step = 2;
-  EXPECT_EQ(readAllColours(options_).size(), 2u) << "as many as depth images";
+  EXPECT_EQ(readAllColours(options_).size(), 2u) << "one per depth image";
   EXPECT_NE(assumptionsOf(options_).find("--depth-scale"), std::string::npos);
   options_.units_per_metre = 1000.0;
   EXPECT_EQ(assumptionsOf(options_), "");
@@ -98,7 +98,7 @@ TEST_F(OwnImages, WithoutNumbersCountInTheOrderOfTheirNames) {
   for (const char* const name : {"a.png", "b.png", "c.png"}) {
     writeDepthImage(folder / name, 16, 12, 108);
   }
-  writeBytes(folder / "poses.txt", "1 7 0 0 0 0 0 1\n2 8 0 0 0 0 0 1\n");  // none of number 0
+  writeBytes(folder / "poses.txt", "1 7 0 0 0 0 0 1\n2 8 0 0 0 0 0 1\n");  // no pose for image 0
   options_.path = folder.path();
   const std::vector<SourceFrame> frames = readAll(*openRecording(options_));
   ASSERT_EQ(frames.size(), 2u);
@@ -111,7 +111,7 @@ TEST_F(OwnImages, DamagedOnesMayBeSkipped) {
   writeBytes(folder_ / "depth/d_9.png", "junk");
   writeBytes(folder_ / "color/c_10.jpg", "junk");
   EXPECT_NE(readingErrorOf(options_).find("--skip-bad"), std::string::npos);
-  writeBytes(folder_ / "depth/d_8.png", "junk");  // the first one, too
+  writeBytes(folder_ / "depth/d_8.png", "junk");  // the first image, too
   options_.skip_bad = true;
   const auto source = openRecording(options_);
   EXPECT_EQ(readAll(*source).size(), 1u);
@@ -135,7 +135,8 @@ TEST(TumAssociations, AreNotThoseOfIclNuim) {
   options.path = folder.path();
   options.pose_tolerance_s = 1.0;
   EXPECT_EQ(guessRecordingFormat(options.path), "tum");
-  EXPECT_NE(readingErrorOf(options).find("--intrinsics"), std::string::npos) << "no ICL camera";
+  EXPECT_NE(readingErrorOf(options).find("--intrinsics"), std::string::npos)
+      << "the ICL camera is not assumed";
   options.intrinsics = Intrinsics{10, 10, 8, 6};
   EXPECT_EQ(readAll(*openRecording(options)).size(), 3u);
   EXPECT_EQ(readAllColours(options).size(), 3u);

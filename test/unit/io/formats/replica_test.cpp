@@ -1,4 +1,4 @@
-/// A small room of Replica as NICE-SLAM renders it.
+/// A small room of Replica, laid out as NICE-SLAM renders it.
 #include <gtest/gtest.h>
 
 #include "support/recording_folder.h"
@@ -90,7 +90,7 @@ TEST_F(Replica, TellsWhatIsWrong) {
 }
 
 TEST_F(Replica, ColourIsOfTheSameCamera) {
-  for (const int i : {0, 1, 2, 3}) {  // 3 has no line in traj.txt
+  for (const int i : {0, 1, 2, 3}) {  // image 3 has no line in traj.txt
     const std::string name = "Replica/room0/results/frame00000" + std::to_string(i) + ".jpg";
     writeColourRows(folder_ / name, 12, 8, 5);
   }

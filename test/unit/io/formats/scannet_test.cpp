@@ -1,4 +1,4 @@
-/// A small scan of ScanNet, as the reader of its .sens files exports it.
+/// A small scan of ScanNet, laid out as its .sens reader exports it.
 #include <gtest/gtest.h>
 
 #include "support/recording_folder.h"
@@ -44,7 +44,7 @@ TEST_F(ScanNet, IsInTheOrderOfNumbersWithoutLostCameras) {
 }
 
 TEST_F(ScanNet, FramesMayBeSelected) {
-  options_.selection = {1, 3, 2, {}};  // the lost one, and 10
+  options_.selection = {1, 3, 2, {}};  // the image without a pose, and image 10
   const auto source = openRecording(options_);
   EXPECT_EQ(source->size(), 2u);
   EXPECT_EQ(source->posed(), 1u);
@@ -66,7 +66,7 @@ TEST_F(ScanNet, TellsWhatIsWrong) {
   EXPECT_NE(readingErrorOf(options_).find("pose/2.txt: expected 4 x 4 numbers"), std::string::npos);
 }
 
-// Colour has a lens of its own, and so may another size.
+// Colour images have their own intrinsics, and may have another size.
 TEST_F(ScanNet, ColourHasACameraOfItsOwn) {
   for (const int i : {0, 1, 2, 10}) {
     writeColourRows(folder_ / ("color/" + std::to_string(i) + ".jpg"), 32, 20, 5);

@@ -65,7 +65,7 @@ TEST_F(SevenScenes, LostAndMissingPosesAreCounted) {
   writeFrame(12, "nan 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
   writeFrame(13, "1.#QNAN 0 0 0\n0 1.#IND 0 0\n0 0 1.#INF 0\n0 0 0 1\n");
   writeFrame(14, "0 0 0 0\n0 0 0 0\n0 0 0 0\n0 0 0 1\n");
-  writeFrame(15, "1 0 0 0\n0 1 0 0\n0 0 -1 0\n0 0 0 1\n");  // a mirror
+  writeFrame(15, "1 0 0 0\n0 1 0 0\n0 0 -1 0\n0 0 0 1\n");  // a reflection, not a rotation
   writeFrame(16, "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 2\n");
   writeFrame(17, "");
   std::filesystem::remove(stemOf(17) + ".pose.txt");

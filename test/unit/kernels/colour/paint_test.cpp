@@ -25,7 +25,7 @@ TEST(PaintedColour, FollowsWhatItSees) {
   VoxelColour colour = painted({0, 0, 0, 0}, {200, 0, 0, 0.5f}, 1000);
   EXPECT_NEAR(colourWeight(colour.weight), 0.5f * kRules.most_views, 0.2f);
   colour = painted(colour, {0, 0, 0, 0.5f}, 60);
-  EXPECT_LT(colour.red, 10);  // a step of less than half a level is none
+  EXPECT_LT(colour.red, 10);  // a step below half a level changes nothing
 }
 
 TEST(PaintedColour, BetterViewsReplaceManyBadOnes) {
@@ -34,7 +34,7 @@ TEST(PaintedColour, BetterViewsReplaceManyBadOnes) {
   EXPECT_NEAR(colour.red, 103, 1);
   const VoxelColour after = painted(colour, {200, 0, 0, 0.002f}, 100);
   EXPECT_LT(after.red, 125);
-  EXPECT_EQ(after.weight, colour.weight);  // bad ones do not add up to a good one
+  EXPECT_EQ(after.weight, colour.weight);  // many bad samples do not make a good one
 }
 
 TEST(PaintedColour, ExposureComesFirst) {
@@ -68,7 +68,7 @@ TEST(Exposure, IsOneWhereCamerasHaveItFixed) {
   }
 }
 
-/// Voxels of 100 that an image shows brighter and darker by turns, and on average by a factor.
+/// The image shows voxels of level 100 alternately brighter and darker, with a factor on average.
 TEST(Exposure, DifferencesForOtherReasonsAreNone) {
   const auto gain = [](double factor, int spread) {
     ExposureSums sums = {};

@@ -10,7 +10,7 @@ struct ColouredSample {
   VoxelColour colour;
 };
 
-/// What each direction has at the ends of an edge along x.
+/// The samples of each direction at the ends of an edge along x.
 struct Ends {
   ColouredSample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};
 
@@ -41,7 +41,7 @@ TEST(VertexColour, TakesTheEndThatIsPainted) {
   EXPECT_EQ(ends.colour(0).blue, 200);
 }
 
-/// The plate thinner than a voxel: both sides cross the same edge, each with its facing.
+/// The plate is thinner than a voxel: both sides cross the same edge, with opposite facings.
 TEST(VertexColour, EachSideHasItsOwn) {
   Ends ends;
   ends.lower[0] = {{-0.5f, 1.0f}, kRed};

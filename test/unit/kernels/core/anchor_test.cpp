@@ -1,4 +1,4 @@
-// Anchors and keys of measured points, against their offsets and distances in double precision.
+// Tests anchors and keys of measured points against offsets and distances in double precision.
 #include "kernels/core/anchor.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ TEST(Anchor, IsKeptToHalfAStep) {
   }
 }
 
-/// Rounded with dithers that are spread evenly, an anchor is right on average.
+/// Evenly spread dithers make the rounded anchor right on average.
 TEST(Anchor, DitheredIsRightOnAverage) {
   for (const float offset : {-0.51f, -0.013f, 0.3f, 0.862f}) {
     double sum = 0.0;
@@ -44,8 +44,8 @@ TEST(Anchor, DitheredIsRightOnAverage) {
   }
 }
 
-/// The distance along the surface decides, not the one across it: a corner half a voxel in front of
-/// a plane is nearer to its own foot there than to a point that is beside it on the plane.
+/// The distance along the surface decides, not the one across it: for a corner half a voxel in
+/// front of a plane, its own foot there is nearer than any other point on the plane.
 TEST(PointKey, TheGreatestIsNearestToTheFoot) {
   const uint32_t foot = keyOf({0.0f, 0.0f, -0.9f}, 0.9f), beside = keyOf({0.4f, 0.0f, 0.0f}, 0.0f);
   EXPECT_GT(foot, beside);

@@ -12,7 +12,7 @@ namespace region_test {
 
 using Eigen::Vector3d;
 
-/// Regions near a point, with their truth by Eigen's geometry.
+/// Regions near a point; Eigen's geometry gives the expected results.
 struct RandomRegion {
   explicit RandomRegion(std::mt19937& random, const Vector3d& near) {
     const auto number = [&](double low, double high) {
@@ -41,7 +41,7 @@ struct RandomRegion {
   SphereRegion sphere;
 };
 
-/// Voxels of 1 m: what Eigen says of the same points. Far from the origin, too.
+/// Voxels of 1 m, compared with Eigen on the same points, also far from the origin.
 TEST(Region, HoldsThePointsThatLieInIt) {
   std::mt19937 random(7);
   for (const Vector3d& near : {Vector3d(0, 0, 0), Vector3d(8e6, -7e6, 5e6)}) {
@@ -66,7 +66,7 @@ TEST(Region, HoldsThePointsThatLieInIt) {
   }
 }
 
-/// A block is passed over only if none of its voxels is inside, and most that have none are.
+/// A block is skipped only if none of its voxels is inside, and most such blocks are skipped.
 TEST(Region, BlocksThatMayReachIntoItHoldAllThatDo) {
   std::mt19937 random(8);
   int idle = 0, passed = 0;

@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace voxel_test {
 
-/// Weight and evidence share one word, and neither spills into the other.
+/// Weight and evidence share one word without overflowing into each other.
 TEST(Voxel, HoldsDistanceWeightAndEvidence) {
   for (const uint32_t units : {0u, 1u, 98304u, (1u << 24) - 1u}) {
     for (const int32_t evidence : {-127, -1, 0, 1, 24, 127}) {
@@ -22,7 +22,7 @@ TEST(Voxel, HoldsDistanceWeightAndEvidence) {
   EXPECT_EQ(sizeof(Voxel), 8u);
 }
 
-/// The mesh sees a voxel with too little evidence as it sees one without a measurement.
+/// To the mesh, a voxel with too little evidence is a voxel without a measurement.
 TEST(Voxel, IsKnownFromItsEvidenceOn) {
   const Voxel voxel = makeVoxel(-1.25f, 98304, 4);
   EXPECT_EQ(sampleOf(voxel, 4).sdf, -1.25f);
@@ -40,8 +40,8 @@ TEST(VoxelSums, FixedPointStaysWithinItsBounds) {
   }
 }
 
-/// The greatest image, every pixel with the greatest distance and the weight that a pixel's rounded
-/// subpixels stay below, in one voxel.
+/// The worst case in one voxel: the largest image, each pixel with the greatest distance and with
+/// the bound on the weight of a pixel's rounded subpixels.
 TEST(VoxelSums, TheWorstFrameFits) {
   const int64_t weight = 2 * quantiseWeight(1.0f), sdf = quantiseSdf(1.0f);
   const int64_t limit = std::numeric_limits<int64_t>::max();

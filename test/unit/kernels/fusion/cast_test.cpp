@@ -1,4 +1,4 @@
-// The direction that a surfel is cast along, against what it is defined by.
+// Tests the direction along which a surfel is cast against its definition.
 #include "kernels/fusion/cast.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace cast_test {
 
 Eigen::Vector3d toEigen(const Vec3f& v) { return {v.x, v.y, v.z}; }
 
-/// A view ray, in voxels, that meets a surface from in front.
+/// A view ray, in voxels, that meets a surface from the front.
 Vec3f rayOnto(const Vec3f& normal, std::mt19937& random) {
   Vec3f ray;
   do {
@@ -22,7 +22,8 @@ Vec3f rayOnto(const Vec3f& normal, std::mt19937& random) {
   return 80.0f * ray;
 }
 
-/// No other way that takes the point a voxel across the surface has a smaller Mahalanobis distance.
+/// No other displacement of the point by one voxel across the surface has a smaller Mahalanobis
+/// distance.
 TEST(LikelyDirection, NoOtherWayAcrossTheSurfaceIsMoreLikely) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> noise(0.0f, 3.0f);

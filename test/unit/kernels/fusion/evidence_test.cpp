@@ -1,4 +1,4 @@
-// Evidence: what frames that support or contradict a surface make of it.
+// Evidence after frames that support or contradict a surface.
 #include "kernels/fusion/evidence.h"
 
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace evidence_test {
 
-const FusionRules kRules;  // 3 for support, 2 against it, 24 at most, for and against
+const FusionRules kRules;  // +3 for support, -2 for a contradiction, limited to -24..24
 constexpr bool kCovered = true, kUncovered = false;
 
 TEST(Evidence, IsAFrameCounterThatSaturates) {
@@ -29,7 +29,8 @@ TEST(Evidence, AContradictionCostsEvidenceOnly) {
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 9), 1, kUncovered, dear)), 5);
 }
 
-/// Nothing is left of a voxel without evidence: neither distance nor weight mixes with what comes.
+/// A voxel that loses its evidence also loses its distance and weight: neither mixes with later
+/// frames.
 TEST(Evidence, WithoutItTheVoxelIsEmpty) {
   for (const int32_t evidence : {0, 1, 2}) {
     const Voxel voxel =
@@ -40,13 +41,13 @@ TEST(Evidence, WithoutItTheVoxelIsEmpty) {
   EXPECT_FALSE(isEmpty(contradictedVoxel(makeVoxel(-0.75f, 12345, 3), 1, kUncovered, kRules)));
 }
 
-/// A frame that covers the voxel, but looks through its anchor, costs a support more.
+/// A frame that covers the voxel but looks through its anchor costs one support more.
 TEST(Evidence, ACoveredContradictionCostsASupportMore) {
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 24), 1, kCovered, kRules)), 19);
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 3), 1, kCovered, kRules)), -2);
 }
 
-/// Below zero it is evidence of free space, which stays where the distance goes.
+/// Negative evidence is evidence of free space, and outlasts the distance.
 TEST(Evidence, OfFreeSpaceIsCountedAndSaturates) {
   Voxel voxel = contradictedVoxel(makeVoxel(-0.75f, 12345, 1), 1, kUncovered, kRules);
   EXPECT_TRUE(isEmpty(voxel));
@@ -59,13 +60,13 @@ TEST(Evidence, OfFreeSpaceIsCountedAndSaturates) {
   EXPECT_EQ(evidenceOf(voxel), -24);
 }
 
-/// One frame gives 3; two give 6, or 4 if one more saw through it; three give 9, or 7.
+/// One frame gives 3; two give 6, or 4 after one contradiction; three give 9, or 7.
 TEST(LeastEvidence, IsThatOfSoManyFramesButForAContradiction) {
   constexpr uint64_t kMany = uint64_t{1} << 40;
   EXPECT_EQ(leastEvidence(1, kMany, kRules), 1);
   EXPECT_EQ(leastEvidence(2, kMany, kRules), 4);
   EXPECT_EQ(leastEvidence(3, kMany, kRules), 7);
-  EXPECT_EQ(leastEvidence(10, kMany, kRules), 24);  // what no voxel could have is not asked for
+  EXPECT_EQ(leastEvidence(10, kMany, kRules), 24);  // the maximum evidence
 }
 
 }  // namespace evidence_test

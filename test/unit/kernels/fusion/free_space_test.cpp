@@ -1,4 +1,4 @@
-// What an image sees through, on analytic surfaces and on images made pixel by pixel.
+// Tests what an image sees through, on analytic surfaces and on images defined pixel by pixel.
 #include "kernels/fusion/free_space.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ constexpr float kVoxel_m = 0.02f, kTruncation = 4.0f;
 const SurfelSettings kSurfels{5, 0.1f, SurfelRules(), 0};
 const FusionSettings kFusion{1, 1, kTruncation, 64.0f, FusionRules()};
 
-/// An image of a surface, and how far its pixels see.
+/// An image of a surface, with the depth to which each pixel sees free space.
 class FreeSpaceImage {
  public:
   explicit FreeSpaceImage(const Surface& surface, float sigma = 0.0f)
@@ -43,7 +43,7 @@ class FreeSpaceImage {
   std::vector<float> free_depth_;
 };
 
-/// The margin is kept across the plane, whatever its tilt: half a voxel and three deviations.
+/// The margin is measured across the plane at any tilt: half a voxel and three standard deviations.
 TEST(FreeDepth, EndsAMarginBeforeThePlane) {
   for (const float sigma : {0.0f, 0.005f}) {
     for (const auto& n :
@@ -66,8 +66,8 @@ TEST(FreeDepth, EndsAMarginBeforeThePlane) {
   }
 }
 
-/// Two images of one pixel, 12 m away and not measured; a negative inverse depth is one that is
-/// measured beyond what is fused. Without a plane the margin is kept along the ray.
+/// One pixel at 12 m and one not measured. A negative inverse depth means measured, but beyond the
+/// fusion range. Without a plane the margin is kept along the ray.
 TEST(FreeDepth, ReachesBeyondWhatIsFused) {
   const float row[] = {0.0f, 0.0f};
   const PixelLinks links[] = {0, 0};
@@ -82,13 +82,13 @@ TEST(FreeDepth, ReachesBeyondWhatIsFused) {
   }
 }
 
-/// A plane 5 mm beside the camera, nearer than the margin: nothing is free there.
+/// A plane 5 mm from the camera, closer than the margin: nothing is free there.
 TEST(FreeDepth, IsZeroWhereTheMarginLeavesNothing) {
   const FreeSpaceImage image(plane(0, 1, 0, 0.005));
   for (const int v : {40, 43, 46}) EXPECT_EQ(image.freeDepthAt(30, v), 0.0f);
 }
 
-/// The voxels of one block and direction.
+/// One voxel array.
 struct Array {
   Voxel voxel[kVoxelsPerBlock] = {};
 
@@ -112,7 +112,7 @@ void expectNear(const Vec3f& a, const Vec3f& b) {
                                 << " " << b.z;
 }
 
-/// In each direction, at each voxel, the corners of the block included: the perpendicular's foot.
+/// The foot of the perpendicular, for all directions and voxels, also at the corners of the block.
 TEST(Foot, OfRandomPlanes) {
   std::mt19937 random(31);
   std::uniform_real_distribution<double> offset(-3.0, 12.0);
@@ -131,7 +131,7 @@ TEST(Foot, OfRandomPlanes) {
   }
 }
 
-/// One neighbour on an axis is enough; without any the axis of the direction has to do.
+/// One neighbour per axis is enough; without any, the axis of the direction is used.
 TEST(Foot, WithNeighboursMissing) {
   Array array([](const Vec3f& p) { return 0.6 * p.x + 0.8 * p.y - 6.0; });
   const Vec3f foot{3.6f, 4.8f, 4.0f};  // 1.8 + 3.2 - 6 = -1 at (3, 4)
@@ -147,7 +147,7 @@ TEST(Foot, WithNeighboursMissing) {
   expectNear(lonely.foot(3, 4, 5, 5), {3, 4, 3.5f});
 }
 
-/// 9 x 9 pixels, all of which see 2 m; a point straight ahead at 1 m falls on the middle one.
+/// 9 x 9 pixels that all see 2 m; a point straight ahead at 1 m projects to the middle pixel.
 class SeesThrough : public testing::Test {
  protected:
   bool sees(const Vec3f& p_L, const Voxel& voxel = makeVoxel(0.0f, 1 << 16, 3)) const {
@@ -175,8 +175,8 @@ TEST_F(SeesThrough, EndsWhereTheFreeDepthDoes) {
   EXPECT_FALSE(sees({0, 0, 0}));
 }
 
-/// A thin thing in any of the 3 x 3 pixels around the point, or one that is not measured, is enough
-/// to doubt; one beside is not.
+/// A nearer or unmeasured pixel among the 3 x 3 around the point leaves doubt; one outside of them
+/// does not.
 TEST_F(SeesThrough, DoubtsWhatHasSomethingBesideIt) {
   for (int i = 0; i < 81; ++i) {
     const int u = i % 9, v = i / 9;
@@ -188,8 +188,8 @@ TEST_F(SeesThrough, DoubtsWhatHasSomethingBesideIt) {
   }
 }
 
-/// Its own pixel says on which side of an outline a point lies, also where one beside it shows the
-/// surface.
+/// The pixel of a point decides on which side of an outline it lies, even if a neighbouring pixel
+/// shows the surface.
 TEST_F(SeesThrough, KnowsItsSideOfAnOutline) {
   for (int v = 0; v < 9; ++v) {
     for (int u = 0; u < 4; ++u) at(u, v) = 0.9f;
@@ -214,8 +214,8 @@ size_t contradicted(const FreeSpaceImage& image, const Array& array) {
 }
 const Array kWall([](const Vec3f& p) { return 3.2 - p.z; });
 
-/// All of its voxels or none, before it and behind it: they stand for the same surface. (Behind
-/// them, up to 1.1 m, an image of 1.05 m sees nothing free.)
+/// Voxels before and behind the wall stand for the same surface: all of them are contradicted or
+/// none is. (An image of 1.05 m sees nothing free behind them, up to 1.1 m.)
 TEST(Judge, WhereTheSurfaceIsSeenThrough) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), kWall), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.05)), kWall), 512u);
@@ -225,8 +225,8 @@ TEST(Judge, WhereTheSurfaceIsSeenThrough) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 0.5)), kWall), 0u);  // hidden
 }
 
-/// Empty voxels are their own feet, with their cells: those a voxel before 1.04 m, less 10 mm, are
-/// seen past. The block begins at 0.96 m, and its third layer is at 1.00 m.
+/// The feet of empty voxels are their own positions, with their cells: those a voxel before 1.04 m,
+/// less 10 mm, are seen past. The block begins at 0.96 m; its third layer is at 1.00 m.
 TEST(Judge, EmptyVoxelsWhereTheyAre) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), Array()), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.04)), Array()), 3u * 64u);
@@ -247,7 +247,7 @@ TEST(Judge, CoveredVoxelsByTheirAnchors) {
   EXPECT_TRUE(isAt(1.05, true));
 }
 
-/// Some camera: turned any way, its middle anywhere in the image or beside it.
+/// A camera with any orientation, its principal point anywhere in or near the image.
 FrameView randomFrame(std::mt19937& random) {
   std::uniform_real_distribution<float> centre(-40.0f, 100.0f), focal(20.0f, 400.0f),
       offset(-8.0f, 8.0f);
@@ -260,8 +260,8 @@ FrameView randomFrame(std::mt19937& random) {
   return frame;
 }
 
-/// A foot is as far from its voxel as distances may be, 16 voxels at the greatest truncation. Most
-/// cases put it at the very rim of the image.
+/// Feet are as far from their voxels as distances allow, 16 voxels at the greatest truncation. Most
+/// cases put the foot at the very border of the image.
 TEST(MayBeInView, NeverLosesAFootInTheImage) {
   std::mt19937 random(32);
   std::uniform_real_distribution<float> share(0.0f, 1.0f);
@@ -289,7 +289,7 @@ TEST(MayBeInView, NeverLosesAFootInTheImage) {
   EXPECT_GT(in_image, 30000);
 }
 
-/// The image is 64 voxels wide at 100 voxels' distance: most blocks are left out.
+/// The image is 64 voxels wide at a distance of 100 voxels: most blocks are left out.
 TEST(MayBeInView, LeavesOutWhatIsFarOutside) {
   const FrameView frame = frontalFrame(kWidth, kHeight, kIntrinsics, kVoxel_m);
   EXPECT_TRUE(mayBeInView(frame, {0, 0, 12}));

@@ -1,4 +1,4 @@
-// The line of samples of a surfel, against the same rule applied to every voxel around it.
+// Tests the sample line of a surfel against its rule, applied to every voxel around it.
 #include "kernels/fusion/sample_line.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ struct Cast {
   float truncation;
 };
 
-/// Casts along the normal and along slanted rays, every tenth through exact grid points.
+/// Casts along the normal and along slanted rays; every tenth passes exactly through grid points.
 Cast randomCast(std::mt19937& random, int i) {
   std::uniform_real_distribution<float> uniform(-20.0f, 20.0f);
   Cast cast{{uniform(random), uniform(random), uniform(random)}, randomUnit(random), {}, 4.0f};
@@ -64,8 +64,8 @@ std::map<VoxelId, LineSample> samplesOf(const SampleLine& line) {
   return samples;
 }
 
-/// The rule in double precision, for any voxel: where the line passes the voxel's plane across its
-/// dominant axis, the voxel's bilinear share, times how near it is to the measured plane.
+/// The rule for a voxel in double precision: the voxel's bilinear share where the line meets the
+/// plane through the voxel across its dominant axis, times its closeness to the measured plane.
 double expectedShare(const Cast& cast, const Vec3i& voxel) {
   const double d[3] = {cast.direction.x, cast.direction.y, cast.direction.z};
   const double offset[3] = {voxel.x - double(cast.p.x), voxel.y - double(cast.p.y),
@@ -113,7 +113,7 @@ TEST(SampleLine, VisitsEachSampleOnceWithItsShareAndDistance) {
         }
       }
     }
-    EXPECT_EQ(found, samples.size()) << "samples far from the point";
+    EXPECT_EQ(found, samples.size()) << "some samples are far from the point";
   }
 }
 

@@ -1,4 +1,4 @@
-// Folding a frame's sums into voxels, against the weighted mean in double precision.
+// Tests the folding of a frame's sums into voxels against the weighted mean in double precision.
 #include "kernels/fusion/voxel_update.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace dtsdf {
 namespace voxel_update_test {
 
 constexpr float kTruncation = 4.0f, kMaxWeight = 64.0f;
-constexpr uint32_t kOne = 1 << 16;  // weight 1 in units
+constexpr uint32_t kOne = 1 << 16;  // a weight of 1 in units
 const FusionSettings kFusion{1, 1, kTruncation, kMaxWeight, FusionRules()};
 const Voxel kEmpty = makeVoxel(0.0f, 0, 0);
 
@@ -24,7 +24,7 @@ Voxel fold(const Voxel& voxel, float sdf_voxels, float weight, float depth_weigh
   return foldSums(voxel, sumsOf(sdf_voxels, weight), depth_weight, kFusion);
 }
 
-/// The worst frame of all: kMaxPixels pixels of twice the greatest weight, at the truncation.
+/// The worst case: kMaxPixels pixels of twice the greatest weight, at the truncation distance.
 TEST(FoldSums, TheWorstFrameFits) {
   const int64_t weight = int64_t{2} * kMaxPixels << 20;
   const Voxel voxel = foldSums(kEmpty, {weight << 15, weight, 0, 0}, 1.0f, kFusion);
@@ -40,7 +40,7 @@ TEST(FoldSums, WithoutAMeasurementTheVoxelStays) {
   EXPECT_TRUE(isEmpty(foldSums(kEmpty, VoxelSums{}, 1.0f, kFusion)));
 }
 
-/// Frames one by one give the mean of their means, each by the share that it covered.
+/// Consecutive frames give the mean of their means, each weighted by its cover.
 TEST(FoldSums, IsTheWeightedMean) {
   std::mt19937 random(9);
   std::uniform_real_distribution<float> distance(-1.0f, 1.0f), weight(0.01f, 0.1f);
@@ -63,7 +63,8 @@ TEST(FoldSums, IsTheWeightedMean) {
   EXPECT_NEAR(sdfOf(voxel), sum / sum_weight, 1e-3);
 }
 
-/// A frame that has ten pixels on a voxel says no more than one that covers it with a single one.
+/// A frame with ten pixels on a voxel adds no more weight than a frame with one pixel that covers
+/// it.
 TEST(FoldSums, AFrameAddsOneAtMost) {
   EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 0.25f)), kOne / 4);
   EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 1.0f)), kOne);
@@ -71,7 +72,8 @@ TEST(FoldSums, AFrameAddsOneAtMost) {
   EXPECT_EQ(weightUnits(fold(fold(kEmpty, 0.5f, 10.0f), 0.5f, 10.0f)), 2 * kOne);
 }
 
-/// After the limit of 1, or a far frame with much cover would count as much as a near one.
+/// The depth weight applies after the limit of 1; otherwise a far frame with much cover would count
+/// as much as a near one.
 TEST(FoldSums, TheDepthWeightCountsOnTop) {
   EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 10.0f, 0.25f)), kOne / 4);
   EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 0.5f, 0.25f)), kOne / 8);
@@ -89,7 +91,7 @@ TEST(FoldSums, TheCapLetsNewMeasurementsThrough) {
   EXPECT_NEAR(sdfOf(voxel), 2.0f, 1e-3f);
 }
 
-/// The greatest cap fits 24 bits, with the evidence beside it.
+/// The greatest weight cap fits into 24 bits, next to the evidence.
 TEST(FoldSums, TheGreatestCapFits) {
   const FusionSettings capped{1, 1, kTruncation, 255.0f, FusionRules()};
   Voxel voxel = makeVoxel(0.5f, 255 * kOne - 1, 7);
@@ -99,7 +101,7 @@ TEST(FoldSums, TheGreatestCapFits) {
   EXPECT_NEAR(sdfOf(voxel), 0.5f, 1e-4f);
 }
 
-/// The far fringe of a surfel averages with the rest, but is no surface on its own.
+/// The far fringe of a surfel is averaged, but gives no evidence of a surface.
 TEST(FoldSums, LittleCoverAveragesButSupportsNothing) {
   const float least = kFusion.rules.support_share;
   const Voxel fringe = fold(kEmpty, 0.5f, 0.9f * least);
@@ -112,7 +114,7 @@ TEST(FoldSums, LittleCoverAveragesButSupportsNothing) {
   EXPECT_EQ(evidenceOf(fold(before, 0.5f, 1.1f * least)), 9);
 }
 
-/// What only noise reaches averages with the rest, on both sides, but proves no surface.
+/// Samples within the noise are averaged on both sides, but give no evidence of a surface.
 TEST(FoldSums, FarFromItsSurfaceAFrameAveragesButSupportsNothing) {
   const float reach = kFusion.rules.sample_reach;
   for (const float side : {-1.0f, 1.0f}) {
@@ -124,7 +126,7 @@ TEST(FoldSums, FarFromItsSurfaceAFrameAveragesButSupportsNothing) {
     const Voxel before = makeVoxel(0.0f, kOne, 6);
     EXPECT_EQ(evidenceOf(fold(before, side * (reach + 0.01f), 1.0f)), 6);
   }
-  FusionSettings projecting = kFusion;  // there, distances run along rays
+  FusionSettings projecting = kFusion;  // with distances along the rays
   projecting.support_reach = kTruncation;
   EXPECT_EQ(evidenceOf(foldSums(kEmpty, sumsOf(3.9f, 1.0f), 1.0f, projecting)), 3);
 }
@@ -148,12 +150,12 @@ TEST(FoldAnchor, IsTheFirstPointThatWasMeasured) {
   EXPECT_NEAR(offset.z, 0.0f, 0.055f);
 }
 
-/// Points of equal distance from the foot count by their frames' weights; one that is nearer counts
+/// Points at equal distances from the foot count by their frames' weights; nearer points count
 /// more: (1 - t)^2, here 0.9^2 against 0.5^2.
 TEST(FoldAnchor, NearPointsCountMore) {
   const auto meanX = [](float first, float second, float second_weight) {
     double sum = 0.0;
-    for (int i = 0; i < 400; ++i) {  // weights that differ a little, for other dithers
+    for (int i = 0; i < 400; ++i) {  // slightly different weights give different dithers
       const float scale = 1.0f - 1e-4f * static_cast<float>(i);
       Voxel voxel = foldPoint(kEmpty, 0.0f, scale, {first, 0.0f, 0.0f});
       voxel = foldPoint(voxel, 0.0f, second_weight * scale, {second, 0.0f, 0.0f});

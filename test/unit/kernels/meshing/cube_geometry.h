@@ -1,4 +1,4 @@
-/// The unit cube of the mesh tables, described a second time and on its own, for the tests.
+/// An independent description of the unit cube of the mesh tables, for the tests.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,15 +13,14 @@
 
 namespace dtsdf {
 
-/// A directed side of a triangle, from edge to edge of the cube.
+/// A directed side of a triangle, from one edge of the cube to another.
 using Segment = std::pair<int, int>;
 
 inline Eigen::Vector3d cornerPoint(int corner) {
   return Eigen::Vector3d(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
 }
 
-/// The two corners of every edge, in the order of the edges' numbers: by axis, then by where they
-/// start.
+/// The two corners of every edge. Edges are numbered by axis, then by the corner they start from.
 inline std::array<std::pair<int, int>, 12> cubeEdges() {
   std::array<std::pair<int, int>, 12> edges;
   size_t n = 0;
@@ -59,7 +58,7 @@ inline std::vector<std::array<int, 3>> trianglesOf(int index) {
   return triangles;
 }
 
-/// Sides of an index's triangles that no other of its triangles passes the other way round.
+/// Sides of the triangles of an index that no other of them traverses in the opposite direction.
 inline std::set<Segment> rimOf(int index) {
   std::set<Segment> sides;
   for (const auto& t : trianglesOf(index)) {
@@ -72,7 +71,7 @@ inline std::set<Segment> rimOf(int index) {
   return rim;
 }
 
-/// Outward normals of the cube's faces that a segment lies on.
+/// Outward normals of the cube's faces on which a segment lies.
 inline std::vector<Eigen::Vector3d> facesOf(const Segment& segment) {
   const Eigen::Vector3d a = edgeMiddle(segment.first), b = edgeMiddle(segment.second);
   std::vector<Eigen::Vector3d> normals;

@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace edge_vertex_test {
 
-/// An edge as the rules of kernels/meshing/edge_vertex.h take it.
+/// The samples of an edge, in the form that kernels/meshing/edge_vertex.h takes.
 struct EdgeSamples {
   Sample lower[kDirectionCount], upper[kDirectionCount];
   Sample below[kDirectionCount], above[kDirectionCount];
@@ -50,8 +50,8 @@ TEST(EdgeVertex, IsExactOnAPlane) {
   EXPECT_GT(crossed, 10000);
 }
 
-/// Distances that are quadratic along the edge, by hand: 0.25 t^2 + t - 0.5 at t = -1, 0, 1, 2 is
-/// -1.25, -0.5, 0.75, 2.5, and 0 at sqrt(6) - 2 = 0.4495; a line between the two ends says 0.4.
+/// Distances that are quadratic along the edge: 0.25 t^2 + t - 0.5 is -1.25, -0.5, 0.75, 2.5 at t =
+/// -1, 0, 1, 2, and 0 at sqrt(6) - 2 = 0.4495; linear interpolation between the ends gives 0.4.
 TEST(EdgeVertex, IsExactWhereDistancesAreQuadratic) {
   const float exact = std::sqrt(6.0f) - 2.0f;
   for (const float sign : {1.0f, -1.0f}) {
@@ -69,8 +69,8 @@ TEST(EdgeVertex, IsExactWhereDistancesAreQuadratic) {
   }
 }
 
-/// The distance is 0 at the lower end, and would be again beyond it, before it falls to -0.1: 0/0,
-/// once. The mean with a direction that crosses in the middle is a quarter.
+/// The distance is 0 at the lower end, rises, and falls to -0.1 at the other: this used to give
+/// 0/0. The mean with a direction that crosses in the middle is a quarter.
 TEST(EdgeVertex, IsANumberWhereADirectionTouchesTheLowerEnd) {
   EdgeSamples edge = {};
   edge.below[5] = {-0.9f, 1.0f};
@@ -82,12 +82,12 @@ TEST(EdgeVertex, IsANumberWhereADirectionTouchesTheLowerEnd) {
   EXPECT_NEAR(offsetOn(edge, 2, 1), 0.25f, 1e-6f);
 }
 
-/// A wall that an edge passes through: each side by its own facing.
+/// A wall that crosses the edge: each side has its own facing.
 TEST(EdgeVertex, TellsTheTwoSidesOfAWallApart) {
   EdgeSamples edge = {};
-  edge.lower[0] = {-0.7f, 2.0f};  // x+ sees the side at 0.7
+  edge.lower[0] = {-0.7f, 2.0f};  // X+ sees the side at 0.7
   edge.upper[0] = {0.3f, 2.0f};
-  edge.lower[1] = {0.4f, 5.0f};  // x- sees the side at 0.4
+  edge.lower[1] = {0.4f, 5.0f};  // X- sees the side at 0.4
   edge.upper[1] = {-0.6f, 5.0f};
   EXPECT_NEAR(offsetOn(edge, 0, 0), 0.7f, 1e-6f);
   EXPECT_NEAR(offsetOn(edge, 0, 1), 0.4f, 1e-6f);

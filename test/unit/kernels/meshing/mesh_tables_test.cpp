@@ -1,5 +1,5 @@
-// The derived tables against properties that define a correct surface in a cube; the cube is
-// described a second time, in cube_geometry.h.
+// Tests the derived tables against the properties of a correct surface in a cube. An independent
+// description of the cube is in cube_geometry.h.
 #include "kernels/meshing/mesh_tables.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ TEST(MeshTables, EveryLoopIsClosedAndLiesOnTheFacesOfTheCube) {
   }
 }
 
-/// Seen from the front, a counter-clockwise surface has its inside on the left of its rim.
+/// Seen from the front, a counter-clockwise surface lies on the left of its rim.
 TEST(MeshTables, RimsRunCounterClockwiseSeenFromTheFront) {
   for (int index = 0; index < 256; ++index) {
     for (const Segment& segment : rimOf(index)) {
@@ -51,13 +51,13 @@ TEST(MeshTables, RimsRunCounterClockwiseSeenFromTheFront) {
   }
 }
 
-/// Two units that share a face pass each segment on it in opposite ways, for all labels of their
-/// twelve corners: surfaces of neighbouring units join without gap or overlap.
+/// Two units that share a face traverse each segment on it in opposite directions, for all labels
+/// of their twelve corners: surfaces of neighbouring units join without gap or overlap.
 TEST(MeshTables, NeighboursAgreeOnTheirSharedFace) {
   for (int axis = 0; axis < 3; ++axis) {
     const int bit = 1 << axis;
     const auto segmentsOn = [&](int index, double side, bool reversed) {
-      std::set<std::pair<int, int>> segments;  // by the edges' numbers on the low side
+      std::set<std::pair<int, int>> segments;  // pairs of edge numbers on the low side
       for (const auto& [from, to] : rimOf(index)) {
         const Eigen::Vector3d normal = facesOf({from, to}).at(0);
         if (normal[axis] != side) continue;

@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace regularisation_test {
 
-/// Units of a cube, side by side; what lies beyond says nothing.
+/// A cube of units; units outside of it are unknown.
 class Units {
  public:
   explicit Units(int side) : side_(side), labels_(static_cast<size_t>(side * side * side)) {}
@@ -40,8 +40,8 @@ UnitLabels single(int index) {
   return labelsOfSheets(static_cast<unsigned>(index), static_cast<unsigned>(index));
 }
 
-/// Units around one corner: as many as `behind` have it behind, `in_front` in front, and the others
-/// say nothing. Each has its own corner there, and all take what is settled.
+/// The units around one corner: for `behind` of them it is behind the surface, for `in_front` in
+/// front of it, and the others do not know. Each unit that knows takes the majority's decision.
 TEST(Regularisation, TheMajorityDecidesACorner) {
   for (int behind = 0; behind <= 8; ++behind) {
     for (int in_front = 0; behind + in_front <= 8; ++in_front) {

@@ -1,4 +1,4 @@
-// One mesh unit at a time, from samples of known surfaces.
+// Tests single mesh units with samples of known surfaces.
 #include "kernels/meshing/sheets.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 namespace dtsdf {
 namespace sheets_test {
 
-/// The indices of a unit's sheets, before regularisation.
+/// The indices of a unit's sheets before regularisation.
 UnitIndices indexUnit(const UnitSamples& samples, bool directional) {
   return indicesOf(labelUnit(kMeshTables, MeshRules(), samples, directional));
 }
@@ -26,7 +26,7 @@ TEST(Sheets, APlaneGivesItsLabels) {
   }
 }
 
-/// Both sides of a wall thinner than the unit, each by the direction that sees it.
+/// Both sides of a wall thinner than the unit, each from the direction that sees it.
 TEST(Sheets, AThinWallHasTwoSheets) {
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::Vector3d n = Eigen::Vector3d::Unit(axis);

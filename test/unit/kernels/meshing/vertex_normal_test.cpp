@@ -10,13 +10,13 @@
 namespace dtsdf {
 namespace vertex_normal_test {
 
-/// Fields of all directions, known where it says so; the reads are checked.
+/// Distance fields of all directions, known inside a box; checks where they are read.
 struct Fields {
   std::function<float(const Vec3f&, int direction)> distance;
   std::function<float(const Vec3i&, int direction)> weight;
 
   Sample sample(const Vec3i& corner, int direction) const {
-    int beyond = 0;  // by one corner, along one axis: as far as incremental meshing looks
+    int beyond = 0;  // at most one corner outside, along one axis: the reach of incremental meshing
     for (int axis = 0; axis < 3; ++axis) {
       const int at = component(corner, axis);
       EXPECT_TRUE(at >= -1 && at <= kCornerGridSide);
@@ -53,8 +53,8 @@ TEST(VertexNormal, OfAPlaneIsItsNormalOnEveryEdge) {
   EXPECT_GT(found, 1500);
 }
 
-/// Exact where the field is quadratic: z + x^2 / 16 + y^2 / 8 + z^2 / 8 + y / 4 has the gradient
-/// (x / 8, y / 4 + 1 / 4, 1 + z / 4), here at (2, -1, t - 1 / 2).
+/// The normal is exact for a quadratic field: z + x^2 / 16 + y^2 / 8 + z^2 / 8 + y / 4 has the
+/// gradient (x / 8, y / 4 + 1 / 4, 1 + z / 4), here at (2, -1, t - 1 / 2).
 TEST(VertexNormal, OfAQuadraticFieldIsExact) {
   const Fields fields{[](const Vec3f& p, int) {
                         const float x = p.x - 4.0f, y = p.y - 4.0f, z = p.z - 4.5f;
@@ -64,7 +64,7 @@ TEST(VertexNormal, OfAQuadraticFieldIsExact) {
   for (const float t : {0.25f, 0.5f, 0.875f}) {
     const Vec3f gradient{2.0f / 8.0f, 0.25f - 1.0f / 4.0f, 1.0f + (t - 0.5f) / 4.0f};
     const int edge = edgeNumber(cornerIndex(6, 3, 4), 2, 0);
-    // The field is moved down, so that this edge is crossed.
+    // Lowers the field so that the surface crosses this edge.
     const Fields crossed{[&](const Vec3f& p, int d) { return fields.distance(p, d) - 0.125f; },
                          everywhere};
     expectNear(vertexNormal(crossed, edge, vertexPosition(edge, t), false),

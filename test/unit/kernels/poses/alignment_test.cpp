@@ -1,4 +1,4 @@
-// The rules that align an image to the map, against planes and fields that are known.
+// Tests the rules of image-to-map alignment on known planes and fields.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,8 +20,8 @@ FrameView camera() {
   return view;
 }
 
-/// The distance field of a plane in front of which z is smaller, where z reaches from a voxel to
-/// another; elsewhere nothing is known. In the direction Z- alone.
+/// The distance field of a plane, with smaller z in front of it, in the direction Z- alone. Known
+/// only between two values of z.
 struct PlaneField {
   float z = 50.0f, band = 3.0f;
   Voxel operator()(int direction, const Vec3i& at) const {
@@ -48,7 +48,7 @@ TEST(SampleField, IsExactForALinearField) {
                }).known);
   EXPECT_FALSE(sampleField({1.25f, -2.5f, 3.75f}, [&](const Vec3i& at) {
                  Voxel contradicted = voxel(at);
-                 contradicted.state &= ~255u;  // no frame supports it any more
+                 contradicted.state &= ~255u;  // clears its evidence
                  return contradicted;
                }).known);
 }
@@ -58,14 +58,14 @@ TEST(FindSurface, TheBackOfASheetDoesNotAttractItsFront) {
   EXPECT_FALSE(findSurface({0.5f, 0.5f, 50.0f}, to_the_back, true, 8.0f, PlaneField()).known);
 }
 
-/// As addPoint() wants it, of the plane's map.
+/// The lookup that addPoint() needs, in the plane's map.
 auto findIn(float cutoff) {
   return [=](const Vec3f& p_L, const Vec3f& normal) {
     return findSurface(p_L, normal, true, cutoff, PlaneField());
   };
 }
 
-/// The sums of one point against the derivative of its residual by differences.
+/// Compares the sums of one point with the numerical derivative of its residual.
 TEST(AddPoint, HasTheDerivativeOfTheResidual) {
   const FrameView view = camera();
   const AlignedPoint point{{8.0f, -5.0f, 49.6f}, {0.0f, 0.0f, -1.0f}, 1.0f};
@@ -84,7 +84,7 @@ TEST(AddPoint, HasTheDerivativeOfTheResidual) {
     return findSurface(p_L, {0.0f, 0.0f, -1.0f}, true, 3.0f, PlaneField()).sdf;
   };
   AlignmentSums sums{};
-  constexpr float kCutoff = 100.0f;  // nearly no robust weight
+  constexpr float kCutoff = 100.0f;  // almost no robust weighting
   addPoint(sums, view, point, kCutoff, findIn(kCutoff));
   ASSERT_EQ(sums.inliers, 1);
   const float at = residual(0, 0.0f);

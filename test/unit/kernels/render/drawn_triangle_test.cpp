@@ -1,4 +1,4 @@
-// Triangles as a camera sees them, against rays through their planes.
+// Tests triangles in a camera's image against rays through their planes.
 #include "kernels/render/drawn_triangle.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ FrameView cameraAtOrigin() {
           0.01f};
 }
 
-/// Calls visit(u, v, weights) for all pixels of an image that a triangle covers.
+/// Calls visit(u, v, weights) for each pixel that a triangle covers.
 template <class Visit>
 void forEachCovered(const DrawnTriangle& drawn, const Visit& visit) {
   if (!drawn.is_drawn) return;
@@ -33,12 +33,13 @@ void forEachCovered(const DrawnTriangle& drawn, const Visit& visit) {
   }
 }
 
-/// A sheet of small triangles beyond all sides of the image, whose corners are often on pixels.
+/// A sheet of small triangles that extends beyond the image on all sides; many corners lie on
+/// pixels.
 TEST(DrawnTriangle, EachPixelOfASheetIsCoveredOnce) {
   const FrameView frame = cameraAtOrigin();
   constexpr int kSide = 40;
   std::mt19937 random(3);
-  const auto near = [&](int at) {  // up to half a pixel off, by quarters
+  const auto near = [&](int at) {  // up to half a pixel away, in quarters
     return (2 * at - 6) * kPixelSteps + (static_cast<int32_t>(random() % 5) - 2) * kPixelSteps / 4;
   };
   std::vector<SeenVertex> grid;
@@ -48,7 +49,7 @@ TEST(DrawnTriangle, EachPixelOfASheetIsCoveredOnce) {
   }
   std::vector<int> covered(kSeenWidth * kSeenHeight, 0);
   const auto draw = [&](int a, int b, int c) {
-    for (const auto& [p, q] : {std::pair<int, int>{b, c}, {c, b}}) {  // one of them is its front
+    for (const auto& [p, q] : {std::pair<int, int>{b, c}, {c, b}}) {  // one is the front
       forEachCovered(drawTriangle(frame, grid[a], grid[p], grid[q]),
                      [&](int u, int v, const CornerWeights&) { ++covered[v * kSeenWidth + u]; });
     }

@@ -1,4 +1,4 @@
-// From raw values to inverse depths, and what lies between them.
+// Tests the conversion of raw values to inverse depths and the filling of gaps between them.
 #include "kernels/surfels/depth.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ TEST(InverseDepth, TellsWhatIsNoMeasurement) {
 
 constexpr int kSide = 7;
 
-/// Inverse depths of a small image, and what the map sees in it.
+/// A small image of inverse depths, with the values that the map uses.
 struct Image {
   std::array<float, kSide * kSide> inverse_depth{};
 
@@ -39,12 +39,12 @@ struct Image {
   }
 };
 
-/// The inverse depth of a plane is affine in the pixel.
+/// The inverse depth of a plane is affine in the pixel coordinates.
 float onPlane(int u, int v) {
   return 0.8f + 0.004f * static_cast<float>(u) - 0.007f * static_cast<float>(v);
 }
 
-/// As of a registered image: every third column and row is empty.
+/// Every third row and column is empty, as in registered images.
 bool isEmptyLine(int at) { return at % 3 == 1; }
 
 TEST(DepthGap, OfRegisteredImagesHoldsThePlaneAround) {
@@ -59,21 +59,21 @@ TEST(DepthGap, OfRegisteredImagesHoldsThePlaneAround) {
       EXPECT_NEAR(image.filledAt(u, v), onPlane(u, v), 1e-6f) << u << ", " << v;
     }
   }
-  EXPECT_NEAR(image.filledAt(1, 6), onPlane(1, 6), 1e-6f) << "at the border along it";
-  EXPECT_EQ(image.filledAt(1, 0), -onPlane(2, 0)) << "at the border, beside a crossing";
+  EXPECT_NEAR(image.filledAt(1, 6), onPlane(1, 6), 1e-6f) << "on a gap along the border";
+  EXPECT_EQ(image.filledAt(1, 0), -onPlane(2, 0)) << "at the border, next to a crossing of gaps";
 }
 
-/// What is not filled is as free as the nearest.
+/// An unfilled pixel is free as far as its nearest neighbour.
 TEST(DepthGap, IsNoSurfaceAcrossADepthEdge) {
   Image image;
   image.setColumn(2, 1.0f);
-  image.setColumn(4, 0.96f);  // 4 per cent: as far apart as two surfaces
+  image.setColumn(4, 0.96f);  // 4 per cent, as large as the distance between two surfaces
   EXPECT_EQ(image.filledAt(3, 3), -1.0f);
   image.setColumn(4, 0.98f);
   EXPECT_NEAR(image.filledAt(3, 3), 0.99f, 1e-6f);
 }
 
-/// A floor in millimetres has no noise, but steps of a millimetre.
+/// A floor in rounded millimetres has steps of 1 mm, but no noise.
 TEST(DepthGap, IsFilledInRoundedDepths) {
   for (int first_mm = 1000; first_mm < 1100; ++first_mm) {
     const auto measured = [&](int u, int) {

@@ -1,4 +1,4 @@
-// Which neighbours are linked, on steps, sides and mixed pixels worked out by hand.
+// Tests which neighbours are linked at steps, sides and mixed pixels computed by hand.
 #include "kernels/surfels/links.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,8 @@ namespace links_test {
 
 constexpr float kFocal = 500.0f;
 
-/// Links to the right of each pixel in the middle one of rows, which are given turn by turn.
+/// Links from each pixel of the middle row to its right neighbour. With `down`, rows are columns
+/// and links go down.
 std::vector<bool> linksAlong(const std::vector<std::vector<float>>& rows, float sigma = 0.0f,
                              int32_t in_depth = 0, bool down = false, float voxel_m = 0.0f) {
   const int length = static_cast<int>(rows[0].size()), lines = static_cast<int>(rows.size());
@@ -39,14 +40,14 @@ std::vector<bool> linksAlong(const std::vector<std::vector<float>>& rows, float 
 
 using Links = std::vector<bool>;
 
-/// So small that the steps below do not differ by that, but for rounding.
+/// Small enough that it hides none of the steps below, only rounding.
 constexpr float kSmallVoxel_m = 0.002f;
 Links linksWithSmallVoxels(const std::vector<std::vector<float>>& rows, bool down = false) {
   return linksAlong(rows, 0.0f, 0, down, kSmallVoxel_m);
 }
 
-/// A step of 0.02 1/m at 2 m is far beyond the voxel, but not beyond a noise of 0.005 1/m; for time
-/// of flight that is 5 mm at 1 m, and a quarter of it in inverse depth at 2 m.
+/// A step of 0.02 1/m at 2 m is much larger than the voxel, but within a noise of 0.005 1/m; for
+/// time of flight that noise is 5 mm at 1 m, a quarter of it in inverse depth at 2 m.
 TEST(Links, NoisePartsNothing) {
   const std::vector<float> step{0.5f, 0.5f, 0.48f, 0.48f};
   EXPECT_EQ(linksAlong({step}), Links({true, false, true, false}));
@@ -55,10 +56,10 @@ TEST(Links, NoisePartsNothing) {
   EXPECT_EQ(linksAlong({step}, 0.02f, 1), Links({true, true, true, false}));
 }
 
-/// Steps of 0.05 1/m from pixel to pixel, as the same in each row: a real side, however steep. Its
-/// ends are steps of less than half of that, which its plane does not predict.
+/// Equal steps of 0.05 1/m from pixel to pixel, the same in each row: a real side at any steepness.
+/// The steps at its ends are less than half of that, and its plane does not predict them.
 TEST(Links, SteepSidesAreOneSurface) {
-  for (const float nearest : {1.0f, 0.05f}) {  // also 20 m away
+  for (const float nearest : {1.0f, 0.05f}) {  // also at 20 m
     std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
     for (float& inverse_depth : side) inverse_depth *= nearest;
     for (const bool down : {false, true}) {
@@ -69,7 +70,7 @@ TEST(Links, SteepSidesAreOneSurface) {
   }
 }
 
-/// That side in one row alone: the next rows have other depths, above or below.
+/// The same side in one row only: the next rows have other depths above or below.
 TEST(Links, StepsThatTheRowsBesideDoNotShareAreNone) {
   const std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
   const std::vector<float> other{1.0f, 1.0f, 0.99f, 0.90f, 0.875f, 0.87f, 0.87f};
@@ -78,7 +79,8 @@ TEST(Links, StepsThatTheRowsBesideDoNotShareAreNone) {
   EXPECT_EQ(linksWithSmallVoxels({side, side, other}), parted);
 }
 
-/// A depth in between is linked to neither side, unless it lies in the middle in all three rows.
+/// A depth between two surfaces is linked to neither, unless it lies in the middle in all three
+/// rows.
 TEST(Links, MixedPixelsBelongToNeitherSide) {
   const auto row = [](float mixed) { return std::vector<float>{1, 1, mixed, 0.8f, 0.8f}; };
   EXPECT_EQ(linksWithSmallVoxels({row(0.95f), row(0.87f), row(0.82f)}),
@@ -89,8 +91,7 @@ TEST(Links, MixedPixelsBelongToNeitherSide) {
             Links({true, true, true, true, false}));
 }
 
-/// Before an empty background, before one that is too far to be fused, and before one ten times as
-/// far behind as the surface's last step.
+/// The background is empty, too far to be fused, or behind the surface by ten times its last step.
 TEST(Links, SurfacesThatCurveOutOfSightEndWithASteepStep) {
   for (const float behind : {0.0f, -0.2f, 0.77f}) {
     for (const bool down : {false, true}) {

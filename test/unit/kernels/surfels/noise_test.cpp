@@ -1,4 +1,4 @@
-/// The estimate of a depth image's noise, against images whose noise is known.
+/// Tests the noise estimate of a depth image with known noise.
 #include "kernels/surfels/noise.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace noise_test {
 
 const SurfelSettings kSurfels{16, 0.03f, SurfelRules(), 0};
 
-/// Time of flight: 3 mm at 2 m is a deviation of 3 mm * (0.5 1/m)^2 of inverse depth there.
+/// Time of flight: 3 mm at 2 m is a deviation of 3 mm * (0.5 1/m)^2 in inverse depth there.
 TEST(Noise, IsThatOfDepthForTimeOfFlight) {
   const SurfelSettings flight{16, 0.03f, SurfelRules(), 1};
   float line[kNoiseLength];
@@ -31,7 +31,7 @@ TEST(Noise, IsThatOfDepthForTimeOfFlight) {
   EXPECT_FLOAT_EQ(noiseInVoxels(sensing, 4.0f), 4.8f);
 }
 
-/// Across an edge there is no telling noise; a step that noise may make is none.
+/// Lines across an edge cannot show noise; steps that noise can explain are not edges.
 TEST(Noise, LinesAcrossEdgesDoNotCount) {
   SurfelSettings settings = kSurfels;
   settings.depth_jump = 0.1f;
@@ -44,8 +44,8 @@ TEST(Noise, LinesAcrossEdgesDoNotCount) {
   }
 }
 
-/// What the noise is for: a window over which a plane's slope scatters less than the limit, in an
-/// image with a focal length of 525 pixels at 2 m, checked by fitting planes to noise.
+/// The windows chosen from the noise: fits to noise show that the slope of a plane scatters less
+/// than the limit, in an image with a focal length of 525 pixels, at 2 m.
 TEST(Noise, WindowsKeepNormalsStill) {
   constexpr float kNoise = 0.0019f, kDepth_m = 2.0f, kFocal = 525.0f;
   FrameView frame{};
@@ -54,12 +54,12 @@ TEST(Noise, WindowsKeepNormalsStill) {
   const WindowRadius found = windowRadius(1.0f / kDepth_m, window);
   const int radius = found.both;
   EXPECT_EQ(found.one_side, radius);
-  const auto slopeDeviation = [](int r) {  // of a plane's slope along the row, per unit of noise
+  const auto slopeDeviation = [](int r) {  // of the slope along a row, per noise
     double spread = 0.0;
     for (int k = -r; k <= r; ++k) spread += static_cast<double>(k) * k * (2 * r + 1);
     return 1.0 / std::sqrt(spread);
   };
-  const double turn = kNoise * kDepth_m * kFocal;  // per pixel's slope
+  const double turn = kNoise * kDepth_m * kFocal;  // turn of the normal per pixel's slope
   EXPECT_LE(turn * slopeDeviation(radius), 1.05 * kSurfels.rules.largest_noise_turn);
   EXPECT_GT(turn * slopeDeviation(radius - 1), kSurfels.rules.largest_noise_turn);
 }

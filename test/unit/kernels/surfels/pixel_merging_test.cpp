@@ -1,4 +1,4 @@
-// Which pixels are merged, and what surfel they give, on analytic planes, steps and creases.
+// Tests which pixels are merged and the resulting surfels, on analytic planes, steps and creases.
 #include "kernels/surfels/pixel_merging.h"
 
 #include <gtest/gtest.h>
@@ -15,13 +15,13 @@ constexpr int kWidth = 64, kHeight = 48;
 constexpr Intrinsics kIntrinsics{500.0f, 500.0f, 31.5f, 23.5f};
 const SurfelSettings kSurfels{5, 0.03f, SurfelRules(), 0};
 
-/// An image of a surface, and what is merged in it.
+/// An image of a surface with its merged pixels.
 class MergedImage {
  public:
   MergedImage(const Surface& surface, float voxel_m)
       : image_(surface, frontalFrame(kWidth, kHeight, kIntrinsics, voxel_m), kSurfels) {}
 
-  /// Side of the square that a pixel belongs to.
+  /// Side length of the square that contains a pixel.
   int sideAt(int u, int v) const {
     const MergedPatch patch = patchAt(u, v);
     if (patch >> kPatchBit & 1) return kPatchSide;
@@ -29,7 +29,7 @@ class MergedImage {
     return patch >> quad & 1 ? kQuadSide : 1;
   }
 
-  /// The surfel of the square that the pixel is the first of.
+  /// The surfel of the square whose first pixel this is.
   Surfel surfelAt(int u, int v) const {
     const int side = mergedSide(patchAt(u, v), {u, v});
     if (side == 0) return noSurfel();
@@ -45,8 +45,8 @@ class MergedImage {
   SurfaceImage image_;
 };
 
-/// The point lies on the plane at the square's centre, with the plane's normal; the weights of the
-/// squares add up to those of the pixels.
+/// The point lies on the plane at the centre of the square, with the plane's normal; the weight of
+/// a square is the sum of its pixels' weights.
 TEST(PixelMerging, KeepsPlaneAndWeight) {
   const double n[3] = {0.3, -0.2, 1.0}, length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
   const double delta = 2.0;
@@ -56,7 +56,7 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
   for (int v = 4; v < kHeight - 4; ++v) {
     for (int u = 4; u < kWidth - 4; ++u) {
       const Surfel surfel = single.surfelAt(u, v);
-      single_weight += surfel.weight * surfel.depth_m * surfel.depth_m;  // without its share
+      single_weight += surfel.weight * surfel.depth_m * surfel.depth_m;  // without footprint
     }
   }
   for (const float voxel_m : {0.02f, 0.05f}) {
@@ -85,8 +85,8 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
   }
 }
 
-/// A step that runs through patches and quads, smaller and larger than the limit of the jump: what
-/// lies across it is not merged, what does not reach it is.
+/// A step that crosses patches and quads, smaller and larger than the jump limit: squares across it
+/// are not merged, all others are.
 TEST(PixelMerging, DoesNotSpanAStep) {
   const int edge = 27;  // first column on the far side
   const double x_edge = (edge - 0.5 - kIntrinsics.cx) / kIntrinsics.fx;

@@ -1,4 +1,4 @@
-// Which pixels are subdivided, and where their subpixels lie, on analytic planes and steps.
+// Tests which pixels are subdivided, and where their subpixels lie, on analytic planes and steps.
 #include "kernels/surfels/pixel_subdivision.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,8 @@ class SubdividedImage {
   SurfaceImage image_;
 };
 
-/// The subpixels lie on the plane, evenly over the pixel, and together weigh what the whole does.
+/// The subpixels lie on the plane, evenly spread over the pixel, and weigh as much as the whole
+/// pixel.
 TEST(PixelSubdivision, ShareOutPlaneAndWeight) {
   const double n[3] = {0.4, -0.7, 1.0}, delta = 2.0;
   const float voxel_m = 0.002f;
@@ -61,7 +62,8 @@ TEST(PixelSubdivision, ShareOutPlaneAndWeight) {
             voxel_m * (n[0] * part.p_L.x + n[1] * part.p_L.y + n[2] * part.p_L.z) - delta;
         EXPECT_NEAR(off, 0.0, 5e-6);
       }
-      // A whole one has no share: voxels that look up their pixel take one each.
+      // The whole surfel is not weighted by its footprint: each voxel that looks up the pixel takes
+      // one.
       const double width = whole.depth_m / (kIntrinsics.fx * voxel_m);
       const double expected = width * width * whole.weight;
       EXPECT_NEAR(weight, expected, 0.01 * expected);
@@ -71,7 +73,7 @@ TEST(PixelSubdivision, ShareOutPlaneAndWeight) {
   }
 }
 
-/// Beside a step, and beside a hole, nothing is put in between: no subpixel across.
+/// No subpixels are inserted across a step or a hole.
 TEST(PixelSubdivision, StopAtStepsAndHoles) {
   const double x_edge = (kMiddleU + 0.5 - kIntrinsics.cx) / kIntrinsics.fx;
   for (const double beyond_m : {2.03, 2.5, 0.0}) {

@@ -17,8 +17,8 @@ constexpr Intrinsics kIntrinsics{35.0f, 36.0f, 19.3f, 14.8f};
 constexpr float kVoxel_m = 10.0f / 35.0f;  // 10 pixels at 1 m
 const SurfelSettings kSurfels{2, 0.03f, SurfelRules(), 0};
 
-/// A rounding error of a share of 6e-8 of 1 / z, over slopes of the order of 1 / (f z) per pixel,
-/// turns the normal by about f * 6e-8; some ten times that.
+/// A relative rounding error of 6e-8 in 1 / z, divided by slopes of about 1 / (f z) per pixel,
+/// turns the normal by about f * 6e-8; this tolerance is some ten times that.
 constexpr double kExact = 2e-5;
 
 struct Image {
@@ -27,7 +27,7 @@ struct Image {
   float& at(int u, int v) { return inverse_depth[static_cast<size_t>(v) * kWidth + u]; }
 };
 
-/// n^T P = delta, seen from the origin: n points to the camera for delta < 0.
+/// The plane n^T P = delta in the camera's frame: n points to the camera for delta < 0.
 struct FreePlane {
   double n[3];
   double delta;
@@ -78,7 +78,7 @@ std::vector<PixelPlane> planesOf(const Image& image, const SurfelSettings& surfe
   return planes;
 }
 
-/// Normals of those pixels that have both fits.
+/// Normals of the pixels that have both fits.
 std::vector<Vec3f> fitAll(const Image& image, const SurfelSettings& surfels = kSurfels) {
   std::vector<Vec3f> normals;
   for (const PixelPlane& plane : planesOf(image, surfels)) {
@@ -97,8 +97,8 @@ FreePlane makePlane(double x, double y, double z, double delta) {
   return {{x / length, y / length, z / length}, delta};
 }
 
-/// Every pixel of the image, up to its borders and corners. Without a limit of the jump, since at
-/// this focal length neighbouring depths of a tilted plane differ by more than it.
+/// Every pixel of the image, including borders and corners. No jump limit, because at this focal
+/// length neighbouring depths of a tilted plane exceed it.
 TEST(NormalFit, IsExactOnPlanesOfAnyTilt) {
   std::mt19937 random(12);
   std::uniform_real_distribution<double> tilt(-0.75, 0.75), distance(0.3, 8.0);
@@ -116,7 +116,7 @@ TEST(NormalFit, IsExactOnPlanesOfAnyTilt) {
   }
 }
 
-/// Two planes with a gap in depth: no pixel's normal is a mixture, whichever way the border runs.
+/// Two planes with a gap in depth: no normal mixes them, in whatever direction the border runs.
 TEST(NormalFit, DoesNotMixAcrossADepthJump) {
   const FreePlane near = makePlane(0.2, -0.1, -1.0, -2.0), far = makePlane(-0.4, 0.3, -1.0, -3.8);
   const auto onNear = [](int u, int v) { return 3 * u + 5 * v < 120; };
@@ -136,7 +136,7 @@ TEST(NormalFit, DoesNotMixAcrossADepthJump) {
   EXPECT_GT(fitted, kWidth * kHeight * 95 / 100);
 }
 
-/// A strip three pixels wide between holes still gets the normal of its plane.
+/// A strip three pixels wide between holes has the normal of its plane.
 TEST(NormalFit, IsOneSidedBesideHoles) {
   const FreePlane plane = makePlane(0.3, 0.4, -1.0, -1.2);
   Image image;

@@ -32,7 +32,7 @@ std::string describe(const BlockKey& key) {
   return text.str();
 }
 
-/// The first voxel that differs, for a message that helps.
+/// The first differing voxel, for the failure message.
 std::string firstDifference(const std::vector<Voxel>& a, const std::vector<Voxel>& b) {
   std::ostringstream text;
   text.precision(9);
@@ -111,7 +111,7 @@ void BackendPair::integrate(const DepthFrame& frame) {
 }
 
 void BackendPair::compareStats() {
-  reference_->outline();  // counts what the last frame left empty
+  reference_->outline();  // counts the blocks that the last frame left empty
   candidate_->outline();
   const MapStats expected_stats = reference_->stats(), actual_stats = candidate_->stats();
   ASSERT_EQ(actual_stats.blocks, expected_stats.blocks);

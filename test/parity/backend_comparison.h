@@ -1,4 +1,4 @@
-/// Runs the same work on two mappers and compares everything they hand out, bit for bit.
+/// Runs the same work on two mappers and compares all results bit for bit.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,43 +11,43 @@
 
 namespace dtsdf {
 
-/// What is compared with the CPU on one thread.
+/// The backends that are compared with the CPU on one thread.
 enum class Candidate { kReference, kCpuTwoThreads, kCuda };
 
 std::string toString(Candidate candidate);
 
-/// Empty if the candidate can run here, else why not.
+/// Why the candidate cannot run here; empty if it can.
 std::string reasonToSkip(Candidate candidate);
 
-/// The reference and a candidate with the same settings, each fed the same.
+/// The reference and a candidate with the same settings and the same input.
 class BackendPair {
  public:
-  /// Also checks that both run where they should.
+  /// Also checks the backend of each mapper.
   BackendPair(const MapperParams& params, Candidate candidate, const Rules& rules = Rules());
 
-  /// Compares the outcome, and the counts of the map too.
+  /// Compares the result and the map's counts.
   void integrate(const DepthFrame& frame);
-  /// Without a look at the map, which would make a GPU finish the frame.
+  /// Does not read the map, which would make a GPU finish the frame.
   void integrateOnly(const DepthFrame& frame);
-  /// As integrate().
+  /// Compares like integrate().
   void paint(const ColourFrame& frame);
   /// Compares views of both maps, pixel by pixel.
   void compareViews(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C);
-  /// As integrate(). @return what the candidate tells.
+  /// Compares like integrate(). @return the candidate's result.
   ClearedRegion clearRegion(const Region& region);
   void updateMesh();
   void beginMeshUpdate();
   void finishMeshUpdate();
   void clear();
 
-  /// Each takes the place of the other: both go on from the contents of the other's map, which are
-  /// compared. Meshes begin anew.
+  /// Swaps the contents of both mappers after comparing them; each continues from the other's map.
+  /// Meshes start from scratch.
   void swapContents();
 
-  /// Compares all voxels and colours, the meshes put together from all updates, and spaces.
+  /// Compares all voxels and colours, the meshes assembled from all updates, and spaces.
   void compareMaps();
 
-  /// Compares what is known of space, and the distances once they are up to date.
+  /// Compares free space, and the distances once they are up to date.
   void compareSpaces();
 
   ProbedMapper& reference() { return *reference_; }
@@ -69,11 +69,11 @@ void expectEqualSpaces(Space& expected, Space& actual);
 void expectEqualContents(const MapContents& expected, const MapContents& actual);
 
 size_t countCells(Mapper& mapper, CellState state);
-/// Free cells and those with a surface are there, so that equal does not just mean empty.
+/// Checks that free cells and surface cells exist, so that equal does not just mean empty.
 void expectSpace(Mapper& mapper);
 
-/// Whether a failure is that of a call that can lack memory. Tests have others fail as well, which
-/// never do: what they leave is not looked at.
+/// Whether a failure is of a call that may run out of memory. Tests also fail other calls, which
+/// never fail in practice: the state after those is not compared.
 bool isAllocation(const std::string& message);
 
 }  // namespace dtsdf

@@ -1,5 +1,5 @@
-// Every candidate (the CPU on two threads, the GPU) gives what the CPU on one thread
-// gives: the same counts after every frame, the same mesh updates, the same voxels.
+// Every candidate (the CPU on two threads, the GPU) gives the results of the CPU on one thread: the
+// same counts after every frame, the same mesh updates, the same voxels.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ MapperParams makeParams(FusionMode mode, bool directional, float voxel_size_m) {
   return params;
 }
 
-/// With space in cells of four voxels.
+/// Adds space with cells of four voxels.
 MapperParams withSpace(MapperParams params) {
   params.mesh.min_support = 1;
   params.space.enabled = true;
@@ -44,7 +44,7 @@ void integrateAll(BackendPair& pair, const std::vector<TestFrame>& frames, int m
   }
 }
 
-/// Depth and colour by turns.
+/// Feeds depth and colour alternately.
 void feedAll(BackendPair& pair, const std::vector<TestFrame>& frames,
              const std::vector<TestColours>& images, int mesh_every) {
   for (size_t i = 0; i < frames.size(); ++i) {
@@ -57,7 +57,7 @@ void feedAll(BackendPair& pair, const std::vector<TestFrame>& frames,
   }
 }
 
-/// Both maps hold something, so that equal does not just mean empty.
+/// Checks that the map is not empty, so that equal does not just mean empty.
 void expectSurface(ProbedMapper& mapper) { EXPECT_GT(mapper.stats().voxel_arrays, 50u); }
 
 class BackendParity : public testing::TestWithParam<Candidate> {
@@ -87,7 +87,7 @@ TEST_P(FusionModeParity, MovingCameraMeshedEveryFrame) {
   pair.compareMaps();
 }
 
-/// Other numbers in the rules reach both backends.
+/// Both backends use changed rules.
 TEST_P(FusionModeParity, OtherMeshRules) {
   const auto [candidate, mode, directional] = GetParam();
   Rules rules;
@@ -102,7 +102,7 @@ TEST_P(FusionModeParity, OtherMeshRules) {
   pair.compareMaps();
 }
 
-/// Meshes of four triangles each, meshed on the way and at the end.
+/// Meshes with each triangle split into four, updated on the way and at the end.
 TEST_P(FusionModeParity, RefinedMeshes) {
   const auto [candidate, mode, directional] = GetParam();
   MapperParams params = makeParams(mode, directional, 0.03f);
@@ -116,8 +116,8 @@ TEST_P(FusionModeParity, RefinedMeshes) {
   pair.compareMaps();
 }
 
-/// A map that is taken out of one backend goes on in the other, depth, colour and space alike; with
-/// a mesh under way, and with what the last frame left empty not taken back yet.
+/// Each backend continues from the other's map, with depth, colour and space; also during a mesh
+/// update, and before blocks that the last frame left empty are freed.
 TEST_P(FusionModeParity, GoOnFromEachOthersContents) {
   const auto [candidate, mode, directional] = GetParam();
   BackendPair pair(withSpace(makeParams(mode, directional, 0.04f)), candidate);
@@ -136,7 +136,8 @@ TEST_P(FusionModeParity, GoOnFromEachOthersContents) {
     if (i % 2 == 1) {
       ASSERT_NO_FATAL_FAILURE(pair.swapContents());
       EXPECT_GT(countCells(pair.candidate(), CellState::kFree), 100u);
-      EXPECT_EQ(countCells(pair.candidate(), CellState::kSurface), 0u) << "they come with the mesh";
+      EXPECT_EQ(countCells(pair.candidate(), CellState::kSurface), 0u)
+          << "surface cells appear only with the mesh";
       ASSERT_NO_FATAL_FAILURE(pair.compareSpaces());
     }
     if (i % 3 == 0) {
@@ -196,7 +197,7 @@ std::string nameOfMode(const testing::TestParamInfo<ModeCase>& info) {
          (std::get<2>(info.param) ? "Directional" : "Undirected");
 }
 
-/// Two threads fuse as one does in every mode: see random_scene_test.cpp.
+/// random_scene_test.cpp compares two threads with one in every mode.
 INSTANTIATE_TEST_SUITE_P(TwoThreads, FusionModeParity,
                          testing::Combine(testing::Values(Candidate::kCpuTwoThreads),
                                           testing::Values(FusionMode::kNormalRayCasting),
@@ -210,8 +211,8 @@ INSTANTIATE_TEST_SUITE_P(All, FusionModeParity,
                                           testing::Bool()),
                          nameOfMode);
 
-/// A frame that outgrows first allocations of the GPU: the list of surfels, the table of touched
-/// blocks, the sums (in several passes), the pool of arrays and the room for the mesh.
+/// A frame that outgrows the GPU's initial allocations: the list of surfels, the table of touched
+/// blocks, the sums (in several passes), the pool of arrays and the memory for the mesh.
 TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
   const std::string reason = reasonToSkip(Candidate::kCuda);
   if (!reason.empty()) GTEST_SKIP() << reason;
@@ -230,11 +231,11 @@ TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
   }
 }
 
-/// Rooms beside each other, until the hash table of blocks and their slots have to grow.
+/// Adjacent rooms, until the hash table of blocks and their slots have to grow.
 TEST(CudaParity, ManyBlocksOutgrowTheTable) {
   const std::string reason = reasonToSkip(Candidate::kCuda);
   if (!reason.empty()) GTEST_SKIP() << reason;
-  constexpr size_t kEnough = 70000;  // half of the hash table at the start is 65536
+  constexpr size_t kEnough = 70000;  // half of the initial hash table is 65536
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.008f), Candidate::kCuda);
   TestFrameSettings settings;
   settings.width = 320;
@@ -250,7 +251,7 @@ TEST(CudaParity, ManyBlocksOutgrowTheTable) {
   pair.compareMaps();
 }
 
-/// Each image is aligned from a pose that is off, and fused where it fits.
+/// Each image is aligned from a wrong pose and fused at the aligned one.
 TEST_P(BackendParity, AlignedImages) {
   for (const bool directional : {true, false}) {
     BackendPair pair(makeParams(FusionMode::kNormalRayCasting, directional, 0.04f), GetParam());
@@ -277,7 +278,7 @@ TEST_P(BackendParity, AlignedImages) {
   }
 }
 
-/// Without any pose, in the map of a room.
+/// Finds a camera without any pose in the map of a room.
 TEST_P(BackendParity, ACameraThatIsSearchedFor) {
   const Scene scene = roomOfAllSorts();
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.04f), GetParam());
@@ -293,7 +294,7 @@ TEST_P(BackendParity, ACameraThatIsSearchedFor) {
   EXPECT_EQ(found.explained_share, expected.explained_share);
 }
 
-/// Views of growing maps, painted later, by cameras of odd sizes and from within and behind
+/// Views of growing maps, painted later, from cameras of odd sizes, also inside and behind
 /// surfaces.
 TEST_P(BackendParity, RenderedViews) {
   for (const bool directional : {true, false}) {
@@ -304,7 +305,7 @@ TEST_P(BackendParity, RenderedViews) {
     const std::vector<TestFrame> frames = makeTestFrames(settings);
     const std::vector<TestColours> images = makeTestColours(settings);
     const RenderCamera odd{131, 77, {110.0f, 120.0f, 60.0f, 41.5f}};
-    ASSERT_NO_FATAL_FAILURE(pair.compareViews(odd, frames[0].view().T_W_C));  // of an empty map
+    ASSERT_NO_FATAL_FAILURE(pair.compareViews(odd, frames[0].view().T_W_C));  // an empty map
     for (size_t i = 0; i < frames.size(); ++i) {
       const DepthFrame frame = frames[i].view();
       ASSERT_NO_FATAL_FAILURE(pair.integrate(frame));
@@ -317,7 +318,7 @@ TEST_P(BackendParity, RenderedViews) {
       moved.translate(Eigen::Vector3d(0.3, 0.1, 0.8));
       ASSERT_NO_FATAL_FAILURE(pair.compareViews(odd, moved));
       if (i % 2 == 0) continue;
-      ASSERT_NO_FATAL_FAILURE(pair.beginMeshUpdate());  // and with an extraction under way
+      ASSERT_NO_FATAL_FAILURE(pair.beginMeshUpdate());  // during an extraction
       ASSERT_NO_FATAL_FAILURE(pair.compareViews(camera, frame.T_W_C));
       ASSERT_NO_FATAL_FAILURE(pair.finishMeshUpdate());
       ASSERT_NO_FATAL_FAILURE(pair.compareViews(odd, moved));
@@ -330,8 +331,8 @@ TEST_P(BackendParity, RenderedViews) {
   }
 }
 
-/// A mesh without colours is there first; then images of any size, also of a single pixel, with the
-/// mesh under way.
+/// A mesh without colours exists first; then images of any size, down to a single pixel, are
+/// painted during a mesh update.
 TEST_P(BackendParity, PaintedLaterAndInOtherSizes) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;
@@ -352,7 +353,8 @@ TEST_P(BackendParity, PaintedLaterAndInOtherSizes) {
   pair.compareMaps();
 }
 
-/// Colours compete with voxels for the budget, and go with what is cleared; a second start too.
+/// Colours compete with voxels for the budget, and are removed with cleared blocks; also after a
+/// second start.
 TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
   MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.02f);
   params.map.max_memory_mb = 6;
@@ -361,7 +363,7 @@ TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
   settings.count = 6;
   const std::vector<TestFrame> frames = makeTestFrames(settings);
   const std::vector<TestColours> images = makeTestColours(settings);
-  ASSERT_NO_FATAL_FAILURE(pair.paint(images[0].view()));  // of an empty map
+  ASSERT_NO_FATAL_FAILURE(pair.paint(images[0].view()));  // an empty map
   for (int round = 0; round < 2; ++round) {
     ASSERT_NO_FATAL_FAILURE(feedAll(pair, frames, images, 3));
     EXPECT_GT(pair.candidate().stats().refused_blocks, 0u);
@@ -371,8 +373,7 @@ TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
   }
 }
 
-/// A tile of a painted map: blocks that are not painted hide those that are, and what lies beyond
-/// the depth does not.
+/// A tile of a painted map: unpainted blocks hide painted ones; blocks beyond the depth do not.
 TEST_P(BackendParity, PaintedInPartAsItIs) {
   MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.03f);
   params.adapt_exposure = false;
@@ -396,7 +397,7 @@ TEST_P(BackendParity, PaintedInPartAsItIs) {
   pair.compareMaps();
 }
 
-/// What is seen through loses its colours, and arrays that are used again have none.
+/// Cleared voxels lose their colours, and reused arrays have none.
 TEST_P(BackendParity, PaintedAndSeenThrough) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;
@@ -431,7 +432,7 @@ TEST_P(BackendParity, FramesIntegratedWhileTheMeshIsFetched) {
     pair.beginMeshUpdate();
   }
   ASSERT_NO_FATAL_FAILURE(pair.finishMeshUpdate());
-  ASSERT_NO_FATAL_FAILURE(pair.updateMesh());  // of a map that has not changed
+  ASSERT_NO_FATAL_FAILURE(pair.updateMesh());  // nothing has changed
   pair.compareMaps();
 }
 
@@ -448,14 +449,14 @@ TEST_P(BackendParity, ClearForgetsEverything) {
   EXPECT_EQ(pair.candidate().stats().blocks, 0u);
   EXPECT_TRUE(pair.candidate().finishMeshUpdate().blocks.empty());
   EXPECT_TRUE(space->cells().empty());
-  EXPECT_EQ(pair.candidate().space(), space) << "lives as long as the mapper";
+  EXPECT_EQ(pair.candidate().space(), space) << "must live as long as the mapper";
   ASSERT_NO_FATAL_FAILURE(integrateAll(pair, after, 2));
   expectSpace(pair.candidate());
   pair.compareMaps();
 }
 
-/// Boxes and balls at random, in a painted map, with the last frame and an extraction under way or
-/// not; what is freed is used again, and not free.
+/// Random boxes and balls in a painted map, with or without an unfinished frame and extraction;
+/// freed arrays are reused, and are not known as free space.
 TEST_P(BackendParity, RegionsAreCleared) {
   BackendPair pair(withSpace(makeParams(FusionMode::kNormalRayCasting, true, 0.03f)), GetParam());
   TestFrameSettings settings;
@@ -502,8 +503,8 @@ TEST_P(BackendParity, RegionsAreCleared) {
   pair.compareMaps();
 }
 
-/// A camera that is carried off, each room out of the last one's radius: with and without meshes,
-/// and beyond the budget if nothing were dropped.
+/// A camera that jumps, each time out of the last room's radius: with and without meshes, and
+/// beyond the budget if nothing were dropped.
 TEST_P(BackendParity, WhatIsFarIsDropped) {
   for (const int mesh_every : {0, 1, 3}) {
     MapperParams params = withSpace(makeParams(FusionMode::kNormalRayCasting, true, 0.03f));
@@ -533,7 +534,7 @@ TEST_P(BackendParity, WhatIsFarIsDropped) {
   }
 }
 
-/// Over depths that are fused and beyond: an image tells of more space than it maps.
+/// At depths within and beyond the fusion range: an image gives more space than it maps.
 TEST_P(BackendParity, FarFromTheOrigin) {
   MapperParams params = withSpace(makeParams(FusionMode::kNormalRayCasting, true, 0.03f));
   params.fusion.max_depth_m = 2.0f;
@@ -548,7 +549,7 @@ TEST_P(BackendParity, FarFromTheOrigin) {
   pair.compareMaps();
 }
 
-/// Images as small as one pixel and as high as no grid of threads is; and those that are refused.
+/// Images from one pixel to higher than any grid of threads, and refused ones.
 TEST_P(BackendParity, FramesOfChangingSizeAndBadFrames) {
   BackendPair pair(withSpace(makeParams(FusionMode::kRayCasting, true, 0.03f)), GetParam());
   std::vector<TestFrame> frames;
@@ -583,8 +584,8 @@ TEST_P(BackendParity, FramesOfChangingSizeAndBadFrames) {
   pair.compareMaps();
 }
 
-/// All pixels beyond the range: the frame touches no block, and clears. Before anything is mapped,
-/// then more often than evidence lasts.
+/// All pixels are out of range: the frame touches no block, but clears. First on an empty map, then
+/// for longer than evidence lasts.
 TEST_P(BackendParity, FramesWithNothingInRange) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;

@@ -1,5 +1,5 @@
-// Each CUDA call of some frames, colour images and a mesh fails once: the mapper throws or says
-// what became of the frame, and after clear() it maps as if nothing had happened.
+// Each CUDA call of some frames, colour images and a mesh fails once: the mapper throws or reports
+// the frame as dropped, and after clear() it maps as if nothing had happened.
 #include <gtest/gtest.h>
 
 #include <stdexcept>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kFrames = 3;
 
-/// Ends what a test has told to fail.
+/// Resets the injected failure.
 struct Failure {
   Failure(uint64_t n, cudaError_t code) { gpu::failCall(n, code); }
   ~Failure() { gpu::failCall(0, cudaSuccess); }
@@ -32,7 +32,7 @@ class CudaFaults : public testing::Test {
     params_.space.enabled = true;
   }
 
-  /// What a run says that has met the failure; empty if it has met none.
+  /// What a run reports about the failure; empty if none occurred.
   std::string run(Mapper& mapper) const {
     try {
       for (int i = 0; i < kFrames; ++i) {
@@ -58,7 +58,8 @@ class CudaFaults : public testing::Test {
 TEST_F(CudaFaults, NoCallThatLacksMemoryLeavesAnythingBehind) {
   BackendPair pair(params_, Candidate::kCuda);
   int met = 0, refused = 0;
-  // Some failures are mended on the spot, so one that is not told is not yet behind the last call.
+  // Some failures are recovered at once, so an unreported one does not mean that all calls were
+  // tried.
   for (uint64_t n = 1, untold = 0; untold < 30; ++n) {
     SCOPED_TRACE("call " + std::to_string(n));
     pair.clear();
@@ -69,7 +70,7 @@ TEST_F(CudaFaults, NoCallThatLacksMemoryLeavesAnythingBehind) {
       met += !said.empty();
       refused += said == "refused";
     }
-    if (n % 7 != 0) continue;  // as far as it goes without losing hours
+    if (n % 7 != 0) continue;  // comparing all would take hours
     pair.clear();
     for (int i = 0; i < kFrames; ++i) {
       ASSERT_NO_FATAL_FAILURE(pair.integrate(frames_[i].view()));
@@ -80,10 +81,10 @@ TEST_F(CudaFaults, NoCallThatLacksMemoryLeavesAnythingBehind) {
     ASSERT_NO_FATAL_FAILURE(pair.compareSpaces());
   }
   EXPECT_GT(met, 20);
-  EXPECT_GT(refused, 0) << "blocks for which there is no memory are refused";
+  EXPECT_GT(refused, 0) << "no blocks were refused for lack of memory";
 }
 
-/// The map goes on without the frame that there was no memory for, as if that had not come.
+/// The map continues without the frame that ran out of memory, as if the frame had never come.
 TEST_F(CudaFaults, AFrameWithoutMemoryLeavesNothingBehind) {
   BackendPair pair(params_, Candidate::kCuda);
   int compared = 0;
@@ -101,7 +102,7 @@ TEST_F(CudaFaults, AFrameWithoutMemoryLeavesNothingBehind) {
         if (result.status == FrameStatus::kFused) pair.reference().integrate(frame.view());
       }
     } catch (const std::runtime_error&) {
-      is_other = true;  // only clear() goes on from there
+      is_other = true;  // only clear() helps
     }
     untold = is_left_out || is_other ? 0 : untold + 1;
     if (!is_left_out || is_other) continue;

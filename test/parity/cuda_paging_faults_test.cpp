@@ -1,5 +1,5 @@
-// Each allocation of a frame for which blocks go to disk and come back fails once: a frame that is
-// not fused leaves the map as it was, and the next one goes on from there.
+// Each allocation of a frame whose blocks page out and in fails once: a frame that is not fused
+// leaves the map unchanged, and the next one continues from there.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// The map has each of them once.
+/// Each key occurs once.
 void expectAscendingKeys(const MapContents& contents) {
   for (size_t i = 1; i < contents.blocks.size(); ++i) {
     ASSERT_LT(packKey(contents.blocks[i - 1].key), packKey(contents.blocks[i].key));
@@ -44,7 +44,7 @@ class CudaPagingFaults : public testing::Test {
     params_.fusion.max_depth_m = 4.0f;
   }
 
-  /// A frame of each of these rooms, with a mesh behind the first one.
+  /// Fuses a frame of each of these rooms, with a mesh update after the first.
   void go(Mapper& mapper, const std::vector<size_t>& rooms) const {
     for (size_t i = 0; i < rooms.size(); ++i) {
       ASSERT_EQ(mapper.integrate(rooms_[rooms[i]].view()).status, FrameStatus::kFused);
@@ -59,13 +59,13 @@ class CudaPagingFaults : public testing::Test {
     return result;
   }
 
-  /// Goes to `before`, then lets each call of the next frame fail, and compares what follows with a
-  /// mapper to which nothing of that happened.
+  /// Fuses the rooms `before`, lets each call of the next frame fail, and compares the rest with a
+  /// mapper without failures.
   void compare(const std::vector<size_t>& before, size_t room, const std::vector<size_t>& after) {
     const auto mapper = makeProbedMapper(params_);
     ASSERT_NO_FATAL_FAILURE(go(*mapper, before));
     const MapContents untouched = mapper->contents();
-    ASSERT_GT(mapper->stats().pages.written, 0u) << "else nothing is tested";
+    ASSERT_GT(mapper->stats().pages.written, 0u) << "otherwise nothing is tested";
     ASSERT_NO_FATAL_FAILURE(goOn(*mapper, room, after));
     const MapContents whole = mapper->contents();
     int compared = 0;
@@ -87,7 +87,7 @@ class CudaPagingFaults : public testing::Test {
     EXPECT_GT(compared, 0);
   }
 
-  /// Goes on with the frame that failed and those after it, as if nothing had failed.
+  /// Fuses the failed frame again and those after it.
   void goOn(Mapper& mapper, size_t room, const std::vector<size_t>& after) const {
     ASSERT_EQ(mapper.integrate(large_[room].view()).status, FrameStatus::kFused);
     ASSERT_NO_FATAL_FAILURE(go(mapper, after));
@@ -95,7 +95,7 @@ class CudaPagingFaults : public testing::Test {
 
   TemporaryFolder folder_;
   std::vector<TestFrame> rooms_;
-  std::vector<TestFrame> large_;  ///< Frames of these rooms that take more memory.
+  std::vector<TestFrame> large_;  ///< Frames of these rooms that need more memory.
   MapperParams params_;
 };
 

@@ -1,6 +1,6 @@
-// Blocks that the GPU has no memory for are refused, as beyond the budget; a frame that it has no
-// memory for is dropped as a whole. What was mapped stays, and mapping goes on. Fills
-// the GPU's memory, so it runs only if DTSDF_TEST_OUT_OF_MEMORY is set.
+// Blocks for which the GPU has no memory are refused, like blocks beyond the budget; a frame
+// without memory is dropped completely. The map stays, and mapping continues. Fills the GPU's
+// memory, so it runs only if DTSDF_TEST_OUT_OF_MEMORY is set.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -13,7 +13,8 @@
 namespace dtsdf {
 namespace {
 
-/// Takes the device's free memory in ever smaller pieces, down to what small allocations share.
+/// Takes the device's free memory in decreasing pieces, down to the size that small allocations
+/// share.
 std::vector<gpu::DeviceBuffer<char>> takeDeviceMemory() {
   std::vector<gpu::DeviceBuffer<char>> pieces;
   for (size_t bytes = size_t(1) << 36; bytes >= (size_t(1) << 16); bytes /= 2) {
@@ -46,10 +47,10 @@ TEST(OutOfDeviceMemory, BlocksAreRefusedMapStays) {
   {
     const std::vector<gpu::DeviceBuffer<char>> taken = takeDeviceMemory();
     bool failed = false;
-    for (int i = 0; i < 4 && !failed; ++i) {  // room left over may do for a frame or two
+    for (int i = 0; i < 4 && !failed; ++i) {  // remaining memory may do for a frame or two
       DepthFrame elsewhere = frames[1].view();
       elsewhere.T_W_C.pretranslate(Eigen::Vector3d(50.0 * (i + 1), 0.0, 0.0));
-      pair.candidate().outline();  // counts what the last frame left empty
+      pair.candidate().outline();  // counts the blocks that the last frame left empty
       const MapStats before = pair.candidate().stats();
       const IntegrationResult result = pair.candidate().integrate(elsewhere);
       failed = result.status == FrameStatus::kNoMemory || result.refused_blocks > 0;
@@ -61,9 +62,9 @@ TEST(OutOfDeviceMemory, BlocksAreRefusedMapStays) {
     }
     EXPECT_TRUE(failed);
     expectEqualMaps(pair.reference(), pair.candidate());
-    EXPECT_NO_THROW(pair.candidate().integrate(frames[0].view())) << "it goes on";
+    EXPECT_NO_THROW(pair.candidate().integrate(frames[0].view())) << "mapping does not continue";
   }
-  // Frames that were taken without their blocks count as frames, so both begin anew to be compared.
+  // Frames fused without their blocks still count as frames, so both are cleared before comparing.
   ASSERT_NO_FATAL_FAILURE(pair.clear());
   ASSERT_NO_FATAL_FAILURE(pair.integrate(frames[2].view()));
   ASSERT_NO_FATAL_FAILURE(pair.updateMesh());

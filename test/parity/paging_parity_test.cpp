@@ -1,5 +1,5 @@
-// A map that goes to disk and comes back on every backend is the map of the CPU on one thread that
-// never did, to the last bit.
+// On every backend, a map that pages to disk equals the map of the CPU on one thread without
+// paging, to the last bit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,14 +13,14 @@
 namespace dtsdf {
 namespace {
 
-/// What is done besides fusing.
+/// Operations besides fusing.
 struct Way {
   FusionMode mode = FusionMode::kNormalRayCasting;
   bool directional = true;
   int budget_mb = 4;
-  int mesh_every = 3;  ///< Frames; 0: once, at the end.
+  int mesh_every = 3;  ///< In frames; 0: once, at the end.
   bool painted = false, aligned = false, cleared = false, space = false, refined = false;
-  bool turns = false;  ///< Rooms image by image: see PagingParity.BlocksThatGoWithinAFrame.
+  bool turns = false;  ///< Rooms image by image, for BlocksThatGoWithinAFrame.
   float keep_radius_m = 0.0f;
 };
 
@@ -40,7 +40,7 @@ MapperParams paramsOf(const Way& way) {
 /// Three rooms, one after the other, and back.
 const std::vector<int> kThreeRooms = {0, 1, 2, 1, 0};
 
-/// So many images of each room.
+/// `count` images of each room.
 std::vector<std::pair<TestFrame, TestColours>> images(const std::vector<int>& rooms, int count) {
   std::vector<std::pair<TestFrame, TestColours>> all;
   for (const int room : rooms) {
@@ -55,7 +55,7 @@ std::vector<std::pair<TestFrame, TestColours>> images(const std::vector<int>& ro
   return all;
 }
 
-/// A mapper on its way, and the mesh that is put together from its updates.
+/// A mapper on its way, and the mesh assembled from its updates.
 class Traveller {
  public:
   Traveller(const Way& way, const MapperParams& params)
@@ -77,7 +77,7 @@ class Traveller {
     if (way_.mesh_every > 0 && count_ % way_.mesh_every == 0) updateMesh();
     if (way_.turns) meshWithoutSome();
   }
-  /// While it is meshed, the next image comes, which sees this place.
+  /// The next image, which sees this place, arrives during the mesh update.
   void meshWithoutSome() {
     if (count_ > 1) mesh_.apply(mapper_->finishMeshUpdate());
     mapper_->clearRegion(
@@ -134,7 +134,7 @@ class PagingParity : public testing::TestWithParam<Candidate> {
     EXPECT_GT(stats.pages.written, 50u);
     EXPECT_GT(stats.pages.read, 50u);
     EXPECT_EQ(stats.pages.lost + stats.pages.failures, 0u) << stats.pages.problem;
-    EXPECT_GT(whole.most(), stats.max_map_bytes) << "else nothing is tested";
+    EXPECT_GT(whole.most(), stats.max_map_bytes) << "otherwise nothing is tested";
   }
 
  private:
@@ -156,7 +156,7 @@ TEST_P(PagingParity, OtherModes) {
   }
 }
 
-/// They are exceeded by images, and meshes are made in parts.
+/// Images exceed them, and meshes are made in parts.
 TEST_P(PagingParity, SmallBudgets) {
   for (const int mesh_every : {0, 2}) {
     Way way;
@@ -203,9 +203,9 @@ TEST_P(PagingParity, WhatIsFarIsDropped) {
   }
 }
 
-/// A room, then two others in turn. Of the one that comes next, a part is emptied before an
-/// extraction begins: its image meets blocks without arrays, which go as soon as others come back
-/// beside them.
+/// A room, then two others alternately. A part of the next room is emptied before an extraction
+/// begins: its image meets blocks without arrays, which are removed as soon as their neighbours are
+/// paged in.
 TEST_P(PagingParity, BlocksThatGoWithinAFrame) {
   Way way;
   way.mesh_every = 0;

@@ -1,4 +1,4 @@
-// What is known of space is the same on every backend, cell by cell, with the distances.
+// Space is the same on every backend, cell by cell, with the distances.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ class SpaceCellParity : public testing::TestWithParam<CellCase> {
   void SetUp() override { skipWithout(std::get<0>(GetParam())); }
 };
 
-/// Nothing but space makes a GPU finish the frame before it is asked.
+/// Only space makes a GPU finish the frame before a query.
 TEST_P(SpaceCellParity, MovingCamera) {
   const auto [candidate, cell_voxels, clearing] = GetParam();
   MapperParams params = spaceParams();
@@ -59,7 +59,7 @@ TEST_P(SpaceCellParity, MovingCamera) {
   pair.compareMaps();
 }
 
-/// A tile knows its own cubes only, and those as the whole map does.
+/// A tile knows only its own cubes, and knows them as the whole map does.
 TEST_P(SpaceCellParity, OfATile) {
   const auto [candidate, cell_voxels, clearing] = GetParam();
   MapperParams params = spaceParams();
@@ -104,8 +104,7 @@ class SpaceParity : public testing::TestWithParam<Candidate> {
   void SetUp() override { skipWithout(GetParam()); }
 };
 
-/// What is free has its own part of the budget: the same cubes are refused whenever the mesh is
-/// made.
+/// Free space has its own part of the budget: the same cubes are refused whenever the mesh is made.
 TEST_P(SpaceParity, UpToTheBudget) {
   for (const int mesh_every : {0, 2}) {
     MapperParams params = spaceParams(0.02f);
@@ -131,7 +130,7 @@ TEST_P(SpaceParity, UpToTheBudget) {
   }
 }
 
-/// Squared distances again, from all pairs of cells.
+/// Compares squared distances with all pairs of cells.
 void expectExactDistances(const Space& space, int reach) {
   std::vector<Vec3i> surfaces;
   for (const SpaceCell& known : space.cells()) {
@@ -152,7 +151,7 @@ void expectExactDistances(const Space& space, int reach) {
   }
 }
 
-/// Over one sector and over many, in all of them and beyond their reach, after each of some frames.
+/// Within one sector and over many, also beyond their reach, after each of several frames.
 TEST_P(SpaceParity, DistancesAreExactHoweverFarTheyReach) {
   for (const int reach : {1, 25, 33, 130}) {
     SCOPED_TRACE(reach);

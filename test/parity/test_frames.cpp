@@ -12,7 +12,7 @@ namespace {
 
 constexpr float kUint16Unit_m = 0.001f;
 
-/// Noise of a triangulating camera, and every 97th pixel or so without a measurement.
+/// Noise of a triangulating camera, with about every 97th pixel not measured.
 void addNoise(std::vector<float>& depth_m, std::mt19937& random) {
   for (float& z : depth_m) {
     const double share = random() / 4294967296.0 - 0.5;
@@ -39,7 +39,7 @@ void encode(const std::vector<float>& depth_m, bool noise, TestFrame& frame) {
       units.push_back(static_cast<uint16_t>(std::lround(z / kUint16Unit_m)));
     }
     frame.frame.unit_m = kUint16Unit_m;
-    store(units, frame, frame.frame.width * sizeof(uint16_t) + 6);  // rows need not be packed
+    store(units, frame, frame.frame.width * sizeof(uint16_t) + 6);  // padded rows
     return;
   }
   std::vector<float> metres = depth_m;
@@ -84,7 +84,7 @@ std::vector<TestColours> makeTestColours(const TestFrameSettings& settings, int 
     frame.width = width;
     frame.height = height;
     frame.encoding = encoding;
-    frame.row_bytes = width * channels + 3;  // rows need not be packed
+    frame.row_bytes = width * channels + 3;  // padded rows
     const float focal_px = 0.8f * static_cast<float>(width);
     frame.intrinsics = {focal_px, 1.01f * focal_px, 0.5f * static_cast<float>(width - 1),
                         0.5f * static_cast<float>(height - 1)};

@@ -1,4 +1,5 @@
-/// Frames for comparing backends: an analytic room from a moving camera, with what real depth has.
+/// Frames for comparing backends: an analytic room from a moving camera, with the defects of real
+/// depth images.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +11,7 @@ namespace dtsdf {
 
 /// A depth image that owns its pixels.
 struct TestFrame {
-  DepthFrame frame;  ///< Its `data` points into `pixels`, which a copy of this does not share.
+  DepthFrame frame;  ///< Its `data` points into `pixels`, which copies do not share.
   std::vector<unsigned char> pixels;
 
   DepthFrame view() const {
@@ -24,7 +25,7 @@ struct TestFrameSettings {
   int width = 160, height = 120;
   int count = 4;
   DepthEncoding encoding = DepthEncoding::kUint16;
-  bool noise = false;  ///< Noise that grows with the square of depth, holes, and for floats NaN.
+  bool noise = false;  ///< Noise that grows with the square of depth, holes, and NaN for floats.
   double first_s = 0.0, step_s = 0.4;                  ///< Times along roomCameraPose().
   Eigen::Vector3d offset_W = Eigen::Vector3d::Zero();  ///< Moves room and camera.
 };
@@ -43,8 +44,8 @@ struct TestColours {
   }
 };
 
-/// As many images of a camera beside the depth camera, of any size: a pattern with noise whose
-/// brightness changes from image to image.
+/// One image per depth image, from a camera next to the depth camera, of any size: a pattern with
+/// noise, whose brightness changes between images.
 std::vector<TestColours> makeTestColours(const TestFrameSettings& settings, int width = 150,
                                          int height = 110,
                                          ColourEncoding encoding = ColourEncoding::kBgr8);

@@ -1,4 +1,4 @@
-// Random mesh units: the rule that spares the index stage a look at a unit never spares a surface.
+// On random mesh units, the rule that skips units in the index stage never skips a surface.
 #include "kernels/meshing/possible_leaders.h"
 
 #include <gtest/gtest.h>
@@ -11,9 +11,8 @@
 namespace dtsdf {
 namespace {
 
-/// Mostly what fusion leaves of a plane through the unit, with gaps in each direction, so that many
-/// corners have one observer or none; now and then a direction with the plane's back, or with
-/// noise.
+/// Mostly samples as fused from a plane through the unit, with gaps in each direction, so that many
+/// corners have at most one observer; some directions have the plane's back, or noise.
 UnitSamples drawUnit(std::mt19937& random) {
   std::normal_distribution<float> normal;
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
@@ -57,7 +56,7 @@ class PossibleLeaders : public testing::TestWithParam<float> {
   }
 };
 
-/// In the directional map and in the undirected one.
+/// In the directional and the undirected map.
 TEST_P(PossibleLeaders, AUnitWithoutOneIsEmpty) {
   for (const bool directional : {true, false}) {
     int surfaces = 0, spared_with_speaker = 0;

@@ -1,4 +1,4 @@
-// Random scenes, cameras and settings: what must hold for any of them.
+// Properties of all maps, on random scenes, cameras and settings.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -58,7 +58,7 @@ Scene drawScene(Draw& draw, const Vector3d& centre) {
   return scene;
 }
 
-/// Noise that grows with the square of depth, and holes.
+/// Adds noise that grows with the square of depth, and holes.
 void spoil(Draw& draw, SceneFrame& frame) {
   for (float& z : frame.depth_m) {
     z += static_cast<float>(draw.number(-0.002, 0.002)) * z * z;
@@ -91,8 +91,8 @@ class RandomScenes : public testing::TestWithParam<int> {
   uint32_t seed() const { return caseSeed(GetParam()); }
 };
 
-/// Meshing as the frames come in on one thread equals meshing at the end on several; clearing in
-/// between changes nothing.
+/// Meshing after every frame on one thread equals meshing once on several; clearing in between
+/// changes nothing.
 TEST_P(RandomScenes, WorkMayBeCutUpAnyWay) {
   SCOPED_TRACE(describeSeed(seed()));
   RandomCase c = drawCase(seed());
@@ -134,8 +134,8 @@ TEST_P(RandomScenes, MeshesAreSound) {
   for (const Vec3f& n : mesh.normals) ASSERT_NEAR(norm(n), 1.0f, 1e-4f);
 }
 
-/// Every sample holds a finite distance within the truncation, and the weight and evidence that its
-/// five frames can give; one without weight holds nothing at all.
+/// Every sample has a finite distance within the truncation distance, and weight and evidence that
+/// five frames can give; a sample without weight is all zero.
 TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());
@@ -146,7 +146,7 @@ TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
     for (const auto& voxels : block.voxels) {
       for (const Voxel& voxel : voxels) {
         ASSERT_LE(std::abs(sdfOf(voxel)), truncation + 1.0f / 2048.0f);
-        ASSERT_LE(weightOf(voxel), 5.0f);  // frames
+        ASSERT_LE(weightOf(voxel), 5.0f);  // in frames
         ASSERT_LE(evidenceOf(voxel), 15);
         if (isEmpty(voxel)) {
           ASSERT_EQ(sdfOf(voxel), 0.0f);
@@ -158,8 +158,8 @@ TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   }
 }
 
-/// Regions cleared between frames: meshes that were updated all the time end as one made at the
-/// end; and of all space nothing is left.
+/// With regions cleared between frames, meshes updated throughout equal one made at the end;
+/// clearing everything leaves nothing.
 TEST_P(RandomScenes, RegionsMayBeClearedAtAnyTime) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());

@@ -1,5 +1,5 @@
-// Analytic scenes: whether the map holds what was seen, and only that, at 20 and 10 mm voxels. What
-// a case shows, and the bounds of its figures, stand with it in lab/scenes.
+// Analytic scenes: the map must contain what was seen, and nothing else, with voxels of 20 and 10
+// mm. lab/scenes describes the cases and the bounds of their figures.
 #include <gtest/gtest.h>
 
 #include <cctype>
@@ -21,8 +21,8 @@ std::vector<SceneCase> quickCases() {
   return quick;
 }
 
-/// At 10 mm, where each takes twice as long, the scenes whose figures depend on the size of voxels;
-/// others keep the same bounds as at 20 mm. `scripts/prove scenes` has all.
+/// At 10 mm each scene takes twice as long, so only those whose figures depend on the voxel size
+/// run; others have the same bounds as at 20 mm. `scripts/prove scenes` runs all.
 std::vector<SceneCase> casesAt10mm() {
   const std::set<std::string> scenes = {"near_after_far", "outlines", "slats", "uncontradicted"};
   std::vector<SceneCase> cases;
@@ -32,7 +32,7 @@ std::vector<SceneCase> casesAt10mm() {
   return cases;
 }
 
-/// gtest takes letters, digits and underscores.
+/// gtest accepts letters, digits and underscores.
 std::string testName(const testing::TestParamInfo<std::tuple<SceneCase, int>>& info) {
   std::string name;
   for (const char letter : std::get<0>(info.param).name()) {
@@ -42,8 +42,8 @@ std::string testName(const testing::TestParamInfo<std::tuple<SceneCase, int>>& i
   return name + "_at_" + std::to_string(std::get<1>(info.param)) + "mm";
 }
 
-/// What the map does not do yet, by case and figure, and voxel size in mm. The list can only become
-/// shorter: what is on it has to be missed.
+/// Known misses, by case, figure and voxel size in mm. The list may only become shorter: a figure
+/// on it must miss its bound.
 const std::set<std::pair<std::string, int>>& knownMisses() {
   static const std::set<std::pair<std::string, int>> misses = {
 #include "known_misses.inc"
@@ -57,15 +57,16 @@ TEST_P(Scenes, KeepTheirBounds) {
   const auto& [scene_case, voxel_mm] = GetParam();
   SceneSetup setup;
   setup.params.backend = Backend::kCpu;
-  setup.params.threads = 1;  // ctest runs the parts beside each other
-  setup.image_width = 160;   // to be quick
-  setup.params.map.voxel_size_m = static_cast<float>(0.001 * voxel_mm);  // as prove_scenes
+  setup.params.threads = 1;  // ctest runs the parts in parallel
+  setup.image_width = 160;   // for speed
+  setup.params.map.voxel_size_m = static_cast<float>(0.001 * voxel_mm);  // as in prove_scenes
   for (const Figure& figure : scene_case.measure(setup)) {
     const std::string what = scene_case.name() + ", " + figure.name;
     const bool is_missed = knownMisses().count({what, voxel_mm}) != 0;
     EXPECT_NE(figure.holds(), is_missed)
         << what << ": " << figure.value << " " << figure.unit << ", wanted "
-        << describeBound(figure) << (is_missed ? "; no longer missed: take it off the list" : "");
+        << describeBound(figure)
+        << (is_missed ? "; no longer missed: remove it from the list" : "");
   }
 }
 
@@ -78,7 +79,7 @@ INSTANTIATE_TEST_SUITE_P(At10mm, Scenes,
 
 }  // namespace
 
-/// For gtest's messages.
+/// Names cases in gtest's messages.
 void PrintTo(const SceneCase& scene_case, std::ostream* out) { *out << scene_case.name(); }
 
 }  // namespace dtsdf

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Checks that a mesh is the sphere of examples/02_live.cpp: radius 0.5 m round the origin."""
+"""Checks that a mesh is the sphere of examples/02_live.cpp: radius 0.5 m, centred at the origin."""
 import math
 import pathlib
 import sys
 
-sys.dont_write_bytecode = True  # the source folder stays as it is
+sys.dont_write_bytecode = True  # keeps the source folder clean
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
 
 from proofs.ply import read_ply  # noqa: E402
@@ -19,7 +19,7 @@ def main(path):
     mean_m = sum(errors) / max(1, len(errors))
     worst_m = max(errors, default=math.inf)
     print(f"{len(triangles)} triangles, error {1000 * mean_m:.2f} mm, worst {1000 * worst_m:.1f} mm")
-    # Two triangles or more for each square voxel of the seen part, which is all but the poles.
+    # At least two triangles per square voxel of the seen part, which is all but the poles.
     least = 2 * math.pi * RADIUS_M ** 2 / VOXEL_M ** 2
     return 0 if len(triangles) > least and mean_m < 0.1 * VOXEL_M and worst_m < VOXEL_M else 1
 

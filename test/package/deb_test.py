@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""deb_test.py BUILD: packs a build folder, unpacks the package elsewhere, and runs reconstruct and
-roslaunch from there."""
+"""deb_test.py BUILD: makes the Debian package of a build folder, unpacks it elsewhere, and runs
+reconstruct and roslaunch from there."""
 import glob
 import os
 import signal
@@ -19,7 +19,7 @@ class Deb(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
-        # Not below the build: roslaunch would find each launch file twice.
+        # Outside of the build, where roslaunch would find each launch file twice.
         packed, root = os.path.join(cls.folder.name, "deb"), os.path.join(cls.folder.name, "root")
         cls.run_quietly(["cpack", "-G", "DEB", "-B", packed], cwd=BUILD,
                         env=dict(os.environ, DTSDF_PACKAGING="1"))
@@ -31,7 +31,7 @@ class Deb(unittest.TestCase):
         cls.of_a_workspace = [
             path for name in ("*setup*.*sh", "env.sh", "_setup_util.py", ".catkin", ".rosinstall")
             for path in glob.glob(f"{root}/**/{name}", recursive=True)]
-        # What tells catkin that programs are in there, as /opt/ros/noetic does.
+        # Marks the folder for catkin as a prefix with programs, like /opt/ros/noetic.
         open(cls.prefix + "/.catkin", "w", encoding="utf-8").close()
         paths = [cls.prefix] + os.environ.get("CMAKE_PREFIX_PATH", "").split(":")
         packages = [cls.prefix + "/share"] + os.environ.get("ROS_PACKAGE_PATH", "").split(":")

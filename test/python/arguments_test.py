@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The Python module with arguments that are wrong: what is wanted is named, and the map stays as it was."""
+"""Wrong arguments in Python: the error names what is expected, and the map is unchanged."""
 import copy
 import pickle
 import sys

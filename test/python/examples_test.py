@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""examples_test.py EXAMPLES: the examples in Python and the notebooks run, and print what is true."""
+"""examples_test.py EXAMPLES: the Python examples and notebooks run and print correct results."""
 import copy
 import glob
 import importlib.machinery
@@ -62,7 +62,7 @@ class Examples(unittest.TestCase):
         dtsdf_mapping.fuse(mapper, dtsdf_mapping.Recording(recording))
         mapper.save(saved)
         printed = self.run_example(self.script("04_found_again.py"), saved, recording, "3")
-        # The scene is alike all along the way, so no place is to be chosen.
+        # The scene looks the same along the whole path, so no place may be chosen.
         self.assertRegex(printed, r"0 of 2 found, 0 elsewhere")
 
     def test_distances(self):
@@ -71,7 +71,7 @@ class Examples(unittest.TestCase):
         self.assertRegex(printed, "around it: free, 100% known")
 
     def test_mesh_blocks_to_ply_knows_what_is_not_a_mesh(self):
-        """Of whole messages; that nothing is written for one is for a test with ROS."""
+        """Converts whole messages; a test with ROS covers refused ones."""
         loader = importlib.machinery.SourceFileLoader("reader", EXAMPLES + "/mesh_blocks_to_ply")
         reader = importlib.util.module_from_spec(importlib.util.spec_from_loader("reader", loader))
         loader.exec_module(reader)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The Python module against analytic truth; processes, threads and memory."""
+"""The Python module on analytic scenes; processes, threads and memory."""
 import gc
 import multiprocessing
 import os
@@ -27,7 +27,7 @@ class Meshes(unittest.TestCase):
         self.assertGreater(len(mesh.triangles), 1000)
         numpy.testing.assert_allclose(mesh.vertices[:, 2], 2.0, atol=0.002)
         numpy.testing.assert_allclose(numpy.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-5)
-        self.assertLess(mesh.normals[:, 2].max(), -0.9)  # to the camera
+        self.assertLess(mesh.normals[:, 2].max(), -0.9)  # towards the camera
         self.assertLess(mesh.triangles.max(), len(mesh.vertices))
         self.assertIsNone(mesh.colours)
 
@@ -134,7 +134,7 @@ class Maps(unittest.TestCase):
         known = blocks.weight > 0.0
         array, z, _, _ = numpy.nonzero(known)
         voxel_z_m = (8 * blocks.keys[blocks.block_of[array], 2] + z) * blocks.voxel_size_m
-        toward = blocks.direction[array] == 5  # faces the camera: Z-
+        toward = blocks.direction[array] == 5  # Z-, facing the camera
         self.assertGreater(toward.sum(), 1000)
         expected = numpy.clip(2.0 - voxel_z_m, -0.16, 0.16)
         error = abs(blocks.distance_m[known] - expected)[toward]
@@ -154,7 +154,7 @@ class Maps(unittest.TestCase):
         known, distance_m, gradient = mapper.space.query(points)
         numpy.testing.assert_array_equal(known, [True, True, False, False, False])
         self.assertAlmostEqual(distance_m[0], 1.0, delta=1.5 * mapper.space.cell_size_m)
-        self.assertLess(gradient[0, 2], -0.9)  # more room towards the camera
+        self.assertLess(gradient[0, 2], -0.9)  # distances grow towards the camera
         self.assertLess(distance_m[2], 0.0)
         cells, states = mapper.space.cells()
         self.assertEqual(len(cells), len(states))
@@ -221,7 +221,7 @@ class Processes(unittest.TestCase):
             steps += 1
             time.sleep(0)
         thread.join()
-        self.assertGreater(steps, 100)  # with the GIL held there would be a few at most
+        self.assertGreater(steps, 100)  # with the GIL held, only a few
 
     def test_one_mapper_for_eight_threads(self):
         mapper = dtsdf_mapping.Mapper("cpu", **{"map/voxel_size_m": 0.04, "threads": 1})
@@ -247,7 +247,7 @@ class Memory(unittest.TestCase):
         for _ in range(1000):
             action()
         grown = resident_bytes() - before
-        # One mapper that is kept takes more than 1 MB; a thousand would be gigabytes.
+        # A single leaked mapper is more than 1 MB; a thousand would be gigabytes.
         self.assertLess(grown, 20e6, f"{grown / 1e6} MB more after 1000 times")
 
     def test_a_thousand_mappers(self):

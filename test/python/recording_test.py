@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""recording_test.py RECONSTRUCT: recordings read in Python become the map that `reconstruct` makes."""
+"""recording_test.py RECONSTRUCT: recordings read in Python give the map of `reconstruct`."""
 import os
 import subprocess
 import sys
@@ -18,7 +18,7 @@ FRAMES = 6
 
 
 def write_png(path, image):
-    """(H, W) uint16 or (H, W, 3) uint8."""
+    """Writes an image, (H, W) uint16 or (H, W, 3) uint8."""
     grey = image.ndim == 2
     with open(path, "wb") as file:
         file.write(tum_folder.png([row.tobytes() for row in image.astype(">u2" if grey else "u1")],
@@ -26,8 +26,8 @@ def write_png(path, image):
 
 
 def write_recording(folder):
-    """A TUM folder: a camera that moves along x in front of a tilted floor and a wall, in colour. The
-    last depth image has no pose."""
+    """A TUM folder in colour: a camera that moves along x in front of a tilted floor and a wall. The last
+    depth image has no pose."""
     os.makedirs(folder + "/depth")
     os.makedirs(folder + "/rgb")
     with open(folder + "/camera_info.yaml", "w", encoding="ascii") as file:
@@ -90,7 +90,7 @@ class Recordings(unittest.TestCase):
         recording = dtsdf_mapping.Recording(self.folder)
         self.assertEqual(len(recording), FRAMES)
         self.assertEqual(self.assert_same_as_reconstruct(recording, ()), FRAMES - 1)
-        self.assertEqual(sum(recording.skipped.values()), 1)  # without a pose
+        self.assertEqual(sum(recording.skipped.values()), 1)  # no pose
 
     def test_a_selection_without_colour(self):
         recording = dtsdf_mapping.Recording(self.folder, first=1, last=4, step=2)

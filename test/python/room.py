@@ -12,7 +12,7 @@ def wall(distance_m=2.0):
 
 
 def map_of_wall(package, frames=3, **settings):
-    """A mapper that has seen the wall, at voxels of 4 cm."""
+    """A mapper with the wall, with voxels of 4 cm."""
     settings = {"map/voxel_size_m": 0.04, "threads": 1, **settings}
     mapper = package.Mapper("cpu", **settings)
     for _ in range(frames):

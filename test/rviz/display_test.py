@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The display of mesh_blocks in RViz, on a virtual screen: its picture is that of the markers, and its
-options do what they say. Needs the environment of the build (env.sh); skipped without Xvfb."""
+"""The display of mesh_blocks in RViz, on a virtual screen: its picture equals that of the markers, and
+its options work. Needs the environment of the build (env.sh); skipped without Xvfb."""
 import os
 import shutil
 import subprocess
@@ -17,9 +17,9 @@ from free_port import free_port
 SOURCE = os.path.realpath(os.path.join(os.path.dirname(__file__), "..", ".."))
 PROGRAMS = os.environ["DTSDF_PROGRAMS"]
 NEEDED = ("Xvfb", "convert", "roscore")
-SKIPPED = 77  # as test/rviz/CMakeLists.txt tells ctest
+SKIPPED = 77  # see test/rviz/CMakeLists.txt
 TRIANGLES = 30000
-BACKGROUND = 48  # of all three colours, as the configurations have it
+BACKGROUND = 48  # of all three colours, as in the configurations
 
 
 def setUpModule():
@@ -67,7 +67,7 @@ def show(config, *options):
 
 
 def shown(picture):
-    """Which pixels are not background."""
+    """A mask of the pixels that are not background."""
     return np.abs(picture - BACKGROUND).max(axis=1) > 2
 
 

@@ -1,5 +1,5 @@
-/// Publishes a wavy sheet of about so many triangles as the node publishes its mesh, under the
-/// node's name, for whoever shows it: publish_mesh TRIANGLES.
+/// Publishes a wavy sheet of about TRIANGLES triangles under the node's name, in the way the node
+/// publishes its mesh, for displays: publish_mesh TRIANGLES.
 #include <ros/ros.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 constexpr float kVoxelSize = 0.01f;
 constexpr size_t kTrianglesOfBlock = 2 * kBlockSide * kBlockSide;
 
-/// Height above the lower face of the blocks, in voxels.
+/// Height above the bottom of the blocks, in voxels.
 float heightAt(int x, int y) {
   const auto u = static_cast<float>(x), v = static_cast<float>(y);
   return 4.0f + 2.0f * std::sin(0.31f * u) * std::cos(0.23f * v);
@@ -58,7 +58,7 @@ void publishSheet(size_t triangles) {
   std::printf("%zu triangles\n", mesh.meshes.triangleCount());
   std::fflush(stdout);
   for (ros::WallRate rate(50.0); ros::ok(); rate.sleep()) {
-    ros::spinOnce();  // newcomers
+    ros::spinOnce();  // serves new subscribers
     mesh.stamp = ros::Time::now();
     topics->publish(&mesh);
   }

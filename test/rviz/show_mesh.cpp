@@ -1,9 +1,9 @@
-/// RViz without its window's frame: shows the mesh as a configuration asks for it until so many
-/// triangles are there, turns the view, counts pictures, and saves one from the view configured.
+/// RViz without a window: shows the mesh with a configuration until it has a number of triangles,
+/// turns the view, counts the pictures drawn, and saves a picture of the configured view.
 ///   show_mesh CONFIG TRIANGLES SECONDS PICTURE.png [DISTANCE_M [NAME=VALUE]...]
-/// where names are those of the properties of the display "Mesh", or Pitch, that of the view.
-/// Prints "LOADED_S TRIANGLES PICTURES_PER_S CPU_MS_PER_PICTURE", the last one of all threads. Exit
-/// code 1 if the triangles do not come in time.
+/// NAME is a property of the display "Mesh", or Pitch, of the view. Prints "LOADED_S TRIANGLES
+/// PICTURES_PER_S CPU_MS_PER_PICTURE"; the CPU time is that of all threads. Exits with 1 if the
+/// triangles do not arrive in time.
 #include <OgreRenderTarget.h>
 #include <OgreRenderWindow.h>
 #include <ros/ros.h>
@@ -58,7 +58,7 @@ class Viewer {
     for (int i = 0; i < group->numDisplays(); ++i) {
       if (group->getDisplayAt(i)->getName() == "Mesh") return group->getDisplayAt(i)->subProp(name);
     }
-    throw std::runtime_error("there is no display named Mesh");
+    throw std::runtime_error("the configuration has no display named Mesh");
   }
   void setOption(const QString& name, const QString& value) {
     const bool is_switch = value == "true" || value == "false";
@@ -66,7 +66,7 @@ class Viewer {
     property->setValue(is_switch ? QVariant(value == "true") : QVariant(value));
   }
 
-  /// Draws once, whatever has come meanwhile.
+  /// Draws once, with everything received so far.
   void draw() {
     manager_.queueRender();
     QApplication::processEvents(QEventLoop::AllEvents, 20);
@@ -96,7 +96,7 @@ int main(int argc, char** argv) {
   const size_t wanted = std::strtoul(argv[2], nullptr, 10);
   if (argc > 5) viewer.setDistance(std::strtof(argv[5], nullptr));
   const QVariant detail = viewer.option("Detail")->getValue();
-  viewer.setOption("Detail", "0");  // to count what has come
+  viewer.setOption("Detail", "0");  // full detail, so that all triangles count
 
   QElapsedTimer timer;
   timer.start();
@@ -123,7 +123,7 @@ int main(int argc, char** argv) {
   const double cpu_ms =
       1000.0 * static_cast<double>(std::clock() - cpu_before) / CLOCKS_PER_SEC / pictures;
   viewer.setYaw(yaw);
-  timer.restart();  // until it has been still for long enough to be drawn in detail
+  timer.restart();  // detail is drawn only after the view has been still for a while
   while (secondsOf(timer) < 2.0) viewer.draw();
   viewer.save(argv[4]);
   std::printf("%.2f %zu %.2f %.0f\n", loaded_s, triangles, pictures_per_s, cpu_ms);

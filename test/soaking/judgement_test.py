@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""That a soak's verdict tells memory that is never given back from memory that comes and goes."""
+"""Tests that the verdict on a soak separates leaked memory from memory that comes and goes."""
 import math
 import pathlib
 import random
@@ -14,8 +14,8 @@ CYCLE_S = 300.0
 
 
 def records(kept_mb, cycles=12, rest_mb=1.0):
-    """A process that holds kept_mb(t), in each cycle up to rest_mb more of its own, and up to 200 MB
-    more at times that vary."""
+    """The record of a process that holds kept_mb(t), up to rest_mb more in each cycle, and up to 200 MB
+    more at varying times."""
     chance, found = random.Random(7), []
     for cycle in range(cycles):
         begin = cycle * CYCLE_S

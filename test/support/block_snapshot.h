@@ -13,13 +13,13 @@ namespace dtsdf {
 /// A copy of one block's voxels.
 struct BlockSnapshot {
   BlockKey key;
-  /// kVoxelsPerBlock voxels per direction in use, empty otherwise.
+  /// kVoxelsPerBlock voxels for each direction in use; empty for others.
   std::vector<Voxel> voxels[kDirectionCount];
-  /// As many colours per direction in which something is painted.
+  /// kVoxelsPerBlock colours for each painted direction; empty for others.
   std::vector<VoxelColour> colours[kDirectionCount];
 };
 
-/// All blocks by packed key.
+/// All blocks, sorted by packed key.
 inline std::vector<BlockSnapshot> snapshotOf(Mapper& mapper) {
   const MapContents contents = mapper.contents();
   std::vector<BlockSnapshot> blocks;

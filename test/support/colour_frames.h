@@ -15,7 +15,7 @@ using Colour = std::array<uint8_t, 3>;
 /// The colour of a scene's surface at a point, in W.
 using SurfaceColour = std::function<Colour(const Eigen::Vector3d& p_W)>;
 
-/// Waves of colour, other ones at each place.
+/// Waves of colour that differ from place to place.
 Colour wavesAt(const Eigen::Vector3d& p_W);
 
 /// A colour image, rgb8, that owns its pixels.
@@ -23,7 +23,7 @@ struct PaintedFrame {
   ColourFrame frame;
   std::vector<uint8_t> pixels;
 
-  /// Valid as long as this object is where it is.
+  /// Valid until this object is moved or destroyed.
   ColourFrame view() const {
     ColourFrame copy = frame;
     copy.data = pixels.data();
@@ -31,12 +31,12 @@ struct PaintedFrame {
   }
 };
 
-/// A camera of 65 degrees horizontal field of view, each pixel the mean of 2 x 2 rays; black where
-/// nothing is hit.
+/// A camera with a horizontal field of view of 65 degrees; each pixel is the mean of 2 x 2 rays,
+/// black without a hit.
 PaintedFrame renderColour(const Scene& scene, const SurfaceColour& colour,
                           const Eigen::Isometry3d& T_W_C, int width = 160, int height = 120);
 
-/// A camera that stands beside another one, `offset_m` to its right, and looks the same way.
+/// The pose of a camera `offset_m` to the right of another one, looking in the same direction.
 Eigen::Isometry3d besideCamera(const Eigen::Isometry3d& T_W_C, double offset_m);
 
 }  // namespace dtsdf

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Reads a .glb by the specification of glTF 2.0, and a .ply, and compares what they show.
+"""Reads a .glb by the specification of glTF 2.0, and a .ply, and compares their meshes.
 
-compare_glb.py MESH.glb MESH.ply: exits 0 if the .glb keeps to the specification as far as it is
-used here, and both have the same vertices, normals, colours and triangles, the .glb's with y up.
+compare_glb.py MESH.glb MESH.ply: exits 0 if the .glb conforms to the parts of the specification that
+it uses, and both have the same vertices, normals, colours and triangles, the .glb's with y up.
 """
 import json
 import struct
@@ -23,7 +23,7 @@ def require(condition, text):
 def read_chunks(data):
     """The JSON and the binary chunk."""
     magic, version, length, json_bytes, json_kind = struct.unpack_from("<5I", data)
-    require((magic, version, length) == (0x46546C67, 2, len(data)), "no glTF 2.0, or another length")
+    require((magic, version, length) == (0x46546C67, 2, len(data)), "not glTF 2.0, or wrong length")
     binary_bytes, binary_kind = struct.unpack_from("<2I", data, 20 + json_bytes)
     require((json_kind, binary_kind) == (0x4E4F534A, 0x004E4942), "wrong chunks")
     require(json_bytes % 4 == 0 and 28 + json_bytes + binary_bytes == length, "chunks are not aligned")
@@ -31,28 +31,28 @@ def read_chunks(data):
 
 
 def check_views(document, binary):
-    """The views lie one behind the other."""
+    """The views are contiguous."""
     end = 0
     for view in document["bufferViews"]:
-        require(view["byteOffset"] == end and end % 4 == 0, "views overlap or leave bytes out")
+        require(view["byteOffset"] == end and end % 4 == 0, "views overlap or have gaps")
         end += view["byteLength"]
     require(document["buffers"][0]["byteLength"] == end == len(binary), "wrong buffer size")
 
 
 def read_accessor(document, binary, number, kind):
-    """Its elements as rows."""
+    """The elements of an accessor as rows."""
     accessor = document["accessors"][number]
     view = document["bufferViews"][accessor["bufferView"]]
     index = kind == "SCALAR"
     require((accessor["type"], accessor["componentType"], view["target"]) ==
-            (kind, *((5125, 34963) if index else (5126, 34962))), f"accessor {number} is another one")
+            (kind, *((5125, 34963) if index else (5126, 34962))), f"accessor {number}: wrong type")
     values = np.frombuffer(binary, "<u4" if index else "<f4", view["byteLength"] // 4, view["byteOffset"])
-    require(len(values) == WIDTHS[kind] * accessor["count"], f"accessor {number} is not its view")
+    require(len(values) == WIDTHS[kind] * accessor["count"], f"accessor {number} has a wrong view")
     return values.reshape(-1, WIDTHS[kind])
 
 
 def rotated(q, v):
-    """Rows turned by the quaternion q = (x, y, z, w)."""
+    """Rows rotated by the quaternion q = (x, y, z, w)."""
     return v + 2.0 * np.cross(q[:3], np.cross(q[:3], v) + q[3] * v)
 
 
@@ -61,12 +61,12 @@ def read_glb(path):
         document, binary = read_chunks(file.read())
     check_views(document, binary)
     require(document["asset"]["version"] == "2.0", "wrong version")
-    # A viewer multiplies colours with it; metal would be black.
-    require(document["materials"] == [MATERIAL], "another material")
+    # Viewers multiply colours by it, and metal would be black.
+    require(document["materials"] == [MATERIAL], "wrong material")
     root = document["nodes"][document["scenes"][document["scene"]]["nodes"][0]]
     node = document["nodes"][root["children"][0]]
     primitive, = document["meshes"][node["mesh"]]["primitives"]
-    require(primitive.get("mode", 4) == 4 and primitive["material"] == 0, "no triangles of the material")
+    require(primitive.get("mode", 4) == 4 and primitive["material"] == 0, "wrong primitive")
     attributes = primitive["attributes"]
     positions, normals, colours = (read_accessor(document, binary, attributes[name], "VEC3")
                                    for name in ("POSITION", "NORMAL", "COLOR_0"))
@@ -75,7 +75,7 @@ def read_glb(path):
             (positions.max(axis=0) == bounds["max"]).all(), "wrong bounds")
     turn = np.array(root["rotation"])
     triangles = read_accessor(document, binary, primitive["indices"], "SCALAR").reshape(-1, 3)
-    require(np.array_equal(np.unique(triangles), np.arange(len(positions))), "a vertex is in no triangle, or missing")
+    require(np.array_equal(np.unique(triangles), np.arange(len(positions))), "unused or missing vertices")
     return (rotated(turn, positions + np.array(node["translation"])), rotated(turn, normals), colours,
             triangles, abs(positions).max())
 
@@ -93,19 +93,19 @@ def read_ply(path):
 def main():
     places, normals, colours, triangles, reach = read_glb(sys.argv[1])
     vertices, faces = read_ply(sys.argv[2])
-    require(len(places) == len(vertices) and np.array_equal(triangles, faces), "another mesh")
-    require(reach <= np.ptp(vertices["p"], axis=0).max() + 1.0, "positions do not count from the middle of the mesh")
+    require(len(places) == len(vertices) and np.array_equal(triangles, faces), "different mesh")
+    require(reach <= np.ptp(vertices["p"], axis=0).max() + 1.0, "positions are off centre")
 
     def upright(rows):
-        """The same with y up, as in glTF; z is up in the map."""
+        """Converts from z up (map) to y up (glTF)."""
         return rows[:, [0, 2, 1]] * [1, 1, -1]
 
-    require(abs(places - upright(vertices["p"])).max() <= 1e-6 * (1.0 + reach), "a vertex is off")
-    length = np.linalg.norm(vertices["n"], axis=1, keepdims=True)  # glTF has normals of length 1 only
+    require(abs(places - upright(vertices["p"])).max() <= 1e-6 * (1.0 + reach), "a vertex differs")
+    length = np.linalg.norm(vertices["n"], axis=1, keepdims=True)  # glTF requires unit normals
     unit = np.where(length > 0, upright(vertices["n"]) / np.maximum(length, 1e-9), [0, 1, 0])
-    require(np.linalg.norm(normals - unit, axis=1).max() < 1e-6, "another normal")
+    require(np.linalg.norm(normals - unit, axis=1).max() < 1e-6, "a normal differs")
     srgb = np.where(colours <= 0.0031308, 12.92 * colours, 1.055 * colours ** (1 / 2.4) - 0.055)
-    require((np.round(255.0 * srgb) == vertices["rgb"]).all(), "another colour")
+    require((np.round(255.0 * srgb) == vertices["rgb"]).all(), "a colour differs")
 
 
 if __name__ == "__main__":

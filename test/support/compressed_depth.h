@@ -1,4 +1,4 @@
-/// Makes what image_transport's compressedDepth sends, for tests.
+/// Encodes depth like image_transport's compressedDepth, for tests.
 #pragma once
 
 #include <cstring>

@@ -1,4 +1,4 @@
-/// Depth frames of analytic scenes, and what a mapper makes of them.
+/// Depth frames of analytic scenes, and maps of them.
 #pragma once
 
 #include <memory>
@@ -16,7 +16,7 @@ struct SceneFrame {
   DepthFrame frame;
   std::vector<float> depth_m;
 
-  /// Valid as long as this object is where it is.
+  /// Valid until this object is moved or destroyed.
   DepthFrame view() const {
     DepthFrame copy = frame;
     copy.data = depth_m.data();
@@ -24,7 +24,7 @@ struct SceneFrame {
   }
 };
 
-/// A camera of 65 degrees horizontal field of view.
+/// A camera with a horizontal field of view of 65 degrees.
 SceneFrame renderFrame(const Scene& scene, const Eigen::Isometry3d& T_W_C, int width = 160,
                        int height = 120);
 
@@ -32,27 +32,29 @@ std::vector<SceneFrame> renderFrames(const Scene& scene,
                                      const std::vector<Eigen::Isometry3d>& T_W_C, int width = 160,
                                      int height = 120);
 
-/// A room of 3 x 2.4 x 2 m with a ball in it, whose walls are not on the grid.
+/// A room of 3 x 2.4 x 2 m with a ball; the walls are not on the grid.
 Scene makeBallRoom();
 
-/// A box that moves along a wall and goes after 12 frames, and a camera that moves a little.
+/// A box that moves along a wall and disappears after 12 frames, seen by a camera that moves a
+/// little.
 std::vector<SceneFrame> movingFrames(int count);
 
-/// `count` cameras round `centre_W` that look at it, spread evenly over the sphere of directions.
+/// Poses of `count` cameras around `centre_W` that look at it, spread evenly over the sphere of
+/// directions.
 std::vector<Eigen::Isometry3d> sphereOfPoses(const Eigen::Vector3d& centre_W, double distance_m,
                                              int count);
 
-/// A CPU mapper's settings.
+/// Settings of a mapper on the CPU.
 MapperParams makeCpuParams(FusionMode mode = FusionMode::kNormalRayCasting, bool directional = true,
                            float voxel_size_m = 0.02f, int threads = 2);
 
-/// "NormalRayCastingDirectional" and so on.
+/// A name such as "NormalRayCastingDirectional".
 std::string modeName(FusionMode mode, bool directional);
 
-/// These settings with a folder for what does not fit into so much memory.
+/// These settings with this memory budget, and a folder for paging.
 MapperParams pagedParams(MapperParams params, int max_memory_mb, const std::string& folder);
 
-/// Fuses all frames and meshes once; every frame has to be fused.
+/// Fuses all frames and makes the mesh once; every frame must be fused.
 Mesh reconstruct(const MapperParams& params, const std::vector<SceneFrame>& frames);
 
 /// Distances of a mesh's vertices to the surface of a scene.

@@ -5,7 +5,7 @@
 
 namespace dtsdf {
 
-/// What `action` says when it throws an `Error`; "" if it throws nothing.
+/// The text of the `Error` that `action` throws; "" if it throws none.
 template <class Error = std::exception, class Action>
 std::string errorOf(const Action& action) {
   try {

@@ -1,4 +1,5 @@
-/// Memory that runs out when a test says so. For one file of a program, outside of unity builds.
+/// Replaces `new` by one that fails when a test says so. Include it in one file of a program,
+/// outside of unity builds.
 #pragma once
 
 #include <cstdlib>
@@ -6,12 +7,12 @@
 
 namespace dtsdf {
 
-/// How many more allocations of this thread come before one that fails; -1: none does.
+/// Number of allocations of this thread before one fails; -1: none fails.
 thread_local int allocations_left = -1;
 
 }  // namespace dtsdf
 
-// Inline they would seem not to fit each other.
+// Inlined, the compiler would report mismatched new and delete.
 [[gnu::noinline]] void* operator new(size_t bytes) {
   const bool fails = dtsdf::allocations_left == 0;
   if (dtsdf::allocations_left >= 0) --dtsdf::allocations_left;
@@ -19,7 +20,7 @@ thread_local int allocations_left = -1;
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
-/// A sanitizer's own would not come here.
+/// A sanitizer's own operator would bypass the one above.
 [[gnu::noinline]] void* operator new[](size_t bytes) { return operator new(bytes); }
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }

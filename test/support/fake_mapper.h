@@ -12,7 +12,7 @@
 
 namespace dtsdf {
 
-/// Space of which nothing is known, but for parts of many cubes, each of one cell.
+/// Unknown space, except for parts of many cubes with one cell each.
 class FakeSpace : public Space {
  public:
   double cellSize_m() const override { return 0.1; }
@@ -49,7 +49,7 @@ class FakeMapper : public Mapper {
     return {};
   }
 
-  /// As `aligns` says; without it, nothing is mapped where the frame is.
+  /// Controlled by `aligns`; without it, the result is unmapped.
   Alignment align(const DepthFrame& frame, const PosePrior&) override {
     if (aligns) return aligns(frame);
     Alignment alignment;
@@ -71,7 +71,7 @@ class FakeMapper : public Mapper {
     ++meshes;
   }
 
-  /// One triangle for each changed block; its first vertex has the number of the frame as its edge.
+  /// One triangle per changed block; the edge of its first vertex is the number of the frame.
   MeshUpdate finishMeshUpdate() override {
     MeshUpdate update;
     for (const auto& [x, frame] : changed_) {
@@ -88,7 +88,7 @@ class FakeMapper : public Mapper {
     return update;
   }
 
-  /// As if the region had been everything.
+  /// Clears everything, whatever the region.
   ClearedRegion clearRegion(const Region&) override {
     throwIf(fails_to_clear);
     ++cleared_regions;
@@ -102,7 +102,7 @@ class FakeMapper : public Mapper {
     changed_.clear();
   }
 
-  /// Nothing but the number of frames.
+  /// Contains only the number of frames.
   MapContents outline() override { return contents(); }
   MapContents part(const std::vector<MapBlock>&) override { return contents(); }
   MapContents contents() override {
@@ -128,16 +128,16 @@ class FakeMapper : public Mapper {
 
   bool fails_to_integrate = false, fails_to_mesh = false, fails_to_clear = false;
   bool fails_to_count = false;
-  bool clears_in_part = false;  ///< A region.
+  bool clears_in_part = false;  ///< Makes clearRegion() throw PartlyCleared.
   bool has_space = false;
   std::function<Alignment(const DepthFrame&)> aligns;
   std::function<void(const ColourFrame&)> paints;
   int frames = 0, images = 0, meshes = 0, cleared_regions = 0;
   Eigen::Isometry3d last_T_W_C = Eigen::Isometry3d::Identity();  ///< Pose of the newest frame.
-  mutable int reports = 0;  ///< How often its memory was asked for.
-  int parts_left = 0;       ///< Extractions that leave something to the next one.
+  mutable int reports = 0;                                       ///< Number of memory reports.
+  int parts_left = 0;  ///< Number of extractions that return a part only.
   double mesh_ms = 0.0;
-  MapStats counts;  ///< But for what the frames make of them.
+  MapStats counts;  ///< Counts that do not depend on the frames.
   MapperMemory held;
 
   FakeSpace known_space;
@@ -147,7 +147,7 @@ class FakeMapper : public Mapper {
     if (fails) throw std::runtime_error("out of memory");
   }
 
-  std::map<int, int> changed_;  ///< Number of the frame that changed a block last, by its x.
+  std::map<int, int> changed_;  ///< Number of the last frame that changed a block, by its x.
 };
 
 }  // namespace dtsdf

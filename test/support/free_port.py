@@ -1,11 +1,11 @@
-"""A port for a ROS master of one's own."""
+"""A port for a separate ROS master."""
 import random
 import socket
 
 
 def free_port():
-    """A free port below those that the system gives to outgoing connections (from 32768 on, in
-    Linux): between this call and the master's start, a test beside this one could be given it."""
+    """A free port below the range of outgoing connections (from 32768 on, in Linux): from that range, a
+    parallel test could be given it between this call and the master's start."""
     while True:
         port = random.randrange(20000, 32768)
         with socket.socket() as probe:

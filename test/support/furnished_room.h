@@ -1,4 +1,4 @@
-/// A room no two parts of which are alike, and looks into it.
+/// A room whose parts all look different, and views of it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -32,7 +32,7 @@ inline Eigen::Isometry3d cameraLooking(const Eigen::Vector3d& eye, double azimut
   return lookAt(eye, eye + way, Eigen::Vector3d::UnitZ());
 }
 
-/// From a few places in it, all around.
+/// Views in all directions from a few places.
 inline std::vector<Eigen::Isometry3d> looksAround() {
   std::vector<Eigen::Isometry3d> looks;
   for (const Eigen::Vector3d& eye :

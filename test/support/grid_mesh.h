@@ -1,4 +1,4 @@
-/// Meshes that are grids.
+/// Meshes of grids.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace dtsdf {
 
-/// Two triangles for each square between side x side vertices, which come row by row from `first`.
+/// Two triangles for each square of a grid of side x side vertices, numbered by rows from `first`.
 inline std::vector<uint16_t> gridTriangles(int side, int first = 0) {
   std::vector<uint16_t> triangles;
   for (int y = 0; y + 1 < side; ++y) {

@@ -1,4 +1,4 @@
-/// A map whose frames and calls are written to a journal, as the node does it.
+/// A map that writes its frames and calls to a journal, like the node.
 #pragma once
 
 #include <memory>
@@ -28,7 +28,7 @@ inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// A journal that may take a GB.
+/// Options of a journal of up to 1 GB.
 inline JournalWriter::Options journalOptions(const std::string& folder) {
   JournalWriter::Options options;
   options.folder = folder;
@@ -98,14 +98,14 @@ class JournaledMap {
   JournalWriter& journal_;
 };
 
-/// The bytes of a map's file: equal for equal maps, and for no others.
+/// The bytes of the map's file, which are equal exactly for equal maps.
 inline std::string fileOf(Mapper& mapper) {
   const TemporaryFolder folder;
   saveMap(mapper.contents(), folder / "map.dtsdf", 1);
   return readBytes(folder / "map.dtsdf");
 }
 
-/// The map that a journal leads to, of a mapper with these settings.
+/// The file of the map that a journal restores, with these settings.
 inline std::string mapOf(JournalReplay& journal, const MapperParams& params) {
   const auto mapper = mapperOf(journal, params);
   while (const std::optional<journal::Call> call = journal.next()) doAgain(*call, *mapper);
@@ -123,7 +123,7 @@ inline std::vector<SceneFrame> roomImages(int count, double step_s = 0.1) {
   return renderFrames(makeRoomScene(), poses, 80, 60);
 }
 
-/// A frame's image at another pose.
+/// A frame's image with another pose.
 inline SceneFrame movedTo(const SceneFrame& frame, const Eigen::Isometry3d& T_W_C) {
   SceneFrame moved = frame;
   moved.frame.T_W_C = T_W_C;

@@ -1,4 +1,4 @@
-/// Whether two maps, or two meshes, are the same to the last bit.
+/// Compares two maps, or two meshes, to the last bit.
 #pragma once
 
 #include <gtest/gtest.h>

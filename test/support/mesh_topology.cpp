@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace {
 
-/// How often a side is passed from its lesser to its greater vertex, and back.
+/// Number of traversals of a side from its smaller to its greater vertex, and back.
 struct Passes {
   int up = 0, down = 0;
 };

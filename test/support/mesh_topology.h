@@ -1,4 +1,4 @@
-/// How the triangles of a mesh hang together, counted from the triangles alone.
+/// Topology of a mesh, counted from its triangles alone.
 #pragma once
 
 #include <array>
@@ -14,15 +14,15 @@ using Triangle = std::array<uint32_t, 3>;
 
 struct MeshTopology {
   size_t triangles = 0;
-  size_t boundary_edges = 0;      ///< Sides with no triangle across.
+  size_t boundary_edges = 0;      ///< Sides of a single triangle.
   size_t crowded_edges = 0;       ///< Sides of more than two triangles.
-  size_t inconsistent_edges = 0;  ///< Sides passed more often one way than the other, not boundary.
-  size_t repeated_corners = 0;    ///< Triangles that name a vertex twice.
-  size_t zero_areas = 0;          ///< Triangles whose corners lie on a line.
+  size_t inconsistent_edges = 0;  ///< Sides traversed more often in one direction, not boundary.
+  size_t repeated_corners = 0;    ///< Triangles that contain a vertex twice.
+  size_t zero_areas = 0;          ///< Triangles whose corners are collinear.
   size_t unused_vertices = 0;
   size_t coincident_vertices = 0;  ///< Vertices at exactly the position of another.
 
-  /// No holes, every side between two triangles that agree on which side is free.
+  /// No holes, and each side joins two triangles that agree on the free side.
   bool isClosedManifold() const {
     return triangles > 0 && boundary_edges == 0 && crowded_edges == 0 && inconsistent_edges == 0;
   }

@@ -1,5 +1,5 @@
-/// What disks do: to the page files in a folder, that they read nothing for a while or give back
-/// other bytes than were written; to all files, that they are full.
+/// Disk faults. For the page files in a folder: reads fail for a while, or return other bytes than
+/// written. For all files: the disk is full.
 #pragma once
 
 #include <fcntl.h>
@@ -25,7 +25,7 @@ inline std::vector<int> openFilesIn(const std::string& folder) {
   return files;
 }
 
-/// The first bytes of each of so many pieces of so many bytes.
+/// Overwrites the first bytes of each of `pieces` pieces of `bytes` bytes.
 inline void damagePages(const std::string& folder, int pieces, off_t bytes) {
   for (const int file : openFilesIn(folder)) {
     for (int i = 0; i < pieces; ++i) {
@@ -34,7 +34,7 @@ inline void damagePages(const std::string& folder, int pieces, off_t bytes) {
   }
 }
 
-/// All that was written there.
+/// Overwrites everything in the page files.
 inline void overwritePages(const std::string& folder) {
   const std::string other(4096, 'x');
   for (const int file : openFilesIn(folder)) {
@@ -45,7 +45,7 @@ inline void overwritePages(const std::string& folder) {
   }
 }
 
-/// As long as it is there, neither reads nor writes succeed.
+/// While it exists, reads and writes fail.
 class DiskOutage {
  public:
   explicit DiskOutage(const std::string& folder) {
@@ -70,8 +70,8 @@ class DiskOutage {
   std::vector<std::pair<int, int>> saved_;
 };
 
-/// While it is alive, this process cannot write files beyond a size: that fails with EFBIG, as a
-/// full disk does with ENOSPC.
+/// While it exists, this process cannot write files beyond a size: writes fail with EFBIG, like
+/// ENOSPC on a full disk.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {

@@ -1,4 +1,4 @@
-/// How far two poses are apart.
+/// Distance and angle between two poses.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -1,4 +1,4 @@
-/// Seeds of the property tests: the same every time, unless DTSDF_TEST_SEED gives another start.
+/// Seeds of the property tests: fixed, unless DTSDF_TEST_SEED sets the first one.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ inline uint32_t caseSeed(int n) {
          static_cast<uint32_t>(n);
 }
 
-/// For SCOPED_TRACE: how to get this case again, as the first one.
+/// For SCOPED_TRACE: the setting that makes this case the first one.
 inline std::string describeSeed(uint32_t seed) { return "DTSDF_TEST_SEED=" + std::to_string(seed); }
 
 }  // namespace dtsdf

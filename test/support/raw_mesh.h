@@ -1,4 +1,4 @@
-/// Block meshes joined as they are: what a mesh is before its outlines are smoothed.
+/// Joins block meshes unchanged, without smoothing their outlines.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,8 @@
 
 namespace dtsdf {
 
-/// Joins the blocks with these packed keys, by rising keys; those that a store does not have are
-/// left out.
+/// Joins the blocks with these packed keys in ascending order; keys unknown to the store are
+/// skipped.
 inline Mesh rawMesh(const MeshStore& store, const std::vector<PackedKey>& keys) {
   Mesh mesh;
   BlockJoiner joiner;

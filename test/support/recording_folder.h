@@ -1,4 +1,4 @@
-/// Writes small recordings in the layouts in which they are published.
+/// Writes small recordings in the layouts of published data sets.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -11,17 +11,17 @@
 
 namespace dtsdf {
 
-/// A turn by a right angle about z, and (x, -2, 3): the camera's x axis is the map's y axis.
+/// A quarter turn about z and the translation (x, -2, 3): the camera's x axis is the map's y axis.
 inline std::string poseMatrix(double x) {
   return "0 -1 0 " + std::to_string(x) + "\n1 0 0 -2\n0 0 1 3\n0 0 0 1\n";
 }
 
-/// That pose in one line.
+/// The same pose in one line.
 inline std::string poseLine(double x) {
   return "0 -1 0 " + std::to_string(x) + " 1 0 0 -2 0 0 1 3 0 0 0 1\n";
 }
 
-/// A depth image whose rows differ: v + 1 times `step` in each pixel of row v.
+/// A depth image with different rows: (v + 1) `step` in each pixel of row v.
 inline void writeDepthImage(const std::string& path, int width, int height, int step) {
   std::filesystem::create_directories(std::filesystem::path(path).parent_path());
   cv::Mat image(height, width, CV_16UC1);
@@ -29,7 +29,7 @@ inline void writeDepthImage(const std::string& path, int width, int height, int 
   cv::imwrite(path, image);
 }
 
-/// A colour image whose rows differ: red is `step` times v + 1 in row v, blue is 200.
+/// A colour image with different rows: in row v, red is (v + 1) `step` and blue is 200.
 inline void writeColourRows(const std::string& path, int width, int height, int step) {
   std::filesystem::create_directories(std::filesystem::path(path).parent_path());
   cv::Mat image(height, width, CV_8UC3);
@@ -64,7 +64,7 @@ inline int rawAt(const DepthFrame& frame, int u, int v) {
   return reinterpret_cast<const uint16_t*>(row)[u];
 }
 
-/// Where a pixel's point lies.
+/// The 3D point of a pixel.
 inline Eigen::Vector3d pointOf(const DepthFrame& frame, int u, int v) {
   const Intrinsics& K = frame.intrinsics;
   const float z_m = static_cast<float>(rawAt(frame, u, v)) * frame.unit_m;
@@ -73,7 +73,7 @@ inline Eigen::Vector3d pointOf(const DepthFrame& frame, int u, int v) {
   return frame.T_W_C * p_C.cast<double>();
 }
 
-/// What reading a whole recording throws, or "".
+/// The error of reading a whole recording, or "".
 inline std::string readingErrorOf(const RecordingOptions& options) {
   return errorOf([&] {
     const auto source = openRecording(options);

@@ -11,11 +11,11 @@
 namespace dtsdf {
 
 struct Outcome {
-  int exit_code;         ///< -1: it did not exit, but was killed.
-  std::string out, err;  ///< What it printed.
+  int exit_code;         ///< -1: killed by a signal.
+  std::string out, err;  ///< Standard output and error.
 };
 
-/// Runs a command of the shell. What it prints also stays in the folder, in stdout and stderr.
+/// Runs a shell command. Its output also stays in the folder, in stdout and stderr.
 inline Outcome runIn(const TemporaryFolder& folder, const std::string& command) {
   const std::string out = folder / "stdout", err = folder / "stderr";
   const int status = std::system((command + " > " + out + " 2> " + err + " < /dev/null").c_str());

@@ -1,4 +1,4 @@
-/// Writes RVL, for tests of what reads it.
+/// Encodes RVL, for tests of its decoder.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// Groups of a stream, into words.
+/// Packs the groups of a stream into words.
 class RvlWriter {
  public:
   explicit RvlWriter(size_t bytes) { bytes_.reserve(bytes); }
@@ -39,7 +39,7 @@ class RvlWriter {
   int groups_ = 0;
 };
 
-/// The code of an image, which decodeRvl() decodes to the same values.
+/// Encodes an image; decodeRvl() restores its values.
 inline std::vector<uint8_t> encodeRvl(const uint16_t* pixels, size_t count) {
   RvlWriter groups(2 * count + 64);
   int32_t before = 0;

@@ -1,5 +1,5 @@
-/// Whether two arrays have the same bytes: stricter than ==, which no number that is not one passes
-/// and to which -0 is 0. Without gtest, for the fuzzers too.
+/// Compares arrays bytewise, which is stricter than ==: NaN equals itself, and -0 differs from 0.
+/// Without gtest, so that fuzzers can use it.
 #pragma once
 
 #include <cstring>

@@ -17,7 +17,7 @@ Scene scene(int frame) {
   return scene;
 }
 
-/// Each image is darker than the one before, so that the gains of the last one matter.
+/// Makes each image darker than the one before, so that the gains of the last one matter.
 void darken(PaintedFrame& image, int frame) {
   for (uint8_t& value : image.pixels) {
     value = static_cast<uint8_t>(value - value * frame / 40);
@@ -91,7 +91,7 @@ testing::AssertionResult sameContents(const MapContents& a, const MapContents& b
     return testing::AssertionFailure() << what << " differ";
   };
   if (a.settings != b.settings) return differ("settings");
-  if (a.map_frame != b.map_frame) return differ("names of the frame");
+  if (a.map_frame != b.map_frame) return differ("names of the map frame");
   if (!sameLevel(a, b)) return differ("levels");
   if (a.stamp_s != b.stamp_s) return differ("stamps");
   if (a.frames != b.frames || a.supporting_frames != b.supporting_frames) return differ("frames");

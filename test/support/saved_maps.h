@@ -1,4 +1,4 @@
-/// Maps of a room that are saved, loaded and gone on with.
+/// Maps of a room that are saved, loaded and continued.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,20 +13,20 @@
 
 namespace dtsdf {
 
-/// Depth and colour images of a room in which a box stands for a while; rendered once.
+/// Depth and colour images of a room with a box that disappears; rendered once.
 struct RoomRecording {
   std::vector<SceneFrame> depth;
   std::vector<PaintedFrame> colour;
 };
 const RoomRecording& roomRecording();
 
-/// The colour of a surface, by its place.
+/// The colour of a surface point.
 Colour stripes(const Eigen::Vector3d& p_W);
 
-/// Fuses frames `first` to `last` - 1, painted where that is wanted.
+/// Fuses the frames `first` to `last` - 1, and paints them if `painted`.
 void feed(Mapper& mapper, size_t first, size_t last, bool painted);
 
-/// One thread, where threads do not matter: on a busy machine several wait for each other.
+/// One thread, because on a busy machine several wait for each other.
 inline MapperParams roomParams(float voxel_size_m = 0.02f) {
   return makeCpuParams(FusionMode::kNormalRayCasting, true, voxel_size_m, 1);
 }
@@ -34,10 +34,10 @@ inline MapperParams roomParams(float voxel_size_m = 0.02f) {
 /// The map of the whole recording.
 MapContents roomContents(bool painted = true, const MapperParams& params = roomParams());
 
-/// The whole mesh, made anew.
+/// The whole mesh, made from scratch.
 Mesh meshOf(Mapper& mapper, float voxel_size_m);
 
-/// A copy, which contents themselves cannot be made to give by chance.
+/// A copy; contents themselves are not copyable, so that nobody copies them by accident.
 MapContents copyOf(const MapContents& contents);
 
 testing::AssertionResult sameContents(const MapContents& a, const MapContents& b);

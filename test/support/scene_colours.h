@@ -10,8 +10,8 @@
 
 namespace dtsdf {
 
-/// An image with each, or each so many-th, depth image of writeSceneRecording(), 10 ms after it; of
-/// a camera with the same field of view.
+/// Writes a colour image 10 ms after each depth image of writeSceneRecording(), or after every
+/// n-th, from a camera with the same field of view.
 inline void writeSceneColours(const std::filesystem::path& folder, const Scene& scene,
                               const SurfaceColour& colour,
                               const std::vector<Eigen::Isometry3d>& T_W_C, int width, int height,
@@ -24,7 +24,7 @@ inline void writeSceneColours(const std::filesystem::path& folder, const Scene& 
     PaintedFrame frame = renderColour(scene, colour, T_W_C[i], width, height);
     K = frame.frame.intrinsics;
     for (size_t at = 0; at + 2 < frame.pixels.size(); at += 3) {
-      std::swap(frame.pixels[at], frame.pixels[at + 2]);  // as OpenCV has them
+      std::swap(frame.pixels[at], frame.pixels[at + 2]);  // OpenCV's order
     }
     const std::string file = "rgb/" + std::to_string(i) + ".png";
     cv::imwrite((folder / file).string(), cv::Mat(height, width, CV_8UC3, frame.pixels.data()));

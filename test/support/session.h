@@ -1,4 +1,4 @@
-/// A mapper and the mesh put together from all its updates.
+/// A mapper, with the mesh assembled from all its updates.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-/// An exact depth image of an analytic surface, with its row fits: what the rules on pixels work
-/// on.
+/// An exact depth image of an analytic surface with its row fits, the input of the rules on pixels.
 #pragma once
 
 #include <functional>
@@ -10,15 +9,15 @@
 
 namespace dtsdf {
 
-/// Depth along the optical axis of a surface at a viewing direction (x, y, 1), in metres; 0: none.
+/// Depth in metres along the optical axis, for a viewing direction (x, y, 1); 0: none.
 using Surface = std::function<double(double x, double y)>;
 
-/// Points with n^T P = delta.
+/// The plane n^T P = delta.
 inline Surface plane(double nx, double ny, double nz, double delta) {
   return [=](double x, double y) { return delta / (nx * x + ny * y + nz); };
 }
 
-/// A camera at the origin of an unturned local frame.
+/// A camera at the origin of its local frame, not rotated.
 inline FrameView frontalFrame(int width, int height, const Intrinsics& K, float voxel_size_m) {
   return {width, height, K, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, voxel_size_m};
 }

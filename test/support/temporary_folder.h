@@ -1,4 +1,4 @@
-/// A fresh folder for one test, removed with all it holds.
+/// A new folder for one test, removed with its contents.
 #pragma once
 
 #include <stdlib.h>

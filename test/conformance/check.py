@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Whether small maps of every kind read as they always did, and give the same meshes.
+"""Checks that small maps of every kind read as always, and give the same meshes.
 
 check.py MAP_TOOL [--reconstruct RECONSTRUCT] [--backend cpu|cuda] [--write]
 
-Of each file in maps/: the content hash, which all of its bytes were checked against; the sha256 of the
-mesh that map_tool makes of it; of what examples/python/read_map.py prints of it; and, where the
-package's Python module can be imported, the content hash of the map that it loads and saves again. What
-differs from conformance.txt is printed, and the exit code is 1. With --reconstruct, fusion is compared as
-well: of each map that make_maps makes with that program, the content hash and the mesh. --write makes the list anew: only where a
-change of the format or of meshes is meant. Without numpy and zstandard read_map.py is left out.
+For each file in maps/: the content hash, against which all of its bytes were checked; the sha256 of the
+mesh that map_tool makes of it; that of the output of examples/python/read_map.py; and, if the package's
+Python module can be imported, the content hash of the map after loading and saving. Differences from
+conformance.txt are printed, and the exit code is 1. With --reconstruct, fusion is compared as well: the
+content hash and the mesh of each map that make_maps makes with that program. --write rewrites the list:
+only for intended changes of the format or of meshes. Without numpy and zstandard read_map.py is skipped.
 """
 import argparse
 import hashlib
@@ -40,14 +40,14 @@ def content_hash(tool, path):
 
 
 def figures(tool, backend, path, folder):
-    """What is the same wherever a map is read or made."""
+    """The figures that do not depend on where a map is read or made."""
     mesh = folder / "mesh.ply"
     run(tool, "mesh", path, mesh, "--set", f"backend={backend}", "threads=1")
     return {"hash": content_hash(tool, path), "mesh": sha256(mesh.read_bytes())}
 
 
 def figures_of_readers(tool, backend, path, folder):
-    """Of programs that are not always there, none for those that are missing."""
+    """The figures of optional programs; missing programs give none."""
     found = {}
     read = subprocess.run([sys.executable, "-B", str(READ_MAP), str(path)], capture_output=True)
     if read.returncode == 0:
@@ -59,11 +59,11 @@ def figures_of_readers(tool, backend, path, folder):
     except ImportError:
         return found
     again = folder / "again.dtsdf"
-    cells = re.search(r"cells of (\d+) voxels", run(tool, "info", path))  # of free space, if it has any
+    cells = re.search(r"cells of (\d+) voxels", run(tool, "info", path))  # of free space, if any
     space = {"space/enabled": True, "space/cell_voxels": int(cells[1])} if cells else {}
     Mapper.load(str(path), backend, space).save(str(again))
     if content_hash(tool, again) != content_hash(tool, path):
-        found["hash"] = "another, saved again by Python"
+        found["hash"] = "differs after saving with Python"
     return found
 
 

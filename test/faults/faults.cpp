@@ -1,7 +1,7 @@
-// Preloaded into a program, has one of its calls fail: DTSDF_FAULT=CALL:N, where CALL is allocate,
-// read, write, rename, fsync or open, and N counts these calls from 1, from the beginning of main()
-// on, or from when a file is opened in whose name DTSDF_FAULT_FROM occurs. Then the file named by
-// DTSDF_FAULT_MET is made.
+// Preloaded into a program, makes one of its calls fail: DTSDF_FAULT=CALL:N, where CALL is
+// allocate, read, write, rename, fsync or open. N counts these calls from 1, starting at main() or,
+// with DTSDF_FAULT_FROM, when a file is opened whose name contains that text. The failure also
+// makes the file that DTSDF_FAULT_MET names.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/syscall.h>
@@ -23,14 +23,14 @@ void* __libc_memalign(size_t, size_t);
 
 namespace {
 
-std::atomic<long> calls_left{0};  ///< 0: none fails, any more or yet.
+std::atomic<long> calls_left{0};  ///< 0: no call fails, or none fails any more.
 char chosen[16] = "";
 
 bool fails(const char* call) {
   if (calls_left.load(std::memory_order_relaxed) <= 0) return false;
   if (std::strcmp(call, chosen) != 0) return false;
   if (calls_left.fetch_sub(1) != 1) return false;
-  // Uses the kernel's own call, as ours would be counted.
+  // Uses the system call, because our own function would be counted.
   const char* const met = std::getenv("DTSDF_FAULT_MET");
   if (met != nullptr) {
     const long file = syscall(SYS_openat, AT_FDCWD, met, O_CREAT | O_WRONLY, 0600);

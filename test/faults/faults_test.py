@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Has each of the first calls of `reconstruct` fail, one per run, and then a sample of the others:
-whatever fails, it ends with one sentence or goes on, and the mesh and the map of before are whole.
+"""Makes each of the first calls of `reconstruct` fail, one per run, and then a sample of the others:
+after any failure it either ends with one sentence or continues, and the earlier mesh and map are intact.
 
-Counted from when the recording is opened, or the map that is gone on from: before, where the system starts
-the program, a lack of memory may end it without a word."""
+Calls count from the opening of the recording, or of the map that is continued: before that, while the
+system starts the program, a lack of memory may end it silently."""
 
 import argparse
 import concurrent.futures
@@ -23,7 +23,7 @@ OLD = b"what was there before\n"
 
 
 def write_recording(folder):
-    """A wall with a step, seen by a camera that stands still."""
+    """Writes a recording of a wall with a step, from a stationary camera."""
     row = struct.pack(">H", 5000) * 30 + struct.pack(">H", 4000) * (WIDTH - 30)
     image = tum_folder.png([row] * HEIGHT)
     tum_folder.write(
@@ -31,18 +31,18 @@ def write_recording(folder):
 
 
 class Case:
-    """A command, and from when on its calls fail."""
+    """A command, and the file from whose opening on its calls may fail."""
 
     def __init__(self, name, calls, begins_at, outputs, arguments):
         self.name = name
         self.calls = calls
-        self.begins_at = begins_at  # a part of the name of the file that is opened then
+        self.begins_at = begins_at  # a part of that file's name
         self.outputs = outputs      # in the folder of outputs
         self.arguments = arguments
 
 
 def cases(out, base_map):
-    """What is tried: a mesh from a recording, and a map that is gone on from and saved."""
+    """The cases: a mesh from a recording, and a map that is loaded, continued and saved."""
     mesh, map_file = os.path.join(out, "mesh.ply"), os.path.join(out, "map.dtsdf")
     return [
         Case("mesh", ["open", "read", "write", "fsync", "rename", "allocate"], "depth.txt",
@@ -76,7 +76,7 @@ class Reconstruction:
             os.remove(os.path.join(self.out, left))
 
     def run(self, call, number):
-        """What is wrong after this fault ("" if nothing is), and whether it was met."""
+        """The problem after this fault ("" for none), and whether the fault occurred."""
         self.clear_outputs()
         for name in self.case.outputs:
             with open(os.path.join(self.out, name), "wb") as output:
@@ -90,24 +90,24 @@ class Reconstruction:
             done = subprocess.run(self.command, capture_output=True, text=True, env=environment,
                                   timeout=600)
         except subprocess.TimeoutExpired:
-            return "it hangs", True
+            return "timeout", True
         return self.problem(done), os.path.exists(self.met)
 
     def problem(self, done):
         if done.returncode < 0:
             said = " ".join(done.stderr.split())[-300:]
-            return "it ends by signal %d: %s" % (-done.returncode, said)
+            return "ended by signal %d: %s" % (-done.returncode, said)
         if done.returncode > 0 and not done.stderr.strip():
-            return "it ends with %d and says nothing" % done.returncode
+            return "exit code %d without a message" % done.returncode
         for name in self.case.outputs:
             content = self.read(name)
             if content not in (OLD, self.new[name]):
-                return "%s is neither that of before nor the whole new one" % name
+                return "%s is neither the earlier file nor the complete new one" % name
             if done.returncode == 0 and content != self.new[name]:
-                return "it says that all is well, but %s is that of before" % name
+                return "exit code 0, but %s is the earlier file" % name
         left = sorted(os.listdir(self.out))
         if left != sorted(self.case.outputs):
-            return "beside its outputs it leaves %s" % left
+            return "unexpected files: %s" % left
         return ""
 
 
@@ -118,7 +118,7 @@ def run_without_fault(command):
 
 
 def numbers(first, sampled, most):
-    """The first calls one by one, then a sample of those up to `most`."""
+    """The numbers of the first calls, then a sample of those up to `most`."""
     yield from range(1, first + 1)
     if most > first:
         rest = range(first + 1, most + 1)
@@ -126,7 +126,7 @@ def numbers(first, sampled, most):
 
 
 def count_calls(reconstruction, call):
-    """How many there are: the fault that is not met any more, by halving."""
+    """The number of calls: bisects for the first fault that does not occur."""
     low, high = 0, 1
     while reconstruction.run(call, high)[1]:
         low, high = high, 2 * high
@@ -137,7 +137,7 @@ def count_calls(reconstruction, call):
 
 
 def run_each(reconstructions, call, tried):
-    """(number, problem, whether it was met) of each, as many at a time as there are folders."""
+    """Yields (number, problem, whether it occurred), with one run at a time per folder."""
     free = queue.SimpleQueue()
     for reconstruction in reconstructions:
         free.put(reconstruction)
@@ -154,13 +154,13 @@ def run_each(reconstructions, call, tried):
 
 
 def try_calls(reconstructions, first, sampled):
-    """@return how many problems there were."""
+    """@return the number of problems."""
     problems = 0
     case = reconstructions[0].case
     for call in case.calls:
         most = count_calls(reconstructions[0], call)
         if most == 0:
-            print("%s: %s is never called, so nothing is tested" % (case.name, call))
+            print("%s: %s is never called, so the test is void" % (case.name, call))
             problems += 1
         tried = 0
         for number, problem, met in run_each(reconstructions, call,
@@ -178,9 +178,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--reconstruct", required=True)
     parser.add_argument("--library", required=True, help="test/faults/faults.cpp")
-    parser.add_argument("--first", type=int, default=1000, help="calls that fail, one by one")
-    parser.add_argument("--sampled", type=int, default=300, help="of the further ones")
-    parser.add_argument("--jobs", type=int, default=1, help="runs at a time (1)")
+    parser.add_argument("--first", type=int, default=1000, help="number of first calls to fail")
+    parser.add_argument("--sampled", type=int, default=300, help="number of later calls to fail")
+    parser.add_argument("--jobs", type=int, default=1, help="parallel runs (1)")
     arguments = parser.parse_args()
     problems = 0
     with tempfile.TemporaryDirectory() as folder:

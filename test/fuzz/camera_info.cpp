@@ -1,4 +1,4 @@
-// camera_info.yaml.
+// Fuzzes the reader of camera_info.yaml.
 #include "fuzz/fuzz_input.h"
 #include "io/camera_file.h"
 

@@ -1,4 +1,4 @@
-// Colour images as PNG and JPEG.
+// Fuzzes the decoders of colour images, PNG and JPEG.
 #include "io/colour_codes.h"
 
 #include "fuzz/fuzz_input.h"

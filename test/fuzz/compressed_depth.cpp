@@ -1,5 +1,5 @@
-// What image_transport sends for depth: PNG and RVL behind a header. The first byte is for the
-// format.
+// Fuzzes the decoder of image_transport's compressedDepth: PNG and RVL after a header. The first
+// byte selects the format.
 #include "io/depth_codes.h"
 
 #include "fuzz/fuzz_input.h"
@@ -17,7 +17,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
                                  "mono16; compressedDepth",
                                  ""};
   const size_t known = sizeof(formats) / sizeof(formats[0]);
-  // The last one: the format itself is made of the bytes.
+  // The last choice takes the format itself from the bytes.
   const std::string format = data[0] % (known + 1) == known ? std::string(data + 1, data + size)
                                                             : formats[data[0] % (known + 1)];
   constexpr size_t kHeader = 12;

@@ -1,4 +1,4 @@
-// Depth images as PNG: from memory, and from a file.
+// Fuzzes the reader of depth images as PNG, from memory and from a file.
 #include "io/depth_codes.h"
 
 #include "fuzz/fuzz_input.h"

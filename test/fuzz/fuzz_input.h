@@ -1,4 +1,4 @@
-/// What the fuzz targets share: bytes as a file, bytes as numbers, and which errors are an answer.
+/// Shared by the fuzz targets: bytes as a file, bytes as numbers, and the errors that are expected.
 #pragma once
 
 #include <sys/mman.h>
@@ -14,8 +14,8 @@
 
 namespace dtsdf {
 
-/// Bad input is answered by a runtime_error in words. Anything else that is thrown, such as
-/// bad_alloc or out_of_range, leaves the target, which is a finding.
+/// Bad input must give a runtime_error with a text. Any other exception, such as bad_alloc or
+/// out_of_range, leaves the target and is a finding.
 template <class Read>
 void expectAnswer(const Read& read) {
   try {
@@ -25,7 +25,7 @@ void expectAnswer(const Read& read) {
   }
 }
 
-/// Ends the program, as an invariant does not hold.
+/// Ends the program if an invariant does not hold.
 inline void require(bool holds, const char* what) {
   if (holds) return;
   std::fprintf(stderr, "does not hold: %s\n", what);
@@ -49,7 +49,7 @@ class InputFile {
   int descriptor_;
 };
 
-/// Takes numbers from the front; zeros once there is nothing left.
+/// Reads numbers from the front; zeros after the end.
 class InputBytes {
  public:
   InputBytes(const uint8_t* data, size_t size) : data_(data), left_(size) {}
@@ -64,7 +64,7 @@ class InputBytes {
     return number;
   }
 
-  /// From 0 to count - 1.
+  /// A number from 0 to count - 1.
   int choose(int count) { return take<uint8_t>() % count; }
   size_t left() const { return left_; }
 

@@ -1,4 +1,4 @@
-// The texts of recordings: lists of images, poses, matrices.
+// Fuzzes the readers of a recording's text files: lists of images, poses, matrices.
 #include "fuzz/fuzz_input.h"
 #include "io/camera_file.h"
 #include "io/text_file.h"

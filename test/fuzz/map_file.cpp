@@ -1,5 +1,5 @@
-// Map files: as they are, or told in short (map_recipe.h); and the mapper that goes on from what
-// was loaded, whose voxels are any bits.
+// Fuzzes map files, raw or as a recipe (map_recipe.h), and a mapper that continues from the loaded
+// map, with arbitrary bits in its voxels.
 #include "dtsdf_mapping/io/map_file.h"
 
 #include <algorithm>
@@ -30,12 +30,12 @@ MapperParams paramsOf(const MapContents& contents) {
     params.space.max_range_m = 20.0f * params.map.voxel_size_m;
     params.space.max_distance_m = 3.0f * params.map.voxel_size_m;
   }
-  // With space a part of the budget is for what is free.
+  // With space, a part of the budget is for free cells.
   params.map.max_memory_mb = std::max(kMost_mb, leastMemoryMb(contents, params));
   return params;
 }
 
-/// Cells with a surface are 0 from it, and no others.
+/// Checks that exactly the surface cells have the distance 0.
 void checkSpaceOf(Mapper& mapper) {
   if (mapper.space() == nullptr) return;
   mapper.space()->updateDistances();
@@ -58,7 +58,7 @@ void checkBudgetOf(const Mapper& mapper, const MapperParams& params) {
           "the budget");
 }
 
-/// A wall, seen from the origin.
+/// Fuses a wall seen from the origin.
 void fuseAFrame(Mapper& mapper) {
   constexpr int kWidth = 12, kHeight = 9;
   const std::vector<uint16_t> depth_mm(kWidth * kHeight, 800);
@@ -74,7 +74,7 @@ void fuseAFrame(Mapper& mapper) {
   require(mapper.integrate(frame).status == FrameStatus::kFused, "a frame is fused");
 }
 
-/// A mapper holds what it was given, makes a mesh of it, and goes on.
+/// A mapper keeps the given contents, makes a mesh of them, and continues.
 void goOnFrom(const MapContents& contents) {
   const auto mapper = makeMapper(paramsOf(contents), contents);
   const MapContents held = mapper->contents();
@@ -82,7 +82,7 @@ void goOnFrom(const MapContents& contents) {
   MeshStore store(paramsOf(contents).map.voxel_size_m);
   checkMeshOf(*mapper, store);
   checkBudgetOf(*mapper, paramsOf(contents));
-  // Smaller voxels than these make the frame a large one.
+  // With smaller voxels the frame would be large.
   if (store.voxelSize() < 0.05f) return;
   fuseAFrame(*mapper);
   checkMeshOf(*mapper, store);
@@ -100,6 +100,6 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   expectAnswer([&] { readMapInfo(file.path()); });
   std::optional<MapContents> contents;
   expectAnswer([&] { contents = loadMap(file.path(), size_t{kMost_mb} << 20, 1); });
-  if (contents) goOnFrom(*contents);  // nothing is refused any more
+  if (contents) goOnFrom(*contents);  // anything loaded is accepted
   return 0;
 }

@@ -1,5 +1,5 @@
-/// Map files told in short, whose sizes and sums are made to fit, so that what is in them is looked
-/// at: docs/map_format.md, from the writer's side and without the writer.
+/// Makes map files from short recipes, with correct sizes and checksums, so that readers get to
+/// their contents. Follows docs/map_format.md as a writer, independently of the package's writer.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,8 @@
 
 namespace dtsdf {
 
-/// The bytes are cut wherever the kind of a record stands. Behind it: a byte that nobody reads, one
-/// for how it is written, and its content. What stands before the first id is left out.
+/// The bytes are split at each record id. After the id come an unused byte, a byte on how the
+/// record is written, and its content. Bytes before the first id are dropped.
 class MapRecipe {
  public:
   MapRecipe(const uint8_t* data, size_t size) {
@@ -22,7 +22,7 @@ class MapRecipe {
     for (size_t at = 0; at + 4 <= size; ++at) {
       if (!isId(data + at)) continue;
       cuts.push_back(at);
-      at += 3;  // no id begins within another
+      at += 3;  // ids do not overlap
     }
     cuts.push_back(size);
     for (size_t i = 0; i + 1 < cuts.size(); ++i) {
@@ -31,7 +31,7 @@ class MapRecipe {
     putRight();
   }
 
-  /// The file, records as they were told, with what is right at its end.
+  /// The file: the records of the recipe, with a correct end.
   Bytes file() {
     Bytes file = fileHead(map_format::kPurpose);
     RecordWriter out([&](const void* data, size_t bytes) {
@@ -44,14 +44,14 @@ class MapRecipe {
   }
 
  private:
-  /// How a record is written.
+  /// How a record is written; bits.
   enum How : uint8_t {
-    kSkipped = 1,  ///< Readers may pass over it.
+    kSkipped = 1,  ///< Readers may skip it.
     kCompressed = 2,
-    kAsTold = 4,       ///< Neither counted nor repeated to the length that it needs.
-    kBrokenFrame = 8,  ///< Not compressed, although the flag says so.
+    kAsTold = 4,       ///< Neither counted nor repeated to the required length.
+    kBrokenFrame = 8,  ///< Flagged as compressed, but not compressed.
     kWrongSum = 32,
-    kLengthened = 128,  ///< Says that it stores more than it does.
+    kLengthened = 128,  ///< Declares a greater length than it stores.
   };
 
   struct Part {
@@ -79,16 +79,16 @@ class MapRecipe {
     return part;
   }
 
-  /// The one of these, or null.
+  /// The part with this id, or null.
   Part* find(const char* id) {
     const auto found =
         std::find_if(parts_.begin(), parts_.end(), [&](const Part& p) { return p.is(id); });
     return found == parts_.end() ? nullptr : &*found;
   }
 
-  // ---- What belongs together ----
+  // ---- Consistency between records ----
 
-  /// More take long under a sanitizer and bring nothing new.
+  /// More blocks take long under a sanitizer and find nothing new.
   static constexpr size_t kMostBlocks = 12;
 
   void putRight() {
@@ -142,7 +142,7 @@ class MapRecipe {
     std::copy(out.bytes.begin(), out.bytes.end(), part->content.begin() + 16);
   }
 
-  /// What is told of a chunk is repeated as often as its blocks take.
+  /// Repeats the content of each chunk to the length that its blocks need.
   template <class BytesOf>
   void fillChunks(const char* id, const BytesOf& bytesOf) {
     size_t next = 0;
@@ -183,7 +183,7 @@ class MapRecipe {
     return out.bytes;
   }
 
-  // What the content hash is of, as the page says it.
+  // The bytes that the content hash covers, by docs/map_format.md.
 
   static void add(const char* id, const Bytes& content, ByteWriter& sums) {
     sums.put(checksumOf(id, content.data(), content.size()));

@@ -1,4 +1,4 @@
-/// What holds for every mesh, whatever the map was made of.
+/// Invariants of every mesh, whatever map it was made from.
 #pragma once
 
 #include <cmath>
@@ -24,7 +24,7 @@ inline void checkMesh(const Mesh& mesh) {
   }
 }
 
-/// What holds for the chunks of a mesh, as they are sent.
+/// Invariants of the chunks of a mesh, as sent.
 inline void checkChunks(const MeshStore& store) {
   constexpr int kChunkBlocks = 2;
   const ChunkLattice lattice(store.voxelSize(), kChunkBlocks);

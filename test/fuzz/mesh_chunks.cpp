@@ -1,5 +1,5 @@
-// Chunks of the mesh as a receiver of mesh_blocks takes them: the bytes are those of a message's
-// step_m and one MeshBlock, as ROS writes them.
+// Fuzzes a receiver of mesh_blocks: the bytes are the step_m of a message and one MeshBlock,
+// serialised as in ROS.
 #include <vector>
 
 #include "fuzz/fuzz_input.h"
@@ -10,7 +10,7 @@ using namespace dtsdf;
 
 namespace {
 
-/// An array behind its length, or as much of it as there is.
+/// An array after its length, or as much of it as exists.
 template <class Number>
 std::vector<Number> takeArray(InputBytes& bytes) {
   const size_t length = bytes.take<uint32_t>();
@@ -32,7 +32,7 @@ PackedChunk takeChunk(InputBytes& bytes) {
   return chunk;
 }
 
-/// What the display in RViz makes of it.
+/// Converts a chunk like the display in RViz.
 void show(const PackedChunk& chunk, double step_m) {
   const Mesh mesh = unpackChunk(chunk, step_m);
   checkMesh(mesh);
@@ -49,7 +49,7 @@ void show(const PackedChunk& chunk, double step_m) {
   }
 }
 
-/// Levels of less detail are chunks as well, with no more in them.
+/// Coarser levels of detail are chunks as well, and never larger.
 void coarsenAndShow(const PackedChunk& chunk, double step_m) {
   for (int cell_log2 = 10; cell_log2 < 14; ++cell_log2) {
     const PackedChunk coarse = coarsen(chunk, cell_log2);

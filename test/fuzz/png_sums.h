@@ -1,4 +1,4 @@
-/// PNG images whose check sums fit, so that what is in them is looked at.
+/// PNG images with correct checksums, so that decoders get to their contents.
 #pragma once
 
 #include <zlib.h>
@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// The bytes with the sum of each chunk put right.
+/// The image with each chunk's checksum corrected.
 inline std::vector<uint8_t> withSums(std::vector<uint8_t> png) {
   size_t at = 8;
   while (png.size() >= at + 12) {

@@ -1,5 +1,5 @@
-// Runs a target on files and on all files of folders, without a fuzzer: what was found stays
-// mended.
+// Runs a target on files and on all files of folders, without a fuzzer: a regression test of past
+// findings.
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -14,7 +14,7 @@ int replay(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   const std::vector<char> bytes{std::istreambuf_iterator<char>(file),
                                 std::istreambuf_iterator<char>()};
-  std::cout << path.string() << std::endl;  // flushed: the last one is the one that failed
+  std::cout << path.string() << std::endl;  // flushed, so that the last line names the failing file
   LLVMFuzzerTestOneInput(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
   return 1;
 }

@@ -1,4 +1,4 @@
-// Settings in YAML, up to what the node makes of them; and those of a command line.
+// Fuzzes settings in YAML, up to the node's parameters, and those of a command line.
 #include "dtsdf_mapping/io/yaml_params.h"
 #include "fuzz/fuzz_input.h"
 #include "params/node_params.h"

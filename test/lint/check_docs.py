@@ -6,7 +6,7 @@
 - The table of docs/method.md names every number of the rules, with its default, and no other.
 - docs/ros.md names every key of config/default.yaml.
 - package.xml and CMakeLists.txt have the same version.
-- No page, message or setting has wording that readers stumble over (WORDS).
+- No page, message or setting uses awkward wording (WORDS).
 """
 import pathlib
 import re
@@ -14,12 +14,12 @@ import sys
 
 RULES = {"SurfelRules": "surfels", "FusionRules": "fusion", "ColourRules": "colour",
          "MeshRules": "mesh", "AlignmentRules": "poses"}
-# What is found, and what to write instead.
+# Patterns, and what to write instead.
 WORDS = {r"\b(tells?|told|telling)\b": "report, print, show, indicate", r"\banew\b": "again",
          r"\b(go|goes|going|gone) on\b": "continue", r"\bpassed over\b": "skipped",
          r"\bis none of\b": "is not", r"\bhas to be\b": "must be", r"\bany more\b": "no longer",
          r"\btake another\b": "choose another", r"\ba text\b|\btexts\b": "a string, strings"}
-# Named files may be given from the root, or from one of these.
+# Folders, besides the root, that file names may be relative to.
 BASES = ("", "src", "lab", "src/kernels", "include/dtsdf_mapping", "cuda", "docs")
 
 
@@ -33,7 +33,7 @@ def without_code(text):
 
 
 def anchors(path):
-    """The anchors that GitHub makes of a page's headings."""
+    """The anchors that GitHub gives a page's headings."""
     found = set()
     for heading in re.findall(r"^#+ +(.*)$", without_code(path.read_text(encoding="utf-8")),
                               flags=re.MULTILINE):
@@ -76,13 +76,13 @@ def check_named_pages(root):
 
 
 def value_of(text):
-    """A number, or a quotient of two, as C++ or as the table writes it."""
+    """Parses a number, or a quotient of two, as written in C++ or in the table."""
     parts = [float(part.strip().rstrip("f")) for part in text.split("/")]
     return parts[0] / parts[1] if len(parts) == 2 else parts[0]
 
 
 def rules_in_code(root):
-    """Key -> default of every number of the rules."""
+    """{key: default} of every number of the rules."""
     found = {}
     for path in sorted((root / "src" / "kernels").rglob("*_rules.h")):
         text = re.sub(r"//.*", "", path.read_text(encoding="utf-8"))
@@ -111,7 +111,7 @@ def check_rules(root):
 
 
 def check_visits(root):
-    """Numbers of the rules that nobody can set, and that no map file keeps."""
+    """Finds numbers of the rules that cannot be set and are not in map files."""
     text = (root / "src" / "backend" / "rules.h").read_text(encoding="utf-8")
     visited = {section + name for section, body in
                re.findall(r'section = "(rules/\w+/)";(.*?)(?=section = |^\})', text,
@@ -153,7 +153,7 @@ def check_version(root):
 
 
 def check_words(root):
-    """Sentences run on over lines."""
+    """Joins lines, because sentences span several."""
     for pattern in ("README.md", "SECURITY.md", "docs/*.md", "msg/*", "srv/*", "cfg/*",
                     "config/*.yaml", "launch/*.launch", "include/**/*.h"):
         for path in sorted(filter(pathlib.Path.is_file, root.glob(pattern))):

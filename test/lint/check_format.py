@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that C++ files are formatted as .clang-format says. Exits 77 without clang-format 14:
-other versions format otherwise.
+"""Checks that C++ files are formatted by .clang-format. Exits with 77 without clang-format 14, because
+other versions format differently.
 
 Usage: check_format.py [--fix] ROOT     --fix formats all files
 """
@@ -17,7 +17,7 @@ SUFFIXES = {".h", ".cpp", ".cu", ".cuh"}
 
 
 def find_clang_format():
-    """The program of the version that counts, or None."""
+    """The clang-format of the required version, or None."""
     for name in (f"clang-format-{VERSION}", "clang-format"):
         path = shutil.which(name)
         if path is None:
@@ -30,7 +30,7 @@ def find_clang_format():
 
 
 def unformatted(program, root, paths):
-    """Those of the files that are not formatted."""
+    """The files that are not formatted."""
     if not paths:
         return set()
     done = subprocess.run([program, "--dry-run", *paths], cwd=root, text=True, check=True,
@@ -43,7 +43,7 @@ def main(arguments):
     root = pathlib.Path(next(a for a in arguments if a != "--fix"))
     program = find_clang_format()
     if program is None:
-        print(f"skipped: there is no clang-format of version {VERSION}")
+        print(f"skipped: no clang-format of version {VERSION}")
         return SKIPPED
     paths = sorted(file.relative_to(root).as_posix() for folder in FOLDERS
                    for file in (root / folder).rglob("*") if file.suffix in SUFFIXES)

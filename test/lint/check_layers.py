@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks who includes whom, by the table in layers.txt, what is called, and the length of lines;
-prints file:line of each violation.
+"""Checks includes against the table in layers.txt, forbidden calls, and the length of lines; prints
+file:line of each violation.
 
 Usage: check_layers.py ROOT
 """
@@ -11,18 +11,18 @@ import sys
 
 SOURCE_SUFFIXES = {".h", ".hpp", ".cpp", ".cc", ".cu", ".cuh"}
 FOLDERS = ("include", "src", "cuda", "lab", "examples", "test")
-INCLUDE_ROOTS = ("include", "src", "cuda", "lab", "test")  # as the build has them
+INCLUDE_ROOTS = ("include", "src", "cuda", "lab", "test")  # as in the build
 MAX_COLUMNS = 100
 TABLE = pathlib.Path(__file__).resolve().with_name("layers.txt")
 GUIDE = "CONTRIBUTING.md"
 
-# Kernels run on a GPU as well.
+# Kernels also run on a GPU.
 KERNELS_MAY_INCLUDE = {"cmath", "cstring", "math.h", "cstdint", "stdint.h", "cfloat", "float.h",
                        "climits", "limits.h", "cstddef", "stddef.h"}
 CUDA_HEADER = re.compile(
     r"(cuda\w*|cub|thrust|nvtx3?|curand\w*|device_launch_parameters|cooperative_groups\w*)"
     r"(/|\.h$|\.cuh$|\.hpp$)")
-# Folders of ROS 1 packages, and what is generated from this package's messages.
+# Headers of ROS 1 packages, and those generated from this package's messages.
 ROS_HEADER = re.compile(
     r"((ros|roscpp|rosbag|rosgraph_msgs|nodelet|pluginlib|class_loader|tf|tf2|tf2_\w+|tf2_ros"
     r"|std_msgs|std_srvs|sensor_msgs|geometry_msgs|visualization_msgs|diagnostic_msgs"
@@ -31,7 +31,7 @@ ROS_HEADER = re.compile(
     r"|XmlRpc\w*\.h$|dtsdf_mapping/[A-Z]\w*\.h$)")
 KNOW_CUDA = ("cuda", "test/parity")
 KNOW_ROS = ("src/ros", "src/rviz", "test/ros", "test/rviz")
-# Calls that end the process or reset the device under every other nodelet's feet.
+# Calls that end the process, or reset the device that other nodelets use.
 FATAL_CALL = re.compile(
     r"(?<![\w.>])(?:std\s*::\s*|::\s*)?"
     r"(exit|_exit|_Exit|quick_exit|abort|terminate|cudaDeviceReset)\s*\(")
@@ -43,7 +43,7 @@ def is_under(path, *folders):
 
 
 def read_table(text):
-    """{room: rooms it may include}, from the lines after the head of the table."""
+    """{room: rooms it may include}, from the lines after the header of the table."""
     table = {}
     for line in text.partition("\n\n")[0].splitlines()[1:]:
         room, wanted = line.split(None, 1)
@@ -52,25 +52,25 @@ def read_table(text):
 
 
 def read_exceptions(text):
-    """{(file or folder, room that may include it all the same)}, from what follows the table. Each
-    line ends with its reason."""
+    """{(file or folder, room that may include it nevertheless)}, from the lines after the table. Each line
+    ends with its reason."""
     lines = (line.split(None, 2) for line in text.partition("\n\n")[2].splitlines()[1:])
     return {(file, room) for file, room, _ in lines}
 
 
 def room_of(path, table):
-    """The room that a file lies in: the innermost one, or None."""
+    """The innermost room that contains a file, or None."""
     return max((room for room in table if is_under(path, room)), key=len, default=None)
 
 
 def may_include(room, other, table):
-    """Whether the list of a room has another room, or a folder of rooms that it lies in."""
+    """Whether the list of a room contains another room, or a folder of rooms around it."""
     return any(other == wanted or wanted not in table and is_under(other, wanted)
                for wanted in table[room])
 
 
 def find_circle(table):
-    """Rooms that include each other in a circle, or None."""
+    """A cycle of rooms that include each other, or None."""
     def below(room):
         return {r for r in table if may_include(room, r, table)} - {room}
 
@@ -91,7 +91,7 @@ def strip_comments_and_texts(code):
 
 
 def resolve(path, header, files):
-    """The package's own file that a header's name stands for, or None."""
+    """The package's own file that an include refers to, or None."""
     places = [posixpath.dirname(path)] + list(INCLUDE_ROOTS)
     names = (posixpath.normpath(posixpath.join(place, header)) for place in places)
     return next((name for name in names if name in files), None)
@@ -114,7 +114,7 @@ def own_include_violation(path, target, table, exceptions):
 
 
 def other_include_violation(path, header):
-    """The same for a header that is not the package's own, as far as there is a rule."""
+    """The rule that including another package's header breaks, or None."""
     if is_under(path, "src/kernels") and header not in KERNELS_MAY_INCLUDE:
         return "kernels may include only the C headers of maths and memory"
     if CUDA_HEADER.match(header) and not is_under(path, *KNOW_CUDA):
@@ -133,8 +133,8 @@ def line_violation(path, line):
 
 
 def violations_in(path, code, table, files, exceptions=frozenset()):
-    """(line number, rule) of each violation in a file; `path` and `files` are relative to the
-    root, and `files` are all that the package has."""
+    """(line number, rule) of each violation in a file. `path` and `files`, all files of the package, are
+    relative to the root."""
     found = []
     for number, line in enumerate(strip_comments_and_texts(code).split("\n"), start=1):
         include = INCLUDE.match(line)
@@ -152,32 +152,32 @@ def violations_in(path, code, table, files, exceptions=frozenset()):
 
 
 def table_violations(table_text, table, files, guide):
-    """What is wrong with the table itself, or with its copy in the guide."""
+    """Finds errors in the table itself and in its copy in the guide."""
     circle = find_circle(table)
     if circle:
-        yield "rooms in a circle: " + " -> ".join(circle)
+        yield "cycle of rooms: " + " -> ".join(circle)
     for file in sorted(files):
         if room_of(file, table) is None:
-            yield f"{file} is in no room"
+            yield f"{file} is not in any room"
     for room in table:
         if not any(is_under(file, room) for file in files):
-            yield f"no file in {room}"
+            yield f"no files in room {room}"
         for wanted in table[room]:
             if wanted not in table and not any(is_under(known, wanted) for known in table):
-                yield f"{wanted}, which {room} may include, is no room"
+                yield f"{wanted}, which {room} may include, is not a room"
     if table_text not in guide:
-        yield f"{GUIDE} has another table; copy this one into it"
+        yield f"{GUIDE} has a different table; copy this one there"
 
 
 def unused_exceptions(root, files, table, exceptions):
-    """Exceptions that no include asks for."""
+    """Finds exceptions that no include needs."""
     used = set()
     for path in files:
         code = strip_comments_and_texts((root / path).read_text(encoding="utf-8"))
         for include in filter(None, map(INCLUDE.match, code.split("\n"))):
             target = resolve(path, include.group(1), files)
             used.add(target and exception_for(room_of(path, table), target, exceptions))
-    return [f"no file of {room} includes {file}; take the line out"
+    return [f"no file of {room} includes {file}; remove the line"
             for file, room in sorted(exceptions - used)]
 
 

@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
-"""Finds text from outside that goes into logs, messages and answers as it came: names in messages and
-files, and what exceptions say. It has to go through printable(), printableMessage() or errorText()
-(src/params/printable.h). Finds numbers that the locale of a host program would change, too: they
-are written by formatted() and read by parseNumber() (src/params/text.h). Prints file:line of each
-violation.
+"""Finds external text that is shown unchanged in logs, messages and answers: names in messages and
+files, and texts of exceptions. It must pass through printable(), printableMessage() or errorText()
+(src/params/printable.h). Also finds numbers that depend on the locale of a host program: formatted()
+must write them and parseNumber() read them (src/params/text.h). Prints file:line of each violation.
 
 Usage: check_text.py ROOT
 """
@@ -14,21 +13,21 @@ import sys
 FOLDERS = ("src/ros", "src/io", "src/map", "src/program", "src/tools", "lab")
 SUFFIXES = {".h", ".cpp"}
 
-# Members that hold what others chose.
+# Members with external text.
 FROM_OUTSIDE = re.compile(
     r"(\.|->)(distortion_model|frame_id|child_frame_id|encoding|map_frame|file_name)\b(?!\.empty)"
     r"|\bfile_name\b(?!\.empty)|\bgetPublisherName\(\)|\bheader\.name\(\)")
 CLEANED = re.compile(r"\b(printable|printableMessage|errorText|startErrorText|shownName)\(")
-# A text that is put together: a literal beside + or <<.
+# A concatenated text: a literal next to + or <<.
 JOINED = re.compile(r'(\+|<<)\s*"|"\s*(\+|<<)')
-# What an exception says may go into another exception, which is cleaned where it goes out.
+# The text of an exception may go into another exception, which is cleaned when it is shown.
 WHAT = re.compile(r"\b\w+\.what\(\)")
 RETHROWN = re.compile(r"\bthrow|\bUsageError\(|\bproblem = |\breturn error\.what")
-# What follows the locale, outside of what is printed by a program of our own.
+# Functions that depend on the locale, except for output of our own programs.
 BY_LOCALE = re.compile(r"\b(strto[dfl]d?|ato[fil]|sto[dfl]d?|v?sn?printf|v?f?scanf|vsscanf|setlocale)\("
                        r"|\bto_string\(\w*(_m|_s|_deg|_mb|_hz|seconds)\)")
 STREAM = re.compile(r"std::o?stringstream (\w+)$")
-# Where it is cleaned.
+# Files that clean texts.
 CLEANERS = {"src/program/run_program.cpp", "src/ros/common/node_start.h"}
 
 
@@ -49,7 +48,7 @@ def statements(code):
 
 
 def without_cleaned(text):
-    """The statement without what is inside of calls that clean it."""
+    """The statement without the arguments of cleaning calls."""
     while True:
         call = CLEANED.search(text)
         if not call:
@@ -62,7 +61,7 @@ def without_cleaned(text):
 
 
 def by_locale(path, code):
-    """Numbers that are written or read as the locale has it."""
+    """Finds numbers written or read with the locale."""
     for line, text in statements(code):
         stream = STREAM.search(text)
         if BY_LOCALE.search(text) or (stream and f"{stream.group(1)}.imbue(" not in code):
@@ -81,9 +80,9 @@ def check(path, code):
         rest = without_cleaned(text)
         names = re.sub(r'"(?:\\.|[^"\\])*"', '""', rest)
         if FROM_OUTSIDE.search(names) and JOINED.search(rest):
-            violations.append(f"{path}:{line}: text from outside is shown as it came; use printable()")
+            violations.append(f"{path}:{line}: external text is shown unchanged; use printable()")
         if WHAT.search(rest) and not RETHROWN.search(rest):
-            violations.append(f"{path}:{line}: what an exception says is shown as it came; use "
+            violations.append(f"{path}:{line}: an exception's text is shown unchanged; use "
                               "errorText()")
     return violations
 

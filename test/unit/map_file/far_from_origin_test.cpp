@@ -84,7 +84,7 @@ ReadMesh throughChunks(const MeshStore& store) {
 
 /// The errors of the mesh of the wall, away from the border of the measured part.
 struct Quality {
-  size_t triangles = 0, without_area = 0;  ///< in the whole mesh
+  size_t triangles = 0, without_area = 0;  ///< In the whole mesh.
   size_t inner_vertices = 0;
   double most_m = 0.0, least_cosine = 1.0;
 };

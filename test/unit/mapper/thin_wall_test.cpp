@@ -18,9 +18,9 @@ const Vector3d kCentre(0.013, 0.007, 0.004);
 
 /// The central 0.6 m x 0.6 m of one side of the wall, well away from its rim; lengths in voxels.
 struct WallSide {
-  double coverage = 0.0;  ///< area of the mesh over the area of the side
-  double outwards = 0.0;  ///< mean distance in front of the true side
-  double worst = 0.0;     ///< greatest distance from the true side
+  double coverage = 0.0;  ///< Area of the mesh over the area of the side.
+  double outwards = 0.0;  ///< Mean distance in front of the true side.
+  double worst = 0.0;     ///< Greatest distance from the true side.
 };
 
 struct WallSides {

@@ -22,7 +22,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStepsOut = 45;  ///< frames on the way out, and as many on the way back
+constexpr int kStepsOut = 45;  ///< Frames on the way out, and as many on the way back.
 
 /// Moves along a corridor, looking ahead, alternately to the left and right.
 Eigen::Isometry3d poseInCorridor(int i) {

@@ -90,7 +90,7 @@ const RoomRecording& tour() {
 
 /// Operations on the tour besides fusing.
 struct Way {
-  int mesh_every = 3;  ///< in frames; 0: once, at the end
+  int mesh_every = 3;  ///< In frames; 0: once, at the end.
   bool painted = false;
   bool space = false;
   float keep_radius_m = 0.0f;

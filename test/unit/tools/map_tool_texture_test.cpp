@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 /// A corner of a triangle in an .obj file.
 struct ObjCorner {
   Vector3d p_W, vertex_rgb, normal;
-  double u, v;  ///< from the lower left corner
+  double u, v;  ///< From the lower left corner.
 };
 
 using ObjTriangle = std::array<ObjCorner, 3>;

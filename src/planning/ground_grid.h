@@ -13,18 +13,9 @@
 
 namespace dtsdf {
 
-/// A known cell of a slice, and the distance at the centre of its cross section.
-struct SliceCell {
-  Vec3i cell;
-  CellState state;  ///< Never kUnknown.
-  float distance_m;
-};
-
-/// Known cells at a height along z of the map frame, in no particular order.
-std::vector<SliceCell> sliceAt(const KnownSpace& space, double height_m);
-
-/// Centre of a cell's cross section with the slice.
-Eigen::Vector3d pointInSlice(const SliceCell& cell, double cell_size_m, double height_m);
+/// x, y, z and distance of the centre of each known cell's cross section with the plane at a height
+/// along z of the map frame, in metres; in no order.
+std::vector<Eigen::Vector4f> sliceAt(const KnownSpace& space, double height_m);
 
 /// Columns from min() to max(), both included, in cells.
 using GridBox = Eigen::AlignedBox<int32_t, 2>;

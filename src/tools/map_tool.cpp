@@ -17,7 +17,6 @@ void run(const std::vector<std::string>& arguments) {
              {{"info", "prints what is in a map file", printMapInfo},
               {"mesh", "saves the mesh of a map file", meshMap},
               {"bt", "saves free and occupied space as an OctoMap tree", saveOcTree},
-              {"slice", "draws the distances to surfaces at one height", drawSlice},
               {"render", "renders depth, normals and colours from given poses", renderMap},
               {"boxes", "cuts a recording's space into boxes for reconstruct --only", printBoxes},
               {"join", "joins the maps of boxes", joinBoxes},
@@ -54,29 +53,6 @@ Mesh meshOf(Mapper& mapper, float voxel_size_m) {
   MeshStore meshes(voxel_size_m);
   meshes.apply(mapper.updateMesh());
   return meshes.assemble();
-}
-
-std::unique_ptr<Mapper> loadWithSpace(const MapToolOptions& options) {
-  std::unique_ptr<Mapper> mapper = loadMapOf(options, "space/enabled=true").second;
-  if (mapper->stats().free_bytes == 0) {
-    std::fprintf(stderr,
-                 "map_tool: warning: the map has no free space; only surface cells are in %s. Map "
-                 "with --set space/enabled=true\n",
-                 options.what.c_str());
-  }
-  mapper->updateMesh();
-  return mapper;
-}
-
-void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& arguments,
-                      const std::string& what, const std::string& ending, MapToolOptions& options) {
-  options.what = what;
-  addPaths(line, what + ": " + ending, options);
-  addSettings(line, "space/..., backend, threads", options);
-  line.parse(arguments);
-  if (!endsWith(options.out_path, ending)) {
-    throw UsageError("'" + options.out_path + "' does not end in " + ending);
-  }
 }
 
 }  // namespace dtsdf

@@ -19,7 +19,6 @@ namespace dtsdf {
 void printMapInfo(const std::vector<std::string>& arguments);
 void meshMap(const std::vector<std::string>& arguments);
 void saveOcTree(const std::vector<std::string>& arguments);
-void drawSlice(const std::vector<std::string>& arguments);
 void renderMap(const std::vector<std::string>& arguments);
 void printBoxes(const std::vector<std::string>& arguments);
 void joinBoxes(const std::vector<std::string>& arguments);
@@ -31,7 +30,6 @@ void printHash(const std::vector<std::string>& arguments);
 /// Options of the commands that write something from a map.
 struct MapToolOptions {
   std::string map_path, out_path;
-  std::string what;                   ///< What is written, in words.
   std::vector<std::string> settings;  ///< Each key=value.
 };
 
@@ -48,14 +46,5 @@ std::pair<RunSettings, std::unique_ptr<Mapper>> loadMapOf(const MapToolOptions& 
 
 /// The whole mesh of a newly created mapper.
 Mesh meshOf(Mapper& mapper, float voxel_size_m);
-
-/// Creates a mapper from the file, with its surfaces, and its free space if the file has any.
-/// @throws as loadMapOf() does.
-std::unique_ptr<Mapper> loadWithSpace(const MapToolOptions& options);
-
-/// Adds FILE, OUT and --set, and parses. OUT is `what`, in words, and must end in `ending`.
-/// @throws UsageError
-void parseSpaceOutput(CommandLine& line, const std::vector<std::string>& arguments,
-                      const std::string& what, const std::string& ending, MapToolOptions& options);
 
 }  // namespace dtsdf

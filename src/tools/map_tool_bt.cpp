@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "io/atomic_file.h"
+#include "params/text.h"
 #include "program/run_program.h"
 #include "tools/map_tool.h"
 
@@ -49,9 +50,21 @@ void saveOcTree(const std::vector<std::string>& arguments) {
   CommandLine line("map_tool bt", "FILE OUT.bt [options]",
                    "Saves free and occupied space as an OctoMap tree: cells with a surface are "
                    "occupied, cells seen free are free, all others are unknown.");
-  parseSpaceOutput(line, arguments, "the tree", ".bt", options);
+  addPaths(line, "the tree: .bt", options);
+  addSettings(line, "space/..., backend, threads", options);
+  line.parse(arguments);
+  if (!endsWith(options.out_path, ".bt")) {
+    throw UsageError("'" + options.out_path + "' does not end in .bt");
+  }
   prepareOutputFile(options.out_path);
-  const auto mapper = loadWithSpace(options);
+  const auto mapper = loadMapOf(options, "space/enabled=true").second;
+  if (mapper->stats().free_bytes == 0) {
+    std::fprintf(
+        stderr,
+        "map_tool: warning: the map has no free space; only surface cells are in the tree. "
+        "Map with --set space/enabled=true\n");
+  }
+  mapper->updateMesh();
   save(*mapper->space(), options.out_path);
 }
 

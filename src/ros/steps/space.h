@@ -344,9 +344,8 @@ class SpaceStep : public Step {
 
   void publishSlice() {
     const Known now = known();
-    const double height_m = host_.params.slice_height_m;
-    std::vector<SliceCell> cells;
-    if (!now.space->isEmpty()) cells = sliceAt(*now.space, height_m);
+    std::vector<Eigen::Vector4f> points;
+    if (!now.space->isEmpty()) points = sliceAt(*now.space, host_.params.slice_height_m);
     sensor_msgs::PointCloud2 cloud;
     cloud.header = headerOf(now);
     cloud.height = 1;
@@ -355,12 +354,10 @@ class SpaceStep : public Step {
     constexpr auto kFloat = sensor_msgs::PointField::FLOAT32;
     modifier.setPointCloud2Fields(4, "x", 1, kFloat, "y", 1, kFloat, "z", 1, kFloat, "intensity", 1,
                                   kFloat);
-    modifier.resize(cells.size());
+    modifier.resize(points.size());
     sensor_msgs::PointCloud2Iterator<float> next(cloud, "x");
-    for (const SliceCell& cell : cells) {
-      const Eigen::Vector3d p = pointInSlice(cell, now.space->cellSize_m(), height_m);
-      for (int axis = 0; axis < 3; ++axis) next[axis] = static_cast<float>(p[axis]);
-      next[3] = cell.distance_m;
+    for (const Eigen::Vector4f& point : points) {
+      std::copy_n(point.data(), 4, &next[0]);
       ++next;
     }
     slices_.publish(cloud);

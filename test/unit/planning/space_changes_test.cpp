@@ -50,14 +50,13 @@ TEST(DistanceSlice, HasTheKnownCellsAtAHeight) {
   }
   double squares = 0.0;
   size_t free = 0;
-  for (const SliceCell& cell : sliceAt(space, kHeight_m)) {
-    found[{cell.cell.x, cell.cell.y, cell.cell.z}] = cell.state;
-    const Vector3d p = pointInSlice(cell, space.cellSize_m(), kHeight_m);
-    EXPECT_EQ(space.cellAt(p).x, cell.cell.x);
-    EXPECT_EQ(space.cellAt(p).y, cell.cell.y);
+  for (const Eigen::Vector4f& point : sliceAt(space, kHeight_m)) {
+    const Vector3d p = point.head<3>().cast<double>();
+    const Vec3i cell = space.cellAt(p);
+    found[{cell.x, cell.y, cell.z}] = space.stateOf(cell);
     const double truth = makeBallRoom().signedDistance(p);
-    if (cell.state != CellState::kFree || truth > 0.5) continue;
-    squares += (cell.distance_m - truth) * (cell.distance_m - truth);
+    if (space.stateOf(cell) != CellState::kFree || truth > 0.5) continue;
+    squares += (point.w() - truth) * (point.w() - truth);
     ++free;
   }
   EXPECT_TRUE(found == expected);

@@ -1,4 +1,4 @@
-/// Bags with compressed depth, written here: what is read of them offline.
+/// Tests offline reading of bags with compressed depth, which the tests write.
 #include "io/bag_frames.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ const std::string kCompressedTopic = kTopic + "/compressedDepth";
 
 std_msgs::Header headerOf(int i) { return makeHeader(ros::Time(100.0 + i), "camera"); }
 
-/// The transform of an unturned frame.
+/// The transform of a frame that is shifted but not rotated.
 tf2_msgs::TFMessage shiftOf(const std::string& frame, double x, const ros::Time& stamp) {
   return makeTfMessage("map", frame, Eigen::Isometry3d(Eigen::Translation3d(x, 0.0, 0.0)), stamp);
 }
@@ -41,7 +41,7 @@ sensor_msgs::Image rawOf(int i) {
                           std::vector<uint8_t>(depth.datastart, depth.dataend));
 }
 
-/// Depth image `i`, as PNG and as RVL by turns.
+/// Depth image `i`, alternately as PNG and as RVL.
 sensor_msgs::CompressedImage compressedOf(int i) {
   const cv::Mat depth = depthOf(i);
   sensor_msgs::CompressedImage image;
@@ -63,7 +63,7 @@ class CompressedBag : public testing::Test {
   void writeRest(int i) {
     const ros::Time stamp = headerOf(i).stamp;
     sensor_msgs::CameraInfo info = makeCameraInfo(rawOf(i), {10.0f, 10.0f, 3.5f, 2.5f});
-    info.D = {0.9, 0.0, 0.0, 0.0, 0.0};  // of the camera; the topic says that it is undone
+    info.D = {0.9, 0.0, 0.0, 0.0, 0.0};  // of the raw camera; the topic is of rectified images
     bag_.write("/camera/depth/camera_info", stamp, info);
     bag_.write("/tf", stamp, shiftOf("camera", 0.0, stamp));
     sensor_msgs::CompressedImage colour;
@@ -128,7 +128,7 @@ TEST_F(CompressedBag, TopicMayBeNamedEitherWay) {
   expectFrames(read());
 }
 
-/// Where there are no depth images, clouds are read in their place, with or without camera_info.
+/// Without depth images, clouds are read instead, with or without camera_info.
 TEST_F(CompressedBag, CloudsAreReadAsDepth) {
   constexpr int kWide = 32, kHigh = 24;
   const Intrinsics K{30.0f, 31.0f, 15.5f, 11.5f};
@@ -144,7 +144,7 @@ TEST_F(CompressedBag, CloudsAreReadAsDepth) {
   ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames));
   EXPECT_EQ(std::memcmp(frames[2].depth.data, depth_m.data(), 4 * depth_m.size()), 0);
   EXPECT_NEAR(frames[2].depth.intrinsics.fy, 31.0, 1e-4);
-  options_.input.depth_along_ray = true;  // which clouds never have
+  options_.input.depth_along_ray = true;  // never applies to clouds
   EXPECT_EQ(std::memcmp(read()[2].depth.data, depth_m.data(), 4 * depth_m.size()), 0);
   options_.intrinsics = Intrinsics{33.0f, 34.0f, 15.0f, 11.0f};
   EXPECT_EQ(read().at(0).depth.intrinsics.fx, 33.0f);
@@ -153,7 +153,7 @@ TEST_F(CompressedBag, CloudsAreReadAsDepth) {
   EXPECT_EQ(source_->skipped().at("unorganised"), static_cast<size_t>(kFrames));
 }
 
-/// Wrong names are answered with those that the bag has.
+/// Errors about wrong names list the names in the bag.
 TEST_F(CompressedBag, NamesWhatThereIsInsteadOfAWrongName) {
   writeCompressed();
   const auto error = [&] { return errorOf([&] { read(); }); };
@@ -166,7 +166,7 @@ TEST_F(CompressedBag, NamesWhatThereIsInsteadOfAWrongName) {
   EXPECT_NE(error().find("TF has 'camera', 'map'"), std::string::npos) << error();
 }
 
-/// Each reason comes with a sentence, and each lack with the option that helps.
+/// Each reason has a sentence, and each missing input names the option that helps.
 TEST_F(CompressedBag, NamesWhatHelps) {
   const auto error = [&] { return errorOf([&] { read(); }); };
   bag_.write("/d64", headerOf(0).stamp,
@@ -236,7 +236,7 @@ TEST_F(CompressedBag, ImagesAreRectifiedWhereThatIsAsked) {
   EXPECT_EQ(depth.intrinsics.fx, 10.0f);
   EXPECT_NE(std::memcmp(depth.data, depthOf(1).data, 2 * kWidth * kHeight), 0);
   const auto* pixels = static_cast<const uint16_t*>(depth.data);
-  EXPECT_EQ(pixels[2 * kWidth + 3], depthOf(1).at<uint16_t>(2, 3)) << "the middle stays";
+  EXPECT_EQ(pixels[2 * kWidth + 3], depthOf(1).at<uint16_t>(2, 3)) << "the middle pixel stays";
 }
 
 TEST_F(CompressedBag, LatestCameraInfoMayBeAsked) {
@@ -262,7 +262,7 @@ TEST_F(CompressedBag, DamagedImagesAreCounted) {
   EXPECT_EQ(source_->skipped(), (std::map<std::string, size_t>{{"bad_image", 2}}));
 }
 
-/// Colour beside the damaged images of the bag above: of a camera with a frame of its own.
+/// Colour images besides the damaged ones of the bag above, from a camera with its own frame.
 class ColourBag : public CompressedBag {
  protected:
   void SetUp() override {
@@ -285,7 +285,7 @@ class ColourBag : public CompressedBag {
 
   static cv::Mat pixels() { return cv::Mat(4, 10, CV_8UC3, cv::Scalar(30, 20, 10)); }
 
-  /// Recorded later than its stamp says.
+  /// Recorded at another time than its stamp.
   void writeRaw(double stamp_s, const ros::Time& recorded, const std::string& encoding = "bgr8") {
     bag_.write("/color/image_rect", recorded, imageAt(stamp_s, encoding));
   }
@@ -357,19 +357,19 @@ TEST_F(ColourBag, MayBeCompressed) {
 TEST_F(ColourBag, IsFoundWhereThereIsOneOnly) {
   options_.colour_topic.clear();
   EXPECT_TRUE(readColours().empty());
-  EXPECT_EQ(colours_->skipped(),  // the only topic is that of the damaged images
+  EXPECT_EQ(colours_->skipped(),  // the only topic has the damaged images
             (std::map<std::string, size_t>{{"colour images: bad_image", kFrames}}));
   bag_.open(options_.path, rosbag::bagmode::Append);
   writeCameraOf(100.2);
   writeRaw(100.2, ros::Time(100.2));
   bag_.close();
-  EXPECT_EQ(openBagColours(options_), nullptr) << "which of the two is meant?";
+  EXPECT_EQ(openBagColours(options_), nullptr) << "two topics are ambiguous";
   options_.colour_topic = "/no/such/topic";
   EXPECT_THROW(openBagColours(options_), std::runtime_error);
 }
 
-/// A sensor that is shaken for two seconds and then rests, turned by a right angle about z: its y,
-/// which is up, is -x of the map.
+/// A sensor that is shaken for two seconds and then rests, rotated by 90 degrees about z: its y
+/// axis, which points up, is -x of the map.
 class InertialBag : public testing::Test {
  protected:
   InertialBag() {

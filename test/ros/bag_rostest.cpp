@@ -1,4 +1,4 @@
-/// A bag played in a loop under simulated time, against the same bag read offline.
+/// A bag played in a loop under simulated time, compared with reading the same bag offline.
 #include <gtest/gtest.h>
 
 #include "dtsdf_mapping/mapper.h"
@@ -71,7 +71,7 @@ TEST(Bag, CameraAndPosesMayComeFromElsewhere) {
   EXPECT_EQ(frames->skipped().at("no pose within 20 ms"), kFramesOfBag - 2);
 }
 
-// The player loops: while it has not begun anew, the node's map is the offline one, bit for bit.
+// Until the player starts its next loop, the node's map equals the offline one, bit for bit.
 TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
   ros::NodeHandle nh;
   const StatusWatcher status(nh);
@@ -79,7 +79,7 @@ TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
   pauseMapping(true);
   ASSERT_TRUE(waitUntil([&] { return status.status().paused; }));
   const std::string path = pathOf("bag.ply");
-  // What was in the map's hands at the pause is in the mesh, and in the next status.
+  // The mesh and the next status include the frames that were in progress at the pause.
   const ros::Time seen = status.status().header.stamp;
   ASSERT_TRUE(waitUntil([&] { return status.status().header.stamp > seen; }));
   const uint64_t fused = status.status().frames_fused;

@@ -1,5 +1,5 @@
-/// Two cameras into one map: in the order of stamps, whatever the order of arrival, and with the
-/// result of fusing the same frames one by one.
+/// Two cameras map together: frames are fused in the order of stamps, whatever their order of
+/// arrival, with the same result as fusing them one by one.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ SentFrame makeFrame(const std::string& camera, const ros::Time& stamp, double la
           makeTransform("map", camera, T_W_C, stamp)};
 }
 
-/// The mesh of the frames, fused in this order without a node, as a file.
+/// The mesh file of the frames, fused in this order without a node.
 std::string bytesOffline(const std::vector<SentFrame>& frames) {
   const NodeParams params = nodeParams();
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
@@ -104,12 +104,12 @@ TEST_F(Cameras, TheMapIsThatOfTheFramesInTheOrderOfStamps) {
   std::vector<SentFrame> in_order;
   for (int i = 0; i < kFramesEach; ++i) {
     const ros::Time stamp = start + ros::Duration(0.1 * i);
-    // Each third pair has one stamp: the names decide.
+    // Each third pair has the same stamp, so that names decide.
     const ros::Time rear_stamp = i % 3 == 0 ? stamp : stamp + ros::Duration(0.04);
     in_order.push_back(makeFrame("front", stamp, 0.3 * i));
     in_order.push_back(makeFrame("rear", rear_stamp, 3.0 + 0.3 * i));
   }
-  // Three of the rear camera always come before the three of the front one that belong to them.
+  // Three frames of the rear camera always arrive before the matching three of the front camera.
   for (int first = 0; first < kFramesEach; first += 3) {
     for (const char* camera : {"rear", "front"}) {
       for (int i = first; i < first + 3; ++i) send(in_order[2 * i + (camera[0] == 'r' ? 1 : 0)]);
@@ -129,7 +129,7 @@ TEST_F(Cameras, TheMapIsThatOfTheFramesInTheOrderOfStamps) {
   const std::string bytes = readBytes(saved.path);
   EXPECT_TRUE(bytes == bytesOffline(in_order));
   std::swap(in_order[0], in_order[1]);
-  EXPECT_FALSE(bytes == bytesOffline(in_order)) << "these frames do not tell orders apart";
+  EXPECT_FALSE(bytes == bytesOffline(in_order)) << "the order does not matter for these frames";
   removeOutputFolder();
 }
 
@@ -141,7 +141,7 @@ TEST_F(Cameras, WhatComesTooLateIsDroppedAndCounted) {
   EXPECT_TRUE(status_.waitForDrop("out_of_order", 0));
   EXPECT_EQ(depthOf(0).dropped.at(0).reason, "out_of_order");
   EXPECT_TRUE(depthOf(1).dropped.empty());
-  // The next one is fused.
+  // The next frame is fused.
   send(makeFrame("front", stamp + ros::Duration(0.1), 0.0));
   EXPECT_TRUE(
       waitUntil([&] { return status_.status().last_fused_stamp == stamp + ros::Duration(0.1); }));
@@ -155,7 +155,7 @@ TEST_F(Cameras, StampsGoingBackStartAllAnew) {
   topics_.at("front").send(*front.image, front.info);
   topics_.at("rear").send(*rear.image, rear.info);
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 2; }));
-  // The transforms of the future are forgotten by now, so those of the past count.
+  // Transforms of the future are forgotten by now, so those of the past count again.
   tf2_msgs::TFMessage message;
   message.transforms = {front.transform, rear.transform};
   tf_.publish(message);

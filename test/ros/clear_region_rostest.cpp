@@ -1,4 +1,5 @@
-/// The service clear_region and map/keep_radius_m: what goes, what is refused, the mesh after it.
+/// The service clear_region and map/keep_radius_m: what they remove, refused requests, and the mesh
+/// afterwards.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <gtest/gtest.h>
 
@@ -50,7 +51,7 @@ class ClearRegionTest : public WallCamera {
     fuseFrames(2);
   }
 
-  /// Frames of the wall one metre ahead of the camera, which stands at x with the base.
+  /// Fuses frames of the wall one metre in front of the camera, which is at x with the base.
   void fuseFrames(int count, double x = 0.0) {
     for (int i = 0; i < count; ++i) {
       const uint64_t fused = status_.status().frames_fused;
@@ -79,7 +80,7 @@ TEST_F(ClearRegionTest, ClearsABoxAndTheMarkersFollow) {
   };
   EXPECT_LT(reach(), -0.2);
   ClearRegion::Request request = boxOf(10.0, 10.0, 10.0);
-  request.box.pose.position.x = -5.0;  // all that is left of x = 0
+  request.box.pose.position.x = -5.0;  // everything left of x = 0
   const auto cleared = call(request);
   EXPECT_TRUE(cleared.success) << cleared.message;
   EXPECT_GT(cleared.voxels, 100u);
@@ -90,24 +91,25 @@ TEST_F(ClearRegionTest, ClearsABoxAndTheMarkersFollow) {
 
 TEST_F(ClearRegionTest, TakesAnyFrameThatIsKnown) {
   fuseFrames(1, 0.5);
-  // The wall is 1 m ahead of the camera and the base, which now are at x = 0.5.
+  // The wall is 1 m in front of the camera and the base, which are at x = 0.5 now.
   const auto cleared = call(sphereAt(0.0, 0.0, 1.0, 0.2, "/base"));
   EXPECT_TRUE(cleared.success) << cleared.message;
   EXPECT_GT(cleared.voxels, 0u);
-  EXPECT_EQ(call(sphereAt(0.5, 0.0, 1.0, 0.2, "map")).voxels, 0u) << "the same place";
+  EXPECT_EQ(call(sphereAt(0.5, 0.0, 1.0, 0.2, "map")).voxels, 0u)
+      << "the same place, cleared before";
   EXPECT_GT(call(sphereAt(0.0, 0.0, 1.0, 0.2)).voxels, 0u) << "another place";
 }
 
 TEST_F(ClearRegionTest, ATurnedBoxIsTurned) {
   ClearRegion::Request request = boxOf(0.01, 10.0, 10.0);
   request.box.pose.orientation.z = std::sqrt(0.5);
-  request.box.pose.orientation.w = std::sqrt(0.5);  // now thin along y
+  request.box.pose.orientation.w = std::sqrt(0.5);  // thin along y now
   const auto thin = call(request);
   EXPECT_TRUE(thin.success);
   EXPECT_GT(thin.voxels, 0u);
   request.box.pose.orientation.z = 0.0;
   request.box.pose.orientation.w = 1.0;
-  EXPECT_GT(call(request).voxels, 0u) << "only what both share is gone";
+  EXPECT_GT(call(request).voxels, 0u) << "only the intersection was cleared";
 }
 
 /// Also while mapping is paused.
@@ -134,7 +136,7 @@ TEST_F(ClearRegionTest, ConcurrentCallsAreServedOneByOne) {
     EXPECT_TRUE(answer.success) << answer.message;
     emptied += answer.voxels > 0;
   }
-  EXPECT_EQ(emptied, 1u) << "the first one leaves the others nothing";
+  EXPECT_EQ(emptied, 1u) << "only the first call finds voxels";
 }
 
 TEST_F(ClearRegionTest, BadRequestsAreRefusedInWords) {
@@ -165,7 +167,7 @@ TEST_F(ClearRegionTest, BadRequestsAreRefusedInWords) {
   EXPECT_EQ(status_.status().blocks, blocks);
 }
 
-/// Round the base, which stays while the camera goes; then the base follows.
+/// Around the base, which stays while the camera moves; then the base follows.
 TEST_F(ClearRegionTest, WhatIsFarFromTheBaseIsDropped) {
   const uint64_t fused = status_.status().frames_fused, before = status_.status().blocks;
   EXPECT_EQ(status_.status().dropped_blocks, 0u);

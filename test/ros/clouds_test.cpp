@@ -61,7 +61,7 @@ TEST(Clouds, AreReadInEveryLayout) {
   }
 }
 
-/// As exactly as the points have been rounded.
+/// As exact as the rounding of the points.
 TEST(Clouds, HaveTheCameraThatMadeThem) {
   CloudImages images("/points");
   const auto converted = images.convert(cloudOfRoom(), false, kEnoughBytes);
@@ -72,7 +72,7 @@ TEST(Clouds, HaveTheCameraThatMadeThem) {
   EXPECT_NEAR(K.cy, kCloudCamera.cy, 1e-4);
   EXPECT_EQ(images.camera().rfind("64 x 48, fx 60, fy 61, cx 31.25, cy 22.5, ", 0), 0u)
       << images.camera();
-  // It stays, until clouds have another size.
+  // The intrinsics stay until clouds have another size.
   sensor_msgs::PointCloud2 few = cloudOfRoom();
   std::fill(few.data.begin(), few.data.begin() + 40 * few.row_step, 0xff);  // NaN
   EXPECT_TRUE(std::holds_alternative<CameraImage>(images.convert(few, false, kEnoughBytes)));
@@ -109,7 +109,7 @@ TEST(Clouds, ThatCannotBeUsedAreRefused) {
   EXPECT_EQ(reasonAgainst(cloud), drop::kBadIntrinsics);
 }
 
-/// 64 rings of a spinning lidar in its own frame, x ahead and z up.
+/// 64 rings of a spinning lidar in its own frame, x forward and z up.
 TEST(Clouds, OfALidarAreRefused) {
   sensor_msgs::PointCloud2 cloud = cloudOfRoom();
   for (int v = 0; v < kCloudHeight; ++v) {

@@ -24,7 +24,7 @@ sensor_msgs::CameraInfo colourInfo(uint32_t width = kWidth, uint32_t height = kH
   return info;
 }
 
-/// All pixels of these bytes.
+/// An image with these bytes in each pixel.
 sensor_msgs::ImagePtr makeImage(const std::string& encoding, const std::vector<uint8_t>& pixel,
                                 uint32_t width = kWidth, uint32_t height = kHeight) {
   const auto image = boost::make_shared<sensor_msgs::Image>();
@@ -39,7 +39,7 @@ sensor_msgs::ImagePtr makeImage(const std::string& encoding, const std::vector<u
   return image;
 }
 
-/// Red, green and blue of the first pixel, as the mapper would read it.
+/// Red, green and blue of the first pixel, as read by the mapper.
 std::vector<int> firstPixel(const sensor_msgs::ImageConstPtr& image) {
   const sensor_msgs::CameraInfo info = colourInfo(image->width, image->height);
   const auto rejection = checkColourImage(*image, info);
@@ -78,7 +78,7 @@ TEST(ColourImage, TakesWhatTheMapperKnowsAsItIs) {
 
 TEST(ColourImage, ConvertsTheOthers) {
   EXPECT_EQ(firstPixel(makeImage("mono16", {0, 77})), (std::vector<int>{77, 77, 77}));
-  // Grey in YUV: U and V of 128. Byte order tells the two apart.
+  // Grey in YUV, with U and V of 128, shows the byte order.
   for (const int luminance : {50, 200}) {
     const auto y = static_cast<uint8_t>(luminance);
     const std::vector<int> uyvy = firstPixel(makeImage("yuv422", {128, y}));
@@ -89,7 +89,8 @@ TEST(ColourImage, ConvertsTheOthers) {
   }
 }
 
-/// A picture of one colour: red, green and blue of each 2 x 2 pixels lie where the pattern says.
+/// An image of one colour in a Bayer pattern: red, green and blue are at their places in each 2 x 2
+/// pixels.
 TEST(ColourImage, UndoesBayerPatterns) {
   const auto bayer = [](const std::string& pattern, const std::vector<int>& colour, int depth) {
     const auto image =

@@ -1,5 +1,5 @@
-/// A colour camera beside the depth camera: late, without transform, of the wrong kind, of another
-/// size and rate, and silent. Depth goes on, whatever becomes of colour.
+/// A colour camera next to the depth camera: late, without transforms, of wrong types, of another
+/// size and rate, and silent. Depth continues in all cases.
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 
@@ -19,7 +19,7 @@
 namespace dtsdf {
 namespace {
 
-/// The colour camera stands 5 cm beside the depth camera, and sees more.
+/// The colour camera is 5 cm beside the depth camera, with a wider view.
 const Eigen::Translation3d kBeside(0.05, 0.0, 0.0);
 
 struct Lens {
@@ -29,7 +29,7 @@ struct Lens {
 const Lens kDepthLens{96, 72, {80.0f, 80.0f, 47.5f, 35.5f}};
 const Lens kColourLens{128, 80, {70.0f, 70.0f, 63.5f, 39.5f}};
 
-/// One image of either kind with all that belongs to it.
+/// One depth or colour image with its messages.
 struct Sent {
   sensor_msgs::Image image;
   sensor_msgs::CameraInfo info;
@@ -74,7 +74,7 @@ class Colour : public testing::Test {
     begin();
   }
 
-  /// Stamps go on from test to test, and none sends more than two seconds of them at a time.
+  /// Stamps continue from test to test; each test sends at most two seconds of them.
   void begin() {
     static ros::Time last;
     start_ = last = std::max(last + ros::Duration(2.0), ros::Time::now());
@@ -110,7 +110,7 @@ class Colour : public testing::Test {
     return waitUntil([&] { return painted() >= count; });
   }
 
-  /// Depth that goes on, and colour that does, too.
+  /// Checks that depth and colour are still fused.
   void expectAllWell() {
     const uint64_t fused_before = fused(), painted_before = painted();
     begin();
@@ -164,12 +164,12 @@ std::string bytesOfBag(const std::string& bag_path) {
   return plyOf(result.meshes->all().assemble(), params.mapper.mesh.colour);
 }
 
-/// The first test, as the map has to be empty. Colour comes at another size and rate, and a bag of
-/// the same messages gives the same bytes.
+/// Must be the first test, because it needs an empty map. Colour has another size and rate, and a
+/// bag of the same messages gives the same bytes.
 TEST_F(Colour, BagAndLiveGiveTheSameBytes) {
   std::vector<Sent> depth, colour;
   for (int i = 0; i < 10; ++i) depth.push_back(makeDepth(start_ + ros::Duration(0.1 * i), 0.3 * i));
-  for (int i = 0; i < 15; ++i) {  // each third one has the stamp of a depth image
+  for (int i = 0; i < 15; ++i) {  // each third has the stamp of a depth image
     colour.push_back(makeColour(start_ + ros::Duration(0.1 * i * 2 / 3), 0.2 * i));
   }
   while (colour.back().image.header.stamp > depth.back().image.header.stamp) colour.pop_back();
@@ -191,7 +191,7 @@ TEST_F(Colour, BagAndLiveGiveTheSameBytes) {
   EXPECT_TRUE(bytes == bytesOfBag(folder / "room.bag"));
   colour.pop_back();
   writeBag(folder / "less.bag", depth, colour);
-  EXPECT_FALSE(bytes == bytesOfBag(folder / "less.bag")) << "colour does not show";
+  EXPECT_FALSE(bytes == bytesOfBag(folder / "less.bag")) << "colour has no effect";
 }
 
 TEST_F(Colour, IsPaintedHoweverLate) {

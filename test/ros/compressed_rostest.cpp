@@ -29,7 +29,7 @@ class Compressed : public testing::Test {
            plugins.end();
   }
 
-  /// An image with its camera_info and transform.
+  /// Sends an image with its camera_info and transform.
   ros::Time send(const std::string& format, const std::vector<uint8_t>& data) {
     const ros::Time stamp = camera_.nextStamp();
     camera_.sendTransform(stamp);
@@ -66,7 +66,7 @@ TEST_F(Compressed, BothCodesAndEncodingsAreFused) {
 }
 
 TEST_F(Compressed, DamagedImagesAreCounted) {
-  if (hasPlugin()) GTEST_SKIP() << "image_transport's plugin decodes here";
+  if (hasPlugin()) GTEST_SKIP() << "image_transport's plugin decodes on this machine";
   std::vector<uint8_t> huge = compressedHeader();
   for (int i = 0; i < 8; ++i) huge.push_back(0xff);
   const std::pair<std::string, std::vector<uint8_t>> damaged[] = {

@@ -1,5 +1,5 @@
-/// Poses of the past that are corrected: the map becomes the one that reconstruct makes of the
-/// journal with these poses, byte for byte, while mapping goes on.
+/// Corrected poses of the past: the map becomes the one that reconstruct makes of the journal with
+/// these poses, byte for byte, while mapping continues.
 #include <dtsdf_mapping/CorrectPoses.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 constexpr double kPeriod_s = 1.0 / 15.0;
 
-/// How far the camera's poses are off: more and more sideways.
+/// Error of the camera's poses, which grows sideways.
 Eigen::Isometry3d drift(int i) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.001 * i, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(0.0, 0.005 * i, 0.0);
@@ -74,7 +74,7 @@ class Correction : public testing::Test {
     ASSERT_TRUE(waitUntil([&] { return nodeHearsTransforms(); })) << status_.status().message;
   }
 
-  /// Each test advertises them anew, and a node that is busy connects late.
+  /// Each test advertises them again, and a busy node connects late.
   bool nodeHearsTransforms() {
     camera_.sendTransform("map", "base", Eigen::Isometry3d::Identity(),
                           start_ - ros::Duration(0.5));
@@ -87,8 +87,8 @@ class Correction : public testing::Test {
     last_at_ = ros::WallTime::now();
   }
 
-  /// On a busy machine images take longer than their stamps say. The node counts time from there
-  /// on.
+  /// The time by the images' stamps: on a busy machine sending them takes longer than the stamps
+  /// say, and the node counts time from the stamps.
   static double presentOfImages_s() {
     if (last_s_ == 0.0) return ros::Time::now().toSec();
     return last_s_ + (ros::WallTime::now() - last_at_).toSec();
@@ -97,7 +97,7 @@ class Correction : public testing::Test {
 
   std::string in(const std::string& name) const { return folder_ + "/" + name; }
 
-  /// Exact in a file's digits.
+  /// Exactly representable in a file's digits.
   ros::Time stampOf(int i) const { return start_ + ros::Duration(i / 15, (i % 15) * 66000000); }
 
   void send(PoseOf poseOf) {
@@ -112,7 +112,7 @@ class Correction : public testing::Test {
     for (int i = 0; i < count; ++i) {
       send(poseOf);
       if (i % 8 == 7) {
-        // As many as may wait, however slow the map is: more for long would be too many.
+        // At most as many as may wait in the queue of a slow map.
         ASSERT_TRUE(status_.waitForFused(fused + i - 1)) << status_.status().message;
       }
     }
@@ -125,7 +125,7 @@ class Correction : public testing::Test {
     return poses;
   }
 
-  /// A map and a mesh that reconstruct makes of the journal, once it has all frames.
+  /// A map and a mesh that reconstruct makes of the journal, once it contains all frames.
   struct Made {
     std::string map, mesh;
   };
@@ -145,7 +145,7 @@ class Correction : public testing::Test {
     return saved<dtsdf_mapping::SaveMesh>("/mapping/save_mesh", "m.ply");
   }
 
-  /// What was done last may be on its way to the file.
+  /// Retries, because the last records may not be in the file yet.
   void expectJournalLeadsToMap() const {
     const std::string now = map();
     ASSERT_FALSE(now.empty());
@@ -179,7 +179,7 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheJournal) {
 
   const Answer answer = callCorrect("/mapping", "poses.txt");
   ASSERT_TRUE(answer.success) << answer.message;
-  EXPECT_EQ(answer.moved, 39u) << "the first one does not drift";
+  EXPECT_EQ(answer.moved, 39u) << "the first image has no drift";
   EXPECT_EQ(answer.fused, 40u);
   EXPECT_GT(answer.seconds, 0.0);
   EXPECT_TRUE(map() == expected.map);
@@ -187,14 +187,14 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheJournal) {
   expectJournalLeadsToMap();
   EXPECT_TRUE(waitUntil([&] { return status_.status().last_correction == answer.message; }))
       << status_.status().last_correction;
-  // Who listens has the same mesh, and was sent nothing twice.
+  // Listeners have the same mesh, and received each block once.
   const MeshOfMap corrected = meshOfMap(in("again.dtsdf"));
   EXPECT_TRUE(waitUntil([&] { return status_.status().triangles == corrected.triangles; }));
   EXPECT_TRUE(waitUntil([&] { return blocks.state().triangles() == corrected.shown; }))
       << blocks.state().triangles() << " of " << corrected.shown << " triangles";
   EXPECT_GT(blocks.state().addedChunks(), chunks);
 
-  // What follows is fused where the corrected frames are, as its source goes on drifting.
+  // Later frames are fused relative to the corrected ones, while their source keeps drifting.
   drive(10, drifted);
   expectJournalLeadsToMap();
 }
@@ -229,7 +229,7 @@ TEST_F(Correction, MayComeAsAPathOfTheBase) {
   saveTrajectory(posesOf(truth, 4), in("same.txt"));
   const Answer same = callCorrect("/mapping", "same.txt");
   EXPECT_TRUE(same.success) << same.message;
-  EXPECT_EQ(same.moved, 0u) << "these are the same poses";
+  EXPECT_EQ(same.moved, 0u) << "moved by the same poses";
 }
 
 TEST_F(Correction, IsRefusedWithTheReasonIfItIsAbsurd) {
@@ -293,7 +293,7 @@ TEST_F(Correction, MappingGoesOnMeanwhile) {
   int meanwhile = 0;
   ros::WallRate rate(15.0);
   for (; meanwhile < 45; ++meanwhile) {
-    send(meanwhile < 4 ? drifted : truth);  // the SLAM has it by then
+    send(meanwhile < 4 ? drifted : truth);  // the SLAM gives true poses from then on
     ros::spinOnce();
     rate.sleep();
   }
@@ -303,8 +303,8 @@ TEST_F(Correction, MappingGoesOnMeanwhile) {
   ASSERT_TRUE(status_.waitForFused(fused + meanwhile)) << status_.status().message;
   EXPECT_EQ(status_.status().frames_dropped, dropped);
   expectJournalLeadsToMap();
-  // Those that came with the old poses have moved with the others: they are off by what drift has
-  // grown since, and by no more. The later ones have not moved.
+  // Images that came with the old poses moved with the others: their error is the drift since the
+  // correction. Later ones did not move.
   saveTrajectory(posesOf(truth), in("all.txt"));
   const Answer rest = callCorrect("/mapping", "all.txt");
   ASSERT_TRUE(rest.success) << rest.message;
@@ -328,8 +328,8 @@ TEST_F(Correction, EndsWhereTheMapIsEmptied) {
   expectJournalLeadsToMap();
 }
 
-/// A node of its own that is killed at some moment of a correction: its journal leads to the map as
-/// it was, or to the corrected one.
+/// A separate node is killed during a correction: its journal gives either the old map or the
+/// corrected one.
 TEST_F(Correction, MayBeCutOffByAKill) {
   ros::param::set("/second/backend", "cpu");
   ros::param::set("/second/threads", 1);
@@ -362,7 +362,7 @@ TEST_F(Correction, MayBeCutOffByAKill) {
     std::future<Answer> answer =
         std::async(std::launch::async, callCorrect, "/second", "kill.txt", "", "");
     const std::future_status done = answer.wait_for(std::chrono::duration<double>(after_s));
-    // What was done last may be on its way to the file.
+    // The last record may not be in the file yet.
     if (done == std::future_status::ready) ros::WallDuration(1.0).sleep();
     kill(node, SIGKILL);
     int result = 0;
@@ -373,7 +373,7 @@ TEST_F(Correction, MayBeCutOffByAKill) {
     if (after == corrected) ++corrected_maps;
   }
   ros::param::del("/second");
-  EXPECT_GT(corrected_maps, 0) << "the last one had the time";
+  EXPECT_GT(corrected_maps, 0) << "no correction was completed";
 }
 
 TEST_F(Correction, NeedsAJournal) {

@@ -1,5 +1,5 @@
-// A corrected map is the one of the corrected poses, byte for byte, whatever came meanwhile and
-// however the work was cut into turns.
+// A corrected map equals the map of the corrected poses, byte for byte, whatever arrives meanwhile
+// and however the work is split into steps.
 #include "ros/steps/correct.h"
 
 #include <gtest/gtest.h>
@@ -54,11 +54,11 @@ CubesByPlace byPlace(const std::vector<SpaceCube>& cubes) {
   return by_place;
 }
 
-/// A camera that drifts, and a SLAM that gives its true poses from some image on.
+/// A drifting camera, and a SLAM that gives its true poses from some image on.
 class CorrectTest : public testing::Test {
  protected:
   CorrectTest() : CorrectTest(nullptr) {}
-  /// With another mapper, if there is one.
+  /// With this mapper, or a new one for null.
   explicit CorrectTest(std::unique_ptr<Mapper> mapper)
       : host_(mapper ? std::move(mapper) : makeMapper(mapped().mapper),
               journaledIn(folder_ / "journal")) {
@@ -75,7 +75,7 @@ class CorrectTest : public testing::Test {
   ~CorrectTest() override { host_.steps.clear(); }
 
   static ros::Time stampOf(int i) { return ros::Time(100.0) + ros::Duration(0.1 * i); }
-  /// Lap by lap.
+  /// The laps repeat.
   const SceneFrame& image(int i) const { return images_[static_cast<size_t>(i % kCount)]; }
   Eigen::Isometry3d truth(int i) const { return image(i).frame.T_W_C; }
   Eigen::Isometry3d drifted(int i) const {
@@ -99,7 +99,7 @@ class CorrectTest : public testing::Test {
     follow();
   }
 
-  /// Until nothing is left to do but what waits for another thread.
+  /// Works until only other threads have work left.
   void work() {
     while (step() == std::chrono::milliseconds(0)) {
     }
@@ -110,7 +110,7 @@ class CorrectTest : public testing::Test {
     return host_.map.step();
   }
 
-  /// Until so many are answered.
+  /// Works until this many corrections are answered.
   void workUntilAnswered(size_t count = 1) {
     for (int i = 0; i < 20000 && answers_.size() < count; ++i) {
       if (step() > std::chrono::milliseconds(0)) {
@@ -126,7 +126,7 @@ class CorrectTest : public testing::Test {
                       }});
   }
 
-  /// An image that the disk is too slow for: the journal ends.
+  /// Adds an image that is too large for the disk's speed, which ends the journal.
   void loseFromJournal() {
     PosedFrame frame;
     DepthFrame depth = images_[0].view();
@@ -141,7 +141,7 @@ class CorrectTest : public testing::Test {
     return status.correction_fused;
   }
 
-  /// Until so many images were fused again.
+  /// Works until this many images are fused again.
   void workUntilFusedAgain(size_t count) {
     for (int i = 0; i < 5000 && fusedAgain() < count; ++i) {
       step();
@@ -156,7 +156,7 @@ class CorrectTest : public testing::Test {
     return poses;
   }
 
-  /// To the share of the drift that is left.
+  /// Poses with `left` times the drift, from image `from` on.
   std::vector<StampedPose> corrected(double left, int from = 0) const {
     std::vector<StampedPose> poses;
     for (int i = from; i < kBefore; ++i) {
@@ -166,7 +166,7 @@ class CorrectTest : public testing::Test {
     return poses;
   }
 
-  /// Takes over what was handed to the output; returns how many blocks changed.
+  /// Applies the changes for the output; returns the number of changed blocks.
   size_t follow() {
     MeshChanges changes = host_.mesh_changes.take();
     if (!changes.stamp.isZero()) mesh_stamp_ = changes.stamp;
@@ -177,7 +177,7 @@ class CorrectTest : public testing::Test {
     return changes.blocks.size();
   }
 
-  /// The map, its mesh and its space are those of the images so far at these poses.
+  /// Checks that the map, its mesh and its space are those of the images so far at these poses.
   void expectMapOf(const std::vector<Eigen::Isometry3d>& T_W_C) {
     ASSERT_EQ(host_.map.flushMesh(), "");
     follow();
@@ -191,13 +191,13 @@ class CorrectTest : public testing::Test {
     EXPECT_EQ(contentHash(now), contentHash(plain->contents()));
     std::vector<SharedBlockMesh> all;
     for (const auto& [key, block] : expected.blocks()) all.push_back(block);
-    EXPECT_EQ(differences(mesh_, all).size(), 0u) << "who listens has this mesh";
+    EXPECT_EQ(differences(mesh_, all).size(), 0u) << "a listener has a different mesh";
     const std::shared_ptr<const SpaceSnapshot> space = space_->known().space;
     constexpr int32_t kLowest = std::numeric_limits<int32_t>::min(),
                       kHighest = std::numeric_limits<int32_t>::max();
     EXPECT_EQ(byPlace(space->cubes(kLowest, kHighest)),
               byPlace(plain->space()->takeChanges().cubes))
-        << "and this space";
+        << "a listener has a different space";
   }
 
   std::vector<Eigen::Isometry3d> truths(int count) const {
@@ -234,7 +234,7 @@ TEST_F(CorrectTest, ACorrectedMapIsThatOfTheCorrectedPoses) {
   expectMapOf(truths(kBefore));
 }
 
-/// Only the last image moves: what it does not see is not sent again.
+/// Only the last image moves: blocks outside of its view are not sent again.
 TEST_F(CorrectTest, ListenersGetOnlyWhatDiffers) {
   begin();
   ASSERT_EQ(host_.map.flushMesh(), "");
@@ -251,7 +251,7 @@ TEST_F(CorrectTest, ListenersGetOnlyWhatDiffers) {
   EXPECT_LT(changed, all * 3 / 4);
 }
 
-/// There is never a moment without one: still it ends, without having lost any.
+/// A frame is always waiting: the correction still ends, and no frame is lost.
 TEST_F(CorrectTest, EndsAlsoWhereAFrameAlwaysWaits) {
   begin();
   int next = kBefore;
@@ -270,7 +270,7 @@ TEST_F(CorrectTest, EndsAlsoWhereAFrameAlwaysWaits) {
   expectMapOf(truths(next));
 }
 
-/// As odometry does: what comes later moves with the corrected images, for good.
+/// With odometry, later frames move with the corrected images for good.
 TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
   begin();
   correct(corrected(0.0));
@@ -280,7 +280,7 @@ TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
   for (int i = 16; i < kCount; ++i) push(i, truth(i));
   work();
   const MapContents now = contents();
-  // In closed form but for the last bits: so the surface is compared, by the other mapper's.
+  // The poses agree except for the last bits, so the map is compared with a replay of the journal.
   ASSERT_EQ(host_.map.flushMesh(), "");
   follow();
   ASSERT_TRUE(journal_->writer().written().get());
@@ -296,7 +296,7 @@ TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
   EXPECT_EQ(contentHash(again->contents()), contentHash(now));
 }
 
-/// However many come, one waits, and each is answered at once or in its turn.
+/// Of many corrections one waits; each is answered at once or when its turn comes.
 TEST_F(CorrectTest, OnlyTheNewestWaits) {
   begin();
   correct(corrected(0.9));
@@ -313,7 +313,7 @@ TEST_F(CorrectTest, OnlyTheNewestWaits) {
   expectMapOf(truths(kBefore));
 }
 
-/// Also one that is under way: later frames would be lost. An empty map begins again.
+/// Also during a correction, because later frames would be lost. An empty map starts a new journal.
 TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   begin();
   correct(corrected(0.0));
@@ -323,7 +323,7 @@ TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   workUntilAnswered();
   work();
   correct(corrected(0.0));
-  ASSERT_EQ(answers_.size(), 2u) << "before anything starts";
+  ASSERT_EQ(answers_.size(), 2u) << "the second is refused before it starts";
   for (const CorrectionResult& answer : answers_) {
     EXPECT_FALSE(answer.success);
     EXPECT_NE(answer.message.find("too slow; nothing is in the journal since"), std::string::npos)
@@ -337,7 +337,7 @@ TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   EXPECT_TRUE(answers_[2].success) << answers_[2].message;
 }
 
-/// What one under way has moved already is there only once that is.
+/// The images that a running correction moves are in place only when it ends.
 TEST_F(CorrectTest, ThatNothingMovesIsAnsweredOnceTheMapIsThere) {
   begin();
   correct(corrected(0.0));
@@ -375,7 +375,7 @@ TEST_F(CorrectTest, EndsWithTheMap) {
   push(kBefore, truth(kBefore));
   work();
   EXPECT_EQ(host_.depth.counts().fused, static_cast<uint64_t>(kBefore + 1));
-  correct({{stampOf(kBefore).toSec(), drifted(kBefore)}});  // what is open is of no map
+  correct({{stampOf(kBefore).toSec(), drifted(kBefore)}});  // the open correction belongs to no map
   workUntilAnswered(2);
   EXPECT_TRUE(answers_[1].success) << answers_[1].message;
   EXPECT_EQ(answers_[1].fused, 1u);
@@ -396,7 +396,7 @@ TEST_F(CorrectTest, IsRefusedWithTheReason) {
       << status.last_correction;
 }
 
-/// As a second one beside it would exceed the budget.
+/// For a large map, whose copy would exceed the budget.
 class CorrectionOfALargeMap : public CorrectTest {
  protected:
   CorrectionOfALargeMap() : CorrectTest(std::make_unique<FakeMapper>()) {}
@@ -411,7 +411,7 @@ TEST_F(CorrectionOfALargeMap, IsRefused) {
   EXPECT_NE(answers_[0].message.find("map/max_memory_mb"), std::string::npos);
 }
 
-/// A journal that is damaged meanwhile leaves the map as it is.
+/// A journal damaged during a correction leaves the map unchanged.
 TEST_F(CorrectTest, ADamagedJournalIsAnAnswer) {
   begin();
   const std::string before = fileOf(*makeMapper(host_.params.mapper, contents()));

@@ -21,7 +21,7 @@ sensor_msgs::CameraInfo depthInfo() {
   return info;
 }
 
-/// 3 x 2 pixels with the values 1000 to 1005, with `padding` bytes after each row.
+/// 3 x 2 pixels with the values 1000 to 1005 and `padding` bytes after each row.
 sensor_msgs::Image makeImage(bool big_endian = false, uint32_t padding = 0) {
   sensor_msgs::Image image;
   image.header.stamp = ros::Time(1.0);
@@ -205,13 +205,13 @@ TEST(ImageArrival, WhatAMapDoesNotTakeMayNotWait) {
   EXPECT_EQ(checkArrival(image, 10).value().reason, drop::kTooLarge);
   image.width = 8192;
   image.height = 1024;
-  EXPECT_FALSE(checkArrival(image, 1000)) << "2^23 pixels are the most there may be";
+  EXPECT_FALSE(checkArrival(image, 1000)) << "2^23 pixels are the limit";
   image.height = 1025;
   EXPECT_EQ(checkArrival(image, 1000).value().reason, drop::kTooLarge);
   image.width = image.height = 0xffffffffu;
   EXPECT_EQ(checkArrival(image, 1000).value().reason, drop::kTooLarge);
   image.height = 0;
-  EXPECT_FALSE(checkArrival(image, 1000)) << "another check says what is wrong with that";
+  EXPECT_FALSE(checkArrival(image, 1000)) << "another check reports this error";
 }
 
 sensor_msgs::CompressedImage makeMessage(const std::string& encoding) {

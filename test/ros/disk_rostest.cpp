@@ -1,5 +1,5 @@
-/// A disk that is full, cannot be written or is gone while the node saves: it says so in one
-/// sentence with what to do, files of before stay whole, and the node goes on.
+/// A disk that is full, read-only or gone during a save: the node says so in one sentence with what
+/// to do, existing files stay intact, and the node continues.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a service answered.
+/// The answer of a service.
 struct FileAnswer {
   bool success;
   std::string message;
@@ -35,7 +35,7 @@ FileAnswer save(const std::string& file_name) {
              : call<dtsdf_mapping::SaveMesh>("save_mesh", file_name);
 }
 
-/// All files below a folder, hidden ones too, with their bytes.
+/// All files below a folder, including hidden ones, with their bytes.
 std::map<std::string, std::string> filesIn(const std::string& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -61,7 +61,7 @@ class Disk : public WallCamera {
     fs::remove_all(folder_);
   }
 
-  /// Each frame from another place, so that files would change.
+  /// Each frame is from another place, so that files would change.
   void fuseFrame() {
     const auto fused = static_cast<double>(status_.status().frames_fused);
     WallCamera::fuseFrame({0.001 * (fused + 1.0), 0.0, 0.0});
@@ -83,8 +83,8 @@ class Disk : public WallCamera {
     ASSERT_EQ(before.size(), std::size(kNames));
     fuseFrame();
     for (const char* name : kNames) expectOneSentence(save(name), what, advice);
-    EXPECT_TRUE(filesIn(folder_) == before) << "files have changed, or there are others";
-    fuseFrame();  // it goes on
+    EXPECT_TRUE(filesIn(folder_) == before) << "files were changed or added";
+    fuseFrame();  // the node continues
     mendDisk();
     for (const char* name : kNames) EXPECT_TRUE(save(name).success);
     const auto after = filesIn(folder_);

@@ -1,4 +1,4 @@
-/// Wrong settings: neither door opens, and the log names every key.
+/// With wrong settings neither the nodelet nor the node starts, and the log names every key.
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <sys/wait.h>
@@ -56,7 +56,7 @@ TEST_P(FailingStart, DoesNotMindWhatRosKeepsThere) {
   ros::param::set("/fine/image_transport", "raw");
   ros::param::set("/fine/diagnostic_period", 1.0);
   ros::param::set("/fine/compressedDepth/depth_max", 10.0);
-  ros::param::set("/fine/map/voxel_size_m", 1);  // a whole number may stand for a float
+  ros::param::set("/fine/map/voxel_size_m", 1);  // an integer is allowed for a float
   ros::param::set("/fine/map/max_memory_mb", 1.5);
   const Outcome outcome = start("fine");
   EXPECT_NE(outcome.output.find("map/max_memory_mb"), std::string::npos) << outcome.output;
@@ -68,7 +68,7 @@ TEST_P(FailingStart, DoesNotMindWhatRosKeepsThere) {
 
 TEST_P(FailingStart, CudaThatIsNotThereIsAnError) {
   const std::string reason = cudaUnavailableReason();
-  if (reason.empty()) GTEST_SKIP() << "CUDA can be used on this machine";
+  if (reason.empty()) GTEST_SKIP() << "CUDA is available on this machine";
   ros::param::set("/cuda/backend", "cuda");
   const Outcome outcome = start("cuda");
   EXPECT_NE(outcome.exit_code, 0);
@@ -86,7 +86,7 @@ TEST_P(FailingStart, AMapThatIsMissingIsAnError) {
   ros::param::del("/mapless");
 }
 
-/// It died without a word: the log had ended with the last node handle.
+/// It used to die silently, because the log ends with the last node handle.
 TEST(Arguments, OfASimulatedCameraAreNamed) {
   ros::param::set("/camera/rate_hz", std::string("often"));
   ros::param::set("/camera/widht_px", 640);
@@ -100,7 +100,7 @@ TEST(Arguments, OfASimulatedCameraAreNamed) {
   ros::param::del("/camera");
 }
 
-/// ROS takes them for topics, and has ended with an abort for numbers.
+/// ROS takes them for topic names, and used to abort for numbers.
 TEST(Arguments, SettingsWithoutTheirUnderscoreAreNamed) {
   EXPECT_EQ(run(std::string(DTSDF_SIMULATED_CAMERA) + " rate_hz:=5").exit_code, 2);
   const Outcome node = run(std::string(DTSDF_MAPPING_NODE) + " map/voxel_size_m:=0.05");
@@ -109,7 +109,7 @@ TEST(Arguments, SettingsWithoutTheirUnderscoreAreNamed) {
   EXPECT_EQ(run(std::string(DTSDF_MAPPING_NODE) + " rate:=5").exit_code, 2);
 }
 
-// The node by its path: rosrun does not search a package's own build folder.
+// The node by its path, because rosrun does not search the build folder.
 INSTANTIATE_TEST_SUITE_P(Doors, FailingStart,
                          testing::Values(DTSDF_MAPPING_NODE,
                                          "rosrun nodelet nodelet standalone "

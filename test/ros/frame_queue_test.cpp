@@ -47,7 +47,7 @@ class FrameQueueTest : public testing::Test {
   void info(double stamp_s, size_t stream = 0) {
     queue_->add(stream, {nullptr, makeCameraInfo(stamp_s)});
   }
-  /// The first whole frame of the stream gets its pose.
+  /// Gives a pose to the first complete frame of the stream.
   bool pose(size_t stream = 0) {
     return queue_->poseFirst(stream, [](const CameraImage& messages, auto&&...) {
       PosedFrame frame;
@@ -95,7 +95,7 @@ TEST_F(FrameQueueTest, MessagesOfOneStampMakeAFrameInAnyOrder) {
   EXPECT_FALSE(pose());
   image(3.0);
   info(3.0);
-  EXPECT_TRUE(pose()) << "and the one before it is given up";
+  EXPECT_TRUE(pose()) << "an earlier frame is not dropped";
   EXPECT_EQ(dropped(drop::kNoCameraInfo), 1u);
   EXPECT_EQ(taken(), (Stamps{1.0, 3.0}));
   EXPECT_EQ(queue_->bytes(), 0u);
@@ -118,7 +118,7 @@ TEST_F(FrameQueueTest, TheLatestCameraInfoMayDoAndMasksAreWaitedFor) {
 
 TEST_F(FrameQueueTest, WhatWaitsInTheFutureIsInNobodysWay) {
   make({5, 1 << 20, 0.1});
-  for (int i = 0; i < 100; ++i) info(1000.0 + i);  // then the recording begins again
+  for (int i = 0; i < 100; ++i) info(1000.0 + i);  // then the recording starts again
   for (int i = 0; i < 10; ++i) image(2000.0 + i);
   for (const double stamp_s : {1.0, 2.0, 3.0}) {
     info(stamp_s);
@@ -128,7 +128,7 @@ TEST_F(FrameQueueTest, WhatWaitsInTheFutureIsInNobodysWay) {
   EXPECT_EQ(taken(), (Stamps{1.0, 2.0, 3.0}));
 }
 
-/// Its camera_info comes by another connection.
+/// Its camera_info arrives on another connection.
 TEST_F(FrameQueueTest, OneFarAheadDropsNoneThatComeLater) {
   make({});
   image(60.0);
@@ -147,7 +147,7 @@ TEST_F(FrameQueueTest, TheOldestIsDroppedWhereThereAreTooMany) {
   EXPECT_EQ(taken(), (Stamps{3.0, 4.0, 5.0}));
 }
 
-/// Pixels, coefficients of distortion, names: in whatever state the frame is.
+/// Pixels, distortion coefficients and names, in any state of the frame.
 TEST_F(FrameQueueTest, AllThatWaitsIsCountedInBytes) {
   make({100, 4000, 0.1});
   const auto large = makeCameraInfo(1.0);
@@ -171,14 +171,14 @@ TEST_F(FrameQueueTest, AllThatWaitsIsCountedInBytes) {
 TEST_F(FrameQueueTest, CamerasAreMergedByStamp) {
   make({}, 2);
   posed(1.0, 1);
-  EXPECT_TRUE(taken().empty()) << "the other may bring an earlier one";
+  EXPECT_TRUE(taken().empty()) << "the other camera may bring an earlier frame";
   posed(0.9, 0);
   EXPECT_EQ(taken(), (Stamps{0.9}));
   posed(1.0, 0);
   EXPECT_EQ(taken(), (Stamps{1.0, 1.0}));
   posed(2.0, 0);
   clock_.advance(0.11);
-  EXPECT_EQ(taken(), (Stamps{2.0})) << "it has waited long enough";
+  EXPECT_EQ(taken(), (Stamps{2.0})) << "still waiting";
   posed(1.5, 1);
   EXPECT_EQ(dropped(drop::kOutOfOrder, 1), 1u);
 }
@@ -195,7 +195,7 @@ TEST_F(FrameQueueTest, ColourIsWaitedForFromItsFirstFrameOnAndMayComeLate) {
   EXPECT_EQ(taken(), (Stamps{2.0, 2.0}));
 }
 
-/// The map takes one of two frames that come, of cameras with the same stamps.
+/// The map takes one of two frames, from cameras with the same stamps.
 TEST_F(FrameQueueTest, NoCameraStarves) {
   make({5, 1 << 20, 0.1}, 2);
   for (int i = 1; i <= 400; ++i) {
@@ -217,7 +217,7 @@ TEST_F(FrameQueueTest, ColourNeverDelaysDepthForGood) {
   EXPECT_GT(accounting_[0].counts().fused, 100u);
 }
 
-/// The map takes one of three that come, of which one is colour and always the first.
+/// The map takes one of three frames; one of them is colour and always comes first.
 TEST_F(FrameQueueTest, ColourThatComesMoreSeldomLeavesDepthItsTurn) {
   make({5, 1 << 20, 0.1});
   for (int i = 1; i <= 400; ++i) {
@@ -230,7 +230,7 @@ TEST_F(FrameQueueTest, ColourThatComesMoreSeldomLeavesDepthItsTurn) {
   EXPECT_GT(accounting_[1].counts().fused, 20u);
 }
 
-/// However messages of cameras interleave, what comes in time is taken in one and the same order.
+/// However messages of cameras interleave, frames that arrive in time are taken in the same order.
 TEST_F(FrameQueueTest, TheOrderDoesNotDependOnTheArrival) {
   std::mt19937 random(7);
   for (int round = 0; round < 200; ++round) {
@@ -249,7 +249,7 @@ TEST_F(FrameQueueTest, TheOrderDoesNotDependOnTheArrival) {
   }
 }
 
-/// A map that is too slow gets a short queue, so that it shows what is new.
+/// A slow map gets a short queue, so that it shows recent frames.
 TEST_F(FrameQueueTest, ALastingBacklogIsShortenedUntilItIsWorkedOff) {
   make({30, 1 << 20, 0.1});
   size_t most = 0;
@@ -263,9 +263,9 @@ TEST_F(FrameQueueTest, ALastingBacklogIsShortenedUntilItIsWorkedOff) {
   }
   EXPECT_GE(most, 6u);
   EXPECT_LE(most, 8u)
-      << "one more waits after each nine that are taken, of which 30 are, past three";
+      << "3, plus one per nine of the 30 frames taken before the backlog is shortened";
 
-  // Once it has caught up there is room for a burst again.
+  // After catching up, a burst fits again.
   taken();
   const uint64_t dropped_before = dropped(drop::kQueueFull);
   EXPECT_GT(dropped_before, 0u);
@@ -274,7 +274,7 @@ TEST_F(FrameQueueTest, ALastingBacklogIsShortenedUntilItIsWorkedOff) {
   EXPECT_EQ(dropped(drop::kQueueFull), dropped_before);
 }
 
-/// A map that takes so many images for each that comes, but none while it stands still.
+/// A map that takes this many images for each new one, but none during a stall.
 struct MapPace {
   double taken_an_image;
   size_t room;
@@ -295,12 +295,12 @@ TEST_P(FrameQueueAtPace, LosesNothing) {
   EXPECT_EQ(dropped(drop::kQueueFull), 0u);
 }
 
-/// As while a map is saved.
+/// For example while a map is saved.
 INSTANTIATE_TEST_SUITE_P(CatchingUpAfterAStall, FrameQueueAtPace,
                          testing::Values(MapPace{1.25, 30, 20, 35}, MapPace{1.5, 30, 20, 35},
                                          MapPace{2.0, 30, 20, 35}, MapPace{10.0, 30, 20, 35}));
 
-/// Who has room for a whole recording wants all of it.
+/// Room for a whole recording means that no frame may be dropped.
 INSTANTIATE_TEST_SUITE_P(WithRoomForAll, FrameQueueAtPace,
                          testing::Values(MapPace{0.25, 200, 0, 0}, MapPace{0.5, 200, 0, 0},
                                          MapPace{0.75, 200, 0, 0}, MapPace{0.9, 200, 0, 0}));
@@ -333,7 +333,7 @@ TEST_F(FrameQueueTest, NothingIsTakenWhilePausedOrAtTheEnd) {
   EXPECT_EQ(queue_->bytes(), 0u);
 }
 
-/// Whatever comes, each image is taken or dropped for a reason, and nothing is kept.
+/// Every image is either taken or dropped for a reason, and none is kept.
 TEST_F(FrameQueueTest, EveryImageIsAccountedFor) {
   std::mt19937 random(7);
   make({7, 700, 0.1}, 2);

@@ -1,5 +1,5 @@
-/// Frames that are wrong, late or alone: each is fused with its true pose, or dropped and counted
-/// under its reason. What is wrong with images and transforms is for ros_parts_test, one by one.
+/// Wrong, late or incomplete frames: each is fused with its true pose, or dropped and counted under
+/// its reason. ros_parts_test covers single errors of images and transforms.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ namespace {
 
 class Input : public WallCamera {
  protected:
-  /// Sends a frame that has a transform, but may be spoilt, and waits for it to be dropped.
+  /// Sends a frame with a transform, perhaps invalid, and waits until it is dropped.
   void expectDrop(const std::string& reason, const sensor_msgs::Image& image,
                   const sensor_msgs::CameraInfo& info) {
     const uint64_t dropped = status_.dropped(reason);
@@ -53,7 +53,7 @@ class Input : public WallCamera {
   ros::Publisher tf_ = advertiseKept<tf2_msgs::TFMessage>(nh_, "/tf");
 };
 
-// Before any frame was fused, the status has to say what is missing.
+// Before the first fused frame, the status must say what is missing.
 TEST_F(Input, StatusSaysThatImagesAreMissing) {
   EXPECT_TRUE(waitUntil([&] {
     return status_.status().code == dtsdf_mapping::MapStatus::NO_IMAGES;
@@ -94,7 +94,7 @@ TEST_F(Input, LargerThanAMapTakes) {
   expectGoodFrameFused();
 }
 
-// They were in no count, and as many as would come: each one up to the largest message.
+// Waiting images used to be unlimited and uncounted, each up to the maximum size of a message.
 TEST_F(Input, ImagesThatWaitForTheirCameraInfoAreCountedAndBounded) {
   constexpr int kImages = 60;
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
@@ -121,13 +121,13 @@ TEST_F(Input, ImagesThatWaitForTheirCameraInfoAreCountedAndBounded) {
     }
   }
   EXPECT_TRUE(waitUntil([&] { return status_.status().images_received == received + kImages; }));
-  EXPECT_LE(most_waiting, 9u) << "8 MB have room, and one may be in work";
+  EXPECT_LE(most_waiting, 9u) << "8 MB may wait, and one may be in progress";
   EXPECT_GE(most_waiting, 6u);
   EXPECT_LE(most_bytes, 8u << 20);
   EXPECT_GE(most_bytes, 6u << 20);
   EXPECT_NE(status_.status().cameras.at(0).streams.at(0).waiting_for.find("wait for camera_info"),
             std::string::npos);
-  expectGoodFrameFused();  // which gives up those before it
+  expectGoodFrameFused();  // which drops earlier ones
   EXPECT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
   EXPECT_EQ(status_.status().images_received,
             status_.status().frames_fused + status_.status().frames_dropped);
@@ -144,16 +144,17 @@ TEST_F(Input, RatesMayChangeWhileItRuns) {
   const ros::Time seen = status_.status().header.stamp;
   EXPECT_FALSE(
       waitUntil([&] { return status_.status().header.stamp > seen + ros::Duration(0.3); }, 1.0));
-  rate.value = 1e9;  // the most there is
+  rate.value = 1e9;  // the maximum
   ASSERT_TRUE(callService("/mapping/publish/set_parameters", call));
   EXPECT_EQ(call.response.config.doubles.at(2).value, 100.0);
   const ros::Time before = status_.status().header.stamp;
   EXPECT_TRUE(waitUntil([&] { return status_.status().header.stamp > before; }, 1.0));
-  rate.value = 20.0;  // as the other tests expect
+  rate.value = 20.0;  // for the other tests
   ASSERT_TRUE(callService("/mapping/publish/set_parameters", call));
 }
 
-// One message on /tf_static of a frame that is on /tf too, an hour ahead, ended mapping for good.
+// A single message on /tf_static, an hour ahead, for a frame that is also on /tf used to end
+// mapping for good.
 TEST_F(Input, NoTransformEndsMappingForGood) {
   expectGoodFrameFused();
   constexpr bool kLatched = true;
@@ -176,7 +177,7 @@ TEST_F(Input, NoTransformEndsMappingForGood) {
   EXPECT_EQ(status_.status().transform_restarts, 1u);
 }
 
-/// As a jump back from it: what waits is lost, and the transforms so far.
+/// As after a jump back in time: waiting frames and all transforms are lost.
 TEST_F(Input, OneStampFarAheadEndsNothing) {
   expectGoodFrameFused();
   const uint64_t dropped = status_.dropped("time_jump");
@@ -191,7 +192,7 @@ TEST_F(Input, OneStampFarAheadEndsNothing) {
   expectGoodFrameFused();
 }
 
-/// Where it stays at the other place, the next one is fused.
+/// If the camera stays at the new place, its next frame is fused.
 TEST_F(Input, AJumpingPoseCostsOneFrame) {
   expectGoodFrameFused();
   const uint64_t dropped = status_.dropped("pose_jump"), fused = status_.status().frames_fused;
@@ -209,7 +210,7 @@ TEST_F(Input, AJumpingPoseCostsOneFrame) {
   expectGoodFrameFused();
 }
 
-// Names of 20 MB were kept: 30 service calls, or 40 images, took close to a gigabyte.
+// Names of 20 MB used to be kept: 30 service calls, or 40 images, took almost a gigabyte.
 TEST_F(Input, LongNamesAreRefusedAtTheDoor) {
   expectGoodFrameFused();
   const int process = publishingProcess("/mapping/status");
@@ -244,7 +245,7 @@ TEST_F(Input, LongNamesAreRefusedAtTheDoor) {
   expectGoodFrameFused();
 }
 
-// ros::Time(2^32) throws, and did so at each status from then on.
+// ros::Time(2^32) throws, which used to silence every later status.
 TEST_F(Input, AnImageAtTheEndOfTimeSilencesNothing) {
   const ros::Time end(4294967295u, 999999900u);
   camera_.send(camera_.image(end), camera_.info(end));
@@ -254,7 +255,7 @@ TEST_F(Input, AnImageAtTheEndOfTimeSilencesNothing) {
   expectGoodFrameFused();
 }
 
-// A node of its own, in a storm of images and of paths that are as long as a SLAM's.
+// A separate node, in a storm of images and of paths as long as a SLAM's.
 TEST_F(Input, EndsSoonWhateverWaits) {
   ros::param::set("/second/backend", "cpu");
   ros::param::set("/second/threads", 1);
@@ -301,7 +302,7 @@ TEST_F(Input, SilenceIsWarnedOfThenAnErrorThenOver) {
       << status_.status().message;
   EXPECT_TRUE(waitUntil([&] { return level() == dtsdf_mapping::MapStatus::ERROR; }));
   expectGoodFrameFused();
-  // What other tests had dropped lately is warned of still.
+  // Frames dropped in other tests may still cause a warning.
   EXPECT_TRUE(waitUntil([&] { return !isSilent(); })) << status_.status().message;
   EXPECT_NE(level(), dtsdf_mapping::MapStatus::ERROR);
 }

@@ -13,7 +13,7 @@ namespace {
 PublishedTopics published;
 constexpr char kImage[] = "sensor_msgs/Image", kCompressed[] = "sensor_msgs/CompressedImage";
 
-/// The status of one camera, moment by moment.
+/// The status of one camera, step by step.
 class InputStatusTest : public testing::Test {
  protected:
   InputStatusTest() {
@@ -86,7 +86,7 @@ TEST_F(InputStatusTest, SaysThatDepthComesAsClouds) {
   EXPECT_EQ(update().message, "no frame fused yet: frame stamped 1 dropped");
 }
 
-/// The page of the sentences: one for each code.
+/// Shows all sentences: one for each code.
 TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
   at_ = SteadyTime(std::chrono::seconds(1000));
   expect(MapStatus::WARN, MapStatus::NO_IMAGES,
@@ -161,10 +161,11 @@ TEST_F(InputStatusTest, DropsAreReportedForAWhileIfTheyAreAFault) {
   EXPECT_EQ(statusAfter(237, drop::kQueueFull, 63), MapStatus::SOME_DROPPED);
   EXPECT_NE(status_.message.find("most as queue_full: use larger voxels"), std::string::npos);
   EXPECT_EQ(statusAfter(20, drop::kQueueFull, 80), MapStatus::SOME_DROPPED);
-  EXPECT_EQ(statusAfter(300, drop::kPaused, 100), MapStatus::SOME_DROPPED) << "still lately";
+  EXPECT_EQ(statusAfter(300, drop::kPaused, 100), MapStatus::SOME_DROPPED)
+      << "the drops are recent";
   statusAfter(300, drop::kPaused, 0);
   statusAfter(300, drop::kPaused, 0);
-  EXPECT_EQ(statusAfter(300, drop::kPaused, 0), MapStatus::MAPPING) << "long ago";
+  EXPECT_EQ(statusAfter(300, drop::kPaused, 0), MapStatus::MAPPING) << "the drops are long ago";
 }
 
 TEST_F(InputStatusTest, SilenceIsWarnedOfAndThenAnError) {
@@ -183,7 +184,7 @@ TEST_F(InputStatusTest, SilenceIsWarnedOfAndThenAnError) {
   paused_ = true;
   EXPECT_EQ(update().code, MapStatus::PAUSED);
   paused_ = false;
-  EXPECT_NE(update().code, MapStatus::NOT_FUSED) << "the waiting begins again";
+  EXPECT_NE(update().code, MapStatus::NOT_FUSED) << "the waiting time starts again";
 }
 
 TEST_F(InputStatusTest, ColourIsMissedOnlyWhereItIsNeeded) {
@@ -211,7 +212,7 @@ TEST_F(InputStatusTest, EachCameraIsNamedAndCounted) {
   depth().last_fused_stamp = ros::Time(7.0);
   EXPECT_EQ(update().message.find("rear: no depth image received"), 0u);
   EXPECT_EQ(status_.frames_fused, 10u);
-  EXPECT_EQ(status_.cameras[1].streams.at(0).received_age_s, -1.0f) << "none has come";
+  EXPECT_EQ(status_.cameras[1].streams.at(0).received_age_s, -1.0f) << "no image was received";
   StreamReport& rear = streams_[1];
   rear = depth();
   rear.camera = "rear";
@@ -244,7 +245,7 @@ TEST_F(InputStatusTest, TimeThatStandsIsNoFault) {
   fuse(10);
   update();
   now_ -= ros::Duration(0.9);
-  EXPECT_EQ(update(0.9).code, MapStatus::MAPPING) << "between two steps of simulated time";
+  EXPECT_EQ(update(0.9).code, MapStatus::MAPPING) << "simulated time advances in steps";
   now_ -= ros::Duration(3.0);
   for (int i = 0; i < 3; ++i) {
     update();
@@ -253,7 +254,7 @@ TEST_F(InputStatusTest, TimeThatStandsIsNoFault) {
   EXPECT_EQ(update().code, MapStatus::TIME_STANDS);
   EXPECT_EQ(status_.level, MapStatus::OK);
   depth().received_age_s = depth().fused_age_s = 16.0;
-  EXPECT_EQ(update().code, MapStatus::MAPPING) << "the waiting begins again";
+  EXPECT_EQ(update().code, MapStatus::MAPPING) << "the waiting time starts again";
 }
 
 TEST(Status, OfOneLevelTheMoreImportantIsReported) {
@@ -270,7 +271,7 @@ TEST(Status, OfOneLevelTheMoreImportantIsReported) {
   EXPECT_EQ(status.message, "failed");
 }
 
-/// Whatever a message says, a stamp that cannot be ends no status.
+/// No stamp in any message can break the status.
 TEST(Status, TimesAreClamped) {
   for (const double stamp_s : {-1.0, 4294967295.9999999, 1e300, std::nan("")}) toTime(stamp_s);
   EXPECT_EQ(toTime(2.5), ros::Time(2.5));

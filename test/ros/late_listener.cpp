@@ -1,5 +1,5 @@
-/// Listens to the mesh until it has as many triangles as asked for, then says what came:
-/// "TRIANGLES MARKERS ADDED". Exit code 1 if they do not come in time.
+/// Subscribes to the mesh until it has the given number of triangles, then prints "TRIANGLES
+/// MARKERS ADDED". Exits with 1 if they do not arrive in time.
 #include <ros/ros.h>
 
 #include <cstdio>

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The launch files: with stand-ins of the drivers, each one loads as it should, and starts a mapping
-that gets frames. Needs the environment of the build (env.sh) and no camera."""
+"""The launch files, with stand-ins for the drivers: each loads correctly, and starts a mapper that gets
+frames. Needs the environment of the build (env.sh) and no camera."""
 import ast
 import concurrent.futures
 import contextlib
@@ -36,7 +36,7 @@ MANAGERS = {"realsense": "/camera/realsense2_camera_manager",
 ENVIRONMENT = {("MALLOC_ARENA_MAX", "2")}
 EXTRA = {"gazebo": ["world:=room.world"]}
 
-# Waits until something holds of the status, and tells something of it.
+# Waits for a condition on the status, then prints a value of it.
 WATCH = """
 import rospy, sys, time
 from dtsdf_mapping.msg import MapStatus
@@ -63,7 +63,7 @@ def watch(environment, until, told, seconds=30.0):
 
 @contextlib.contextmanager
 def free_master(folder):
-    """An environment for a master that nobody else has."""
+    """The environment of a separate ROS master."""
     port = free_port()
     with tempfile.TemporaryDirectory() as home:
         yield dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}", PORT=str(port),
@@ -76,14 +76,14 @@ def start(environment, *words, cwd=None):
 
 
 def of_mapping(name, environment, *arguments):
-    """The words that launch a file of the package."""
+    """The arguments of roslaunch for a launch file of the package."""
     return ("-p", environment["PORT"], os.path.join(LAUNCH, name + ".launch"), "rviz:=false",
             "backend:=cpu", *arguments)
 
 
 @contextlib.contextmanager
 def launched(environment, *words, cwd=None):
-    """Until the block ends; then the list that it is given has what was printed."""
+    """Runs a launch file during the block; afterwards the list that it yields has the output."""
     launch, printed = start(environment, *words, cwd=cwd), []
     try:
         yield printed
@@ -98,7 +98,7 @@ def first_mesh_page():
 
 
 def commands_of(page):
-    """What a reader is told to type, by the page's headings."""
+    """The commands of the page, by heading."""
     commands = {}
     for section in re.split(r"^## ", page, flags=re.M)[1:]:
         blocks = re.findall(r"^```sh\n(.*?)^```", section, flags=re.M | re.S)
@@ -121,7 +121,7 @@ def tearDownModule():
 
 @contextlib.contextmanager
 def drivers_alone():
-    """Where there are the drivers and our package, and nothing else of ours: no rtabmap."""
+    """Only the drivers and this package exist inside the block, without rtabmap."""
     with tempfile.TemporaryDirectory() as folder:
         stub_drivers.make_drivers(folder)
         with unittest.mock.patch.dict(os.environ, ROS_PACKAGE_PATH=f"{folder}:{package_path}"):
@@ -217,12 +217,12 @@ class Loading(unittest.TestCase):
                     load(name, "poses:=guess", *extra)
 
     def test_tracking_needs_the_driver_alone(self):
-        """Every node of such a launch is found without a package that gives poses."""
-        ours = {"dtsdf_mapping", "nodelet", "tf2_ros"}  # the last is of the stand-ins
+        """Every node of these launch files is found without a package for poses."""
+        ours = {"dtsdf_mapping", "nodelet", "tf2_ros"}  # tf2_ros is in the stand-ins
         for name in CAMERAS:
             for package in ([], ["package:=astra_camera"]) if name == "astra" else ([],):
                 with self.subTest(name, package=package):
-                    # roslaunch keeps what it has found: so not where packages are about to go.
+                    # roslaunch caches package paths, so this comes before packages disappear.
                     config = load(name, "poses:=track", *package, *EXTRA.get(name, []))
                     others = {node.package for node in config.nodes} - ours
                     self.assertLessEqual(others, set(stub_drivers.DRIVERS))
@@ -243,7 +243,8 @@ class Loading(unittest.TestCase):
                 self.assertEqual(params["/mapping/poses/mode"].value, mode)
 
     def test_a_serial_number_stays_as_it_is(self):
-        # 0123 is no number: the driver compares texts. The stand-in takes it as an argument.
+        # 0123 must stay a string: the driver compares strings. The stand-in takes it as an
+        # argument.
         load("realsense", "serial_no:=0123", "filters:=spatial,temporal")
         load("azure_kinect", "sensor_sn:=000123")
         load("astra", "serial_number:=0123", "package:=astra_camera")
@@ -268,10 +269,10 @@ class Loading(unittest.TestCase):
 
 
 class Running(unittest.TestCase):
-    """Each one against its stand-in, as a process of its own with a master of its own."""
+    """Each launch file with its stand-in, in a separate process with a separate master."""
 
     def fused(self, name, *arguments, then=()):
-        """The map's frame, once frames are fused; commands are run in between."""
+        """Runs commands once frames are fused; returns the map frame."""
         with tempfile.TemporaryDirectory() as home, free_master(os.getcwd()) as environment:
             with launched(environment, *of_mapping(
                     name, environment, f"output_directory:={home}", *arguments)) as printed:
@@ -305,7 +306,7 @@ class Running(unittest.TestCase):
             with open(f"{folder}/wall.obj", encoding="utf-8") as mesh:
                 ahead = [float(line.split()[1]) for line in mesh if line.startswith("v ")]
             self.assertGreater(len(ahead), 10)
-            for x in ahead:  # of all frames: no wall is left where they were before
+            for x in ahead:  # no wall remains at the uncorrected poses
                 self.assertAlmostEqual(x, 1.1, delta=0.02)
 
     def save(self, command, environment, folder):
@@ -316,11 +317,11 @@ class Running(unittest.TestCase):
         self.assertGreater(os.path.getsize(os.path.join(folder, name)), 1000)
 
     def test_your_first_mesh(self):
-        """Each command of the page, as far as that goes without a camera: with stand-ins for
-        drivers and downloads; what installs something is left out."""
+        """Runs each command of the page as far as possible without a camera, with stand-ins for drivers
+        and downloads, but without installing anything."""
         sections = commands_of(first_mesh_page())
         self.assertIn("roslaunch dtsdf_mapping rtabmap.launch",
-                      "\n".join(sections.pop("rtabmap as SLAM")))  # run by the test of its own
+                      "\n".join(sections.pop("rtabmap as SLAM")))  # has its own test
         self.assertEqual(len([s for s in sections.values() if s]), 5)
         for title, commands in sections.items():
             with self.subTest(title):
@@ -351,7 +352,7 @@ class Running(unittest.TestCase):
     def test_a_bag_by_its_relative_path_with_colour(self):
         with tempfile.TemporaryDirectory() as folder:
             write_tum_bag(os.path.join(folder, "tum.bag"), with_colour=True)
-            # A shell says where it is, and roslaunch starts its nodes elsewhere.
+            # A shell sets PWD, but roslaunch starts its nodes elsewhere.
             counts = self.counts("tum_bag", "bag:=tum.bag", cwd=folder)
             self.assertGreaterEqual(counts["depth"], 3)
             self.assertGreaterEqual(counts["color"], 3)
@@ -362,7 +363,7 @@ class Running(unittest.TestCase):
             self.assertEqual(counts["color"], 0)
 
     def counts(self, name, *arguments, cwd, kinds=("depth", "color"), least=3):
-        """Images fused by kind, once there are `least` of those kinds, or some time has passed."""
+        """Numbers of fused images by kind, after `least` of each kind or a time limit."""
         with free_master(cwd) as environment:
             with launched(environment, *of_mapping(
                     name, environment, f"output_directory:={cwd}", *arguments), cwd=cwd) as printed:
@@ -401,14 +402,14 @@ class Running(unittest.TestCase):
             self.assertGreaterEqual(counts["depth"], 3)
 
     def output_of(self, name, *arguments, cwd):
-        """What a launch prints that ends by itself."""
+        """The output of a launch that ends by itself."""
         with free_master(cwd) as environment:
             launch = start(environment, *of_mapping(name, environment, *arguments), cwd=cwd)
             try:
                 return launch.communicate(timeout=60)[0]
             except subprocess.TimeoutExpired:
                 launch.send_signal(signal.SIGINT)
-                self.fail(f"{arguments}: it goes on:\n{launch.communicate(timeout=60)[0]}")
+                self.fail(f"{arguments}: does not end:\n{launch.communicate(timeout=60)[0]}")
 
     def test_what_cannot_work_says_so_and_ends(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -442,7 +443,7 @@ def grey_png(width, height, value):
 
 
 def write_tum_folder(folder):
-    """An archive of freiburg1 as it is unpacked, of a wall two metres away."""
+    """Writes an unpacked archive of freiburg1, of a wall at two metres."""
     image = grey_png(640, 480, 10000)
     tum_folder.write(folder, [
         (f"{1305031102.16 + 0.1 * i:.6f}", image, (0.01 * i, 0, 0, 0, 0, 0, 1)) for i in range(5)])
@@ -450,8 +451,8 @@ def write_tum_folder(folder):
 
 def write_tum_bag(path, with_colour=False, with_imu=False, with_masks=False, packed=False,
                   depth="/camera/depth/image", info="/camera/depth/camera_info"):
-    """As those that are downloaded: names of frames begin with a slash, depth is in metres. Packed:
-    as compressedDepth alone."""
+    """Writes a bag like the published ones: names of frames begin with a slash, depth is in metres. Packed:
+    with compressedDepth only."""
     import rosbag
     import rospy
     from geometry_msgs.msg import TransformStamped
@@ -499,7 +500,7 @@ def write_tum_bag(path, with_colour=False, with_imu=False, with_masks=False, pac
 
 
 def load_tests(_, suites, __):
-    """Every nth test, where the environment says so as of GoogleTest's programs."""
+    """Every n-th test, if the environment asks for shards as with GoogleTest."""
     tests = [test for suite in suites for test in suite]
     count = int(os.environ.get("GTEST_TOTAL_SHARDS", 1))
     return unittest.TestSuite(tests[int(os.environ.get("GTEST_SHARD_INDEX", 0))::count])

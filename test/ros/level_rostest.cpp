@@ -1,4 +1,4 @@
-/// map/level: the map frame is the first camera, and the map is level in a frame of its own.
+/// map/level: the given map frame is the first camera's, and the map is level in its own frame.
 #include <dtsdf_mapping/CorrectPoses.h>
 #include <dtsdf_mapping/GetDistances.h>
 #include <dtsdf_mapping/LoadMap.h>
@@ -27,17 +27,17 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// The room, which is level, in the frame of its first camera.
+/// The pose of the level room in the frame of its first camera.
 Eigen::Isometry3d roomInMap() { return roomCameraPose(0.0).inverse(); }
 
 class LevelTest : public WallCamera {
  protected:
   void SetUp() override {
     WallCamera::SetUp();
-    listener_.emplace(transforms_);  // not before: the camera waits for one who listens, the node
+    listener_.emplace(transforms_);  // the camera waits for a single listener, the node
   }
 
-  /// What the camera of a place in the room sees, and waits until it is fused or dropped.
+  /// Sends the camera's view from a place in the room, and waits until it is fused or dropped.
   void sendRoom(double time_s) {
     const uint64_t done = status_.status().frames_fused + status_.status().frames_dropped;
     const Eigen::Isometry3d T_R_C = roomCameraPose(time_s);
@@ -53,7 +53,7 @@ class LevelTest : public WallCamera {
         [&] { return status_.status().frames_fused + status_.status().frames_dropped > done; }));
   }
 
-  /// The room in the frame of the map, by the transforms that there are.
+  /// The pose of the room in the frame of the map, from the published transforms.
   Eigen::Isometry3d roomInLevel() {
     EXPECT_TRUE(
         waitUntil([&] { return transforms_.canTransform("map_level", "map", ros::Time(0)); }));
@@ -61,7 +61,7 @@ class LevelTest : public WallCamera {
            roomInMap();
   }
 
-  /// Level within so many degrees, with the floor at this height.
+  /// Checks that the map is level within max_deg, with the floor at this height.
   void expectLevel(double max_deg, double floor_m, double max_m) {
     const Eigen::Isometry3d T_W_R = roomInLevel();
     const Vector3d up_W = T_W_R.linear().col(2);
@@ -71,7 +71,7 @@ class LevelTest : public WallCamera {
                 roomCameraPose(0.0).translation().z() + floor_m, max_m);
   }
 
-  /// All that is published is in the level frame, with the floor at this height.
+  /// Checks that everything published is in the level frame, with the floor at this height.
   void expectMapAt(double floor_m) {
     const BlocksWatcher blocks(nh_);
     const GridReader grid(nh_);
@@ -110,7 +110,7 @@ class LevelTest : public WallCamera {
 
   std::string lastDrop() const { return status_.status().cameras.at(0).streams.at(0).last_drop; }
 
-  /// Poses in the map frame are those that were sent: a map that is level stays it.
+  /// Poses in the map frame are those that were sent, so a level map stays level.
   void expectNothingIsCorrected() {
     saveTrajectory(sent_, outputFolder() + "/sent.txt");
     dtsdf_mapping::CorrectPoses call;
@@ -126,7 +126,7 @@ class LevelTest : public WallCamera {
 };
 
 TEST_F(LevelTest, floor) {
-  // A wall straight ahead: no frame is fused by a guess.
+  // Facing a wall: no frame is fused without a level.
   for (int i = 0; i < 12; ++i) {
     const uint64_t dropped = status_.dropped("not_level");
     camera_.sendFrame();
@@ -140,17 +140,18 @@ TEST_F(LevelTest, floor) {
   EXPECT_NE(early.message.find("not level yet"), std::string::npos) << early.message;
   EXPECT_FALSE(savedMap().T_W_M) << "an empty map has no level";
 
-  // Eight images fill the look that has begun with two of the wall, and ten more a new one.
+  // Two images of the wall started a search of ten; eight images complete it, and ten more the
+  // next.
   for (int i = 0; i < 18 && status_.status().frames_fused == 0; ++i) sendRoom(0.1 * i);
   sendRoom(1.8);
   EXPECT_GE(status_.status().frames_fused, 1u);
   const uint64_t dropped = status_.dropped("not_level");
   expectLevel(0.3, 0.0, 0.01);
   expectMapAt(0.0);
-  EXPECT_EQ(status_.dropped("not_level"), dropped) << "from then on, all are fused";
+  EXPECT_EQ(status_.dropped("not_level"), dropped) << "all later frames are fused";
   expectNothingIsCorrected();
 
-  // One place by its coordinates in either frame.
+  // The same place by its coordinates in both frames.
   const Vector3d p_R(1.2, 0.9, 0.3);
   const auto in_level = ask("map_level", roomInLevel() * p_R),
              in_map = ask("map", roomInMap() * p_R);
@@ -164,9 +165,9 @@ TEST_F(LevelTest, floor) {
        roomInLevel().linear() * roomInMap().linear().transpose() * vectorOf(in_map.gradients[0]))
           .norm(),
       0.05)
-      << "along the axes of either frame";
+      << "along the axes of both frames";
 
-  // A saved map keeps its level, whatever the node has found.
+  // A saved map keeps its own level, whatever the node has found.
   const MapContents saved = savedMap();
   ASSERT_TRUE(saved.T_W_M);
   EXPECT_EQ(saved.map_frame, "map");
@@ -178,7 +179,7 @@ TEST_F(LevelTest, floor) {
   clearMap();
   expectMapAt(1.0);
 
-  // One that was not levelled does not fit.
+  // A map without a level does not fit.
   moved.T_W_M.reset();
   saveMap(moved, outputFolder() + "/plain.dtsdf");
   const auto loaded = loadMapFrom("plain.dtsdf");
@@ -217,7 +218,7 @@ TEST_F(LevelTest, imu) {
 
   sendSecond(0.02);
   expectLevel(0.1, -roomCameraPose(0.0).translation().z(), 1e-6);
-  EXPECT_TRUE(waitUntil([&] { return publisher.getNumSubscribers() == 0; })) << "it is done";
+  EXPECT_TRUE(waitUntil([&] { return publisher.getNumSubscribers() == 0; })) << "still subscribed";
   sendRoom(0.0);
   EXPECT_EQ(status_.status().frames_fused, 1u);
   expectMapAt(-roomCameraPose(0.0).translation().z());

@@ -26,7 +26,7 @@ class LevelTest : public testing::Test {
 
   bool bring(PosedFrame& frame) { return !step_->place(frame); }
 
-  /// What a camera at T_R_C in the room sees, whose map frame is the first camera.
+  /// The view of a camera at T_R_C in the room; the map frame is the first camera's.
   PosedFrame frameAt(double time_s) {
     const Intrinsics K{60.0f, 60.0f, 31.5f, 23.5f};
     const Eigen::Isometry3d T_R_C = roomCameraPose(time_s);
@@ -49,7 +49,7 @@ class LevelTest : public testing::Test {
     return std::visit([](const auto& image) { return image.T_W_C; }, frame.image);
   }
 
-  /// One at rest, in a frame in which up is y.
+  /// A sample at rest, in a frame with y up.
   static sensor_msgs::Imu atRest(double stamp_s) {
     sensor_msgs::Imu imu;
     imu.header.stamp = ros::Time(stamp_s);
@@ -83,7 +83,7 @@ TEST_F(LevelTest, FloorIsFoundBeforeTheFirstFrameIsFused) {
   PosedFrame colour;
   colour.image = ColourFrame();
   for (size_t i = 0; i < FloorSearch::kViews; ++i) {
-    EXPECT_FALSE(bring(colour)) << "colour waits, too";
+    EXPECT_FALSE(bring(colour)) << "colour frames must wait, too";
     EXPECT_FALSE(frame_.level().has_value());
     EXPECT_FALSE(frame_.levelProblem().empty());
     EXPECT_THROW(frame_.inMap(Eigen::Isometry3d::Identity()), std::runtime_error);
@@ -108,7 +108,7 @@ TEST_F(LevelTest, ALoadedMapBringsItsOwn) {
   loaded.T_W_M = T_W_M;
   step_->replaced(&loaded, nullptr);
   PosedFrame frame = frameAt(0.0);
-  ASSERT_TRUE(bring(frame)) << "no floor is looked for any more";
+  ASSERT_TRUE(bring(frame)) << "the search for the floor has ended";
   EXPECT_TRUE(poseOf(frame).isApprox(T_W_M, 1e-12));
 }
 
@@ -129,7 +129,7 @@ TEST_F(LevelTest, ImuIsTurnedIntoTheMapFrame) {
   step_->add(atRest(11.02));
   ASSERT_TRUE(frame_.level().has_value());
   EXPECT_TRUE((frame_.level()->linear() * -Vector3d::UnitX()).isApprox(Vector3d::UnitZ(), 1e-9));
-  EXPECT_EQ(frame_.level()->translation().norm(), 0.0) << "gravity says nothing of the floor";
+  EXPECT_EQ(frame_.level()->translation().norm(), 0.0) << "gravity gives no height";
   EXPECT_TRUE(bring(frame));
 }
 

@@ -14,7 +14,7 @@
 namespace dtsdf {
 namespace {
 
-/// What a file said of its map.
+/// The contents of a loaded map file.
 MapContents mapOf(double stamp_s, const std::optional<Eigen::Isometry3d>& T_W_M = std::nullopt) {
   MapContents contents;
   contents.stamp_s = stamp_s;
@@ -22,7 +22,7 @@ MapContents mapOf(double stamp_s, const std::optional<Eigen::Isometry3d>& T_W_M 
   return contents;
 }
 
-/// Somebody who needs the mesh, at a rate; 0: nobody does.
+/// Requests the mesh at a rate; 0: never.
 class MeshWanted : public Step {
  public:
   explicit MeshWanted(const double& rate_hz) : rate_hz_(rate_hz) {}
@@ -41,7 +41,7 @@ class LiveMapTest : public testing::Test {
     host_.steps.push_back(std::make_unique<LevelStep>(host_.params, host_.transforms, host_.frame));
   }
 
-  /// A frame that changes the block of this x.
+  /// Adds a frame that changes the block at this x.
   void pushFrame(int block_x = 0) {
     PosedFrame frame;
     frame.stamp = ros::Time(static_cast<double>(++frames_sent_));
@@ -51,7 +51,7 @@ class LiveMapTest : public testing::Test {
     host_.push(0, std::move(frame));
   }
 
-  /// A colour image with the stamp of the last frame.
+  /// Adds a colour image with the stamp of the last frame.
   void pushColour() {
     PosedFrame frame;
     frame.stamp = ros::Time(static_cast<double>(frames_sent_));
@@ -68,7 +68,7 @@ class LiveMapTest : public testing::Test {
 
   int frames_sent_ = 0;
   double mesh_rate_hz_ = 2.0;
-  FakeMapper* mapper_ = new FakeMapper;  ///< The map owns it.
+  FakeMapper* mapper_ = new FakeMapper;  ///< Owned by the map.
   MapHost host_{std::unique_ptr<Mapper>(mapper_)};
   LiveMap& map_ = host_.map;
   MeshQueue& changes_ = host_.mesh_changes;
@@ -89,7 +89,7 @@ TEST_F(LiveMapTest, TheMeshIsMadeAtTheRateThatIsNeeded) {
   EXPECT_EQ(mapper_->meshes, 11) << "nothing has changed";
 }
 
-/// Where the mesh takes long, frames get at least as much of the thread's time.
+/// If the mesh takes long, frames get at least as much of the thread's time.
 TEST_F(LiveMapTest, ALongMeshRestsAsLong) {
   mapper_->mesh_ms = 3000.0;
   for (int i = 0; i < 100; ++i) {
@@ -128,10 +128,10 @@ TEST_F(LiveMapTest, GoesOnWhereARegionIsClearedInPart) {
   host_.clock.advance(1.0);
   const int meshes = mapper_->meshes;
   work();
-  EXPECT_EQ(mapper_->meshes, meshes + 1) << "what could be cleared has gone from the mesh";
+  EXPECT_EQ(mapper_->meshes, meshes + 1) << "the cleared blocks are still in the mesh";
   pushFrame();
   work();
-  EXPECT_EQ(mapper_->frames, 2) << "mapping goes on";
+  EXPECT_EQ(mapper_->frames, 2) << "mapping does not continue";
 }
 
 TEST_F(LiveMapTest, NothingIsClearedAfterAFailure) {
@@ -164,11 +164,11 @@ TEST_F(LiveMapTest, FusesInOrderAndHandsTheMeshOver) {
   EXPECT_EQ(changes.stamp, ros::Time(3.0));
 }
 
-/// Memory is not asked for while blocks move to disk beside a frame.
+/// The memory report is not requested while blocks move to disk during a frame.
 TEST_F(LiveMapTest, AMeshIsReportedOnceNoFrameIsReady) {
   pushFrame();
   map_.step();  // fuses
-  map_.step();  // begins the mesh
+  map_.step();  // starts the mesh
   pushFrame();
   pushFrame();
   map_.step();  // fuses
@@ -191,10 +191,10 @@ TEST_F(LiveMapTest, NothingIsMeshedForNobody) {
   work();
   EXPECT_TRUE(changes_.take().blocks.empty());
   map_.flushMesh();
-  EXPECT_EQ(changes_.take().blocks.size(), 1u) << "but to save it";
+  EXPECT_EQ(changes_.take().blocks.size(), 1u) << "extracted only to save it";
 }
 
-/// The rest comes when the mesh is due again, or at once where it is saved.
+/// The rest follows when the mesh is due again, or at once before saving.
 TEST_F(LiveMapTest, MeshesInPartsUntilNothingIsLeft) {
   mapper_->parts_left = 2;
   pushFrame();
@@ -223,7 +223,7 @@ TEST_F(LiveMapTest, FusesWhileTheOutputStandsStill) {
     work();
   }
   EXPECT_EQ(mapper_->frames, 1000);
-  // Nobody has asked for the changes meanwhile: each block waits once, with its newest mesh.
+  // Nobody took the changes meanwhile: each block waits once, with its newest mesh.
   const MeshChanges changes = changes_.take();
   ASSERT_EQ(changes.blocks.size(), 4u);
   for (const SharedBlockMesh& block : changes.blocks) {
@@ -243,7 +243,7 @@ TEST_F(LiveMapTest, ClearStartsOverAfterAFailure) {
   mapper_->fails_to_integrate = false;
   pushFrame();
   work();
-  EXPECT_EQ(mapper_->frames, 1) << "a map that may lack a part of a frame is not added to";
+  EXPECT_EQ(mapper_->frames, 1) << "a map with a possibly incomplete frame must not grow";
   EXPECT_EQ(dropped(), 2u);
 
   map_.clear();
@@ -281,7 +281,7 @@ TEST_F(LiveMapTest, AMeshThatWasLostIsThatOfBeforeUntilTheMapIsCleared) {
   EXPECT_NE(map_.flushMesh().find("last extracted mesh: out of memory"), std::string::npos);
   EXPECT_EQ(host_.status().message, "the backend failed: out of memory");
   mapper_->fails_to_mesh = false;
-  EXPECT_NE(map_.flushMesh(), "") << "what was lost would be a hole";
+  EXPECT_NE(map_.flushMesh(), "") << "the lost part would be a hole";
   EXPECT_TRUE(changes_.take().blocks.empty());
   map_.clear();
   EXPECT_EQ(map_.flushMesh(), "");
@@ -298,7 +298,7 @@ TEST_F(LiveMapTest, ABackendThatCannotClearStaysFailed) {
 TEST_F(LiveMapTest, ClearingForgetsAMeshUnderWay) {
   pushFrame();
   map_.step();  // fuses
-  map_.step();  // begins the mesh
+  map_.step();  // starts the mesh
   map_.clear();
   work();
   const MeshChanges changes = changes_.take();
@@ -324,7 +324,7 @@ TEST_F(LiveMapTest, GoesOnWithAMapThatWasLoaded) {
   host_.clock.advance(1.0);
   work();
   EXPECT_EQ(loaded->frames, 8);
-  EXPECT_EQ(map_.origin().stamp_s, 2.0) << "that of the frame";
+  EXPECT_EQ(map_.origin().stamp_s, 2.0) << "not the stamp of the frame";
   EXPECT_EQ(changes_.take().blocks.size(), 1u);
   map_.clear();
   EXPECT_EQ(host_.status().loaded_map, "");
@@ -336,7 +336,7 @@ TEST_F(LiveMapTest, AMapThatIsLoadedStartsOverAfterAFailure) {
   pushFrame();
   work();
   mapper_->fails_to_count = true;
-  EXPECT_FALSE(map_.isEmpty()) << "who knows what it holds";
+  EXPECT_FALSE(map_.isEmpty()) << "its contents are unknown";
   map_.replace(std::make_unique<FakeMapper>(), 0.05f, "/a.dtsdf", mapOf(0.0));
   EXPECT_FALSE(hasFailed());
   pushFrame();
@@ -362,7 +362,7 @@ TEST_F(LiveMapTest, PaintsAndCountsColourForItself) {
   EXPECT_EQ(host_.colour.counts().dropped_by[drop::kBackendError], 1u);
 }
 
-/// A map that is to be level: frames wait for it, by being dropped, and then go into its frame.
+/// Until the map is level, frames are dropped; later ones are fused in the level frame.
 TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
   NodeParams params;
   params.level = LevelChoice::kImu;
@@ -389,15 +389,15 @@ TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
   push(2.0);
   EXPECT_EQ(loaded->frames, 1);
   loaded->beginMeshUpdate();
-  EXPECT_EQ(loaded->finishMeshUpdate().blocks.at(0).key.x, 7) << "where the pose was brought to";
+  EXPECT_EQ(loaded->finishMeshUpdate().blocks.at(0).key.x, 7) << "not fused at the level pose";
   ASSERT_TRUE(host.map.origin().T_W_M);
   EXPECT_EQ(host.map.origin().T_W_M->matrix(), T_W_M.matrix());
   host.map.clear();
-  EXPECT_TRUE(host.map.origin().T_W_M) << "the level stays";
+  EXPECT_TRUE(host.map.origin().T_W_M) << "clearing removed the level";
 }
 
-/// A feature of the node in 30 lines: frames of one half of space are not fused, which the status
-/// reports.
+/// A feature of the node in 30 lines: frames in one half of space are not fused, and the status
+/// reports them.
 class HalfSpaceStep : public Step {
  public:
   std::optional<Rejection> place(PosedFrame& frame) override {

@@ -1,5 +1,5 @@
-/// make_room_bag KIND OUT.bag: ways through the analytic room. `late`: with transforms that come
-/// late; `drifting` and `covered`: see room_bags.h.
+/// make_room_bag KIND OUT.bag writes a bag of a path through the analytic room. `late`: with late
+/// transforms; `drifting` and `covered`: see room_bags.h.
 #include <rosbag/bag.h>
 
 #include <exception>
@@ -54,7 +54,7 @@ class RoomBag {
 void writeLate(const std::string& path) {
   constexpr int kFrames = 30;
   constexpr double kInterval_s = 0.1;
-  /// The transforms are recorded this much after the images they belong to.
+  /// delay of the recorded transforms after their images
   const ros::Duration late(0.15);
   RoomBag bag(path, {96, 72, {80.0f, 80.0f, 47.5f, 35.5f}});
   const ros::Time start(1000.0);

@@ -1,4 +1,4 @@
-/// Maps that are saved and loaded by services, and what of them is refused.
+/// Maps saved and loaded by services, and refused calls.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
@@ -37,7 +37,7 @@ class MapsTest : public WallCamera {
 
   std::string in(const std::string& name) const { return folder_ + "/" + name; }
 
-  /// A map of the same wall with other settings.
+  /// Writes a map of the same wall with other settings.
   void writeOtherMap(const std::string& name, float voxel_size_m, const std::string& map_frame) {
     MapperParams params;
     params.backend = Backend::kCpu;
@@ -58,7 +58,7 @@ class MapsTest : public WallCamera {
     saveMap(contents, in(name));
   }
 
-  /// After it, the map is the one that was there before.
+  /// Checks that the map is unchanged afterwards.
   void expectRefused(const std::string& name, const std::string& word) {
     const std::string before = readBytes(saveMapAs("before.dtsdf").path);
     ASSERT_FALSE(before.empty());
@@ -94,7 +94,7 @@ TEST_F(MapsTest, ComeBackAsTheyWereSaved) {
   EXPECT_EQ(loaded.path, saved.path);
   EXPECT_EQ(loaded.blocks, saved.blocks);
   EXPECT_TRUE(waitUntil([&] { return mesh.triangles() == before.triangles; }))
-      << "the mesh is shown again";
+      << "the mesh is not published again";
   EXPECT_TRUE(waitUntil([&] { return status_.status().loaded_map == saved.path; }));
   EXPECT_EQ(status_.status().blocks, saved.blocks);
   EXPECT_FLOAT_EQ(status_.status().voxel_size_m, 0.05f);
@@ -114,7 +114,7 @@ TEST_F(MapsTest, TakeThePlaceOfWhatWasMapped) {
   EXPECT_TRUE(readBytes(saveMesh("after.ply").path) == mesh);
 }
 
-/// The journal, beside a map that was loaded, emptied in part and mapped on.
+/// The journal restores a map that was loaded, partly cleared and mapped further.
 TEST_F(MapsTest, AreWhatTheirJournalLeadsTo) {
   ASSERT_TRUE(saveMapAs("wall.dtsdf").success);
   fuseFrames(2);
@@ -132,12 +132,12 @@ TEST_F(MapsTest, AreWhatTheirJournalLeadsTo) {
                                                          newestJournalIn(in("journals")) +
                                                          " --save-map " + again + " > " +
                                                          in("reconstruct.log") + " 2>&1";
-  EXPECT_TRUE(waitUntil([&] {  // the last records may still be on their way to the file
+  EXPECT_TRUE(waitUntil([&] {  // the last records may not be in the file yet
     return std::system(command.c_str()) == 0 && readBytes(again) == map;
   })) << readBytes(in("reconstruct.log"));
 }
 
-/// A camera that is somewhere else in the map that was loaded loses one frame.
+/// A camera that is somewhere else in the loaded map loses one frame.
 TEST_F(MapsTest, LetTheCameraBeAnywhere) {
   ASSERT_TRUE(saveMapAs("wall.dtsdf").success);
   ASSERT_TRUE(loadMapFrom("wall.dtsdf").success);
@@ -177,7 +177,7 @@ TEST_F(MapsTest, GiveAnEmptyMapTheirSettings) {
     for (const geometry_msgs::Point& point : marker.points) EXPECT_NEAR(point.z, 1.0, 0.02);
   }
   fuseFrames(2);
-  // The map is saved with the settings it was given, and takes others once it is empty.
+  // A map is saved with its own settings; an empty map takes others.
   ASSERT_TRUE(saveMapAs("coarse_too.dtsdf").success);
   EXPECT_NEAR(std::get<double>(readMapInfo(in("coarse_too.dtsdf")).settings["map/voxel_size_m"]),
               0.08, 1e-9);
@@ -191,13 +191,13 @@ TEST_F(MapsTest, AreRefusedWhereTheyDoNotFit) {
   expectRefused("coarse.dtsdf", "map/voxel_size_m");
   writeOtherMap("elsewhere.dtsdf", 0.05f, "odom");
   expectRefused("elsewhere.dtsdf", "'odom'");
-  // Names of files are from outside: nothing of them moves a cursor or forges a line of the log.
+  // File names are external: they must not move a cursor or forge a line of the log.
   const std::string evil = "map\n[INFO] all is well\x1b[2J\u009b2J\u202e" + std::string(5000, 'x');
   writeOtherMap("evil.dtsdf", 0.05f, evil);
   expectRefused("evil.dtsdf", "'map\\x0a[INFO] all is well\\x1b[2J\\xc2\\x9b2J\\xe2\\x80\\xae");
   EXPECT_LT(loadMapFrom("evil.dtsdf").message.size(), 500u);
   writeOtherMap("unnamed.dtsdf", 0.05f, "");
-  EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success) << "a frame without a name may be this one";
+  EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success) << "an unnamed frame may be the node's";
 }
 
 TEST_F(MapsTest, AreRefusedWhereTheyAreDamaged) {
@@ -213,7 +213,7 @@ TEST_F(MapsTest, AreRefusedWhereTheyAreDamaged) {
   expectRefused("text.dtsdf", "is not a map file");
 }
 
-/// What names are refused is OutputPath's; the services go by it.
+/// OutputPath decides which names are refused, and the services follow it.
 TEST_F(MapsTest, LieUnderTheOutputDirectory) {
   expectRefused("/nowhere/map.dtsdf", "cannot read");  // files are read from anywhere
   const auto saved = saveMapAs("../map.dtsdf");
@@ -247,7 +247,7 @@ TEST_F(MapsTest, AreServedOneByOneWhenManyAsk) {
   fuseFrames(1);
 }
 
-/// A node of its own that begins with a map, from a path that need not lie in any folder.
+/// A separate node starts with a map from a path anywhere.
 TEST_F(MapsTest, AreThereFromTheStart) {
   const auto saved = saveMapAs("start.dtsdf");
   const TemporaryFolder elsewhere;
@@ -265,7 +265,7 @@ TEST_F(MapsTest, AreThereFromTheStart) {
       [&](const dtsdf_mapping::MapStatus::ConstPtr& message) { status = *message; });
   EXPECT_TRUE(waitUntil([&] { return status.blocks == saved.blocks; }));
   EXPECT_EQ(status.loaded_map, elsewhere / "start.dtsdf");
-  EXPECT_FLOAT_EQ(status.voxel_size_m, 0.05f) << "that of the file";
+  EXPECT_FLOAT_EQ(status.voxel_size_m, 0.05f) << "not the voxel size of the file";
   kill(node, SIGINT);
   int result = 0;
   EXPECT_EQ(waitpid(node, &result, 0), node);

@@ -17,7 +17,7 @@ class Mask : public testing::Test {
     ASSERT_TRUE(waitUntil([&] { return masks_.getNumSubscribers() > 0 && status_.received(); }));
   }
 
-  /// An image with its transform, and no camera_info of its own.
+  /// Sends an image with its transform, but without camera_info.
   void sendDepth(const ros::Time& stamp) {
     camera_.sendTransform(stamp);
     depths_.publish(camera_.image(stamp));

@@ -47,7 +47,7 @@ TEST_F(MeshQueueTest, ChangesOfABlockBecomeOne) {
     handover_.add(makeUpdate({{0, 0, 0}, {-1, 2, 3}}, i), ros::Time(static_cast<double>(i)));
   }
   const MeshChanges changes = handover_.take();
-  ASSERT_EQ(changes.blocks.size(), 2u) << "an output that stands still costs one mesh";
+  ASSERT_EQ(changes.blocks.size(), 2u) << "a stalled output keeps one mesh at most";
   for (const SharedBlockMesh& block : changes.blocks) EXPECT_EQ(block->triangles.size(), 300u);
   EXPECT_EQ(changes.stamp, ros::Time(100.0));
 }
@@ -92,7 +92,7 @@ TEST(MeshDifferences, OfEqualMeshesThereAreNone) {
   std::vector<SharedBlockMesh> same = {block(7, 0.0f, 0)};  // empty, and not shown
   for (int x = 0; x < 4; ++x) same.push_back(block(x, 0.25f));
   EXPECT_TRUE(differences(store, same).empty());
-  EXPECT_EQ(differences(store, {}).size(), 4u) << "all went";
+  EXPECT_EQ(differences(store, {}).size(), 4u) << "all blocks were removed";
 }
 
 }  // namespace

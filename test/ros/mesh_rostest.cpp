@@ -31,7 +31,7 @@ using visualization_msgs::Marker;
 
 class MeshTest : public WallCamera {
  protected:
-  /// Until all frames are in the mesh that is on display.
+  /// Waits until the displayed mesh has all frames.
   bool waitForMesh(const MeshWatcher& mesh) {
     return waitUntil(
         [&] { return mesh.triangles() > 0 && mesh.triangles() == status_.status().triangles; });
@@ -57,7 +57,7 @@ TEST_F(MeshTest, NothingIsMeshedWhileNobodyListens) {
 }
 
 TEST_F(MeshTest, MarkersShowTheWallWhereItIs) {
-  const MeshWatcher mesh(nh_);  // late already: what was fused before must not be lost
+  const MeshWatcher mesh(nh_);  // already late: earlier frames must not be lost
   ASSERT_TRUE(waitForMesh(mesh));
   EXPECT_GT(mesh.shown().size(), 1u);
   for (const auto& [id, marker] : mesh.shown()) {
@@ -96,7 +96,7 @@ TEST_F(MeshTest, LateSubscriberGetsTheWholeMesh) {
   EXPECT_EQ(early.deletedMarkers(), markers);
 }
 
-/// Blocks are the mesh as markers show it; a newcomer gets all of it, once.
+/// The blocks equal the mesh of the markers; a new subscriber gets all of them once.
 TEST_F(MeshTest, BlocksAreTheMeshInFewBytes) {
   const MeshWatcher mesh(nh_);
   const BlocksWatcher blocks(nh_);
@@ -141,8 +141,8 @@ TEST_F(MeshTest, OnlyChunksThatChangedAreSent) {
   for (const auto& [id, marker] : mesh.shown()) old_ids.insert(id);
   const uint64_t added = mesh.addedMarkers();
 
-  // From elsewhere the camera sees other chunks only. The first frame after the jump is dropped,
-  // and a surface is shown when two have seen it.
+  // From elsewhere the camera sees only other chunks. The first frame after the jump is dropped,
+  // and a surface is shown after two frames.
   const uint64_t fused = status_.status().frames_fused;
   for (int i = 0; i < 3; ++i) {
     const ros::Time stamp = camera_.nextStamp();
@@ -171,7 +171,7 @@ TEST_F(MeshTest, SurfacePointsAreTheVerticesWithNormals) {
   }
 }
 
-/// examples/mesh_blocks_to_ply, which documents how to read the blocks.
+/// Tests examples/mesh_blocks_to_ply, which documents the format of the blocks.
 TEST_F(MeshTest, ExampleWritesTheBlocksThatItReads) {
   const auto saved = saveMesh("saved.ply");
   const std::string path = folder_ + "/read.ply";
@@ -193,7 +193,7 @@ TEST_F(MeshTest, ExampleWritesTheBlocksThatItReads) {
   EXPECT_LT(normal[2], -0.99f);
 }
 
-/// What is not a mesh is refused, not written: a triangle of a block without vertices.
+/// Invalid messages are refused, here a triangle of a block without vertices.
 TEST_F(MeshTest, ExampleRefusesWhatIsNotAMesh) {
   dtsdf_mapping::MeshBlocks message;
   message.step_m = 0.001;
@@ -209,7 +209,7 @@ TEST_F(MeshTest, ExampleRefusesWhatIsNotAMesh) {
   EXPECT_FALSE(fs::exists(path));
 }
 
-/// What is in the files is MeshFile's.
+/// MeshFile's tests cover the contents of the files.
 TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
   const auto ply = saveMesh("folder/mesh.ply");
   ASSERT_TRUE(ply.success) << ply.message;
@@ -224,14 +224,14 @@ TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
     ASSERT_TRUE(saved.success) << saved.message;
     EXPECT_EQ(saved.triangles, ply.triangles);
   }
-  EXPECT_TRUE(readBytes(saveMesh("again.ply").path) == bytes) << "the same map, the same bytes";
+  EXPECT_TRUE(readBytes(saveMesh("again.ply").path) == bytes) << "the same map gives other bytes";
   for (const auto& entry : fs::directory_iterator(folder_)) {
     EXPECT_TRUE(entry.is_directory() || !meshFormatOf(entry.path().string()).empty())
         << "left behind: " << entry.path();
   }
 }
 
-/// A call as it was written before there were more fields.
+/// A call from before more fields were added.
 TEST_F(MeshTest, ACallByNameOfTheFileAloneWorks) {
   const std::string command =
       std::string(DTSDF_ENVIRONMENT) +
@@ -251,7 +251,7 @@ TEST_F(MeshTest, SavesARegionAlone) {
   EXPECT_TRUE(call.response.success) << call.response.message;
   EXPECT_GT(call.response.triangles, whole.triangles / 10);
   EXPECT_LT(call.response.triangles, whole.triangles);
-  call.request.frame_id = "camera";  // which stands at x = 20 by now, or at 0
+  call.request.frame_id = "camera";  // at x = 20 by now, or at 0
   call.request.region.pose.position.x = 500.0;
   ASSERT_TRUE(callService("/mapping/save_mesh", call));
   EXPECT_FALSE(call.response.success);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""node_help_test.py MAPPING_NODE SIMULATED_CAMERA: help needs no master."""
+"""node_help_test.py MAPPING_NODE SIMULATED_CAMERA: the help needs no master."""
 import os
 import subprocess
 import sys

@@ -51,7 +51,7 @@ TEST(NodeParams, LevelledMapsHaveAFrameOfTheirOwn) {
   EXPECT_EQ(frameOf({{"map_frame", std::string("odom")}}), "odom");
   EXPECT_EQ(frameOf({{"map_frame", std::string("odom")}, {"map/level", floor}}), "odom_level");
   EXPECT_EQ(frameOf({{"map/level", floor}, {"map/level_frame", std::string("/site")}}), "site");
-  EXPECT_EQ(frameOf({{"map/level_frame", std::string("site")}}), "map") << "it is not levelled";
+  EXPECT_EQ(frameOf({{"map/level_frame", std::string("site")}}), "map") << "not levelled";
   EXPECT_EQ(violationsOf({{"map/level", floor}, {"map/level_frame", std::string("/map")}}).size(),
             1u);
   EXPECT_EQ(violationsOf({{"map/level", std::string("gravity")}}).size(), 1u);
@@ -104,7 +104,7 @@ TEST(NodeParams, CamerasAreNamespacesAndDiffer) {
       1u);
 }
 
-/// What dynamic_reconfigure offers are the settings' own keys, defaults and ranges.
+/// dynamic_reconfigure has the keys, defaults and ranges of the settings.
 TEST(NodeParams, RatesThatMayChangeAreThoseOfTheSettings) {
   const auto least = dtsdf_mapping::PublishConfig::__getMin__();
   const auto usual = dtsdf_mapping::PublishConfig::__getDefault__();

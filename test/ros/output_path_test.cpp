@@ -54,7 +54,7 @@ TEST(OutputPath, RefusesWhatLeadsOut) {
   }
 }
 
-/// A name ends at its first NUL for the system, and what is after it would be checked in its place.
+/// For the system a name ends at its first NUL, while checks would see the rest as well.
 TEST(OutputPath, RefusesControlCharacters) {
   const TemporaryFolder folder;
   for (const std::string& name :

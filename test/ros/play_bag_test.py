@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What play_bag plays of a bag, and what it says of one that lacks something. Needs no ROS."""
+"""The topics that play_bag plays, and its messages about missing ones. Needs no ROS."""
 import importlib.machinery
 import importlib.util
 import os
@@ -37,7 +37,7 @@ class PlayBag(unittest.TestCase):
         self.assertEqual(set(self.played(types)), {*DEPTH, *COLOUR, *TF})
         never = {"colour": {"enabled": "never"}}
         self.assertEqual(set(self.played(types, never)), {*DEPTH, *TF})
-        # YAML makes `off` of a settings file false.
+        # YAML reads `off` in a settings file as false.
         self.assertEqual(set(self.played(types, {"colour": {"enabled": False}})), {*DEPTH, *TF})
 
     def test_what_settings_require_is_played(self):

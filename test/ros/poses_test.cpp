@@ -18,7 +18,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// A mapper with a map that a camera at the given place of the x axis fits, and no other.
+/// A mapper whose map fits only a camera at the given place on the x axis.
 class PosesTest : public testing::Test {
  protected:
   PosesTest() {
@@ -48,7 +48,7 @@ class PosesTest : public testing::Test {
     host_->steps.push_back(std::move(poses));
   }
 
-  /// With a pose by TF, which tracking does not look at.
+  /// Adds a frame with a pose from TF, which tracking ignores.
   void push(double stamp_s, double given_x_m = 0.0) {
     DepthFrame depth;
     depth.T_W_C.translation().x() = given_x_m;
@@ -69,7 +69,7 @@ class PosesTest : public testing::Test {
     frame.frame_id = frame_id;
     host_->push(stream, std::move(frame));
     host_->work();
-    host_->clock.advance(1.0);  // one that waits for another camera has its turn
+    host_->clock.advance(1.0);  // frames that wait for another camera are due
     host_->work();
   }
 
@@ -98,17 +98,17 @@ class PosesTest : public testing::Test {
   }
 
   NodeParams params_;
-  FakeMapper* mapper_ = new FakeMapper;  ///< The map owns it.
+  FakeMapper* mapper_ = new FakeMapper;  ///< Owned by the map.
   double camera_x_m_ = 0.0;
   int alignments_ = 0;
-  std::unique_ptr<MapHost> host_;  ///< From start() on.
+  std::unique_ptr<MapHost> host_;  ///< Null before start().
   PosesStep* poses_ = nullptr;
 };
 
 TEST_F(PosesTest, ARefinedFrameIsFusedWhereItFits) {
   start(PoseMode::kRefine);
   push(1.0);
-  EXPECT_EQ(alignments_, 0) << "nothing is mapped that it could be aligned to";
+  EXPECT_EQ(alignments_, 0) << "an empty map cannot align";
   push(1.1, 0.04);
   EXPECT_EQ(fused(), 2u);
   EXPECT_NEAR(foundX_m(), 0.0, 1e-9);
@@ -146,7 +146,7 @@ TEST_F(PosesTest, OrItIsDropped) {
   expectAccounted();
 }
 
-/// Two cameras whose given poses drift in opposite ways, while both stay where they are.
+/// Two stationary cameras whose given poses drift in opposite directions.
 TEST_F(PosesTest, EachCameraOfARigIsCorrectedByItself) {
   params_.cameras = {"left", "right"};
   params_.poses.drift = 1.0;
@@ -170,7 +170,8 @@ TEST_F(PosesTest, EachCameraOfARigIsCorrectedByItself) {
     EXPECT_NEAR(fused_x_m[camera], 0.0, 1e-9);
     EXPECT_GE(countOf(statusOf(camera), AlignmentStatus::kAligned), 9u);
   }
-  EXPECT_LT(poses_->T_M_O().translation().x(), -0.3) << "the first camera speaks for all";
+  EXPECT_LT(poses_->T_M_O().translation().x(), -0.3)
+      << "the first camera's correction is published";
   EXPECT_EQ(poses_->fusedPoses().size(), 10u);
   for (const size_t camera : {0, 1}) {
     ColourFrame colour;
@@ -178,7 +179,7 @@ TEST_F(PosesTest, EachCameraOfARigIsCorrectedByItself) {
     push(1.95 + 0.01 * static_cast<double>(camera), colour, 1, "colour", camera);
   }
   ASSERT_EQ(painted_x_m.size(), 2u);
-  for (const double x_m : painted_x_m) EXPECT_NEAR(x_m, 0.0, 0.1) << "moved as its own camera is";
+  for (const double x_m : painted_x_m) EXPECT_NEAR(x_m, 0.0, 0.1) << "moved like its own camera";
   expectAccounted();
 }
 
@@ -186,7 +187,7 @@ TEST_F(PosesTest, ACorrectionIsForgottenWhereStampsGoBack) {
   params_.poses.drift = 1.0;
   start(PoseMode::kRefine);
   push(1.0, 0.0);
-  for (int i = 1; i < 10; ++i) {  // odometry that moves while the camera stands
+  for (int i = 1; i < 10; ++i) {  // odometry that moves while the camera is stationary
     push(1.0 + 0.1 * i, 0.05 * i);
   }
   EXPECT_LT(poses_->T_M_O().translation().x(), -0.2);
@@ -198,7 +199,7 @@ TEST_F(PosesTest, ACorrectionIsForgottenWhereStampsGoBack) {
 
 TEST_F(PosesTest, ATrackedCameraBeginsUprightAndNeedsNoPose) {
   start(PoseMode::kTrack);
-  push(1.0, 77.0);  // what TF says does not count
+  push(1.0, 77.0);  // the pose from TF does not count
   ASSERT_EQ(fused(), 1u);
   const Isometry3d T_M_C = readPose(poses_->published()->pose.pose);
   EXPECT_EQ(T_M_C.translation(), Vector3d::Zero());
@@ -223,7 +224,7 @@ TEST_F(PosesTest, ALostCameraFusesNothingUntilItFitsAgain) {
   camera_x_m_ = 0.02;
   for (int i = 6; i < 12; ++i) push(1.0 + 0.1 * i);
   EXPECT_TRUE(statusOf(0).lost_since.isZero());
-  EXPECT_GT(dropped(drop::kLost), 4u) << "the first that fits may do so by chance";
+  EXPECT_GT(dropped(drop::kLost), 4u) << "the first fit may be by chance";
   EXPECT_GT(fused(), 2u);
   pushColour(2.15, "camera");
   EXPECT_EQ(host_->colour.counts().fused, 1u);
@@ -272,7 +273,7 @@ TEST_F(PosesTest, ABaseBeginsAtTheOriginOnceItsCameraIsKnown) {
   params_.base_frame = "base";
   start(PoseMode::kTrack);
   push(1.0);
-  EXPECT_EQ(dropped(drop::kNoTransform), 1u) << "it is not waited for";
+  EXPECT_EQ(dropped(drop::kNoTransform), 1u) << "a missing pose is not waited for";
   putTransform(host_->transforms, 1.0, 0.4, "camera", "base");
   camera_x_m_ = 0.45;
   push(1.1);
@@ -308,7 +309,7 @@ using Eigen::Matrix3d;
 
 constexpr double kSigma_m = 0.05, kSigma_rad = 0.035;
 
-/// Held to 1 mm and 1 mrad, but along one axis, along which it is where it was expected.
+/// Known to 1 mm and 1 mrad, except along one axis, where it keeps the expected position.
 Alignment slidingAlong(const Vector3d& axis) {
   Alignment alignment;
   alignment.status = AlignmentStatus::kAligned;
@@ -338,15 +339,15 @@ TEST(PoseCovariance, TrackedPosesAreUnknownAlongWhatIsFree) {
   EXPECT_GT(along.dot(shifts * along), 100.0);
   EXPECT_LT(Vector3d::UnitZ().dot(shifts * Vector3d::UnitZ()), 1e-5);
   EXPECT_TRUE(tracked.isApprox(tracked.transpose()));
-  params.mode = PoseMode::kRefine;  // TF's error does not add up
+  params.mode = PoseMode::kRefine;  // TF's error does not accumulate
   EXPECT_EQ(odometryCovariance(slidingAlong(along), params), slidingAlong(along).covariance);
   Alignment first;
   first.covariance.diagonal().setConstant(kSigma_m * kSigma_m);
   params.mode = PoseMode::kTrack;
-  EXPECT_EQ(odometryCovariance(first, params), first.covariance) << "it is where it was given";
+  EXPECT_EQ(odometryCovariance(first, params), first.covariance) << "the pose is the given one";
 }
 
-/// Against the errors themselves: those of the camera, moved as a rigid body moves.
+/// Compared with the errors themselves: those of the camera, moved as a rigid body.
 TEST(PoseCovariance, ErrorsMoveWithTheBody) {
   Eigen::Matrix<double, 6, 1> error;
   error << 0.01, -0.02, 0.03, 0.001, 0.002, -0.003;

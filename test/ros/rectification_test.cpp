@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kSensorWidth = 60, kSensorHeight = 40;
 
-/// Each pixel has its own value: 100 + 60 v + u.
+/// Each pixel has a different value: 100 + 60 v + u.
 sensor_msgs::ImagePtr makeRawImage() {
   const auto image = boost::make_shared<sensor_msgs::Image>();
   image->encoding = "16UC1";
@@ -45,7 +45,7 @@ sensor_msgs::CameraInfoPtr makeInfo(const std::string& model, const std::vector<
   return info;
 }
 
-/// The models by their published formulas, on the plane z = 1.
+/// The distortion models by their published formulas, on the plane z = 1.
 Eigen::Vector2d distort(const std::string& model, const std::vector<double>& D, double x,
                         double y) {
   const double r2 = x * x + y * y;
@@ -70,8 +70,8 @@ std::vector<double> padded(std::vector<double> D, size_t size) {
   return D;
 }
 
-/// How many pixels are measured; each has to have the value of the raw pixel its ray meets, one of
-/// two where it is as near to both.
+/// Returns the number of measured pixels. Each must have the value of the raw pixel that its ray
+/// meets, or of either if two are equally near.
 int checkPixels(const sensor_msgs::CameraInfo& info, const sensor_msgs::Image& rectified,
                 const Eigen::Vector4d& K, const Eigen::Vector4d& P) {
   int measured = 0;
@@ -132,7 +132,7 @@ TEST(Rectification, TurnedCamerasKeepTheirPoints) {
       Eigen::AngleAxisd(0.05, Eigen::Vector3d(1, 2, 0.5).normalized()).toRotationMatrix();
   for (int i = 0; i < 9; ++i) info->R[static_cast<size_t>(i)] = R(i / 3, i % 3);
   const auto image = makeRawImage();
-  image->encoding = "32FC1";  // a wall two metres along the raw axis
+  image->encoding = "32FC1";  // a wall at two metres along the raw axis
   image->step = 4 * kSensorWidth;
   image->data.resize(image->step * kSensorHeight);
   const float depth_m = 2.0f;
@@ -153,7 +153,7 @@ TEST(Rectification, TurnedCamerasKeepTheirPoints) {
   EXPECT_GT(measured, kSensorWidth * kSensorHeight / 2);
 }
 
-/// Whatever a camera_info says: what lies behind the raw camera was not measured by it.
+/// Whatever a camera_info says, pixels behind the raw camera are not measured.
 TEST(Rectification, NothingIsMeasuredBehindTheCamera) {
   const auto info = makeInfo("plumb_bob", kPlumbBob);
   info->R = {-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0};
@@ -171,7 +171,8 @@ TEST(Rectification, LeavesAloneWhatIsRectified) {
   const auto distorted = makeInfo("plumb_bob", kPlumbBob), plain = makeInfo("plumb_bob", {});
   const auto zeros = makeInfo("plumb_bob", std::vector<double>(5, 0.0));
   EXPECT_TRUE(isChanged(Usage::kAuto, "/camera/depth/image_raw", distorted));
-  EXPECT_TRUE(isChanged(Usage::kAuto, "/rectified/image", distorted)) << "the last name";
+  EXPECT_TRUE(isChanged(Usage::kAuto, "/rectified/image", distorted))
+      << "only the last name counts";
   EXPECT_FALSE(isChanged(Usage::kAuto, "/camera/depth/image_rect_raw", distorted));
   EXPECT_FALSE(isChanged(Usage::kAuto, "/d/image_rect/compressedDepth", distorted));
   EXPECT_FALSE(isChanged(Usage::kAuto, "image_rect", zeros));
@@ -179,7 +180,7 @@ TEST(Rectification, LeavesAloneWhatIsRectified) {
   plain->P = {50.0, 0.0, 29.0, 0.0, 0.0, 52.0, 19.0, 0.0, 0.0, 0.0, 1.0, 0.0};
   EXPECT_FALSE(isChanged(Usage::kAuto, "image_raw", plain));
   plain->R = {0.8, 0.0, 0.6, 0.0, 1.0, 0.0, -0.6, 0.0, 0.8};
-  EXPECT_TRUE(isChanged(Usage::kAuto, "image_raw", plain)) << "other axes";
+  EXPECT_TRUE(isChanged(Usage::kAuto, "image_raw", plain)) << "R is not the identity";
   plain->K.fill(0.0);
   EXPECT_FALSE(isChanged(Usage::kAuto, "image_raw", plain)) << "K is not given";
   EXPECT_TRUE(isChanged(Usage::kAlways, "image_rect", distorted));

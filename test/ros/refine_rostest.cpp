@@ -1,4 +1,4 @@
-/// A bag with odometry that drifts: images are fused where they fit, and the drift is published.
+/// A bag with drifting odometry: images are fused where they fit, and the drift is published.
 #include <dtsdf_mapping/SetPose.h>
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ TEST(Refine, DriftIsTakenOutAndPublished) {
   const double given_rad = turnBetween_rad(drift, Eigen::Isometry3d::Identity());
   EXPECT_LT(shiftBetween_m(way.pose(), T_R_B), given_m / 4.0);
   EXPECT_LT(turnBetween_rad(way.pose(), T_R_B), given_rad / 4.0);
-  // The correction follows the drift, behind it by what it needs to see that it is no noise.
+  // The correction follows the drift with a delay, because it must first rule out noise.
   const auto T_M_B = way.transform("map", "base", stamp);
   ASSERT_TRUE(T_M_B);
   EXPECT_LT(shiftBetween_m(*T_M_B, T_R_B), given_m * 0.7);

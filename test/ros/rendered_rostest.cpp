@@ -1,4 +1,4 @@
-/// The map as the camera would see it, for those who subscribe.
+/// The map rendered from the camera's pose, for subscribers.
 #include <gtest/gtest.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>

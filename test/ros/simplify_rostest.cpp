@@ -1,5 +1,5 @@
-/// A mesh that is simplified while somebody else wants to save, or the node is to end: it gives up
-/// at once, says so, and leaves no file.
+/// Simplifying a mesh while another call wants to save, or the node ends: it gives up at once,
+/// reports that, and leaves no file.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -31,14 +31,14 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using SaveMesh = dtsdf_mapping::SaveMesh;
 
-/// Long enough for a call to be under way, short beside what it takes.
+/// Enough for a call to start, but short compared with its duration.
 constexpr std::chrono::milliseconds kUnderWay{150};
 
 double secondsSince(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// A wall in waves, of several hundred thousand triangles.
+/// A wavy wall of several hundred thousand triangles.
 MapContents makeWaves() {
   constexpr int kWidth = 640, kHeight = 480;
   MapperParams params;
@@ -66,7 +66,7 @@ MapContents makeWaves() {
   return contents;
 }
 
-/// What a call of save_mesh came to.
+/// The result of a call of save_mesh.
 struct Saved {
   bool answered = false;
   SaveMesh::Response response;
@@ -93,7 +93,7 @@ class Simplify : public testing::Test {
     fs::create_directories(folder_);
     saveMap(makeWaves(), folder_ + "/waves.dtsdf");
     ASSERT_TRUE(loadMapFrom("waves.dtsdf").success);
-    // Brings the mesh up to date, and shows how long it takes where nobody disturbs it.
+    // Brings the mesh up to date, and measures the duration without interruption.
     ASSERT_TRUE(saveSimplified("/mapping", "first.ply").response.success);
     const Saved whole = saveSimplified("/mapping", "whole.ply");
     ASSERT_TRUE(whole.response.success) << whole.response.message;
@@ -105,7 +105,7 @@ class Simplify : public testing::Test {
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
 
-  /// Files of which only a part was written have other names, as well.
+  /// Partly written files also have other names.
   static size_t filesNamed(const std::string& begin) {
     size_t count = 0;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
@@ -147,7 +147,7 @@ TEST_F(Simplify, IsCancelledByTheNextMeshWhichIsSaved) {
   EXPECT_TRUE(readBytes(folder_ + "/next.ply") == readBytes(folder_ + "/whole.ply"));
 }
 
-/// A node of its own, with that map, ends while it simplifies.
+/// A separate node with the same map ends while it simplifies.
 TEST_F(Simplify, EndsWithTheNode) {
   ros::param::set("/ending/backend", "cpu");
   ros::param::set("/ending/output_directory", folder_);
@@ -168,7 +168,7 @@ TEST_F(Simplify, EndsWithTheNode) {
   RecordProperty("seconds_to_the_end", std::to_string(secondsSince(begin)));
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
   EXPECT_LT(secondsSince(begin), 10.0);
-  const Saved saved = slow.get();  // whether the answer still gets out is a matter of roscpp
+  const Saved saved = slow.get();  // roscpp may or may not deliver the answer
   EXPECT_FALSE(saved.answered && saved.response.success) << saved.response.message;
   EXPECT_EQ(filesNamed("slow"), 0u);
   ros::param::del("/ending");

@@ -1,4 +1,5 @@
-/// The demo without RViz: the simulated camera goes round its room, and the mesh is that room.
+/// The demo without RViz: the simulated camera moves around its room, and the mesh is that of the
+/// room.
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <gtest/gtest.h>
 
@@ -17,8 +18,8 @@ namespace {
 constexpr uint64_t kFramesOfLap = 60;
 constexpr double kVoxel_m = 0.05;
 
-/// The wall in the middle, 30 mm thin and so thinner than a voxel, is yellow on one side and green
-/// on the other.
+/// The wall in the middle, 30 mm thin and thus thinner than a voxel, is yellow on one side and
+/// green on the other.
 void expectWallPainted(const MeshWatcher& mesh) {
   size_t sides[2] = {0, 0}, wrong = 0;
   for (const auto& [id, marker] : mesh.shown()) {

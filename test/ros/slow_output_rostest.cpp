@@ -1,4 +1,4 @@
-/// A large mesh that is shown and saved over and over again: the map goes on fusing meanwhile.
+/// A large mesh is published and saved continuously, while the map keeps fusing.
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
 
@@ -20,11 +20,12 @@ TEST_F(SlowOutput, DoesNotStopFusing) {
       "/mapping/surface_points", 1, [&](const sensor_msgs::PointCloud2::ConstPtr&) { ++clouds; });
   for (int i = 0; i < kPlaces; ++i) fuseNextPlace();
 
-  // Each frame is sent once the one before is fused, so that each was fused before the save ended.
+  // Each frame is sent after the previous one is fused, so all counted ones were fused before the
+  // save ended.
   int fused_while_saving = 0;
   for (int saves = 0; saves < 10 && fused_while_saving < 5; ++saves) {
     auto saving = std::async(std::launch::async, [] { return saveMesh("large.obj"); });
-    fused_while_saving = -1;  // the frame on its way when the save ended does not count
+    fused_while_saving = -1;  // the frame in progress at the end of the save does not count
     while (saving.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
       fuseNextPlace();
       ++fused_while_saving;
@@ -36,7 +37,7 @@ TEST_F(SlowOutput, DoesNotStopFusing) {
   EXPECT_GE(fused_while_saving, 5);
   EXPECT_EQ(status_.status().frames_dropped, 0u);
 
-  // Once it has caught up, everything is there.
+  // After catching up, everything is published.
   const auto saved = saveMesh("large.obj");
   EXPECT_TRUE(waitUntil([&] { return mesh.triangles() == saved.triangles; }));
   EXPECT_TRUE(waitUntil([&] { return clouds > 0; }));

@@ -1,4 +1,5 @@
-/// What planners ask of the node: grid and updates, slices, distances; and how they follow the map.
+/// Planners' queries to the node (grid and updates, slices, distances), and how these follow the
+/// map.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dtsdf_mapping/GetDistanceGrid.h>
 #include <dtsdf_mapping/GetDistances.h>
@@ -28,7 +29,7 @@ using dtsdf_mapping::GetDistances;
 
 constexpr double kCell_m = 0.05;
 
-/// Columns of the map frame are level ground: the camera looks along x, at a wall one metre ahead.
+/// The map frame is level, with the camera looking along x at a wall one metre ahead.
 Eigen::Isometry3d lookAlongX(double x_m) {
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   T_W_C.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -36,7 +37,7 @@ Eigen::Isometry3d lookAlongX(double x_m) {
   return T_W_C;
 }
 
-/// The first message on a topic for one that connects now.
+/// The first message on a topic for a new subscriber.
 template <class Message>
 Message firstMessage(const std::string& topic) {
   const auto message = listenRaw<Message>(topic).template readMessage<Message>(10.0);
@@ -69,7 +70,7 @@ class SpaceTest : public WallCamera {
     ASSERT_TRUE(callService("/mapping/publish/set_parameters", call));
   }
 
-  /// Until the answer has the last frame.
+  /// Asks until the answer includes the last frame.
   GetDistances::Response askUpToDate(const GetDistances::Request& request) {
     GetDistances::Response response;
     EXPECT_TRUE(waitUntil([&] {
@@ -84,7 +85,7 @@ class SpaceTest : public WallCamera {
     clearMap();
   }
 
-  /// The camera is at 0.02 m, so that the wall is in the middle of a cell, or so far on.
+  /// The camera is at 0.02 m plus x_m, so that the wall is in the middle of a cell.
   void fuseFrames(int count, double x_m = 0.0) {
     for (int i = 0; i < count; ++i) {
       const uint64_t fused = status_.status().frames_fused;
@@ -95,7 +96,7 @@ class SpaceTest : public WallCamera {
     }
   }
 
-  /// How many grids a reader has, once those have come that are published for who has connected.
+  /// The reader's number of grids, after those published for new subscribers.
   static size_t settledGrids(const GridReader& reader) {
     size_t grids = 0;
     ros::WallTime since = ros::WallTime::now();
@@ -107,7 +108,7 @@ class SpaceTest : public WallCamera {
     return grids;
   }
 
-  /// After a while a reader has what one gets who comes now.
+  /// Checks that the reader gets the same result as a new subscriber, after a while.
   void expectUpToDate(const GridReader& reader) {
     nav_msgs::OccupancyGrid grid;
     EXPECT_TRUE(waitUntil([&] {
@@ -118,10 +119,10 @@ class SpaceTest : public WallCamera {
     EXPECT_EQ(reader.misplaced(), 0u);
   }
 
-  ros::Time last_stamp_;  ///< Stamp of the last frame fused.
+  ros::Time last_stamp_;  ///< Stamp of the last fused frame.
 };
 
-/// Corners of a robot, in its own frame; the wall is at its right side.
+/// Corners of a robot in its own frame, with the wall on its right.
 TEST_F(SpaceTest, AFootprintIsAskedFor) {
   fuseFrames(3);
   Eigen::Isometry3d T_W_B(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
@@ -145,7 +146,7 @@ TEST_F(SpaceTest, AFootprintIsAskedFor) {
       EXPECT_NEAR(response.gradients[i].y, 1.0, 0.05) << i;
       EXPECT_NEAR(response.gradients[i].x, 0.0, 0.05) << i;
     }
-    EXPECT_FALSE(response.known[3]) << "behind the wall";
+    EXPECT_FALSE(response.known[3]) << "behind the wall is unknown";
     EXPECT_LT(response.distances[3], 0.0f);
   }
 }
@@ -176,14 +177,14 @@ TEST_F(SpaceTest, BadRequestsAreAnsweredWhy) {
   const GetDistances::Response many = ask(bad);
   EXPECT_TRUE(many.success) << many.message;
   EXPECT_EQ(many.distances.size(), 100000u);
-  // No point is too far to ask for.
+  // No point is too far for a query.
   good.points = {pointOf(1e300, -1e300, 0.0)};
   const GetDistances::Response far = ask(good);
   ASSERT_TRUE(far.success) << far.message;
   EXPECT_FALSE(far.known[0]);
 }
 
-/// The wall is at x = 1.02 m; an arm holds what is mapped of it near the camera's axis.
+/// The wall is at x = 1.02 m; an arm covers the mapped part near the camera's axis.
 TEST_F(SpaceTest, AGridIsAskedFor) {
   fuseFrames(3);
   GetDistances::Request points;
@@ -207,7 +208,7 @@ TEST_F(SpaceTest, AGridIsAskedFor) {
   EXPECT_EQ(answer.distances[4], askUpToDate(points).distances[0]);
   EXPECT_NEAR(answer.distances[2], 1.02 - 0.6, kCell_m);
   EXPECT_NEAR(answer.gradients[6], -1.0, 0.05);
-  EXPECT_TRUE(std::isnan(answer.distances[8])) << "behind the wall";
+  EXPECT_TRUE(std::isnan(answer.distances[8])) << "behind the wall is unknown";
   EXPECT_TRUE(std::isnan(answer.gradients[24]));
 
   request.cleared_spheres.resize(1);
@@ -216,8 +217,8 @@ TEST_F(SpaceTest, AGridIsAskedFor) {
   ASSERT_TRUE(callService("/mapping/get_distance_grid", call));
   ASSERT_TRUE(answer.success) << answer.message;
   EXPECT_NEAR(answer.distances[4], std::hypot(0.22, 0.3), kCell_m);
-  EXPECT_FALSE(std::isnan(answer.distances[8])) << "taken as free";
-  EXPECT_NEAR(askUpToDate(points).distances[0], 0.22, kCell_m) << "the map is as it was";
+  EXPECT_FALSE(std::isnan(answer.distances[8])) << "the region is taken as free";
+  EXPECT_NEAR(askUpToDate(points).distances[0], 0.22, kCell_m) << "the map has changed";
 
   request.resolution = 0.001;
   ASSERT_TRUE(callService("/mapping/get_distance_grid", call));
@@ -225,8 +226,8 @@ TEST_F(SpaceTest, AGridIsAskedFor) {
   EXPECT_NE(answer.message.find("2097152 points"), std::string::npos) << answer.message;
 }
 
-/// Answers are those of the last of the meshes that are made anyhow, two a second: were each
-/// question to make one, there would be as many stamps as frames.
+/// Queries are answered from the last regular mesh, of two per second: if each query made a mesh,
+/// there would be as many stamps as frames.
 TEST_F(SpaceTest, AQuestionMakesNoMesh) {
   setSpaceRate(1.0);
   GetDistances::Request request;
@@ -259,32 +260,32 @@ TEST_F(SpaceTest, GridAndUpdatesMakeWhatALateOneGets) {
   EXPECT_EQ(reader.grid().info.height % 256, 0u);
   EXPECT_EQ(reader.grid().header.frame_id, "map");
   EXPECT_EQ(reader.at(0.5, 0.0), 0);
-  EXPECT_EQ(reader.at(1.3, 0.0), -1) << "behind the wall";
-  EXPECT_EQ(reader.at(0.5, 0.6), -1) << "beside the view";
+  EXPECT_EQ(reader.at(1.3, 0.0), -1) << "behind the wall is unknown";
+  EXPECT_EQ(reader.at(0.5, 0.6), -1) << "outside of the view is unknown";
   expectUpToDate(reader);
 
-  // Within the same grid, as updates.
+  // Inside the same grid, as updates.
   size_t grids = settledGrids(reader);
   fuseFrames(3, 3.0);
   ASSERT_TRUE(waitUntil([&] { return reader.at(4.02, 0.0) == 100 && reader.at(3.5, 0.0) == 0; }));
   EXPECT_EQ(reader.grids(), grids);
   expectUpToDate(reader);
 
-  // Beyond it: it grows by a step.
+  // Outside of it: the grid grows by a step.
   const uint32_t width = reader.grid().info.width;
   grids = settledGrids(reader);
   fuseFrames(3, 13.0);
   ASSERT_TRUE(waitUntil([&] { return reader.at(14.02, 0.0) == 100; }));
   EXPECT_EQ(reader.grid().info.width, width + 256);
   EXPECT_EQ(reader.grids(), grids + 1);
-  EXPECT_EQ(reader.at(1.02, 0.0), 100) << "what was there is still there";
+  EXPECT_EQ(reader.at(1.02, 0.0), 100) << "the wall is lost";
   fuseFrames(3, 6.0);
   ASSERT_TRUE(waitUntil([&] { return reader.at(7.02, 0.0) == 100; }));
   expectUpToDate(reader);
 
   const auto update =
       firstMessage<map_msgs::OccupancyGridUpdate>("/mapping/occupancy_grid_updates");
-  EXPECT_EQ(update.width, reader.grid().info.width) << "one that comes late is sent all";
+  EXPECT_EQ(update.width, reader.grid().info.width) << "a late subscriber gets everything";
   EXPECT_EQ(update.data, reader.grid().data);
 }
 
@@ -303,7 +304,7 @@ TEST_F(SpaceTest, ClearedAndLoadedMapsAreSeen) {
   ASSERT_TRUE(callService("/mapping/clear_region", clear));
   ASSERT_TRUE(clear.response.success) << clear.response.message;
   EXPECT_TRUE(waitUntil([&] { return reader.at(1.02, 0.2) == -1; }));
-  EXPECT_EQ(reader.at(0.95, 0.2), -1) << "nothing is known of the region any more";
+  EXPECT_EQ(reader.at(0.95, 0.2), -1) << "the region is still known";
   EXPECT_EQ(reader.at(0.5, 0.2), 0);
   EXPECT_EQ(reader.at(1.02, -0.2), 100);
   expectUpToDate(reader);
@@ -320,7 +321,7 @@ TEST_F(SpaceTest, ClearedAndLoadedMapsAreSeen) {
   expectUpToDate(reader);
 }
 
-/// An eighth of the 256 MB is for what is free.
+/// Free space has an eighth of the 256 MB.
 TEST_F(SpaceTest, TheStatusHasItsBudgetAndItsTopics) {
   std::map<std::string, uint64_t> limits;
   ASSERT_TRUE(waitUntil([&] {

@@ -1,5 +1,5 @@
-/// Listeners that do not read, on every topic of the mesh: the node's memory stays bounded, the
-/// others are served all the same, and when they read again they get all that they have lost.
+/// Subscribers that do not read, on every topic of the mesh: the node's memory stays bounded,
+/// others are still served, and when they read again they get everything they missed.
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -27,7 +27,7 @@ using Clock = std::chrono::steady_clock;
 constexpr size_t kMegabyte = 1 << 20;
 constexpr int kListeners = 20;
 
-/// How long nothing is read; longer when DTSDF_STALL_S says so.
+/// Duration without reading; DTSDF_STALL_S overrides it.
 double stallSeconds() {
   const char* told = std::getenv("DTSDF_STALL_S");
   return told == nullptr ? 15.0 : std::strtod(told, nullptr);
@@ -79,10 +79,11 @@ TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
     most = std::max(most, residentBytes(process));
   }
   std::printf("resident: base %zu MB, most %zu MB\n", base / kMegabyte, most / kMegabyte);
-  EXPECT_LT(most - base, 3 * 32 * kMegabyte + 60 * kMegabyte) << "32 MB a topic, and a larger map";
+  EXPECT_LT(most - base, 3 * 32 * kMegabyte + 60 * kMegabyte)
+      << "32 MB per topic, plus a larger map";
   EXPECT_EQ(topicStatus("mesh").listeners, 1u + kListeners);
 
-  // The others have had changes all along, and have all of them in the end.
+  // The others received changes all along, and have all of them in the end.
   EXPECT_GT(mesh.addedMarkers() - markers_before, 100u);
   EXPECT_GT(clouds, clouds_before);
   const auto saved = saveMesh("mesh.ply");
@@ -92,7 +93,7 @@ TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
   }));
   EXPECT_TRUE(waitUntil([&] { return cornersOf(mesh) == blocks.state().corners(); }));
 
-  // A listener that reads again has them once all was refreshed, whatever it has lost.
+  // A listener that reads again has everything after a refresh.
   BlocksState late;
   const auto deadline = Clock::now() + std::chrono::seconds(60);
   while (Clock::now() < deadline) {
@@ -108,12 +109,12 @@ TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
       << late.triangles() << " of " << saved.triangles << " triangles";
 }
 
-/// After the test above, whose map fills more than what the kernel keeps of a connection.
+/// Follows the test above, whose map exceeds the kernel's buffers of a connection.
 TEST_F(StalledListener, KilledInMidMessageHarmsNobody) {
   const MeshWatcher mesh(nh_);
   ASSERT_TRUE(waitUntil([&] { return mesh.triangles() > 100000; }));
   const auto listeners = [&](const std::string& topic) { return topicStatus(topic).listeners; };
-  // Those of the test above end as their destructors have ended their connections.
+  // The listeners of that test end when their destructors close the connections.
   ASSERT_TRUE(
       waitUntil([&] { return listeners("mesh") == 1 && listeners("surface_points") == 0; }));
   for (const char* topic : {"mesh", "surface_points"}) {
@@ -129,7 +130,7 @@ TEST_F(StalledListener, KilledInMidMessageHarmsNobody) {
     EXPECT_TRUE(waitUntil([&] { return listeners(topic) == before; }));
     fuseNextPlace();
   }
-  // Who was there all along has everything.
+  // The permanent subscribers have everything.
   const auto saved = saveMesh("mesh.ply");
   EXPECT_TRUE(waitUntil([&] { return mesh.triangles() == saved.triangles; }));
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What start_rviz makes of the configuration. Needs no ROS."""
+"""Tests how start_rviz adapts the configuration. Needs no ROS."""
 import importlib.machinery
 import importlib.util
 import os
@@ -74,7 +74,7 @@ class StartRviz(unittest.TestCase):
         self.assertEqual(start_rviz.points_of(message), [(500.0, -500.0, 0.0), (504.0, -499.0, 2.0)])
 
     def test_waits_for_triangles(self):
-        """The first message that a newcomer gets has none."""
+        """The first message to a new subscriber has none."""
         def message(*points):
             header = types.SimpleNamespace(frame_id="level")
             return types.SimpleNamespace(markers=[types.SimpleNamespace(header=header, points=list(points))])

@@ -1,4 +1,4 @@
-// What the parts of the node write into the status, but for the input.
+// The contributions of the node's parts to the status, except for the input.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -21,7 +21,7 @@ dtsdf_mapping::MemoryPart partOf(const MapStatus& status, const std::string& nam
   return none;
 }
 
-/// What a live map says whose mapper counts this.
+/// The status of a live map whose mapper has these counts.
 MapStatus statusOf(const MapStats& counts, const MapperMemory& held = {}) {
   auto mapper = std::make_unique<FakeMapper>();
   mapper->counts = counts;
@@ -64,8 +64,7 @@ TEST(Status, SaysWhatTheBudgetHadNoRoomFor) {
          "4 blocks or sectors of cells could not be read back and are lost: no space");
 }
 
-/// What was refused is counted on until the map is cleared; what is wrong now has to show all the
-/// same.
+/// Counts of refused blocks last until the map is cleared, but must not hide a current problem.
 TEST(Status, AFullMapHidesNothingThatIsWrongNow) {
   MapStats counts;
   counts.refused_blocks = 7;
@@ -115,7 +114,7 @@ TEST(Status, SaysWhichMeshesAreLostOrStayInMemory) {
   PagedMeshes::Stats pages;
   pages.failures = 1;
   pages.problem = "the disk is full";
-  EXPECT_EQ(statusOf(pages, 1000).code, MapStatus::MAPPING) << "there is room";
+  EXPECT_EQ(statusOf(pages, 1000).code, MapStatus::MAPPING) << "there is still room";
   expect(statusOf(pages, 1001), MapStatus::DISK_FULL, "meshes stay in memory: the disk is full");
   pages.lost = 8;
   expect(statusOf(pages, 1001), MapStatus::PAGES_LOST,
@@ -154,7 +153,7 @@ TEST(Status, GivesEachPartOfMemoryWithItsPlaceAndLimit) {
     EXPECT_EQ(partOf(status, "staging").bytes, on_gpu ? 55u : 0u);
     EXPECT_EQ(partOf(status, "space").place, "host");
     addMemory(status, "space", kHost, 7);
-    EXPECT_EQ(partOf(status, "space").bytes, 77u) << "of the map and of its followers";
+    EXPECT_EQ(partOf(status, "space").bytes, 77u) << "map and followers together";
     fillMeshes({}, 300, 600, status);
     EXPECT_EQ(partOf(status, "mesh").bytes, 300u);
     EXPECT_EQ(partOf(status, "mesh").limit_bytes, 600u);

@@ -1,10 +1,10 @@
-"""Packages that stand in for the cameras' drivers: the same names of packages, launch files,
-arguments, managers, topics and frames, the same encodings and distortion, and a wall to look at. What
-a launch file of ours passes that the driver does not know fails as it would with the driver."""
+"""Packages that stand in for the cameras' drivers: with the same names of packages, launch files,
+arguments, managers, topics and frames, the same encodings and distortion, and a wall in view. An unknown
+argument from one of our launch files fails as it would with the driver."""
 import os
 import stat
 
-# For each driver: its package, its launch file, arguments that it has, and what it does.
+# For each driver: its package, its launch file, its arguments, and its behaviour.
 DRIVERS = {
     "realsense2_camera": {
         "file": "rs_camera.launch",
@@ -67,7 +67,7 @@ DRIVERS = {
         "distortion": "0 0 0 0 0", "encoding": "32FC1", "clock": True},
 }
 
-# A node that publishes depth of a wall a metre away, with its camera_info.
+# A node that publishes depth of a wall at one metre, with its camera_info.
 NODE = '''#!/usr/bin/env python3
 import struct
 import time
@@ -105,14 +105,14 @@ while not rospy.is_shutdown():
     time.sleep(0.1)
 '''
 
-# Odometry that stands still, under the name of rtabmap's.
+# Stationary odometry under the name of rtabmap's.
 ODOMETRY = '''#!/bin/sh
 exec rosrun tf2_ros static_transform_publisher 0 0 0 0 0 0 odom camera_link "$@"
 '''
 
-# rtabmap: gives poses by TF, and after 25 images, of which each fifth one is a node of its graph, it
-# closes a loop: they have all been 0.1 m from where they were said to be. Of its messages it has the
-# parts that matter here, as it fills them: the stamp of a node comes once.
+# rtabmap: gives poses by TF and, after 25 images, of which every fifth is a node of its graph,
+# closes a loop: all images were 0.1 m from their given poses. Its messages have only the parts that
+# matter here, filled as in rtabmap: each node's stamp is sent once.
 SLAM = '''#!/usr/bin/env python3
 import genpy.dynamic
 import rospy
@@ -251,7 +251,7 @@ def launch_file(driver):
 
 
 def make_packages(folder):
-    """Makes a package for each driver, and rtabmap, below the folder."""
+    """Makes a package for each driver and for rtabmap in the folder."""
     make_drivers(folder)
     write(f"{folder}/rtabmap_slam/package.xml", manifest("rtabmap_slam"))
     write(f"{folder}/rtabmap_slam/scripts/rtabmap", SLAM, executable=True)
@@ -260,7 +260,7 @@ def make_packages(folder):
 
 
 def make_drivers(folder):
-    """Makes a package for each driver, and no other, below the folder."""
+    """Makes a package for each driver in the folder, and no others."""
     for name, driver in DRIVERS.items():
         driver = dict(driver, package=name)
         write(f"{folder}/{name}/package.xml", manifest(name))

@@ -1,4 +1,4 @@
-/// A bag of a camera without transforms: it is followed, lost when it is covered, and found again.
+/// A bag of a camera without transforms: it is tracked, lost when it is covered, and found again.
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveTrajectory.h>
 #include <dtsdf_mapping/SetPose.h>
@@ -18,24 +18,24 @@
 namespace dtsdf {
 namespace {
 
-/// Half a voxel, and what that is at 2 m.
+/// Half a voxel, and the corresponding angle at 2 m.
 constexpr double kClose_m = 0.02, kClose_rad = 0.01;
 
-/// Tracking begins with an upright camera at the origin.
+/// Tracking starts with an upright camera at the origin.
 Eigen::Isometry3d mapPose(const Eigen::Isometry3d& T_R_C) {
   Eigen::Isometry3d begin = Eigen::Isometry3d::Identity();
   begin.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
   return begin * room_bag::poseAt(0).inverse() * T_R_C;
 }
 
-/// One bag for all tests, which go on where the one before ended.
+/// All tests share one bag and continue where the previous one ended.
 class Track : public testing::Test {
  protected:
   void SetUp() override {
     ASSERT_TRUE(waitUntil([&] { return status_.received() && way_.isConnected(); }));
   }
 
-  /// Plays the bag from one of its images to before another one.
+  /// Plays the images `from` to `to` - 1 of the bag.
   static void play(int from, int to) {
     const BagPlayer player(room_bag::kPeriod_s * (from - 0.5), room_bag::kPeriod_s * (to - 0.5));
   }
@@ -45,7 +45,7 @@ class Track : public testing::Test {
     EXPECT_LT(turnBetween_rad(way_.pose(), mapPose(T_R_C)), kClose_rad);
   }
 
-  /// Nothing is unaccounted for, at any time.
+  /// Checks that all images are accounted for.
   void expectAccounted() const {
     const dtsdf_mapping::MapStatus& status = status_.status();
     EXPECT_EQ(status.images_received,
@@ -66,7 +66,7 @@ TEST_F(Track, ACameraIsFollowedWithoutTransforms) {
   play(0, room_bag::kCarried);
   ASSERT_TRUE(way_.waitFor(room_bag::stampOf(room_bag::kCarried - 1))) << status_.status().message;
   ASSERT_TRUE(status_.waitForFused(room_bag::kCarried)) << status_.status().message;
-  EXPECT_EQ(way_.odometry().header.frame_id, "odom");  // which lies in the map's origin
+  EXPECT_EQ(way_.odometry().header.frame_id, "odom");  // at the map's origin
   EXPECT_EQ(way_.odometry().child_frame_id, "camera");
   expectAt(room_bag::poseAt(room_bag::kCarried - 1));
   for (size_t axis = 0; axis < 6; ++axis) {
@@ -107,7 +107,7 @@ TEST_F(Track, ItIsFoundAgainNearWhereItWas) {
   expectAt(room_bag::heldPose());
   EXPECT_GT(status_.status().frames_fused, fused);
   EXPECT_LT(status_.status().frames_fused, fused + room_bag::kHeld)
-      << "the first that fits may do so by chance";
+      << "the first fit may be by chance";
   EXPECT_TRUE(poseStatus().lost_since.isZero());
   EXPECT_TRUE(waitUntil([&] { return way_.path().poses.size() > 10; }));
   expectAccounted();
@@ -122,7 +122,7 @@ TEST_F(Track, APoseThatIsSetIsWhereItGoesOn) {
 
   Eigen::Isometry3d about = mapPose(room_bag::poseAt(0));
   const Eigen::Quaterniond q(about.linear());
-  call.request.pose.position.x = about.translation().x() + 0.03;  // people are not exact
+  call.request.pose.position.x = about.translation().x() + 0.03;  // users are not exact
   call.request.pose.orientation.w = q.w();
   call.request.pose.orientation.x = q.x();
   call.request.pose.orientation.y = q.y();
@@ -157,17 +157,17 @@ TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
 
   clearMap();
   ASSERT_TRUE(callService("/mapping/save_trajectory", call));
-  EXPECT_FALSE(call.response.success) << "its poses are of a map that is gone";
+  EXPECT_FALSE(call.response.success) << "its poses belong to the removed map";
   const ros::Time stamp = room_bag::stampOf(room_bag::kCarried + 61);
   camera_.see(room_bag::poseAt(0), stamp);
   ASSERT_TRUE(way_.waitFor(stamp)) << status_.status().message;
   expectAt(room_bag::poseAt(0));
 }
 
-/// Nothing tells where in the map the camera is. It is held still, upside down.
+/// No pose is known in the map. The camera is held still, upside down.
 TEST_F(Track, AfterARestartItIsFoundAnywhereInASavedMap) {
   ros::param::set("/mapping/map/load_file", outputFolder() + "/room.dtsdf");
-  // A node takes the place of the one of its name.
+  // A new node replaces the one with its name.
   const std::string command = std::string(DTSDF_MAPPING_NODE) +
                               " __name:=mapping depth/image_rect:=/camera/depth/image_rect "
                               "depth/camera_info:=/camera/depth/camera_info < /dev/null";

@@ -15,7 +15,7 @@ namespace {
 
 class TransformsTest : public testing::Test {
  protected:
-  TransformsTest() { ros::Time::init(); }  // warnings have a rate
+  TransformsTest() { ros::Time::init(); }  // for the throttling of warnings
 
   bool says(const PoseAnswer& answer, const std::string& text) const {
     return answer.text.find(text) != std::string::npos;
@@ -28,8 +28,7 @@ class TransformsTest : public testing::Test {
     return transforms_.find(parent, frame, ros::Time(0));
   }
 
-  /// Images of a camera for so long, at 10 a second, with its transform; @return how many had a
-  /// pose.
+  /// Adds images of a camera at 10 per second, with their transforms. @return how many had a pose.
   int map(double from_s, double duration_s) {
     int found = 0;
     for (double stamp_s = from_s; stamp_s < from_s + duration_s - 0.05; stamp_s += 0.1) {
@@ -130,7 +129,8 @@ geometry_msgs::TransformStamped cameraAt(double stamp_s) {
   return makeTransform("map", "camera", Eigen::Isometry3d::Identity(), ros::Time(stamp_s));
 }
 
-// One message on /tf_static of a frame that is on /tf too, an hour ahead, ended mapping for good.
+// A single message on /tf_static, an hour ahead, for a frame that is also on /tf used to end
+// mapping for good.
 TEST_F(TransformsTest, AStaticOneOfAMovingFrameEndsNothingForGood) {
   transforms_.take(makeTransform("camera", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0)),
                    "test", true);
@@ -139,10 +139,10 @@ TEST_F(TransformsTest, AStaticOneOfAMovingFrameEndsNothingForGood) {
   EXPECT_LT(map(102.0, 3.0), 15);
   EXPECT_EQ(status().transform_restarts, 1u);
   EXPECT_GE(map(105.0, 5.0), 49);
-  transforms_.take(cameraAt(3800.0), "rogue", true);  // as a latched one that is sent again
+  transforms_.take(cameraAt(3800.0), "rogue", true);  // as when a latched one is sent again
   EXPECT_GE(map(110.0, 5.0), 49);
   EXPECT_EQ(status().transform_restarts, 1u);
-  EXPECT_TRUE(findIn("camera", "lens").T_W_C) << "valid static ones are kept";
+  EXPECT_TRUE(findIn("camera", "lens").T_W_C) << "valid static transforms are lost";
 }
 
 TEST_F(TransformsTest, OneAheadOfTimeEndsNothingForGood) {
@@ -156,7 +156,7 @@ TEST_F(TransformsTest, OneAheadOfTimeEndsNothingForGood) {
 }
 
 TEST_F(TransformsTest, IsNotMadeNewAgainAndAgain) {
-  for (int i = 0; i < 600; ++i) {  // ten minutes in which each true one comes behind a wrong one
+  for (int i = 0; i < 600; ++i) {  // for ten minutes, each true transform follows a wrong one
     putTransform(transforms_, 3700.0 + i, 1.0);
     map(100.0 + i, 1.0);
   }

@@ -61,7 +61,7 @@ TEST(WorkerThread, LowPriorityIsThatOfTheThreadAlone) {
   const auto niceness = [] { return getpriority(PRIO_PROCESS, 0); };
   const int before = niceness();
   constexpr int kGreatest = 19;
-  if (before >= kGreatest) GTEST_SKIP() << "run with the lowest priority that there is";
+  if (before >= kGreatest) GTEST_SKIP() << "already running with the lowest priority";
   WorkerThread normal("normal"), low("low", kLowNiceness);
   normal.start([] { return kForEver; });
   low.start([] { return kForEver; });
@@ -90,13 +90,13 @@ TEST(WorkerThread, TasksThatStopComesBeforeFailAndDoNotHang) {
   started.get_future().get();
   auto waiting = worker.run([] { return 2; });
   std::thread stopper([&] { worker.stop(); });
-  EXPECT_THROW(waiting.get(), std::future_error) << "given up before the running one has ended";
+  EXPECT_THROW(waiting.get(), std::future_error) << "not dropped before the running task ended";
   go_on.set_value();
   stopper.join();
   EXPECT_EQ(running.get(), 1);
   auto late = worker.run([] { return 3; });
   EXPECT_THROW(late.get(), std::future_error);
-  worker.stop();  // once more does no harm
+  worker.stop();  // a second call is harmless
 }
 
 TEST(WorkerThread, StopsWithManyCallbacksWaiting) {

@@ -9,11 +9,11 @@
 
 namespace dtsdf {
 
-/// `rosbag play` in a process of its own, while this one waits for what comes of it.
+/// Runs `rosbag play` in another process while the test waits for its effects.
 class BagPlayer {
  public:
-  /// Plays the test's bag (parameter "~bag") from one time in it to another. Waits for subscribers
-  /// of all its topics.
+  /// Plays the test's bag (parameter "~bag") between two times. Waits for subscribers of all its
+  /// topics.
   BagPlayer(double from_s, double to_s) {
     std::string bag;
     ros::param::get("~bag", bag);
@@ -25,7 +25,7 @@ class BagPlayer {
   }
   BagPlayer(const BagPlayer&) = delete;
   BagPlayer& operator=(const BagPlayer&) = delete;
-  /// Waits for its end.
+  /// Waits until it ends.
   ~BagPlayer() {
     if (pipe_ != nullptr) pclose(pipe_);
   }

@@ -1,4 +1,4 @@
-/// The mesh as a listener of mesh_blocks has it.
+/// The mesh as received by a subscriber of mesh_blocks.
 #pragma once
 
 #include <dtsdf_mapping/MeshBlocks.h>
@@ -13,7 +13,7 @@
 
 namespace dtsdf {
 
-/// What all messages so far come to.
+/// The result of all messages so far.
 class BlocksState {
  public:
   void take(const dtsdf_mapping::MeshBlocks& message);

@@ -1,4 +1,4 @@
-/// The topics of one camera's images, which stay when a test ends.
+/// The image topics of one camera, which outlive a test.
 #pragma once
 
 #include <sensor_msgs/CameraInfo.h>
@@ -12,12 +12,12 @@ namespace dtsdf {
 
 class CameraTopics {
  public:
-  /// `ns`/image_rect and `ns`/camera_info.
+  /// Publishes `ns`/image_rect and `ns`/camera_info.
   CameraTopics(ros::NodeHandle nh, const std::string& ns)
       : images_(advertiseKept<sensor_msgs::Image>(nh, ns + "/image_rect")),
         infos_(advertiseKept<sensor_msgs::CameraInfo>(nh, ns + "/camera_info")) {}
 
-  /// Whether so many mappers listen.
+  /// Whether this many mappers have subscribed.
   bool isConnected(uint32_t mappers = 1) const {
     return images_.getNumSubscribers() >= mappers && infos_.getNumSubscribers() >= mappers;
   }

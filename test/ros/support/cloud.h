@@ -1,4 +1,4 @@
-/// Organised clouds, as drivers make them of depth images.
+/// Organised clouds, as drivers make them from depth images.
 #pragma once
 
 #include <sensor_msgs/PointCloud2.h>
@@ -13,7 +13,7 @@
 
 namespace dtsdf {
 
-/// How points lie in a message.
+/// The layout of points in a message.
 struct CloudLayout {
   uint8_t datatype = sensor_msgs::PointField::FLOAT32;
   std::string names = "xyz";  ///< In the order of their bytes, after 4 others.

@@ -1,6 +1,6 @@
-// Preloaded into a program, makes the disk that a folder lies on fail while a file says how: the
-// file FOLDER.fault, where FOLDER is what DTSDF_DISK_FOLDER says, has "full", "read_only" or "gone"
-// in it. As root permissions do not bind, and disks cannot be filled without harm to others.
+// Preloaded into a program, makes the disk of a folder fail while the file FOLDER.fault says how:
+// it contains "full", "read_only" or "gone". DTSDF_DISK_FOLDER gives FOLDER. Needed because
+// permissions do not bind root, and filling a disk would harm others.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -35,7 +35,7 @@ bool liesInFolder(int file) {
   return liesInFolder(path);
 }
 
-/// Whether a fault of this kind is set. Uses the kernel's own calls, as ours would come here.
+/// Whether a fault of this kind is set. Uses system calls, because our own functions would recurse.
 bool isFault(const char* kind) {
   const int error = errno;
   char path[4096], told[32] = "";

@@ -1,4 +1,4 @@
-/// A camera whose every message a test can spoil: it looks at a wall one metre ahead.
+/// A camera in front of a wall at one metre; tests can make any of its messages wrong.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -22,10 +22,10 @@ class FakeCamera {
 
   explicit FakeCamera(ros::NodeHandle nh);
 
-  /// Waits until the mapper listens.
+  /// Waits until the mapper has subscribed.
   bool connect() const;
 
-  /// A stamp of now, later than the one before.
+  /// The current time as a stamp, later than the previous one.
   ros::Time nextStamp();
 
   sensor_msgs::Image image(const ros::Time& stamp) const;
@@ -39,7 +39,7 @@ class FakeCamera {
   void sendPose(const Eigen::Isometry3d& T_W_F, const ros::Time& stamp,
                 const std::string& frame = "camera");
 
-  /// A good frame with its transform. Returns its stamp.
+  /// Sends a good frame with its transform. Returns its stamp.
   ros::Time sendFrame();
 
  private:

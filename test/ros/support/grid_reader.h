@@ -1,5 +1,5 @@
-/// A reader of grid and updates that does as costmap_2d's StaticLayer does: it subscribes to
-/// updates once it has a grid, and counts them from the grid's corner. That one looks at no bounds.
+/// A reader of grid and updates like costmap_2d's StaticLayer: it subscribes to updates once it has
+/// a grid, and places them relative to the grid's corner. StaticLayer does not check bounds.
 #pragma once
 
 #include <map_msgs/OccupancyGridUpdate.h>
@@ -15,15 +15,15 @@ class GridReader {
  public:
   explicit GridReader(ros::NodeHandle nh);
 
-  /// The last grid, with the updates since.
+  /// The last grid with its updates.
   const nav_msgs::OccupancyGrid& grid() const { return grid_; }
 
   size_t grids() const { return grids_; }
   size_t updates() const { return updates_; }
-  /// Updates that would have written outside of the grid.
+  /// Number of updates that would have written outside of the grid.
   size_t misplaced() const { return misplaced_; }
 
-  /// Columns of a value.
+  /// Number of columns with this value.
   size_t count(int8_t value) const;
 
   /// The value at a point of the map frame; -2 outside of the grid.

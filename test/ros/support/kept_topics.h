@@ -1,4 +1,4 @@
-/// Topics that a test program has from the first test that needs them until it ends.
+/// Topics that a test program keeps from the first test that needs them until it ends.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -8,15 +8,15 @@
 
 namespace dtsdf {
 
-/// Keeps the topic of a publisher when the test that has it ends. A topic that goes and is back at
-/// once can end its listener: roscpp connects again by itself 100 ms later, and throws
-/// bad_weak_ptr if the master's word that it was gone comes just then (docs/reliability.md).
+/// Keeps a publisher's topic after the end of its test. A topic that disappears and is back at once
+/// can end its subscriber: roscpp reconnects 100 ms later, and throws bad_weak_ptr if the master's
+/// message that the topic is gone arrives just then (docs/reliability.md).
 ros::Publisher keepTopic(const ros::Publisher& publisher);
 
-/// Before ROS ends.
+/// Call it before ROS shuts down.
 void giveUpKeptTopics();
 
-/// A publisher of a topic that is kept.
+/// A publisher of a kept topic.
 template <class Message>
 ros::Publisher advertiseKept(ros::NodeHandle nh, const std::string& topic) {
   return keepTopic(nh.advertise<Message>(topic, 100));

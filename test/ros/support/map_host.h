@@ -1,4 +1,4 @@
-/// A live map with all that it works with, for tests without a master.
+/// A live map with everything that it needs, for tests without a master.
 #pragma once
 
 #include <boost/make_shared.hpp>
@@ -24,12 +24,12 @@ inline void pushPosed(FrameQueue& queue, FrameQueue::Stream stream, PosedFrame f
 }
 
 struct MapHost {
-  /// With streams 0 of depth and 1 of colour.
+  /// Streams: 0 for depth and 1 for colour.
   explicit MapHost(std::unique_ptr<Mapper> mapper, NodeParams settings = {})
       : params(std::move(settings)),
         rates(params),
         map(std::move(mapper), params, queue, frame, mesh_changes, steps, clock.reader()) {
-    ros::Time::init();  // warnings have a rate
+    ros::Time::init();  // for the throttling of warnings
     queue.addStream({}, depth);
     FrameQueue::StreamOptions options;
     options.is_colour = true;
@@ -41,7 +41,7 @@ struct MapHost {
     pushPosed(queue, stream, std::move(posed));
   }
 
-  /// Until there is nothing left to do.
+  /// Works until nothing is left to do.
   void work() {
     while (map.step() == std::chrono::milliseconds(0)) {
     }

@@ -1,4 +1,4 @@
-/// What RViz would show of the mesh topic, and how much came over it.
+/// The content of the mesh topic as RViz would show it, with counts of messages.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -13,7 +13,7 @@ class MeshWatcher {
  public:
   explicit MeshWatcher(ros::NodeHandle nh);
 
-  /// The markers on display, by id.
+  /// The displayed markers, by id.
   const std::map<int, visualization_msgs::Marker>& shown() const { return shown_; }
   size_t triangles() const;
 

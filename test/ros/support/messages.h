@@ -1,4 +1,4 @@
-/// Messages as cameras and transforms have them, of a test's own numbers.
+/// Messages of cameras and transforms with a test's own numbers.
 #pragma once
 
 #include <sensor_msgs/Image.h>
@@ -20,7 +20,7 @@ inline std_msgs::Header makeHeader(const ros::Time& stamp, const std::string& fr
   return header;
 }
 
-/// Rows without padding, of the machine's byte order.
+/// An image without padding, in the machine's byte order.
 template <class Pixel>
 sensor_msgs::Image makeImageMessage(const std_msgs::Header& header, const std::string& encoding,
                                     int width, int height, const std::vector<Pixel>& pixels) {
@@ -35,7 +35,7 @@ sensor_msgs::Image makeImageMessage(const std_msgs::Header& header, const std::s
   return image;
 }
 
-/// One transform, as /tf has it.
+/// A message with one transform, as on /tf.
 inline tf2_msgs::TFMessage makeTfMessage(const std::string& parent, const std::string& child,
                                          const Eigen::Isometry3d& T, const ros::Time& stamp) {
   tf2_msgs::TFMessage message;

@@ -1,4 +1,4 @@
-/// What tests ask of the node by its services, and the folder that it saves into.
+/// Service calls of tests to the node, and the folder that it saves to.
 #pragma once
 
 #include <dtsdf_mapping/LoadMap.h>
@@ -21,7 +21,7 @@
 
 namespace dtsdf {
 
-/// What the node was started with.
+/// The settings that the node was started with.
 inline NodeParams nodeParams() {
   std::vector<ParamViolation> violations;
   return readNodeParams(readParamServer(ros::NodeHandle("/mapping"), violations));
@@ -47,7 +47,7 @@ inline std::string newestJournalIn(const std::string& folder) {
   return newest;
 }
 
-/// For the end of a suite of tests.
+/// Call it at the end of a test suite.
 inline void removeOutputFolder() { std::filesystem::remove_all(outputFolder()); }
 
 inline void clearMap() {
@@ -63,7 +63,7 @@ inline void pauseMapping(bool on) {
   ASSERT_TRUE(pause.response.success);
 }
 
-/// What a service of the node answers to the name of a file.
+/// The answer of a service of the node to a file name.
 template <class Service>
 typename Service::Response callFile(const std::string& service, const std::string& file_name) {
   Service call;

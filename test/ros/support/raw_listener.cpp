@@ -20,7 +20,7 @@ void expect(bool condition, const char* what) {
   if (!condition) throw std::runtime_error(std::string("raw listener: ") + what);
 }
 
-/// Calls a method of a node's own interface; what it returns beside code and message.
+/// Calls a method of a node's XML-RPC interface; returns the value without code and message.
 XmlRpc::XmlRpcValue callNode(const std::string& node, const char* method,
                              XmlRpc::XmlRpcValue parameters) {
   XmlRpc::XmlRpcValue request, response, uri;
@@ -36,7 +36,7 @@ XmlRpc::XmlRpcValue callNode(const std::string& node, const char* method,
   return result[2];
 }
 
-/// The node that publishes a topic: of a nodelet, that is its manager.
+/// The node that publishes a topic; for a nodelet, its manager.
 std::string publisherOf(const std::string& topic) {
   XmlRpc::XmlRpcValue request, response, state;
   request[0] = ros::this_node::getName();
@@ -44,7 +44,7 @@ std::string publisherOf(const std::string& topic) {
   for (int i = 0; i < state[0].size(); ++i) {
     if (static_cast<std::string>(state[0][i][0]) == topic) return state[0][i][1][0];
   }
-  throw std::runtime_error("raw listener: nobody publishes " + topic);
+  throw std::runtime_error("raw listener: no publisher of " + topic);
 }
 
 int connectTo(const std::string& host, int port) {
@@ -93,13 +93,13 @@ std::vector<uint8_t> RawListener::read(double timeout_s) {
   uint8_t length[4];
   if (!receive(length, sizeof(length), timeout_s)) return {};
   std::vector<uint8_t> message(numberIn(length));
-  expect(receive(message.data(), message.size(), 10.0), "half a message");
+  expect(receive(message.data(), message.size(), 10.0), "incomplete message");
   return message;
 }
 
 void RawListener::breakOffAfter(size_t bytes) {
   std::vector<uint8_t> part(bytes);
-  expect(receive(part.data(), part.size(), 10.0), "nothing came");
+  expect(receive(part.data(), part.size(), 10.0), "no data received");
   const linger at_once{1, 0};
   setsockopt(socket_, SOL_SOCKET, SO_LINGER, &at_once, sizeof(at_once));
   close(socket_);

@@ -1,4 +1,4 @@
-/// A subscriber made by hand: it shakes hands as ROS does, and then reads when it is told to.
+/// A subscriber without roscpp: it connects like ROS, but reads only on demand.
 #pragma once
 
 #include <ros/message_traits.h>
@@ -20,7 +20,7 @@ class RawListener {
   RawListener(const RawListener&) = delete;
   RawListener& operator=(const RawListener&) = delete;
 
-  /// The next message, serialised; empty if none has come within the time.
+  /// The next message, serialised; empty on timeout.
   std::vector<uint8_t> read(double timeout_s);
 
   /// The next message of the topic.
@@ -34,8 +34,8 @@ class RawListener {
     return message;
   }
 
-  /// Reads so many bytes of what comes, and is gone as a process that was killed: what was on its
-  /// way to it is thrown back. Nothing more can be read.
+  /// Reads this many bytes and disconnects like a killed process: undelivered data is refused. No
+  /// more can be read afterwards.
   void breakOffAfter(size_t bytes);
 
  private:
@@ -53,7 +53,7 @@ RawListener listenRaw(const std::string& topic) {
 /// The process that publishes a topic.
 int publishingProcess(const std::string& topic);
 
-/// Memory that a process has in use, in bytes (VmRSS).
+/// Resident memory of a process, in bytes (VmRSS).
 size_t residentBytes(int process);
 
 }  // namespace dtsdf

@@ -1,5 +1,5 @@
-/// What the bags of poses show: a camera carried through the analytic room. For make_room_bag, and
-/// for the tests that play them.
+/// The contents of the bags of poses: a camera carried through the analytic room. For
+/// make_room_bag, and for the tests that play them.
 #pragma once
 
 #include <ros/time.h>
@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// The camera on its base.
+/// The pose of the camera on its base.
 inline Eigen::Isometry3d mount() {
   Eigen::Isometry3d T_B_C(Eigen::Translation3d(0.2, 0.0, 0.5));
   T_B_C.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
@@ -26,8 +26,8 @@ inline ros::Time stampOf(int frame) { return ros::Time(1000.0) + ros::Duration(k
 /// Pose of the camera in the room, R.
 inline Eigen::Isometry3d poseAt(int frame) { return roomCameraPose(kPeriod_s * frame); }
 
-/// With transforms from odom to base that drift: where odom would have to lie in the room at the
-/// end, 9 cm and 3 degrees off.
+/// With drifting transforms from odom to base: the final error of odom in the room, 9 cm and 3
+/// degrees.
 constexpr int kDriftingFrames = 60;
 
 inline Eigen::Isometry3d driftAt(int frame) {
@@ -37,7 +37,7 @@ inline Eigen::Isometry3d driftAt(int frame) {
   return T_R_O;
 }
 
-/// Without transforms: carried, then covered for two seconds, then held still near where it was.
+/// Without transforms: carried, then covered for two seconds, then held still near the last place.
 constexpr int kCarried = 30, kCovered = 40, kHeld = 10;
 
 inline bool isCovered(int frame) { return frame >= kCarried && frame < kCarried + kCovered; }

@@ -1,4 +1,5 @@
-/// A depth camera that a test carries through the analytic room, and what the node says of its way.
+/// A depth camera carried through the analytic room by a test, and the node's output about its
+/// motion.
 #pragma once
 
 #include <nav_msgs/Odometry.h>
@@ -19,13 +20,13 @@ namespace dtsdf {
 
 class RoomCamera {
  public:
-  /// Images with the frame_id "camera".
+  /// Images have the frame_id "camera".
   explicit RoomCamera(ros::NodeHandle nh);
 
-  /// Waits until so many mappers listen.
+  /// Waits until this many mappers have subscribed.
   bool connect(uint32_t mappers = 1) const;
 
-  /// Sends what is seen from a pose in the room.
+  /// Sends the view from a pose in the room.
   void see(const Eigen::Isometry3d& T_R_C, const ros::Time& stamp);
 
   /// Sends a transform.
@@ -42,20 +43,20 @@ class WayWatcher {
  public:
   explicit WayWatcher(ros::NodeHandle nh);
 
-  /// Whether nothing that is published gets lost any more.
+  /// Whether published messages now arrive.
   bool isConnected() const { return odometry_topic_.getNumPublishers() > 0; }
 
   const nav_msgs::Odometry& odometry() const { return odometry_; }
   size_t count() const { return count_; }
   const nav_msgs::Path& path() const { return path_; }
 
-  /// Waits for the odometry of a stamp.
+  /// Waits for the odometry with a stamp.
   bool waitFor(const ros::Time& stamp) const;
 
   /// Its pose.
   Eigen::Isometry3d pose() const;
 
-  /// From TF at a stamp; waits for it.
+  /// The transform from TF at a stamp; waits for it.
   std::optional<Eigen::Isometry3d> transform(const std::string& parent, const std::string& child,
                                              const ros::Time& stamp) const;
 

@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
   const int result = RUN_ALL_TESTS();
   dtsdf::giveUpKeptTopics();
   if (testing::UnitTest::GetInstance()->test_to_run_count() > 0) return result;
-  // A filter that matches nothing is a mistake, which rostest sees by a file of results that lacks.
+  // A filter that matches no test is a mistake; without a file of results, rostest reports it.
   const std::string output = testing::GTEST_FLAG(output), kind = "xml:";
   if (output.rfind(kind, 0) == 0) std::remove(output.substr(kind.size()).c_str());
   return 1;

@@ -15,10 +15,10 @@ class StatusWatcher {
   const dtsdf_mapping::MapStatus& status() const { return status_; }
   bool received() const { return received_; }
 
-  /// Frames dropped for a reason so far.
+  /// Number of frames dropped for a reason so far.
   uint64_t dropped(const std::string& reason) const;
 
-  /// Wait for more of them than `before`.
+  /// Waits for more of them than `before`.
   bool waitForDrop(const std::string& reason, uint64_t before) const;
   bool waitForFused(uint64_t count) const;
 

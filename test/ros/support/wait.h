@@ -1,4 +1,4 @@
-/// Waits for conditions and services. Wall time: simulated time may stand still.
+/// Waits for conditions and services, in wall time, because simulated time may stand still.
 #pragma once
 
 #include <ros/ros.h>
@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// Serves callbacks; true as soon as `condition()` holds, false if it does not within the time.
+/// Serves callbacks; returns true as soon as `condition()` holds, false on timeout.
 template <class Condition>
 bool waitUntil(Condition condition, double timeout_s = 60.0) {
   const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(timeout_s);
@@ -20,7 +20,7 @@ bool waitUntil(Condition condition, double timeout_s = 60.0) {
 }
 
 /// Calls a service of the node. On a busy machine roscpp may fail to reach the ROS master, which it
-/// asks only once, so a call that does not get through is tried again.
+/// tries only once, so failed calls are repeated.
 template <class Service>
 bool callService(const std::string& name, Service& call) {
   return waitUntil([&] { return ros::service::call(name, call); }, 2.0);

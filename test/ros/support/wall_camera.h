@@ -1,4 +1,4 @@
-/// Tests of a node with a FakeCamera, which looks at a wall one metre ahead of it.
+/// Tests of a node with a FakeCamera in front of a wall at one metre.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ class WallCamera : public testing::Test {
   }
   static void TearDownTestSuite() { removeOutputFolder(); }
 
-  /// From a place in the map frame. Waits until the frame is fused.
+  /// Sends a frame from a place in the map frame, and waits until it is fused.
   void fuseFrame(const Eigen::Vector3d& t_W = {0.0, 0.0, 0.0}) {
     const uint64_t fused = status_.status().frames_fused;
     const ros::Time stamp = camera_.nextStamp();
@@ -33,7 +33,7 @@ class WallCamera : public testing::Test {
     for (int i = 0; i < count; ++i) ASSERT_NO_FATAL_FAILURE(fuseFrame());
   }
 
-  /// Each from another one of the places along the wall, in rows.
+  /// Each call is from another place along the wall, in rows.
   void fuseNextPlace() {
     const int place = static_cast<int>(status_.status().frames_fused) % kPlaces;
     fuseFrame({0.5 * (place % 8), 0.5 * (place / 8), 0.0});

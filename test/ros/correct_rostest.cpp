@@ -171,7 +171,7 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheJournal) {
   const BlocksWatcher blocks(nh_);
   drive(40, drifted);
   saveTrajectory(posesOf(truth, 3), in("poses.txt"));
-  expectJournalLeadsToMap();  // it has all of it
+  expectJournalLeadsToMap();  // the journal is complete
   const Made expected = reconstructed("poses.txt");
   const std::string before = map();
   ASSERT_FALSE(before == expected.map);

@@ -120,7 +120,7 @@ TEST_F(LevelTest, ImuIsTurnedIntoTheMapFrame) {
     EXPECT_FALSE(bring(frame));
     step_->add(atRest(10.0 + 0.01 * i));
   }
-  EXPECT_FALSE(frame_.level().has_value()) << "there is no transform yet";
+  EXPECT_FALSE(frame_.level().has_value()) << "no transform was received";
   EXPECT_NE(frame_.levelProblem().find("no transform from 'imu'"), std::string::npos)
       << frame_.levelProblem();
   for (const double stamp_s : {10.5, 11.5}) {

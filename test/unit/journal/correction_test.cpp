@@ -16,7 +16,7 @@ Eigen::Isometry3d drift(int i) {
   return T;
 }
 
-/// The images of a lap, and a journal of the first of them, fused with drifting poses.
+/// The images of a lap, and a map that records what it fuses in a journal.
 class JournalOfALap : public testing::Test {
  protected:
   JournalOfALap()

@@ -21,8 +21,8 @@ GivenMotion seenUpTo(int count) {
   return motion;
 }
 
-// Jumps ahead along the motion itself, from an image's step to far less, are told apart by the
-// motion so far.
+// A jump along the motion itself, by an image's step or far less, is recognised by comparison with
+// the motion so far.
 TEST(GivenMotion, AJumpIsSeenWhateverItsDirection) {
   const GivenMotion motion = seenUpTo(10);
   for (const double x : {-0.5, -0.1, -0.05, 0.05, 0.1, 0.5}) {

@@ -34,7 +34,7 @@ Scene wall() {
 Isometry3d cornerPose() { return lookAt({0.3, 0.2, 0.1}, {2.0, 2.0, -1.0}, Vector3d::UnitZ()); }
 Isometry3d wallPose() { return lookAt({0.3, 0.2, 0.1}, {2.0, 0.2, 0.1}, Vector3d::UnitZ()); }
 
-/// Maps a scene from one pose, often enough.
+/// Maps a scene from one pose, with enough frames.
 void seeFrom(Session& session, const Scene& scene, const Isometry3d& T_W_C) {
   for (int i = 0; i < 3; ++i) session.integrate(renderFrame(scene, T_W_C, 320, 240));
 }
@@ -197,8 +197,8 @@ TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
     frame.T_W_C.translation() = truth.translation() + constant;
     const Alignment found = refiner.refine(session.mapper(), frame);
     ASSERT_EQ(found.status, AlignmentStatus::kAligned);
-    // The remaining error is insignificant, that is, it moves no wall by more than 0.2 voxels of 20
-    // mm.
+    // An error that is not corrected is insignificant: it moves no wall by more than 0.2 voxels of
+    // 20 mm.
     const double least_m = found.is_significant ? 1e-3 : 0.2 * 0.02 * std::sqrt(3.0);
     EXPECT_LT((found.T_W_C.translation() - truth.translation()).norm(), least_m) << i;
   }

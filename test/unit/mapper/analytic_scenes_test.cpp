@@ -223,7 +223,7 @@ TEST_P(ClosedBall, HasNoBoundary) {
   }
 }
 
-/// Without ray casting along the view ray into the directional map, which misses some 0.6 per cent
+/// Excludes ray casting along the view ray into the directional map, which misses some 0.6 per cent
 /// of the triangles with any number of views.
 INSTANTIATE_TEST_SUITE_P(Modes, ClosedBall,
                          testing::Values(Mode{FusionMode::kVoxelProjection, true},

@@ -27,7 +27,7 @@ RenderCamera cameraOf(const DepthFrame& frame) {
   return {frame.width, frame.height, frame.intrinsics};
 }
 
-/// Maps a scene from some poses, often enough.
+/// Maps a scene from some poses, with enough frames.
 void see(Session& session, const Scene& scene, const std::vector<Isometry3d>& T_W_C) {
   for (int i = 0; i < 3; ++i) {
     for (const Isometry3d& pose : T_W_C) {

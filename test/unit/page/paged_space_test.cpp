@@ -166,9 +166,9 @@ TEST_F(PagedSpace, TakesNoMoreMemoryTheFartherItGoes) {
   EXPECT_LE(most, kInMemory + kOnItsWay + index);
   EXPECT_LE(most_of_follower, kInMemory + kOnItsWay + near.followerPages().index_bytes);
   EXPECT_GT(whole.space().bytes(), 3 * (kInMemory + kOnItsWay)) << "otherwise nothing is tested";
-  std::cout << "of the map " << (most >> 10) << " KiB in place of " << (whole.space().bytes() >> 10)
-            << ", of who follows it " << (most_of_follower >> 10) << " in place of "
-            << (whole.followerBytes() >> 10) << "\n";
+  std::cout << "space of the map: " << (most >> 10) << " KiB instead of "
+            << (whole.space().bytes() >> 10) << ", of its follower: " << (most_of_follower >> 10)
+            << " KiB instead of " << (whole.followerBytes() >> 10) << "\n";
 }
 
 TEST_F(PagedSpace, IsLoadedBeyondTheBudget) {

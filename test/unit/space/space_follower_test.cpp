@@ -112,7 +112,7 @@ TEST_F(SpaceFollowerTest, KnowsWhatTheMapKnows) {
   expectSameAnswers(*mapper_->space(), *follower_.snapshot());
 }
 
-/// A snapshot keeps its contents while the follower goes on.
+/// A snapshot keeps its contents while the follower is updated.
 TEST_F(SpaceFollowerTest, ASnapshotStaysAsItIs) {
   fuse(-1.2, 1.0);
   follow();

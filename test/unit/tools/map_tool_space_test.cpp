@@ -87,7 +87,7 @@ TEST_F(MapToolSpace, ATreeHasTheCells) {
 #endif
 }
 
-/// What is rendered is a recording, with its pose, that shows what the map does.
+/// A rendered view is a recording with its pose, and shows the map.
 TEST_F(MapToolSpace, RendersARecording) {
   const auto T_W_C = lookAt(Vector3d(1.0, 0.2, 0.2), Vector3d(0.0, 0.0, -0.1), Vector3d::UnitZ());
   saveTrajectory({{2.5, T_W_C}}, out_ / "poses.txt");

@@ -1,4 +1,4 @@
-/// What fusion leaves of a plane in a mesh unit, for the tests.
+/// The samples that fusion gives a mesh unit for a plane, for the tests.
 #pragma once
 
 #include <random>
@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// Free on the side that n points to; n^T x = offset, the unit being [0, 1]^3.
+/// The plane n^T x = offset in the unit [0, 1]^3, with free space on the side that n points to.
 struct UnitPlane {
   Eigen::Vector3d n;
   double offset;

@@ -63,7 +63,7 @@ TEST(DepthGap, OfRegisteredImagesHoldsThePlaneAround) {
   EXPECT_EQ(image.filledAt(1, 0), -onPlane(2, 0)) << "at the border, next to a crossing of gaps";
 }
 
-/// An unfilled pixel is free as far as its nearest neighbour.
+/// An unfilled pixel is free up to the nearest depth around it.
 TEST(DepthGap, IsNoSurfaceAcrossADepthEdge) {
   Image image;
   image.setColumn(2, 1.0f);

@@ -3,6 +3,7 @@
 #include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
+#include <sensor_msgs/point_cloud2_iterator.h>
 #include <sys/wait.h>
 
 #include <cmath>
@@ -169,6 +170,9 @@ TEST_F(MeshTest, SurfacePointsAreTheVerticesWithNormals) {
   for (const char* name : {"x", "y", "z", "rgb", "normal_x", "normal_y", "normal_z"}) {
     EXPECT_EQ(fields.count(name), 1u) << name;
   }
+  const sensor_msgs::PointCloud2ConstIterator<float> p_W(cloud, "x"), normal(cloud, "normal_x");
+  EXPECT_NEAR(p_W[2], 1.0f, 0.005f) << "the wall, which faces the camera";
+  EXPECT_LT(normal[2], -0.99f);
 }
 
 /// Tests examples/mesh_blocks_to_ply, which documents the format of the blocks.

@@ -24,20 +24,15 @@ class FrameQueueTest : public testing::Test {
  protected:
   FrameQueueTest() { ros::Time::init(); }
 
-  void make(Limits limits, int cameras = 1, bool any_info = false, bool mask = false) {
+  void make(Limits limits, int cameras = 1, const std::string& no_mask = "") {
     limits_ = limits;
     queue_ = std::make_unique<FrameQueue>(
         limits.images, limits.bytes, limits.merge_wait_s, [] {}, clock_.reader());
     for (int i = 0; i < cameras; ++i) {
-      FrameQueue::StreamOptions options;
-      options.name = std::string(1, static_cast<char>('a' + i));
-      options.any_info = any_info;
-      options.wants_mask = mask;
-      queue_->addStream(options, accounting_[i]);
+      const std::string name(1, static_cast<char>('a' + i));
+      queue_->addStream(name, false, "there is none", no_mask, accounting_[i]);
     }
-    FrameQueue::StreamOptions colour;
-    colour.is_colour = true;
-    colour_ = queue_->addStream(colour, accounting_[cameras]);
+    colour_ = queue_->addStream("", true, "", "", accounting_[cameras]);
   }
 
   void image(double stamp_s, size_t stream = 0) {
@@ -101,16 +96,18 @@ TEST_F(FrameQueueTest, MessagesOfOneStampMakeAFrameInAnyOrder) {
   EXPECT_EQ(queue_->bytes(), 0u);
 }
 
-TEST_F(FrameQueueTest, TheLatestCameraInfoMayDoAndMasksAreWaitedFor) {
-  make({}, 1, true, true);
+TEST_F(FrameQueueTest, MasksAreWaitedFor) {
+  make({}, 1, "no mask");
   image(1.0);
-  EXPECT_EQ(queue_->waitingFor(0).find("1 image waits for camera_info or mask"), 0u);
-  info(0.5);
+  EXPECT_EQ(queue_->waitingFor(0), "1 image waits for camera_info or mask: there is none");
+  info(1.0);
   EXPECT_FALSE(pose());
   queue_->add(0, {nullptr, nullptr, makeMask(1.0, std::vector<uint8_t>(8, 0))});
   EXPECT_TRUE(pose());
-  image(2.0);
+  queue_->add(0, {makeDepthImage(2.0), makeCameraInfo(0.5)});  // the latest
+  EXPECT_FALSE(pose());
   image(3.0);
+  info(3.0);
   queue_->add(0, {nullptr, nullptr, makeMask(3.0, std::vector<uint8_t>(8, 0))});
   EXPECT_TRUE(pose());
   EXPECT_EQ(dropped(drop::kNoMask), 1u);
@@ -321,12 +318,13 @@ TEST_F(FrameQueueTest, NothingIsTakenWhilePausedOrAtTheEnd) {
   make({});
   posed(1.0);
   image(2.0);
-  queue_->setPaused(true);
+  queue_->refuseAll(Rejection{drop::kPaused, ""});
   image(3.0);
   EXPECT_EQ(dropped(drop::kPaused), 3u);
-  queue_->setPaused(false);
+  EXPECT_TRUE(queue_->isPaused());
+  queue_->refuseAll(std::nullopt);
   posed(4.0);
-  queue_->end();
+  queue_->refuseAll(Rejection{drop::kEnding, ""});
   image(5.0);
   EXPECT_EQ(dropped(drop::kEnding), 2u);
   EXPECT_TRUE(taken().empty());
@@ -351,7 +349,7 @@ TEST_F(FrameQueueTest, EveryImageIsAccountedFor) {
     }
     EXPECT_LE(queue_->bytes(), 700u);
   }
-  queue_->end();
+  queue_->refuseAll(Rejection{drop::kEnding, ""});
   for (size_t stream = 0; stream < 3; ++stream) EXPECT_EQ(accounting_[stream].counts().waiting, 0u);
 }
 

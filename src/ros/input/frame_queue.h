@@ -61,16 +61,6 @@ class FrameQueue {
  public:
   using Stream = size_t;
 
-  struct StreamOptions {
-    std::string name;  ///< Orders frames with the same stamp.
-    /// Colour may never come: others wait for it only after its first frame, and it may come late.
-    bool is_colour = false;
-    bool any_info = false;     ///< The latest camera_info is used, whatever its stamp.
-    bool wants_mask = false;   ///< Each image needs a mask with its stamp.
-    std::string no_info_text;  ///< Text for an image without camera_info.
-    std::string no_mask_text;  ///< Text for an image without its mask.
-  };
-
   /// @param most_images Limit of waiting images of one stream. @param most_bytes Limit of waiting
   /// bytes of all.
   /// @param merge_wait_s How long a frame waits for earlier ones of other streams.
@@ -83,31 +73,30 @@ class FrameQueue {
         on_ready_(std::move(on_ready)),
         clock_(std::move(clock)) {}
 
-  /// `accounting` outlives the queue.
-  Stream addStream(StreamOptions options, FrameAccounting& accounting) {
+  /// @param name Orders frames with the same stamp.
+  /// @param is_colour Colour may never come: others wait for it only after its first frame, and it
+  /// may come late.
+  /// @param no_info Text for an image without camera_info.
+  /// @param no_mask Text for an image without its mask; empty: there are no masks.
+  /// @param accounting Must outlive the queue.
+  Stream addStream(std::string name, bool is_colour, std::string no_info, std::string no_mask,
+                   FrameAccounting& accounting) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    streams_.push_back({std::move(options), &accounting});
+    streams_.push_back(
+        {std::move(name), is_colour, std::move(no_info), std::move(no_mask), &accounting});
     return streams_.size() - 1;
   }
 
-  /// Input's thread: adds one message. Messages of one stamp make a frame, in any order of arrival.
-  /// A frame that becomes whole drops earlier incomplete ones of its stream.
+  /// Input's thread: adds one message, or an image with a camera_info of any stamp. Messages of one
+  /// stamp make a frame, in any order of arrival. A frame that becomes whole drops earlier
+  /// incomplete ones of its stream.
   void add(Stream stream, const CameraImage& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
     StreamState& state = streams_[stream];
     const auto& [image, info, mask] = message;
-    const ros::Time stamp = info ? info->header.stamp : (image ? image : mask)->header.stamp;
-    if (is_paused_ || is_ending_) {
-      const Rejection rejection = is_ending_ ? Rejection{drop::kEnding, "the node ends"}
-                                             : Rejection{drop::kPaused, "mapping is paused"};
-      if (image) state.accounting->dropped(rejection, stamp);
-      return;
-    }
-    if (info && state.options.any_info) {
-      state.latest_info = info;
-      for (auto it = entries_.begin(); it != entries_.end(); ++it) {
-        if (it->stream == stream) completeIfWhole(it);
-      }
+    const ros::Time stamp = (image ? image->header : info ? info->header : mask->header).stamp;
+    if (refusal_) {
+      if (image) state.accounting->dropped(*refusal_, stamp);
       return;
     }
     auto place = find(stream, State::kIncomplete, stamp);
@@ -162,7 +151,7 @@ class FrameQueue {
     StreamState& state = streams_[stream];
     state.waiting_for.clear();
     state.heard = ros::Time();
-    if (!state.options.is_colour) last_taken_ = ros::Time();
+    if (!state.is_colour) last_taken_ = ros::Time();
     dropAll({drop::kTimeJump, "stamps went back while it waited"},
             [&](const Entry& entry) { return entry.stream == stream && entry.stamp > stamp; });
   }
@@ -173,7 +162,7 @@ class FrameQueue {
     if (timeToTurn() > SteadyDuration::zero()) return std::nullopt;
     const auto first = firstThat(isPosed);
     StreamState& stream = streams_[first->stream];
-    if (!stream.options.is_colour) last_taken_ = std::max(last_taken_, first->stamp);
+    if (!stream.is_colour) last_taken_ = std::max(last_taken_, first->stamp);
     ++stream.taken;
     PosedFrame frame = std::move(first->posed);
     entries_.erase(first);
@@ -187,25 +176,20 @@ class FrameQueue {
     return timeToTurn();
   }
 
-  // Any thread. While paused, and after end(), frames are dropped, including those that wait.
-  void setPaused(bool paused) {
+  /// Any thread: drops waiting and further frames for this reason; without one, frames are taken
+  /// again.
+  void refuseAll(std::optional<Rejection> refusal) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    is_paused_ = paused;
-    if (!paused) return;
+    refusal_ = std::move(refusal);
+    if (!refusal_) return;
     for (StreamState& stream : streams_) stream.waiting_for.clear();
-    dropAll({drop::kPaused, "mapping was paused while it waited"},
-            [](const auto&) { return true; });
+    dropAll(*refusal_, [](const auto&) { return true; });
   }
 
+  /// Any thread.
   bool isPaused() const {
     const std::lock_guard<std::mutex> lock(mutex_);
-    return is_paused_;
-  }
-
-  void end() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    is_ending_ = true;
-    dropAll({drop::kEnding, "the node ends"}, [](const auto&) { return true; });
+    return refusal_ && refusal_->reason == drop::kPaused;
   }
 
   size_t bytes() const {
@@ -223,9 +207,9 @@ class FrameQueue {
       return entry.stream == stream && entry.state == State::kIncomplete && entry.hasImage();
     });
     if (images == 0) return "";
-    const std::string also = state.options.wants_mask ? " or mask: " : ": ";
+    const std::string also = state.no_mask.empty() ? ": " : " or mask: ";
     return (images == 1 ? "1 image waits" : std::to_string(images) + " images wait") +
-           std::string(" for camera_info") + also + state.options.no_info_text;
+           std::string(" for camera_info") + also + state.no_info;
   }
 
  private:
@@ -250,26 +234,27 @@ class FrameQueue {
   };
   using Entries = std::list<Entry>;  // in the order of their turns
   struct StreamState {
-    StreamOptions options;
+    std::string name;
+    bool is_colour;
+    std::string no_info, no_mask;
     FrameAccounting* accounting;
     ros::Time heard = {};   ///< No frame of this stamp or before can come.
     bool has_come = false;  ///< It has had a posed frame.
-    sensor_msgs::CameraInfoConstPtr latest_info = nullptr;
     std::string waiting_for = {};
     size_t taken = 0;
     size_t seen_waiting = 0, seen_taken = 0;  ///< Backlog and taken frames at the last look.
     int behind = 0;                           ///< How often in a row the backlog had not shrunk.
     bool is_overloaded = false;               ///< True until no frame waits.
 
-    bool isWaitedFor() const { return !options.is_colour || has_come; }
+    bool isWaitedFor() const { return !is_colour || has_come; }
   };
 
   // Call the functions below with mutex_ held.
   /// Inserts an entry in its order: by stamp, depth before colour, by name, by arrival.
   Entries::iterator addEntry(Stream stream, const ros::Time& stamp) {
     const auto turnOf = [this](const Entry& entry) {
-      const StreamOptions& options = streams_[entry.stream].options;
-      return std::tie(entry.stamp, options.is_colour, options.name);
+      const StreamState& of = streams_[entry.stream];
+      return std::tie(entry.stamp, of.is_colour, of.name);
     };
     const Entry added{stream, stamp, ++arrivals_, State::kIncomplete, {}, clock_()};
     return entries_.insert(
@@ -308,23 +293,19 @@ class FrameQueue {
   }
 
   /// Why a frame is not whole yet; camera_info is named before the mask.
-  std::optional<DropReason> missingOf(const Entry& entry) const {
+  std::optional<Rejection> missingOf(const Entry& entry) const {
     const StreamState& stream = streams_[entry.stream];
-    const CameraImage& messages = entry.messages;
-    const bool has_info =
-        stream.options.any_info ? stream.latest_info != nullptr : messages.info != nullptr;
-    if (stream.options.wants_mask && !messages.mask && has_info) return drop::kNoMask;
-    return has_info ? std::nullopt : std::optional<DropReason>(drop::kNoCameraInfo);
+    if (!entry.messages.info) return Rejection{drop::kNoCameraInfo, stream.no_info};
+    if (stream.no_mask.empty() || entry.messages.mask) return std::nullopt;
+    return Rejection{drop::kNoMask, stream.no_mask};
   }
 
   /// @return whether the frame has just become whole.
   bool completeIfWhole(Entries::iterator place) {
     Entry& entry = *place;
-    CameraImage& messages = entry.messages;
-    if (entry.state != State::kIncomplete || !messages.image || missingOf(entry)) return false;
+    if (!entry.messages.image || missingOf(entry)) return false;
     entry.state = State::kWhole;
     entry.since = clock_();
-    if (!messages.info) messages.info = streams_[entry.stream].latest_info;
     for (auto it = entries_.begin(); it != place;) {
       const auto before = it++;
       const bool came_before = before->number < entry.number;  // later ones may still become whole
@@ -382,9 +363,7 @@ class FrameQueue {
   }
 
   void dropIncomplete(Entries::iterator place) {
-    const StreamOptions& options = streams_[place->stream].options;
-    const DropReason reason = missingOf(*place).value_or(drop::kNoCameraInfo);
-    drop(place, {reason, reason == drop::kNoMask ? options.no_mask_text : options.no_info_text});
+    drop(place, missingOf(*place).value_or(Rejection{drop::kNoCameraInfo, ""}));
   }
 
   template <class Wanted>
@@ -478,8 +457,8 @@ class FrameQueue {
   /// Whether a later frame of another camera has already been taken.
   bool isTooLate(const Entry& entry) const {
     const auto cameras = std::count_if(streams_.begin(), streams_.end(),
-                                       [](const auto& state) { return !state.options.is_colour; });
-    return cameras > 1 && !streams_[entry.stream].options.is_colour && entry.stamp < last_taken_;
+                                       [](const auto& state) { return !state.is_colour; });
+    return cameras > 1 && !streams_[entry.stream].is_colour && entry.stamp < last_taken_;
   }
 
   /// Time until the first posed frame has its turn.
@@ -507,7 +486,7 @@ class FrameQueue {
   uint64_t arrivals_ = 0;
   std::minstd_rand random_;
   ros::Time last_taken_;
-  bool is_paused_ = false, is_ending_ = false;
+  std::optional<Rejection> refusal_;  ///< Why no frames are taken; none: they are taken.
 };
 
 }  // namespace dtsdf

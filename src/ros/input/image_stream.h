@@ -60,7 +60,9 @@ class ImageStream {
         info_topic_(infoTopic(nh.resolveName(ns + "/" + kind.ns + "/camera_info", false))),
         accounting_(name + (kind.is_colour && !name.empty() ? ", " : "") +
                     (kind.is_colour ? "colour" : "")),
-        stream_(queue.addStream(queueOptions(), accounting_)),
+        no_info_(noInfoText(info_topic_, params_.latest_camera_info)),
+        stream_(queue.addStream(name, kind.is_colour, no_info_,
+                                mask_topic_.empty() ? "" : noMaskText(mask_topic_), accounting_)),
         rate_limit_(kind.is_colour ? params.max_colour_rate_hz : 0.0),
         rectification_(params_.rectify, image_topic_, kind.is_colour),
         cloud_images_(image_topic_),
@@ -132,16 +134,6 @@ class ImageStream {
     return remapped != name ? remapped : image_transport::getCameraInfoTopic(image_topic_);
   }
 
-  FrameQueue::StreamOptions queueOptions() const {
-    const bool any_info = params_.latest_camera_info;
-    return {name_,
-            kind_.is_colour,
-            any_info,
-            !mask_topic_.empty(),
-            noInfoText(info_topic_, any_info),
-            noMaskText(mask_topic_)};
-  }
-
   void onCompressed(const sensor_msgs::CompressedImageConstPtr& message) {
     guarded("compressed image", [&] {
       sensor_msgs::ImageConstPtr image;
@@ -170,9 +162,9 @@ class ImageStream {
       if (const auto* const rejection = std::get_if<Rejection>(&converted)) {
         return accounting_.dropped(*rejection, stamp);
       }
-      const auto& [image, info, mask] = std::get<CameraImage>(converted);
-      if (info) onInfo(info);
-      queue_.add(stream_, {image});
+      const CameraImage& image = std::get<CameraImage>(converted);
+      if (image.info) accounting_.cameraInfoReceived();
+      enqueue(image);
     });
   }
 
@@ -181,17 +173,31 @@ class ImageStream {
       const ros::Time stamp = image->header.stamp;
       accounting_.imageReceived(stamp);
       const auto rejection = checkArrival(*image, queue_.maxBytes());
-      rejection ? accounting_.dropped(*rejection, stamp) : queue_.add(stream_, {image});
+      rejection ? accounting_.dropped(*rejection, stamp) : enqueue({image});
     });
+  }
+
+  /// If the latest camera_info is used, the newest image waits here for the first one.
+  void enqueue(CameraImage image) {
+    if (!image.info) image.info = latest_info_;
+    if (image.info || !params_.latest_camera_info) return queue_.add(stream_, image);
+    const auto before = std::exchange(early_, image.image);
+    if (before) accounting_.dropped({drop::kNoCameraInfo, no_info_}, before->header.stamp);
   }
 
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
     guarded("camera_info", [&] {
       accounting_.cameraInfoReceived();
       const std::string problem = findProblem(*info);
-      if (problem.empty()) return queue_.add(stream_, {nullptr, info});
-      ROS_WARN_STREAM_THROTTLE_NAMED(
-          5.0, "dtsdf_mapping", "camera_info on '" << info_topic_ << "' is ignored: " << problem);
+      if (!problem.empty()) {
+        ROS_WARN_STREAM_THROTTLE_NAMED(
+            5.0, "dtsdf_mapping", "camera_info on '" << info_topic_ << "' is ignored: " << problem);
+      } else if (params_.latest_camera_info) {
+        latest_info_ = info;
+        if (const auto image = std::exchange(early_, nullptr)) enqueue({image});
+      } else {
+        queue_.add(stream_, {nullptr, info});
+      }
     });
   }
 
@@ -318,7 +324,10 @@ class ImageStream {
   const std::string topic_;       ///< Topic of the images, before remapping.
   const std::string image_topic_, info_topic_;
   FrameAccounting accounting_;
+  const std::string no_info_;  ///< Text for an image without camera_info.
   FrameQueue::Stream stream_;
+  sensor_msgs::CameraInfoConstPtr latest_info_;  ///< If input/camera_info is latest.
+  sensor_msgs::ImageConstPtr early_;             ///< The newest image before it.
   RateLimit rate_limit_;
   std::optional<std::pair<double, Eigen::Isometry3d>> last_pose_;  ///< Last pose, with its stamp.
   Rectification rectification_;

@@ -154,7 +154,7 @@ class Pipeline {
     rates_server_.reset();
     status_.reset();
     is_ending_ = true;
-    queue_.end();
+    queue_.refuseAll(Rejection{drop::kEnding, "the node ends"});
     map_loop_.stop();
     output_loop_.stop();
     services_.stop();
@@ -165,7 +165,8 @@ class Pipeline {
   void advertise(const Handles& handles) {
     servers_.push_back(serve<std_srvs::SetBool>(
         handles.prompt, "pause", [this](const auto& request, auto& response) {
-          queue_.setPaused(request.data != 0);
+          const Rejection paused{drop::kPaused, "mapping is paused"};
+          queue_.refuseAll(request.data ? std::optional<Rejection>(paused) : std::nullopt);
           response.message = request.data ? "paused: frames are dropped" : "mapping";
         }));
     servers_.push_back(

@@ -30,10 +30,8 @@ struct MapHost {
         rates(params),
         map(std::move(mapper), params, queue, frame, mesh_changes, steps, clock.reader()) {
     ros::Time::init();  // for the throttling of warnings
-    queue.addStream({}, depth);
-    FrameQueue::StreamOptions options;
-    options.is_colour = true;
-    queue.addStream(options, colour);
+    queue.addStream("", false, "", "", depth);
+    queue.addStream("", true, "", "", colour);
   }
 
   void push(FrameQueue::Stream stream, PosedFrame posed) {

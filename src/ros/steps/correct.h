@@ -83,8 +83,9 @@ class CorrectStep : public Step {
         [this](const nav_msgs::Path::ConstPtr& path) {
           guarded("corrected_path", [&] { followPath(*path); });
         };
-    // A queue of one: only the newest waiting path counts.
+    // A queue of one: only the newest waiting path counts. It may wait for the map's thread.
     ros::NodeHandle nh = handles.input;
+    nh.setCallbackQueue(handles.waiting.getCallbackQueue());
     path_input_ = nh.subscribe<nav_msgs::Path>(handles.ns + "/corrected_path", 1, callback);
   }
 
@@ -125,35 +126,25 @@ class CorrectStep : public Step {
   void failed() override { giveUp("the map's backend failed"); }
 
   /// Work goes before frames if another thread does the long part of it.
-  Work hasWork() const override {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (path_) return Work::kBeforeFrames;
-    }
+  bool work(bool frame_waits) override try {
     // Fuses up to two frames again for each new one, so that it catches up for certain.
     constexpr int kWorkPerFrame = 4;
     if (refusion_) {
-      return work_since_frame_ < kWorkPerFrame ? Work::kBeforeFrames : Work::kWhenIdle;
+      if (frame_waits && work_since_frame_ >= kWorkPerFrame) return false;
+      fuseAgain();
+    } else if (opening_.valid()) {
+      if (opening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+      takeOpened();
+    } else if (waiting_) {
+      open();
+    } else {
+      return false;
     }
-    const bool is_due = opening_.valid() ? isOpened() : waiting_.has_value();
-    return is_due ? Work::kBeforeFrames : Work::kNone;
-  }
-
-  void work() override {
-    std::optional<Request> by_path;
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      by_path.swap(path_);
-    }
-    if (by_path) add(std::move(*by_path));
-    try {
-      if (refusion_) return fuseAgain();
-      if (isOpened()) return takeOpened();
-      if (!opening_.valid() && waiting_) return open();
-    } catch (const std::exception& error) {
-      answer(current_, false, errorText(error));
-      endCurrent();
-    }
+    return true;
+  } catch (const std::exception& error) {
+    answer(current_, false, errorText(error));
+    endCurrent();
+    return true;
   }
 
   void fill(MapStatus& status) override {
@@ -197,7 +188,7 @@ class CorrectStep : public Step {
   static constexpr char kNothingMoves[] = "no frame moves";
   static constexpr char kReplaced[] = "a newer correction replaced this one before it began";
 
-  /// Input's thread. Replaces a path that was not taken yet.
+  /// A service's thread.
   void followPath(const nav_msgs::Path& path) try {
     if (path.header.frame_id.size() > kLongestName) {
       throw std::runtime_error("the name of its frame is too long");
@@ -207,10 +198,7 @@ class CorrectStep : public Step {
     for (const geometry_msgs::PoseStamped& pose : path.poses) {
       poses.push_back({pose.header.stamp.toSec(), readPose(pose.pose)});
     }
-    Request request;
-    request.correction.poses = cameraPoses(poses, path.header.frame_id, host_.params.path_frame);
-    request.least = host_.params.least_correction_m;
-    request.answer = [](const CorrectionResult& result) {
+    const auto log = [](const CorrectionResult& result) {
       if (result.success && result.moved > 0) {
         ROS_INFO_STREAM_NAMED("dtsdf_mapping", "corrected_path: " << result.message);
       } else if (!result.success && result.message != kReplaced) {
@@ -218,13 +206,16 @@ class CorrectStep : public Step {
                                        "corrected_path is refused: " << result.message);
       }
     };
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      path_ = std::move(request);
-    }
-    host_.map_loop.wake();
+    submit({{0, cameraPoses(poses, path.header.frame_id, host_.params.path_frame)},
+            host_.params.least_correction_m,
+            log});
   } catch (const std::exception& error) {
     noteOutcome(false, errorText(error));
+  }
+
+  /// Waits until the map's thread has taken the request.
+  void submit(Request request) {
+    host_.map_loop.run([&] { add(std::move(request)); }).get();
   }
 
   /// Waits for the outcome. @throws std::runtime_error if the correction is refused.
@@ -237,10 +228,9 @@ class CorrectStep : public Step {
     }
     const auto done = std::make_shared<std::promise<CorrectionResult>>();
     std::future<CorrectionResult> answer = done->get_future();
-    Request request;
-    request.correction.poses = cameraPoses(poses, frame, child_frame);
-    request.answer = [done](const CorrectionResult& outcome) { done->set_value(outcome); };
-    host_.map_loop.run([&] { add(std::move(request)); }).get();
+    submit({{0, cameraPoses(poses, frame, child_frame)},
+            0.0,
+            [done](const CorrectionResult& outcome) { done->set_value(outcome); }});
     while (answer.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) {
       if (host_.is_ending) throw std::runtime_error("the node ends");
     }
@@ -272,11 +262,6 @@ class CorrectStep : public Step {
       poses.push_back({pose.stamp_s, T_W_F * pose.T_W_C * T_B_C});
     }
     return poses;
-  }
-
-  bool isOpened() const {
-    return opening_.valid() &&
-           opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   }
 
   /// @throws std::runtime_error if frames of the map are missing from the journal.
@@ -409,7 +394,6 @@ class CorrectStep : public Step {
   size_t bytes_ = 0;                      ///< Size of the second map.
   std::string last_;                      ///< Outcome of the last correction; empty: none yet.
   std::string camera_frame_;              ///< Frame of the first camera's images.
-  std::optional<Request> path_;           ///< Newest path received, until it is taken.
 
   ros::Subscriber path_input_;
   ros::ServiceServer server_;

@@ -275,11 +275,7 @@ class LiveMap {
     if (updateMesh(frame_ready)) return true;
     if (report_outdated_ && !frame_ready) updateReport();
     for (const auto& step : steps_) {
-      const Step::Work work = step->hasWork();
-      if (work == Step::Work::kNone) continue;
-      if (frame_ready && work == Step::Work::kWhenIdle) continue;
-      step->work();
-      return true;
+      if (step->work(frame_ready)) return true;
     }
     if (frame_ready) fuseNext();
     return frame_ready;

@@ -28,15 +28,16 @@ class OctomapStep : public Step {
   SteadyDuration publish(ShownMesh*) override {
     const SteadyTime begin = std::chrono::steady_clock::now();
     const SpaceStep::Known known = space_.known();
+    const SpaceSnapshot& space = *known.first;
     pace_.setRate(host_.rates.space_hz, begin);
     if (topic_.takeNewcomer()) published_.reset();
-    const bool is_any = known.space->cellSize_m() > 0.0;  // stays true after clear_map
-    const bool is_outdated = known.space != published_.lock();
+    const bool is_any = space.cellSize_m() > 0.0;  // stays true after clear_map
+    const bool is_outdated = known.first != published_.lock();
     if (!is_any || !is_outdated || !topic_.isFollowed() || !pace_.isDue(begin)) {
       return SteadyDuration::max();
     }
-    published_ = known.space;
-    guarded("octomap", [&] { topic_.publish(makeMessage(known)); });
+    published_ = known.first;
+    guarded("octomap", [&] { topic_.publish(makeMessage(space, known.second)); });
     pace_.end(begin);
     return SteadyDuration::max();
   }
@@ -45,9 +46,9 @@ class OctomapStep : public Step {
 
  private:
   /// Equals the message of octomap_msgs/conversions.h.
-  octomap_msgs::Octomap makeMessage(const SpaceStep::Known& known) const {
-    octomap::OcTree tree(known.space->cellSize_m());
-    known.space->visitCubes([&](const std::vector<SpaceCube>& cubes) {
+  octomap_msgs::Octomap makeMessage(const SpaceSnapshot& space, const ros::Time& stamp) const {
+    octomap::OcTree tree(space.cellSize_m());
+    space.visitCubes([&](const std::vector<SpaceCube>& cubes) {
       for (const SpaceCube& cube : cubes) {
         for (int i = 0; i < SpaceCube::kSide * 64; ++i) {
           const Vec3i cell = cube.cellOf(i / 64, i % 64);
@@ -64,7 +65,7 @@ class OctomapStep : public Step {
     const std::string data = bytes.str();
     octomap_msgs::Octomap message;
     message.header.frame_id = frameOfMap(host_.params);
-    message.header.stamp = known.stamp;
+    message.header.stamp = stamp;
     message.binary = true;
     message.id = tree.getTreeType();
     message.resolution = tree.getResolution();

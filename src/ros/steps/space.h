@@ -69,8 +69,11 @@ class SpaceStep : public Step {
   }
 
   void meshed() override { handOver(); }
-  void work() override { handOver(); }
-  Work hasWork() const override { return is_part_ && !isFull() ? Work::kWhenIdle : Work::kNone; }
+  bool work(bool frame_waits) override {
+    if (frame_waits || !is_part_ || isFull()) return false;
+    handOver();
+    return true;
+  }
 
   void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
     is_part_ = false;
@@ -117,12 +120,9 @@ class SpaceStep : public Step {
     addPages(status, pages_, "sectors of cells and distances for planners");
   }
 
-  struct Known {
-    std::shared_ptr<const SpaceSnapshot> space = std::make_shared<const SpaceSnapshot>();
-    /// Stamp of the newest frame whose surfaces are in it; later ones may have freed cells. 0 if no
-    /// frame was fused, as in a loaded map.
-    ros::Time stamp;
-  };
+  /// Space, and the stamp of the newest frame whose surfaces are in it; later ones may have freed
+  /// cells. 0 if no frame was fused, as in a loaded map.
+  using Known = std::pair<std::shared_ptr<const SpaceSnapshot>, ros::Time>;
   Known known() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return known_;
@@ -133,17 +133,16 @@ class SpaceStep : public Step {
               dtsdf_mapping::GetDistances::Response& response) const {
     checkPoints(request.points);  // before any frame is looked up
     const Eigen::Isometry3d T_W_F = host_.frame.find(request.header.frame_id, request.header.stamp);
-    const Known known = knownToPlanners();
+    const auto [space, stamp] = knownToPlanners();
     const Eigen::Matrix3d R_F_W = T_W_F.linear().transpose();
     for (const geometry_msgs::Point& p : request.points) {
-      const SpaceDistance distance =
-          known.space->distanceAt(T_W_F * Eigen::Vector3d(p.x, p.y, p.z));
+      const SpaceDistance distance = space->distanceAt(T_W_F * Eigen::Vector3d(p.x, p.y, p.z));
       const Vec3f& g = distance.gradient;
       response.known.push_back(distance.known ? 1 : 0);
       response.distances.push_back(distance.distance_m);
       response.gradients.push_back(toVector(R_F_W * Eigen::Vector3d(g.x, g.y, g.z)));
     }
-    response.stamp = known.stamp;
+    response.stamp = stamp;
   }
 
   void answerGrid(const dtsdf_mapping::GetDistanceGrid::Request& request,
@@ -169,19 +168,19 @@ class SpaceStep : public Step {
       const std::string problem = findProblem(cleared.back());
       if (!problem.empty()) throw std::runtime_error(problem);
     }
-    const Known known = knownToPlanners();
+    const auto [space, stamp] = knownToPlanners();
     const PointGrid grid =
-        gridIn(*box, request.resolution != 0.0 ? request.resolution : known.space->cellSize_m());
+        gridIn(*box, request.resolution != 0.0 ? request.resolution : space->cellSize_m());
     const Eigen::Matrix3d R_F_W = T_W_F.linear().transpose();
     GridDistances answer = cleared.empty()
-                               ? distancesOn(grid, *known.space, R_F_W)
-                               : distancesOn(grid, clearedIn(*box, cleared, *known.space), R_F_W);
+                               ? distancesOn(grid, *space, R_F_W)
+                               : distancesOn(grid, clearedIn(*box, cleared, *space), R_F_W);
     std::copy(grid.size.begin(), grid.size.end(), response.size.begin());
     response.resolution = grid.resolution_m;
     response.origin = toPose(T_W_F.inverse() * grid.T_W_G);
     response.distances = std::move(answer.distances_m);
     response.gradients = std::move(answer.gradients);
-    response.stamp = known.stamp;
+    response.stamp = stamp;
   }
 
   /// @throws std::runtime_error if there is no space to answer from.
@@ -191,8 +190,8 @@ class SpaceStep : public Step {
           "the map does not record free space; start the node with space/enabled");
     }
     host_.map.throwIfFailed();  // the last frame may be half fused
-    const Known known = this->known();
-    if (!known.space->isEmpty()) return known;
+    Known known = this->known();
+    if (!known.first->isEmpty()) return known;
     throw std::runtime_error(
         "nothing is mapped yet since the start, clear_map or load_map; ask again once a frame has "
         "been fused and meshed");
@@ -255,12 +254,12 @@ class SpaceStep : public Step {
       const std::lock_guard<std::mutex> lock(mutex_);
       changes.swap(waiting_);
       cell_m = waiting_cell_m_;
-      now.stamp = waiting_stamp_;
+      now.second = waiting_stamp_;
     }
     if (!changes) return;
     if (grid_) grid_->apply(*changes, cell_m);
     follower_->apply(*changes, cell_m);
-    now.space = follower_->snapshot();
+    now.first = follower_->snapshot();
     is_outdated_ = true;
     is_another_ = is_another_ || changes->begins_anew;
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -275,14 +274,14 @@ class SpaceStep : public Step {
     const bool is_slice_new = slices_.takeNewcomer();
     if (!is_followed) grid_.reset();
     is_grid_due_ = is_grid_due_ || (is_followed && is_grid_new);
-    const Known now = known();
-    if (now.space->isEmpty()) return;
+    const std::shared_ptr<const SpaceSnapshot> space = known().first;
+    if (space->isEmpty()) return;
     if (is_followed && !grid_) {
       const NodeParams& params = host_.params;
       grid_.emplace(params.min_height_m, params.max_height_m, params.grid_seen_share);
-      grid_->apply({true, {}}, now.space->cellSize_m());
-      now.space->visitCubes([&](std::vector<SpaceCube> cubes) {
-        grid_->apply({false, std::move(cubes)}, now.space->cellSize_m());
+      grid_->apply({true, {}}, space->cellSize_m());
+      space->visitCubes([&](std::vector<SpaceCube> cubes) {
+        grid_->apply({false, std::move(cubes)}, space->cellSize_m());
       });
     }
     if (is_grid_new || is_slice_new) is_outdated_ = is_another_ = true;
@@ -314,7 +313,7 @@ class SpaceStep : public Step {
   void publishGrid(SteadyTime now) {
     const GridBox& window = *grid_->window();
     nav_msgs::OccupancyGrid grid;
-    grid.header = headerOf(known());
+    grid.header = headerOf(known().second);
     grid.info.map_load_time = grid.header.stamp;
     grid.info.resolution = static_cast<float>(grid_->cellSize_m());
     grid.info.width = static_cast<uint32_t>(sizeOf(window).x());
@@ -333,7 +332,7 @@ class SpaceStep : public Step {
     const GridBox& box = now - grid_at_ < kSettling ? *grid_->window() : grid_->changed();
     if (box.isEmpty() || !updates_.isFollowed()) return;
     map_msgs::OccupancyGridUpdate update;
-    update.header = headerOf(known());
+    update.header = headerOf(known().second);
     update.x = box.min().x() - grid_->window()->min().x();
     update.y = box.min().y() - grid_->window()->min().y();
     update.width = static_cast<uint32_t>(sizeOf(box).x());
@@ -343,11 +342,11 @@ class SpaceStep : public Step {
   }
 
   void publishSlice() {
-    const Known now = known();
+    const auto [space, stamp] = known();
     std::vector<Eigen::Vector4f> points;
-    if (!now.space->isEmpty()) points = sliceAt(*now.space, host_.params.slice_height_m);
+    if (!space->isEmpty()) points = sliceAt(*space, host_.params.slice_height_m);
     sensor_msgs::PointCloud2 cloud;
-    cloud.header = headerOf(now);
+    cloud.header = headerOf(stamp);
     cloud.height = 1;
     cloud.is_dense = true;
     sensor_msgs::PointCloud2Modifier modifier(cloud);
@@ -369,10 +368,10 @@ class SpaceStep : public Step {
   // cycles.
   static constexpr std::chrono::milliseconds kUpdateGap{200}, kSettling{2000};
 
-  std_msgs::Header headerOf(const Known& known) const {
+  std_msgs::Header headerOf(const ros::Time& stamp) const {
     std_msgs::Header header;
     header.frame_id = frameOfMap(host_.params);
-    header.stamp = known.stamp;
+    header.stamp = stamp;
     return header;
   }
 
@@ -396,7 +395,7 @@ class SpaceStep : public Step {
   std::optional<SpaceChanges> waiting_;  ///< The queue.
   double waiting_cell_m_ = 0.0;          ///< Size of its cells.
   ros::Time waiting_stamp_;              ///< Stamp of known_ once it is taken.
-  Known known_;
+  Known known_{std::make_shared<const SpaceSnapshot>(), ros::Time()};
   size_t bytes_ = 0;
   PagedValues::Stats pages_;
 };

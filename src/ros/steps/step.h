@@ -104,10 +104,8 @@ class Step {
   virtual void corrected() {}
   /// The backend has failed.
   virtual void failed() {}
-  /// Whether, and when, work() has something to do.
-  enum class Work { kNone, kWhenIdle, kBeforeFrames };
-  virtual Work hasWork() const { return Work::kNone; }
-  virtual void work() {}
+  /// Does some of its own work, unless that can wait for a frame. @return whether it did any.
+  virtual bool work(bool /*frame_waits*/) { return false; }
 
   // Output's thread.
 

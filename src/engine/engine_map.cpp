@@ -70,7 +70,7 @@ void Engine::loadForMesh() {
     }
     state_.waiting.assign(marked.begin() + static_cast<std::ptrdiff_t>(count), marked.end());
     state_.made.is_part = !state_.waiting.empty();
-    if (state_.made.is_part) state_.next_turn = state_.waiting.front().key;
+    if (state_.made.is_part) state_.next_turn = state_.waiting.front().first;
     marked.resize(count);
   }
   const size_t left = require(around);
@@ -78,7 +78,7 @@ void Engine::loadForMesh() {
     if (!fits || pager_->stats().failures > 0) state_.refused += left;
     state_.undone.insert(state_.undone.end(), marked.begin(), marked.end());
     // Blocks that stay on disk are marked again with the undone ones, or parts would never end.
-    const auto stays = [this](const MarkedKey& one) { return pager_->isPaged(one.key); };
+    const auto stays = [this](const MarkedKey& one) { return pager_->isPaged(one.first); };
     marked.erase(std::remove_if(marked.begin(), marked.end(), stays), marked.end());
   }
   if (in_parts) pager_->setMarks(*backend_, marked);

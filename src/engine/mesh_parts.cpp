@@ -41,7 +41,7 @@ std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys) {
 std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked) {
   std::vector<PackedKey> keys;
   keys.reserve(marked.size());
-  for (const MarkedKey& block : marked) keys.push_back(block.key);
+  for (const auto& [key, marks] : marked) keys.push_back(key);
   return keys;
 }
 
@@ -49,10 +49,11 @@ void sortForTurns(std::vector<MarkedKey>& marked, PackedKey first) {
   const auto place = [](PackedKey key) {
     return std::pair(packKey(cellOfBlock(unpackKey(key))), key);
   };
-  std::sort(marked.begin(), marked.end(),
-            [&](const MarkedKey& a, const MarkedKey& b) { return place(a.key) < place(b.key); });
+  std::sort(marked.begin(), marked.end(), [&](const MarkedKey& a, const MarkedKey& b) {
+    return place(a.first) < place(b.first);
+  });
   const auto turn = std::find_if(marked.begin(), marked.end(), [&](const MarkedKey& one) {
-    return place(one.key) >= place(first);
+    return place(one.first) >= place(first);
   });
   std::rotate(marked.begin(), turn, marked.end());
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "backend/map_backend.h"
@@ -24,10 +25,7 @@ void keepEachOnce(std::vector<T>& values) {
 }
 
 /// A block to mesh again.
-struct MarkedKey {
-  PackedKey key;
-  MeshMarks marks;
-};
+using MarkedKey = std::pair<PackedKey, MeshMarks>;
 
 /// All blocks within kMeshReach of these, which their meshes depend on, sorted, each once.
 std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys);

@@ -175,7 +175,7 @@ void Pager::drop(MapBackend& backend, const std::vector<PackedKey>& keys) {
   dropped_.insert(dropped_.end(), keys.begin(), keys.end());
   no_writing_before_ = 0;  // the disk may have room now
   std::vector<MarkedKey> around;
-  for (const PackedKey key : blocksAround(keys)) around.push_back({key, {true, false}});
+  for (const PackedKey key : blocksAround(keys)) around.emplace_back(key, MeshMarks{true, false});
   setMarks(backend, around);
 }
 
@@ -205,13 +205,13 @@ std::vector<PackedKey> Pager::allPaged() const {
 std::vector<MarkedKey> Pager::marked(MapBackend& backend, bool taken) {
   std::vector<MarkedKey> all;
   for (const MarkedSlot& one : backend.marked(taken)) {
-    all.push_back({packKey(table_.block(one.slot).key), one.marks});
+    all.emplace_back(packKey(table_.block(one.slot).key), one.marks);
   }
   if (!hasMarks()) return all;
   for (const int32_t number : numbersOf(allPaged())) {
     const MeshMarks marks = blocks_.block(number).mesh.marks;
     if (!marks.any()) continue;
-    all.push_back({blocks_.keyOf(number), marks});
+    all.emplace_back(blocks_.keyOf(number), marks);
     if (taken) blocks_.setMarks(number, {});
   }
   return all;

@@ -81,15 +81,14 @@ class ChunkVisuals {
                               static_cast<float>(static_cast<double>(chunk.origin[2]) * step_m));
     Visual& visual = visuals_[chunk.origin];
     visual = {step_m, parent_.createChildSceneNode(place), place, 0.0f, {}};
-    addLevel(visual, std::move(chunk), 0.0f);
-    const Ogre::AxisAlignedBox& box = visual.levels[0].object->getBoundingBox();
+    addLevel(visual, std::move(chunk));
+    const Ogre::AxisAlignedBox& box = visual.levels[0].second->getBoundingBox();
     visual.centre = place + box.getCenter();
     visual.radius_m = 0.5f * box.getSize().length();
     for (int level = 1; level <= kCoarseLevels; ++level) {
-      const int cell_log2 = kFinestCellLog2 + level - 1;
-      PackedChunk coarse = coarsen(visual.levels[0].chunk, cell_log2);
+      PackedChunk coarse = coarsen(visual.levels[0].first, kFinestCellLog2 + level - 1);
       if (coarse.triangleCount() == 0) break;
-      addLevel(visual, std::move(coarse), static_cast<float>(step_m * (1 << cell_log2)));
+      addLevel(visual, std::move(coarse));
     }
   }
 
@@ -113,11 +112,10 @@ class ChunkVisuals {
       const float width_m = is_orthographic ? view_height : view_height * distance_m;
       const float coarsest_m = detail_px * width_m / height_px;
       size_t chosen = 0;
-      for (size_t i = 1; i < visual.levels.size(); ++i) {
-        if (visual.levels[i].cell_m <= coarsest_m) chosen = i;
-      }
+      double cell_m = visual.step_m * (1 << kFinestCellLog2);
+      for (; chosen + 1 < visual.levels.size() && cell_m <= coarsest_m; ++chosen) cell_m *= 2.0;
       for (size_t i = 0; i < visual.levels.size(); ++i) {
-        visual.levels[i].object->setVisible(i == chosen);
+        visual.levels[i].second->setVisible(i == chosen);
       }
     }
   }
@@ -139,13 +137,9 @@ class ChunkVisuals {
     return "dtsdf_mapping/mesh_blocks_" + std::to_string(count++);
   }
 
-  /// The whole chunk or a coarser version; one of them is drawn. `chunk` is kept for a change of
+  /// The whole chunk or a coarser version; one of them is drawn. The chunk is kept for a change of
   /// colours.
-  struct Level {
-    PackedChunk chunk;
-    Ogre::ManualObject* object;
-    float cell_m;  ///< Size of its cells; 0: the whole chunk.
-  };
+  using Level = std::pair<PackedChunk, Ogre::ManualObject*>;
   struct Visual {
     double step_m;
     Ogre::SceneNode* node;
@@ -168,48 +162,46 @@ class ChunkVisuals {
     pass.setDepthWriteEnabled(is_opaque);
   }
 
-  void addLevel(Visual& visual, PackedChunk chunk, float cell_m) {
+  void addLevel(Visual& visual, PackedChunk chunk) {
     Ogre::ManualObject* const object = manager_.createManualObject();
     visual.node->attachObject(object);
-    object->setVisible(cell_m == 0.0f);
-    visual.levels.push_back({std::move(chunk), object, cell_m});
+    object->setVisible(visual.levels.empty());
+    visual.levels.emplace_back(std::move(chunk), object);
     build(visual.levels.back(), visual.step_m);
   }
 
   void build(const Level& level, double step_m) {
-    level.object->clear();
-    level.object->estimateVertexCount(level.chunk.vertexCount());
-    level.object->estimateIndexCount(3 * level.chunk.triangleCount());
-    level.object->begin(material_->getName(), Ogre::RenderOperation::OT_TRIANGLE_LIST);
-    addVertices(level, step_m);
-    for (size_t i = 0; i < 3 * level.chunk.triangleCount(); ++i) {
-      level.object->index(level.chunk.corner(i));
-    }
-    level.object->end();
+    const auto& [chunk, object] = level;
+    object->clear();
+    object->estimateVertexCount(chunk.vertexCount());
+    object->estimateIndexCount(3 * chunk.triangleCount());
+    object->begin(material_->getName(), Ogre::RenderOperation::OT_TRIANGLE_LIST);
+    addVertices(chunk, step_m, *object);
+    for (size_t i = 0; i < 3 * chunk.triangleCount(); ++i) object->index(chunk.corner(i));
+    object->end();
   }
 
   /// Positions count steps from the chunk's origin: small numbers, for which floats suffice.
-  void addVertices(const Level& level, double step_m) {
-    const PackedChunk& chunk = level.chunk;
+  void addVertices(const PackedChunk& chunk, double step_m, Ogre::ManualObject& object) {
     const Mesh mesh = unpackChunk(chunk, step_m);
     const auto step = static_cast<float>(step_m);
     for (size_t i = 0; i < chunk.vertexCount(); ++i) {
-      level.object->position(step * chunk.positions[3 * i], step * chunk.positions[3 * i + 1],
-                             step * chunk.positions[3 * i + 2]);
-      if (isLit()) level.object->normal(mesh.normals[i].x, mesh.normals[i].y, mesh.normals[i].z);
+      object.position(step * chunk.positions[3 * i], step * chunk.positions[3 * i + 1],
+                      step * chunk.positions[3 * i + 2]);
+      if (isLit()) object.normal(mesh.normals[i].x, mesh.normals[i].y, mesh.normals[i].z);
       Ogre::ColourValue colour = style_.plain;
       if (!isLit()) {
         const auto [red, green, blue] = vertexColour(style_.colour, mesh, i);
         colour = Ogre::ColourValue(red, green, blue) / 255.0f;
       }
       colour.a = style_.alpha;
-      level.object->colour(colour);
+      object.colour(colour);
     }
   }
 
   void remove(std::map<Origin, Visual>::iterator it) {
-    triangles_ -= it->second.levels[0].chunk.triangleCount();
-    for (const Level& level : it->second.levels) manager_.destroyManualObject(level.object);
+    triangles_ -= it->second.levels[0].first.triangleCount();
+    for (const Level& level : it->second.levels) manager_.destroyManualObject(level.second);
     manager_.destroySceneNode(it->second.node);
     visuals_.erase(it);
   }

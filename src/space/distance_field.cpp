@@ -120,51 +120,34 @@ void DistanceField::update(const CellSectors& cells) {
   }
 }
 
-/// Lets the backend compute the sectors. @return false if the host has to.
-bool DistanceField::workOut(const CellSectors& cells, const std::vector<Vec3i>& keys,
-                            Sectors& sectors) {
-  if (!work_out_) return false;
-  std::vector<SectorSquares> squares(sectors.size());
-  for (size_t i = 0; i < sectors.size(); ++i) {
-    if (mayOverwrite(sectors[i])) squares[i] = sectors[i]->squared;
-  }
-  if (!work_out_(task_.gather(cells, keys, reach_), squares)) return false;
-  for (size_t i = 0; i < sectors.size(); ++i) {
-    if (sectors[i] != nullptr && squares[i] == sectors[i]->squared) continue;
-    auto sector = std::make_shared<DistanceSector>();
-    sector->squared = std::move(squares[i]);
-    sectors[i] = std::move(sector);
-  }
-  return true;
-}
-
 template <class Value>
 void DistanceField::workOutOnHost(const CellSectors& cells, const std::vector<Vec3i>& keys,
-                                  Sectors& sectors) const {
-  using Distances = SectorDistances<Value>;
-  parallelFor<Distances>(sectors.size(), threads_, [&](size_t i, Distances& distances) {
-    auto sector = std::make_shared<DistanceSector>();
-    sector->squared = distances.run(cells, keys[i], reach_);
-    sectors[i] = std::move(sector);
-  });
+                                  std::vector<SectorSquares>& squares) const {
+  parallelFor<SectorDistances<Value>>(keys.size(), threads_,
+                                      [&](size_t i, SectorDistances<Value>& distances) {
+                                        squares[i] = distances.run(cells, keys[i], reach_);
+                                      });
 }
 
 void DistanceField::updateSome(const CellSectors& cells, const std::vector<Vec3i>& keys) {
-  Sectors sectors(keys.size());
+  std::vector<std::shared_ptr<const DistanceSector>> before(keys.size());
+  std::vector<SectorSquares> squares(keys.size());
   for (size_t i = 0; i < keys.size(); ++i) {
     const auto known = sectors_.find(packKey(keys[i]));
-    if (known != sectors_.end()) sectors[i] = known->second.get();
+    if (known != sectors_.end()) before[i] = known->second.get();
+    if (mayOverwrite(before[i])) squares[i] = before[i]->squared;
   }
-  if (!workOut(cells, keys, sectors)) {
-    reach_ <= kMostReachOf16Bits ? workOutOnHost<int16_t>(cells, keys, sectors)
-                                 : workOutOnHost<int32_t>(cells, keys, sectors);
+  if (!work_out_ || !work_out_(task_.gather(cells, keys, reach_), squares)) {
+    reach_ <= kMostReachOf16Bits ? workOutOnHost<int16_t>(cells, keys, squares)
+                                 : workOutOnHost<int32_t>(cells, keys, squares);
   }
   for (size_t i = 0; i < keys.size(); ++i) {
-    const PackedKey key = packKey(keys[i]);
-    if (sectors[i]->isEmpty()) {
-      sectors_.erase(key);
-    } else {
-      sectors_[key] = Paged<DistanceSector>(std::move(sectors[i]), pages_);
+    if (squares[i] == nullptr) {
+      sectors_.erase(packKey(keys[i]));
+    } else if (before[i] == nullptr || before[i]->squared != squares[i]) {
+      const auto sector = std::make_shared<DistanceSector>();
+      sector->squared = std::move(squares[i]);
+      sectors_[packKey(keys[i])] = Paged<DistanceSector>(sector, pages_);
     }
   }
 }

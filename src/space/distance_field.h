@@ -64,16 +64,12 @@ class DistanceField {
   size_t bytes() const;
 
  private:
-  /// Sectors before and then after an update; null: none.
-  using Sectors = std::vector<std::shared_ptr<const DistanceSector>>;
-
   std::vector<Vec3i> sectorsNear(CubeSet::const_iterator end) const;
   size_t countAtOnce(const std::vector<Vec3i>& keys, size_t first) const;
   bool mayOverwrite(const std::shared_ptr<const DistanceSector>& sector) const;
-  bool workOut(const CellSectors& cells, const std::vector<Vec3i>& keys, Sectors& sectors);
   template <class Value>
   void workOutOnHost(const CellSectors& cells, const std::vector<Vec3i>& keys,
-                     Sectors& sectors) const;
+                     std::vector<SectorSquares>& squares) const;
   void updateSome(const CellSectors& cells, const std::vector<Vec3i>& keys);
 
   int reach_;

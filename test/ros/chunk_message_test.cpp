@@ -43,13 +43,13 @@ TEST(ChunkMessage, IsRefusedWhereItDoesNotHoldTogether) {
       EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
     }
   };
-  expectRefused("numbers of vertices", [](MeshBlock& block) { block.positions.push_back(1); });
-  expectRefused("numbers of vertices", [](MeshBlock& block) { block.normals.pop_back(); });
-  expectRefused("numbers of vertices", [](MeshBlock& block) { block.colours.pop_back(); });
+  expectRefused("number of vertices", [](MeshBlock& block) { block.positions.push_back(1); });
+  expectRefused("number of vertices", [](MeshBlock& block) { block.normals.pop_back(); });
+  expectRefused("number of vertices", [](MeshBlock& block) { block.colours.pop_back(); });
   expectRefused("not a multiple of 3", [](MeshBlock& block) { block.triangles.push_back(0); });
-  expectRefused("vertex 3 of 3", [](MeshBlock& block) { block.triangles[1] = 3; });
-  expectRefused("both widths", [](MeshBlock& block) { block.triangles32 = {0, 1, 2}; });
-  expectRefused("vertex 4000000000 of 3", [](MeshBlock& block) {
+  expectRefused("vertex 3, but there are only 3", [](MeshBlock& block) { block.triangles[1] = 3; });
+  expectRefused("16-bit and with 32-bit", [](MeshBlock& block) { block.triangles32 = {0, 1, 2}; });
+  expectRefused("vertex 4000000000, but there are only 3", [](MeshBlock& block) {
     block.triangles.clear();
     block.triangles32 = {0, 1, 4000000000u};
   });

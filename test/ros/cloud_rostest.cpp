@@ -43,7 +43,7 @@ TEST_F(Clouds, UnorganisedOnesAreDroppedWithWhatToDo) {
   clouds_.publish(cloud);
   EXPECT_TRUE(status_.waitForDrop("unorganised", 0));
   EXPECT_TRUE(waitUntil([&] {
-    return status_.status().message.find("publish organised clouds") != std::string::npos;
+    return status_.status().message.find("or organised clouds") != std::string::npos;
   })) << status_.status().message;
 }
 

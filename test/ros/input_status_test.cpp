@@ -238,7 +238,7 @@ TEST_F(InputStatusTest, EachCameraIsNamedAndCounted) {
   EXPECT_EQ(stream.dropped.at(0).count, 2u);
   EXPECT_EQ(stream.received_age_s, 0.25f);
   drop(drop::kOutOfOrder, 50);
-  EXPECT_EQ(update().message.find("front: 100 % of the depth"), 0u) << status_.message;
+  EXPECT_EQ(update().message.find("front: 100 % of the latest depth"), 0u) << status_.message;
 }
 
 TEST_F(InputStatusTest, TimeThatStandsIsNoFault) {

@@ -10,23 +10,11 @@
 namespace dtsdf {
 namespace {
 
-/// The exponent of a power of two.
-int log2Of(int cell_voxels) {
-  int log2 = 0;
-  while (1 << log2 < cell_voxels) ++log2;
-  return log2;
-}
-
 /// Cubes that restore() changes before it closes their sectors, to limit memory.
 constexpr size_t kMostAtOnce = size_t{1} << 16;
 
 /// Cubes that one part of the changes may have: some megabytes.
 constexpr size_t kMostChanges = size_t{1} << 15;
-
-Vec3d toDouble(int32_t factor, const Vec3i& a) {
-  const auto times = static_cast<double>(factor);
-  return {times * a.x, times * a.y, times * a.z};
-}
 
 static_assert(2 * sizeof(CubeCells) <= kFreeCubeBudgetBytes,
               "the budget counts at least the memory that a cube takes");
@@ -45,11 +33,9 @@ bool overlap(const CellMask& a, const CellMask& b) {
                      [](uint64_t x, uint64_t y) { return (x & y) == 0; });
 }
 
-/// The centre, in voxels, of a cube or sector that is `side` voxels wide.
+/// The centre, in voxels, of a cell, cube or sector that is `side` voxels wide.
 Vec3d middleOfBox(const Vec3i& key, int32_t side) {
-  const Vec3d corner = toDouble(side, key);
-  const double half = 0.5 * side;
-  return {corner.x + half, corner.y + half, corner.z + half};
+  return {side * (key.x + 0.5), side * (key.y + 0.5), side * (key.z + 0.5)};
 }
 
 /// The distance from the centre of a cube or sector to its corners, in voxels.
@@ -61,7 +47,9 @@ constexpr float kMostAside = 2.0f;
 
 }  // namespace
 
-int32_t cellLog2Of(const MapperParams& params) { return log2Of(params.space.cell_voxels); }
+int32_t cellLog2Of(const MapperParams& params) {
+  return __builtin_ctz(static_cast<unsigned>(params.space.cell_voxels));
+}
 
 int reachInCells(const MapperParams& params) {
   return reachInCells(params.space.max_distance_m,
@@ -179,13 +167,9 @@ void SpaceMap::addSurfaces(const std::vector<BlockMesh>& blocks) {
   for (const Vec3i& cube : surfaces_.apply(blocks, table_)) distances_.noteChange(cube);
 }
 
-Vec3d SpaceMap::middleOf(const Vec3i& cell) const {
-  const double side = cellSide(cell_log2_);
-  return {side * (cell.x + 0.5), side * (cell.y + 0.5), side * (cell.z + 0.5)};
-}
-
 void SpaceMap::clearRegion(const RegionView& region) {
-  const int32_t cube_side = cubeSideInVoxels(cell_log2_), sector_side = cube_side * kCubesAlong;
+  const int32_t cell_side = cellSide(cell_log2_), cube_side = cubeSideInVoxels(cell_log2_),
+                sector_side = cube_side * kCubesAlong;
   const auto may_reach = [&](const Vec3i& key, int32_t side) {
     return isInside(region, middleOfBox(key, side), reachOf(side));
   };
@@ -194,7 +178,8 @@ void SpaceMap::clearRegion(const RegionView& region) {
     if (!may_reach(key, cube_side)) return;
     CellMask inside = {};
     for (int i = 0; i < kCellsPerCube; ++i) {
-      if (isInside(region, middleOf(firstCellOfCube(key) + voxelOffset(i)))) add(inside, i);
+      if (isInside(region, middleOfBox(firstCellOfCube(key) + voxelOffset(i), cell_side)))
+        add(inside, i);
     }
     forgetFree(key, cells, inside);
   });

@@ -87,7 +87,6 @@ class SpaceMap : public Space {
   BlockExtent boundsOfView(const FrameView& frame) const;
   void forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells);
   void recountAfterLoss();
-  Vec3d middleOf(const Vec3i& cell) const;
 
   const int32_t cell_log2_;  ///< Log2 of the voxels along a cell.
   const double voxel_size_m_;

@@ -69,9 +69,8 @@ SavedMesh saveInPieces(PagedMeshes& meshes, MeshColour colour, const std::string
 
 Mesh assemble(PagedMeshes& meshes, const std::optional<BoxRegion>& region, std::string& lack) {
   const uint64_t missed = meshes.missed();
-  const MeshStore& store = region ? meshes.holding(blocksIn(*region, meshes)) : meshes.all();
+  const MeshStore store = region ? meshes.holding(blocksIn(*region, meshes)) : meshes.all();
   Mesh mesh = region ? store.assemble(*region) : store.assemble();
-  meshes.dropFetched();
   lack = lackOf(meshes, missed);
   return mesh;
 }

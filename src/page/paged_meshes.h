@@ -55,9 +55,9 @@ class PagedMeshes {
                    ? nullptr
                    : std::make_shared<PagedValues>(params.page_folder, pageBytesOf(params),
                                                    most_bytes_)),
-        fetched_(params.voxel_size_m) {}
+        voxel_size_m_(params.voxel_size_m) {}
 
-  float voxelSize() const { return fetched_.voxelSize(); }
+  float voxelSize() const { return voxel_size_m_; }
 
   /// Replaces the mesh of a block; one without triangles removes it. If the disk fails or is full,
   /// more meshes stay in memory.
@@ -87,7 +87,7 @@ class PagedMeshes {
 
   /// Removes all meshes, and sets the voxel size of the map.
   void clear(float voxel_size_m) {
-    fetched_ = MeshStore(voxel_size_m);
+    voxel_size_m_ = voxel_size_m;
     meshes_.clear();
     bytes_ = triangles_ = painted_ = missed_ = 0;
     if (pages_ != nullptr) pages_->resetCounts();
@@ -103,16 +103,14 @@ class PagedMeshes {
     return mesh;
   }
 
-  /// A store with the meshes of these blocks, valid until the next call.
-  const MeshStore& holding(const std::vector<PackedKey>& keys) {
-    fetched_.clear();
+  /// A store with the meshes of these blocks.
+  MeshStore holding(const std::vector<PackedKey>& keys) {
+    MeshStore store(voxel_size_m_);
     for (const PackedKey key : keys) {
-      if (SharedBlockMesh block = find(key)) fetched_.put(std::move(block));
+      if (SharedBlockMesh block = find(key)) store.put(std::move(block));
     }
-    return fetched_;
+    return store;
   }
-
-  void dropFetched() { fetched_.clear(); }  ///< Empties the store of holding().
 
   /// Outputs the whole mesh piece by piece: the same mesh as all().assemble().
   void stream(const MeshStream::Sink& sink) {
@@ -126,8 +124,8 @@ class PagedMeshes {
     stream.finish();
   }
 
-  /// A store with all meshes, valid until the next call.
-  const MeshStore& all() { return holding(keys()); }
+  /// A store with all meshes.
+  MeshStore all() { return holding(keys()); }
 
   /// Packed keys of all blocks that have a mesh, in order.
   std::vector<PackedKey> keys() const {
@@ -170,7 +168,7 @@ class PagedMeshes {
   std::map<PackedKey, Kept> meshes_;
   size_t bytes_ = 0, triangles_ = 0, painted_ = 0;  ///< Totals of all meshes.
   uint64_t missed_ = 0;
-  MeshStore fetched_;  ///< What holding() returns.
+  float voxel_size_m_;
 };
 
 }  // namespace dtsdf

@@ -129,7 +129,8 @@ class FilesStep : public Step {
     }
     PagedMeshes copy(host_.params.mapper.map);
     copy.clear(host_.mesh.meshes.voxelSize());
-    for (const auto& [key, block] : host_.mesh.meshes.all().blocks()) copy.put(block);
+    const MeshStore all = host_.mesh.meshes.all();
+    for (const auto& [key, block] : all.blocks()) copy.put(block);
     lock.unlock();
     return savePagedMesh(copy, colour, path, region, simplify_error_m, progress);
   }

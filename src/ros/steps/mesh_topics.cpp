@@ -148,7 +148,7 @@ class ChunkTopic {
         const PackedKey key = *next;
         const std::vector<PackedKey> blocks = chunks.blocksOf(key);
         const uint64_t failures = mesh.meshes.stats().failures;
-        const MeshStore& store = mesh.meshes.holding(blocks);
+        const MeshStore store = mesh.meshes.holding(blocks);
         if (mesh.meshes.stats().failures > failures) {  // the next round reads it again
           ++next;
           continue;
@@ -214,7 +214,6 @@ class MeshTopicsStep : public Step {
       step_m_ = lattice.step_m;
       markers_.publishRound(chunks_, lattice, params_, *mesh);
       blocks_.publishRound(chunks_, lattice, params_, *mesh);
-      mesh->meshes.dropFetched();
       // Leaves at least half of the thread's time to others that share the cores.
       round_pace_.end(now);
     }

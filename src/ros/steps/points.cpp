@@ -34,7 +34,6 @@ class PointsStep : public Step {
     if (!pace_.isDue(begin)) return pace_.next() - begin;
     is_outdated_ = false;
     publish(mesh->meshes.all().assemble(), mesh->stamp);
-    mesh->meshes.dropFetched();
     pace_.end(begin);
     return SteadyDuration::max();
   }

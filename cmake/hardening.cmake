@@ -1,4 +1,4 @@
-# What makes faults show: hardened code by default; sanitizers and fuzzers on request.
+# Hardened code by default; sanitizers and fuzzers on request.
 option(WITH_HARDENING "Stack protector, checked string functions, read-only relocations, PIE" ON)
 option(WITH_FUZZERS "Build test/fuzz as fuzzers, with ASan and UBSan (needs clang)" OFF)
 set(WITH_SANITIZER "" CACHE STRING
@@ -17,7 +17,7 @@ if(WITH_FUZZERS)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 if(WITH_SANITIZER STREQUAL "address")
-  # Divisions go on, so that a list at run time can tell which are meant; clang alone knows them.
+  # Divisions by 0 do not abort, so a suppression list can allow intended ones; only clang has it.
   set(flags -fsanitize=address,undefined -fno-sanitize-recover=undefined)
   if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
     list(APPEND flags -fsanitize=float-divide-by-zero,float-cast-overflow
@@ -31,7 +31,7 @@ if(WITH_SANITIZER)
   add_link_options(${flags})
 endif()
 
-# _FORTIFY_SOURCE needs optimisation, and hides from sanitizers what it checks itself.
+# _FORTIFY_SOURCE needs optimisation, and hides the faults that it checks from sanitizers.
 if(WITH_HARDENING)
   include(CheckPIESupported)
   check_pie_supported(LANGUAGES CXX)

@@ -1,5 +1,5 @@
-# What others link against: the public headers and one shared library with all that they declare.
-# Shared, so that who links it needs to find Eigen only, not what the files and the backends use.
+# The library that other packages link: the public headers, and one shared library with everything
+# they declare. It is shared so that its users need only Eigen, not its other dependencies.
 add_library(dtsdf_mapping SHARED
   $<TARGET_OBJECTS:dtsdf_core> $<TARGET_OBJECTS:dtsdf_mapper> $<TARGET_OBJECTS:dtsdf_io>
   $<TARGET_OBJECTS:dtsdf_datasets> $<TARGET_OBJECTS:dtsdf_depth_codes>
@@ -13,8 +13,8 @@ add_library(dtsdf_mapping::dtsdf_mapping ALIAS dtsdf_mapping)
 target_compile_features(dtsdf_mapping INTERFACE cxx_std_17)
 target_include_directories(dtsdf_mapping INTERFACE
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
-# The backends come along from their archives, as far as the mapper needs them. What comes from an
-# archive stays inside: the CUDA runtime of a program must not meet ours.
+# The backends are linked from their archives, as far as the mapper needs them. Symbols of archives
+# are hidden, so that the CUDA runtime of a program does not clash with ours.
 target_link_libraries(dtsdf_mapping PUBLIC Eigen3::Eigen PRIVATE dtsdf_mapper dtsdf_datasets
                                     -Wl,--exclude-libs,ALL)
 set_target_properties(dtsdf_mapping PROPERTIES
@@ -24,7 +24,7 @@ set_target_properties(dtsdf_mapping PROPERTIES
 if(WITH_ROS)
   set(library_dir ${CATKIN_PACKAGE_LIB_DESTINATION})
   set(config_dir ${CATKIN_PACKAGE_SHARE_DESTINATION}/cmake)
-  # The configuration itself is catkin's, which includes the extras.
+  # catkin writes the configuration, which includes the extras.
   export(TARGETS dtsdf_mapping NAMESPACE dtsdf_mapping::
          FILE ${CATKIN_DEVEL_PREFIX}/share/${PROJECT_NAME}/cmake/dtsdf_mappingTargets.cmake)
 else()

@@ -1,17 +1,17 @@
-# The Python package dtsdf_mapping: its files, and the module _core where it can be built. With catkin
-# the folder is also that of the messages, so that the package's files are there in any case.
+# The Python package dtsdf_mapping: its files, and the module _core if it can be built. With catkin
+# the folder also contains the messages, so the package's files are always installed.
 if(NOT WITH_PYTHON MATCHES "^(AUTO|ON|OFF)$")
   message(FATAL_ERROR "WITH_PYTHON=${WITH_PYTHON}, but it has to be AUTO, ON or OFF")
 endif()
 
 set(DTSDF_PYTHON OFF)
-# An interpreter without a sanitizer cannot load a module that has one.
+# An interpreter without sanitizer cannot load a module built with one.
 if(WITH_PYTHON STREQUAL "OFF")
   set(python_state "not wanted")
 elseif(WITH_SANITIZER OR WITH_FUZZERS)
   set(python_state "there is none with a sanitizer")
 else()
-  # catkin and pip name theirs. Not by find_package(Python3), half of which would do for pybind11.
+  # catkin and pip set the interpreter. find_package(Python3) would leave partial results to pybind11.
   if(PYTHON_EXECUTABLE)
     set(DTSDF_PYTHON_EXECUTABLE ${PYTHON_EXECUTABLE})
   else()
@@ -19,7 +19,7 @@ else()
     set(DTSDF_PYTHON_EXECUTABLE ${DTSDF_PYTHON3})
     set(PYTHON_EXECUTABLE ${DTSDF_PYTHON3})
   endif()
-  # What pybind11 would look for with modules of CMake, of which other packages of ROS find a part only.
+  # Replaces pybind11's search by CMake's modules, which other ROS packages have run in part.
   set(python_includes)
   set(numpy_missing 1)
   if(DTSDF_PYTHON_EXECUTABLE)
@@ -38,7 +38,7 @@ print(folder if os.path.exists(folder + '/Python.h') else '', end='')"
     find_package(pybind11 QUIET CONFIG)
   endif()
   set(python_state)
-  # pip builds where numpy is not installed yet; the module needs it only when it runs.
+  # pip builds where numpy is not yet installed; the module needs it only at run time.
   if(pybind11_FOUND AND (SKBUILD OR numpy_missing EQUAL 0))
     set(DTSDF_PYTHON ON)
     set(DTSDF_PYTHON_INCLUDES ${python_includes} ${pybind11_INCLUDE_DIR} ${pybind11_INCLUDE_DIRS})
@@ -64,7 +64,7 @@ if(WITH_PYTHON STREQUAL "ON" AND NOT DTSDF_PYTHON)
 endif()
 message(STATUS "dtsdf_mapping: Python module ${DTSDF_PYTHON} (WITH_PYTHON=${WITH_PYTHON}; ${python_state})")
 
-# Where the package is built, and where it is installed.
+# Build and installation folders of the package.
 if(SKBUILD)
   set(DTSDF_PYTHON_BUILD ${PROJECT_BINARY_DIR}/python/dtsdf_mapping)
   set(python_dir dtsdf_mapping)
@@ -82,7 +82,7 @@ if(DTSDF_PYTHON OR WITH_ROS)
   file(GLOB python_files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/python/dtsdf_mapping/*.py
        ${PROJECT_SOURCE_DIR}/python/dtsdf_mapping/*.pyi
        ${PROJECT_SOURCE_DIR}/python/dtsdf_mapping/py.typed)
-  # With catkin this replaces the empty __init__.py that the messages came with.
+  # With catkin this replaces the empty __init__.py of the messages.
   file(MAKE_DIRECTORY ${DTSDF_PYTHON_BUILD})
   foreach(file ${python_files})
     get_filename_component(name ${file} NAME)

@@ -32,7 +32,7 @@ python3-rosbag, rosout, tf2-tools")
 endif()
 
 # catkin installs a workspace's setup files into the root of the prefix; in a package they would
-# replace those of ROS. They are in the build's prefix, catkin's marker in the package's: remove all.
+# replace those of ROS. They lie in the build's prefix, catkin's marker in the package's; all go.
 set(catkin_files .catkin .rosinstall _setup_util.py env.sh setup.bash setup.sh setup.zsh
                  local_setup.bash local_setup.sh local_setup.zsh)
 install(CODE "

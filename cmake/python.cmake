@@ -11,7 +11,7 @@ if(WITH_PYTHON STREQUAL "OFF")
 elseif(WITH_SANITIZER OR WITH_FUZZERS)
   set(python_state "there is none with a sanitizer")
 else()
-  # catkin and pip set the interpreter. find_package(Python3) would leave partial results to pybind11.
+  # catkin and pip set the interpreter. find_package(Python3) would leave pybind11 half its results.
   if(PYTHON_EXECUTABLE)
     set(DTSDF_PYTHON_EXECUTABLE ${PYTHON_EXECUTABLE})
   else()

@@ -152,8 +152,10 @@ __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles, uint3
 __device__ void writeVertices(const MeshView& mesh, uint32_t count, const MeshBlockShared& shared) {
   BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
   for (uint32_t i = threadIdx.x; i < count; i += blockDim.x) {
-    vertices[i] = makeVertex(mesh.rules, shared.arrays, shared.listing.vertex_edge[i],
-                             mesh.directional != 0, kAllDirections);
+    const int edge = shared.listing.vertex_edge[i];
+    vertices[i] = {
+        placeVertex(mesh.rules, shared.arrays, edge, mesh.directional != 0, kAllDirections),
+        static_cast<uint32_t>(edge)};
   }
 }
 

@@ -169,9 +169,11 @@ void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, 
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
     if (!isEmpty(labels[i])) edges_.addUnit(indicesOf(labels[i]), voxelOffset(i));
   }
-  vertices.reserve(edges_.count());
+  vertices.resize(edges_.count());
+  auto next = vertices.begin();
   edges_.forEach([&](int edge) {
-    vertices.push_back(makeVertex(rules, arrays, edge, directional, directionsOn(edge)));
+    *next++ = {placeVertex(rules, arrays, edge, directional, directionsOn(edge)),
+               static_cast<uint32_t>(edge)};
   });
   const auto is_empty = [](const UnitLabels& unit) { return isEmpty(unit); };
   if (std::all_of(labels.begin(), labels.end(), is_empty)) labels.clear();

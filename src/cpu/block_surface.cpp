@@ -107,9 +107,11 @@ void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
     while (next != known.end() && next->edge < static_cast<uint32_t>(edge)) ++next;
     const bool is_known = next != known.end() && next->edge == static_cast<uint32_t>(edge);
     const uint32_t may_cross = speakingOnEdge(edgeAxis(edge), edgeFacing(edge));
-    mesh.vertices.push_back(is_known ? *next
-                                     : makeVertex(rules, arrays, edge, directional, may_cross));
-    is_drawn_far_[vertex_of_edge_[edge]] = isDrawnFar(rules, mesh.vertices.back());
+    BlockVertex& vertex = mesh.vertices.emplace_back();
+    vertex.edge = static_cast<uint32_t>(edge);
+    vertex.position =
+        is_known ? next->position : placeVertex(rules, arrays, edge, directional, may_cross);
+    is_drawn_far_[vertex_of_edge_[edge]] = isDrawnFar(rules, vertex);
   });
   size_t triangles = 0;
   for (const auto& [unit, indices] : surface_units_) {

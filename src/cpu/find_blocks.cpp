@@ -28,10 +28,9 @@ class LineBatch {
   }
 
   uint32_t number(int i) const { return numbers_[i]; }
-  CastLine line(int i, const FrameView& frame) const {
-    const SampleLine line = lines_[i];
-    return {line, measuredSides(surfels_[i], frame, line.axis), directions_[i]};
-  }
+  Surfel surfel(int i) const { return surfels_[i]; }
+  SampleLine line(int i) const { return lines_[i]; }
+  DirectionSet directions(int i) const { return directions_[i]; }
 
  private:
   void computeAll(const FrameSensing& of_frame, const FusionSettings& of_fusion) {
@@ -80,14 +79,18 @@ void BlockFinder::addLines(const FrameSensing& sensing, LineBatch& batch, Share&
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
   for (int i = 0; i < batch.count(); ++i) {
     const uint32_t number = batch.number(i);
-    const CastLine cast = batch.line(i, sensing.image.frame);
-    const float* weight = cast.directions.weight;
-    const uint32_t directions = directionMask(cast.directions);
-    const bool has_sides = cast.sides.areMeasured();
-    lines_[number] = {
-        cast.line, {weight[0], weight[1], weight[2]}, static_cast<uint8_t>(directions), has_sides};
-    if (has_sides) sides_[number] = cast.sides;
-    visitBlocks(cast.line, [&](const Vec3i& block) {
+    const SampleLine line = batch.line(i);
+    const DirectionSet cast = batch.directions(i);
+    const uint32_t directions = directionMask(cast);
+    const Surfel surfel = batch.surfel(i);
+    const bool is_wide = surfel.half_across_px + surfel.half_down_px > 0.0f;
+    if (is_wide) sides_[number] = measuredSides(surfel, sensing.image.frame, line.axis);
+    const bool has_sides = is_wide && sides_[number].areMeasured();
+    lines_[number] = {line,
+                      {cast.weight[0], cast.weight[1], cast.weight[2]},
+                      static_cast<uint8_t>(directions),
+                      has_sides};
+    visitBlocks(line, [&](const Vec3i& block) {
       Bin& bin = share.find(block, origin_block);
       bin.directions |= directions;
       bin.surfels.push_back(number);

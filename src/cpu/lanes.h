@@ -23,6 +23,12 @@ struct Lanes {
   Lanes() = default;
   explicit Lanes(T all) : v(all - Vector{}) {}
   explicit Lanes(const Vector& vector) : v(vector) {}
+  // As vectors: the halves that a plain copy writes are waited for by whoever loads all.
+  Lanes(const Lanes& other) : v(other.v) {}
+  Lanes& operator=(const Lanes& other) {
+    v = other.v;
+    return *this;
+  }
 
   static Lanes load(const T* values) {
     Lanes result;

@@ -25,7 +25,7 @@ uint64_t singlesOf(const ImageView& image, const Pixel& first, int end_u,
 }
 
 void append(const Surfel& surfel, std::vector<Surfel>& surfels) {
-  if (surfel.weight > 0.0f) surfels.push_back(surfel);
+  if (surfel.weight > 0.0f) surfels.emplace_back() = surfel;
 }
 
 }  // namespace

@@ -64,7 +64,8 @@ DTSDF_HD Bits findLeaders(const Samples& samples, const Real& least_weight,
   Real confidence[kDirectionCount], greatest = zero;
   leader[0] = leader[1] = Bits{-1};
   for (int d = 0; d < kDirectionCount; ++d) {
-    confidence[d] = samples.maySpeak(d) ? directionConfidence(samples, d, least_weight) : zero;
+    confidence[d] = zero;
+    if (samples.maySpeak(d)) confidence[d] = directionConfidence(samples, d, least_weight);
     const auto leads = confidence[d] > greatest;
     speaking = speaking | select(confidence[d] > zero, Bits{1 << d}, none);
     leader[0] = select(leads, Bits{d}, leader[0]);

@@ -16,7 +16,10 @@ struct EdgeSamples {
   Sample lower[kDirectionCount], upper[kDirectionCount];
 
   DTSDF_HD EdgeSamples(const ArraysAround& arrays, const Vec3i& corner, int axis, bool directional)
-      : arrays(arrays), corner(corner), axis(axis), directional(directional) {}
+      : arrays(arrays),
+        corner{corner.x, corner.y, corner.z},
+        axis(axis),
+        directional(directional) {}
 
   /// Reads the sample beyond an end on demand, as few directions need it.
   DTSDF_HD Sample beyond(int end, int d) const {
@@ -24,11 +27,11 @@ struct EdgeSamples {
   }
 };
 
-/// The vertex of an edge; anchored in a directional map.
+/// Position of an edge's vertex; anchored in a directional map.
 /// @param read Mask of directions whose samples are read. It must include those that cross the edge
 ///     or, if none does, all with a say.
-DTSDF_HD BlockVertex makeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
-                                bool directional, uint32_t read) {
+DTSDF_HD Vec3f placeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
+                           bool directional, uint32_t read) {
   const int axis = edgeAxis(edge), facing = edgeFacing(edge);
   const Vec3i lower = cornerAt(edgeCorner(edge)), upper = lower + unitStep(axis);
   EdgeSamples samples(arrays, lower, axis, directional);
@@ -52,12 +55,10 @@ DTSDF_HD BlockVertex makeVertex(const MeshSettings& rules, const ArraysAround& a
   });
   crossing &= speakingOnEdge(axis, facing);
   const float offset = edgeOffset(rules, samples, crossing, axis, facing);
-  Vec3f position = vertexPosition(edge, offset);
-  if (directional) {
-    const auto anchors = [&](int end, int d) { return voxel(end, d).anchor; };
-    position = position + anchoringShift(rules, samples, crossing, anchors, axis, facing, offset);
-  }
-  return {position, static_cast<uint32_t>(edge)};
+  const Vec3f on_edge = vertexPosition(edge, offset);
+  if (!directional) return on_edge;
+  const auto anchors = [&](int end, int d) { return voxel(end, d).anchor; };
+  return on_edge + anchoringShift(rules, samples, crossing, anchors, axis, facing, offset);
 }
 
 }  // namespace dtsdf

@@ -1,31 +1,9 @@
-#include <memory>
-#include <mutex>
-
 #include "dtsdf_mapping/io/recording.h"
-#include "python/mapper_session.h"
 #include "python/module.h"
 #include "python/values.h"
 
 namespace dtsdf::python {
 namespace {
-
-/// A source of depth or colour images; threads wait for each other.
-template <class Source>
-struct Images {
-  std::mutex mutex;
-  std::unique_ptr<Source> source;
-
-  auto next() {
-    const std::lock_guard<std::mutex> lock(mutex);
-    return source->next();
-  }
-  std::map<std::string, size_t> skipped() {
-    const std::lock_guard<std::mutex> lock(mutex);
-    return source->skipped();
-  }
-};
-using DepthImages = Images<FrameSource>;
-using ColourImages = Images<ColourSource>;
 
 RecordingOptions optionsOf(const py::object& path, const std::string& format,
                            const std::optional<Eigen::MatrixXd>& K,
@@ -46,33 +24,6 @@ RecordingOptions optionsOf(const py::object& path, const std::string& format,
   options.pose_convention = pose_convention;
   options.skip_bad = skip_bad;
   return options;
-}
-
-std::unique_ptr<DepthImages> openDepth(const RecordingOptions& options) {
-  const py::gil_scoped_release release;
-  auto images = std::make_unique<DepthImages>();
-  images->source = openRecording(options);
-  return images;
-}
-
-std::unique_ptr<ColourImages> openColour(const RecordingOptions& options) {
-  const py::gil_scoped_release release;
-  auto images = std::make_unique<ColourImages>();
-  images->source = openRecordingColours(options);
-  return images->source == nullptr ? nullptr : std::move(images);
-}
-
-template <class Source>
-auto nextOf(Images<Source>& images) {
-  auto next = withoutGil([&] { return images.next(); });
-  if (!next) throw py::stop_iteration();
-  return std::move(*next);
-}
-
-template <class Source>
-std::map<std::string, size_t> skippedOf(Images<Source>& images) {
-  const py::gil_scoped_release release;
-  return images.skipped();
 }
 
 py::array depthOf(const py::object& self) {
@@ -131,6 +82,21 @@ void bindFrames(py::module& m) {
   bindCommon(colour, &SourceColour::colour);
 }
 
+/// The GIL lets one thread at a time read images.
+template <class Image>
+auto bindSource(py::module& m, const char* name) {
+  using Source = ImageSource<Image>;
+  return py::class_<Source>(m, name)
+      .def("__iter__", [](py::object self) { return self; })
+      .def("__next__",
+           [](Source& self) {
+             std::optional<Image> next = self.next();
+             if (!next) throw py::stop_iteration();
+             return std::move(*next);
+           })
+      .def_property_readonly("skipped", [](const Source& self) { return self.skipped(); });
+}
+
 }  // namespace
 
 void bindRecording(py::module& m) {
@@ -141,17 +107,11 @@ void bindRecording(py::module& m) {
            py::arg("pose_tolerance_s") = 0.02, py::arg("first") = 0, py::arg("last") = py::none(),
            py::arg("step") = 1, py::arg("pose_convention") = "", py::arg("skip_bad") = false)
       .def_readonly("path", &RecordingOptions::path)
-      .def("open_depth", &openDepth)
-      .def("open_colour", &openColour);
-  py::class_<DepthImages>(m, "DepthImages")
-      .def("__iter__", [](py::object self) { return self; })
-      .def("__next__", &nextOf<FrameSource>)
-      .def_property_readonly("size", [](DepthImages& self) { return self.source->size(); })
-      .def_property_readonly("skipped", &skippedOf<FrameSource>);
-  py::class_<ColourImages>(m, "ColourImages")
-      .def("__iter__", [](py::object self) { return self; })
-      .def("__next__", &nextOf<ColourSource>)
-      .def_property_readonly("skipped", &skippedOf<ColourSource>);
+      .def("open_depth", &openRecording)
+      .def("open_colour", &openRecordingColours);
+  bindSource<SourceFrame>(m, "DepthImages")
+      .def_property_readonly("size", [](const FrameSource& self) { return self.size(); });
+  bindSource<SourceColour>(m, "ColourImages");
   m.def("recording_formats", &recordingFormats, "Names of the formats of recordings.");
 }
 

@@ -90,20 +90,6 @@ void bindSpace(py::module& m) {
           "(known, distance_m, gradient): (N,) bool, (N,) float32, (N, 3) float32. Distance to\n"
           "the nearest surface in metres, at most space/max_distance_m; negative where not known.\n"
           "Gradient of it in W: where known it points to more room, elsewhere to the surface.")
-      .def(
-          "free",
-          [](const SpaceView& view, const Points& points_W) {
-            return states(view, points_W).attr("__eq__")(1);
-          },
-          py::arg("points_W"), "(N,) bool: whether the cells of the points are free.")
-      .def(
-          "distance",
-          [](const SpaceView& view, const Points& points_W) { return query(view, points_W)[1]; },
-          py::arg("points_W"), "(N,) float32: the distances of query(), in metres.")
-      .def(
-          "gradient",
-          [](const SpaceView& view, const Points& points_W) { return query(view, points_W)[2]; },
-          py::arg("points_W"), "(N, 3) float32: the gradients of query().")
       .def("cells", &cells,
            "(cells, states): (N, 3) int32 and (N,) uint8, of all cells that are not unknown; a "
            "cell\n"

@@ -1,25 +1,44 @@
 #include "python/mapper_session.h"
 
+#include <unistd.h>
+
 #include <stdexcept>
 
 namespace dtsdf::python {
+namespace {
+
+bool isForked() {
+  static const pid_t first = getpid();  // set by the first mapper; a fork inherits it
+  return getpid() != first;
+}
+
+void refuseFork() {
+  if (!isForked()) return;
+  throw std::runtime_error(
+      "a Mapper cannot be made or used in a process that was forked after dtsdf_mapping was used: "
+      "start processes with multiprocessing.get_context(\"spawn\")");
+}
+
+}  // namespace
 
 MapperSession::MapperSession(const MapperParams& params)
-    : params_(params), mapper_(makeMapper(params)), meshes_(params.map.voxel_size_m) {}
+    : params_((refuseFork(), params)),
+      mapper_(makeMapper(params)),
+      meshes_(params.map.voxel_size_m) {}
 
 MapperSession::MapperSession(const MapperParams& params, const MapContents& contents)
-    : params_(params),
+    : params_((refuseFork(), params)),
       mapper_(makeMapper(params, contents)),
       meshes_(params.map.voxel_size_m),
       origin_(contents) {}
 
 MapperSession::~MapperSession() {
   // In a forked child, its threads and its GPU are gone: only the parent can destroy it.
-  if (!process_.isHere()) static_cast<void>(mapper_.release());
+  if (isForked()) static_cast<void>(mapper_.release());
 }
 
 std::unique_lock<std::mutex> MapperSession::enter() {
-  process_.check();  // before the lock, which a thread of the parent may have held
+  refuseFork();  // before the lock, which a thread of the parent may have held
   return std::unique_lock<std::mutex>(mutex_);
 }
 

@@ -2,14 +2,11 @@
 /// gets from it.
 #pragma once
 
-#include <unistd.h>
-
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -20,32 +17,8 @@
 
 namespace dtsdf::python {
 
-/// Remembers the process in which a mapper is made. Threads and GPUs do not survive fork(), so the
-/// mapper works in that process only.
-class OneProcess {
- public:
-  /// @throws std::runtime_error in a process that was forked from one with a mapper.
-  OneProcess() {
-    static const pid_t first = getpid();  // set by the first object; a fork inherits it
-    if (pid_ == first) return;
-    throw std::runtime_error(
-        "a Mapper cannot be made in a process that was forked after dtsdf_mapping was used: start "
-        "processes with multiprocessing.get_context(\"spawn\")");
-  }
-  bool isHere() const { return pid_ == getpid(); }
-  /// @throws std::runtime_error in another process.
-  void check() const {
-    if (isHere()) return;
-    throw std::runtime_error(
-        "this Mapper was made in another process, before fork(): make one in this process, started "
-        "with multiprocessing.get_context(\"spawn\")");
-  }
-
- private:
-  const pid_t pid_ = getpid();
-};
-
-/// Thread safe: calls wait for each other. Call without the GIL.
+/// Thread safe: calls wait for each other. Call without the GIL. Threads and GPUs do not survive
+/// fork(): in a process that was forked after the first was made, all but the destructor throw.
 class MapperSession {
  public:
   /// Begins with an empty map. @throws as makeMapper() does.
@@ -69,7 +42,6 @@ class MapperSession {
   void updateSpace();
   /// Runs `action` with the space. @throws std::runtime_error without space/enabled.
   void withSpace(const std::function<void(Space&)>& action);
-  bool hasSpace() const { return params_.space.enabled; }
 
   const MapperParams& params() const { return params_; }
   const std::optional<Eigen::Isometry3d>& levelPose() const { return origin_.T_W_M; }
@@ -78,7 +50,6 @@ class MapperSession {
   std::unique_lock<std::mutex> enter();
   void updateMesh() { meshes_.apply(mapper_->updateMesh()); }
 
-  OneProcess process_;
   std::mutex mutex_;
   MapperParams params_;
   std::unique_ptr<Mapper> mapper_;

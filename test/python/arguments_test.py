@@ -117,7 +117,7 @@ class WrongArguments(unittest.TestCase):
             dtsdf_mapping.Box((1.0, 1.0))
         space = dtsdf_mapping.Mapper("cpu", **{"space/enabled": True}).space
         with self.assertRaisesRegex(TypeError, r"\[m, 3\]"):
-            space.free(numpy.zeros((2, 4)))
+            space.states(numpy.zeros((2, 4)))
 
     def test_pickle_and_copy(self):
         for thing in (self.mapper, self.mapper.mesh(), self.mapper.blocks()):

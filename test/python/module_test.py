@@ -150,7 +150,6 @@ class Maps(unittest.TestCase):
         points = numpy.array([(0.0, 0.0, 1.0), (0.0, 0.0, 2.0), (0.0, 0.0, 3.0),
                               (numpy.nan, 0.0, 0.0), (1e12, 0.0, 0.0)])
         numpy.testing.assert_array_equal(mapper.space.states(points), [1, 2, 0, 0, 0])
-        numpy.testing.assert_array_equal(mapper.space.free(points), [True] + 4 * [False])
         known, distance_m, gradient = mapper.space.query(points)
         numpy.testing.assert_array_equal(known, [True, True, False, False, False])
         self.assertAlmostEqual(distance_m[0], 1.0, delta=1.5 * mapper.space.cell_size_m)
@@ -162,7 +161,7 @@ class Maps(unittest.TestCase):
         space = mapper.space
         del mapper
         gc.collect()
-        self.assertEqual(space.free(points)[0], True)
+        self.assertEqual(space.states(points)[0], 1)
 
     def test_settings_from_a_file(self):
         with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:

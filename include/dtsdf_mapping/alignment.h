@@ -1,10 +1,16 @@
-/// Alignment of a depth image to the map: the prior of its pose, and the result.
+/// Poses, and the alignment of a depth image to the map: the prior of its pose, and the result.
 #pragma once
 
 #include <Eigen/Geometry>
 #include <optional>
 
 namespace dtsdf {
+
+/// The pose of a camera at a time.
+struct StampedPose {
+  double stamp_s;
+  Eigen::Isometry3d T_W_C;  ///< Optical frame to map frame, in metres.
+};
 
 /// How far a pose may be off: standard deviations of a normal distribution around it, per axis.
 /// Directions that the image does not constrain, as along a plain corridor, stay at the prior.

@@ -58,11 +58,6 @@ class PoseTracker {
   std::optional<double> lostSince_s() const { return lost_since_s_; }
 
  private:
-  struct Followed {
-    Eigen::Isometry3d T_W_C;
-    double stamp_s;
-  };
-
   Alignment begin(Mapper& mapper, const DepthFrame& frame, double stamp_s);
   Alignment follow(Mapper& mapper, const DepthFrame& frame, double stamp_s);
   Alignment search(Mapper& mapper, const DepthFrame& frame, double stamp_s);
@@ -79,7 +74,7 @@ class PoseTracker {
   int threads_;
   std::optional<Eigen::Isometry3d> given_T_W_C_;  ///< Where the next frame begins.
   bool may_begin_ = false;                        ///< The last frame's pose was given.
-  std::optional<Followed> last_, before_;         ///< The newest frames that fitted.
+  std::optional<StampedPose> last_, before_;      ///< The newest frames that fitted.
   std::vector<Eigen::Isometry3d> places_T_W_C_;   ///< Earlier poses, spaced, the newest last.
   std::optional<double> lost_since_s_;
   bool was_found_ = false;                   ///< Whether the camera was found since seek().

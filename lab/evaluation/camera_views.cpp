@@ -69,7 +69,7 @@ std::vector<Eigen::Isometry3d> orbitPoses(OrbitShape shape, size_t count, double
 
 Views readViews(const std::string& tum_folder) {
   constexpr double kPoseTolerance_s = 0.02;  // the default of reconstruct
-  const CameraInfo camera = readTumCamera(tum_folder);
+  const CameraInfo camera = loadCameraInfo(tum_folder + "/camera_info.yaml");
   const Trajectory trajectory = readTumTrajectory(tum_folder);
   Views views;
   views.camera = {camera.intrinsics, camera.width, camera.height};

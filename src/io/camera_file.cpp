@@ -56,14 +56,13 @@ CameraInfo loadCameraInfo(const std::string& path) {
   try {
     const YAML::Node root = loadYaml(text);
     if (!root.IsMap()) throwBad(path, "no intrinsics");
-    CameraInfo info;
-    info.width = readSize(root, "image_width", path);
-    info.height = readSize(root, "image_height", path);
+    const int width = readSize(root, "image_width", path),
+              height = readSize(root, "image_height", path);
     const bool rectified = static_cast<bool>(root["projection_matrix"]);
     if (!rectified && !root["camera_matrix"]) throwBad(path, "no projection_matrix");
-    info.intrinsics = rectified ? readMatrix(root, "projection_matrix", 4, path)
-                                : readMatrix(root, "camera_matrix", 3, path);
-    return info;
+    return {width, height,
+            rectified ? readMatrix(root, "projection_matrix", 4, path)
+                      : readMatrix(root, "camera_matrix", 3, path)};
   } catch (const YAML::Exception& e) {
     throwBad(path, "line " + std::to_string(e.mark.line + 1) + ": " + e.msg);
   }

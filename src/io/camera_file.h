@@ -8,15 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "dtsdf_mapping/pinhole.h"
+#include "dtsdf_mapping/rendered_view.h"
 
 namespace dtsdf {
 
-struct CameraInfo {
-  int width = 0, height = 0;          ///< In pixels.
-  Intrinsics intrinsics{0, 0, 0, 0};  ///< For the rectified image.
-  bool is_assumed = false;            ///< They belong to the format, not to a file in the folder.
-};
+/// Camera of rectified images.
+using CameraInfo = RenderCamera;
 
 /// Reads size and intrinsics from projection_matrix, which describes the rectified image, or else
 /// from camera_matrix. Distortion is ignored: depth images are rectified.

@@ -82,15 +82,24 @@ bool isReadable(const StampedImage& image) try {
   return false;
 }
 
-CameraInfo cameraOf(const RecordingOptions& options, const FolderFormat& format,
-                    std::vector<StampedImage> images) {
+/// The camera that the options or the folder have; none if it is the format's usual one.
+std::optional<CameraInfo> givenCamera(const RecordingOptions& options, const FolderFormat& format,
+                                      std::vector<StampedImage> images) {
   if (options.skip_bad) {  // the camera's size may come from the first image
     const auto first = std::find_if(images.begin(), images.end(), isReadable);
     if (first != images.end()) images = {*first};
   }
-  if (!options.intrinsics) return format.readCamera(options.path, images);
-  const DepthImage size = readDepthPngSize(images.front().path);
-  return {size.width, size.height, *options.intrinsics};
+  if (options.intrinsics) {
+    const DepthImage size = readDepthPngSize(images.front().path);
+    return CameraInfo{size.width, size.height, *options.intrinsics};
+  }
+  return format.readCamera ? format.readCamera(options.path, images) : std::nullopt;
+}
+
+CameraInfo cameraOf(const RecordingOptions& options, const FolderFormat& format,
+                    const std::vector<StampedImage>& images) {
+  const std::optional<CameraInfo> given = givenCamera(options, format, images);
+  return given ? *given : *format.usual_camera;
 }
 
 void findPoses(const RecordingOptions& options, const FolderFormat& format,
@@ -167,8 +176,7 @@ std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {
 std::string assumptionsOf(const RecordingOptions& options) {
   const FolderFormat& format = formatOf(options);
   std::vector<std::string> assumed;
-  if (!options.intrinsics &&
-      cameraOf(options, format, listDepth(options.path, format)).is_assumed) {
+  if (!givenCamera(options, format, listDepth(options.path, format))) {
     assumed.emplace_back("the camera of the format (--intrinsics)");
   }
   if (!options.units_per_metre && format.unitsOf == nullptr) {

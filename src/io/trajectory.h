@@ -8,12 +8,9 @@
 #include <string>
 #include <vector>
 
-namespace dtsdf {
+#include "dtsdf_mapping/alignment.h"
 
-struct StampedPose {
-  double stamp_s;
-  Eigen::Isometry3d T_W_C;  ///< Camera's optical frame to map frame, metres.
-};
+namespace dtsdf {
 
 /// Poses sorted by stamp; if several have the same stamp, the first counts.
 class Trajectory {

@@ -17,7 +17,7 @@ const char* const kAdvice = "a TUM folder has depth.txt, groundtruth.txt and cam
 /// The benchmark's depth images are registered to colour by the driver but not rectified. The
 /// benchmark recommends the driver's default intrinsics, without undistortion, for all its cameras
 /// (cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats).
-const CameraInfo kFreiburgCamera{640, 480, {525.0f, 525.0f, 319.5f, 239.5f}, true};
+const CameraInfo kFreiburgCamera{640, 480, {525.0f, 525.0f, 319.5f, 239.5f}};
 
 std::vector<StampedImage> readImageList(const fs::path& path) {
   std::vector<StampedImage> images;
@@ -85,9 +85,9 @@ Trajectory readTumTrajectory(const fs::path& folder) {
   return readTrajectory((folder / "groundtruth.txt").string(), kAdvice);
 }
 
-CameraInfo readTumCamera(const fs::path& folder) {
+std::optional<CameraInfo> readTumCamera(const fs::path& folder) {
   const fs::path path = folder / "camera_info.yaml";
-  if (!fs::exists(path) && isOfTheBenchmark(folder)) return kFreiburgCamera;
+  if (!fs::exists(path) && isOfTheBenchmark(folder)) return std::nullopt;
   return loadCameraInfo(path.string());
 }
 
@@ -97,7 +97,7 @@ void findPoses(const fs::path& folder, double tolerance_s, std::vector<StampedIm
   findPosesNear(readTumTrajectory(folder), tolerance_s, images);
 }
 
-CameraInfo cameraOfFolder(const fs::path& folder, const std::vector<StampedImage>&) {
+std::optional<CameraInfo> cameraOfFolder(const fs::path& folder, const std::vector<StampedImage>&) {
   return readTumCamera(folder);
 }
 
@@ -114,7 +114,8 @@ FolderFormat tumFormat() {
   return {"tum",       "depth.txt, or associations.txt with groundtruth.txt",
           isTumFolder, readTumDepthList,
           findPoses,   cameraOfFolder,
-          findColours, 5000.0};
+          findColours, 5000.0,
+          nullptr,     kFreiburgCamera};
 }
 
 }  // namespace dtsdf

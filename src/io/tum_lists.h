@@ -37,8 +37,8 @@ std::vector<StampedImage> readTumColourList(const std::filesystem::path& folder)
 /// Reads groundtruth.txt, whose poses map the optical frame to the map frame.
 Trajectory readTumTrajectory(const std::filesystem::path& folder);
 
-/// Reads camera_info.yaml, or else returns the camera of the benchmark's own recordings, whose
+/// Reads camera_info.yaml; none if it is missing in one of the benchmark's own recordings, whose
 /// names all contain freiburg.
-CameraInfo readTumCamera(const std::filesystem::path& folder);
+std::optional<CameraInfo> readTumCamera(const std::filesystem::path& folder);
 
 }  // namespace dtsdf

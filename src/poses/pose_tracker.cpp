@@ -95,7 +95,7 @@ void PoseTracker::setPose(const Isometry3d& T_W_C) {
 void PoseTracker::seek(const Isometry3d& near_T_W_C, double stamp_s) {
   given_T_W_C_.reset();
   before_.reset();
-  last_ = Followed{near_T_W_C, -std::numeric_limits<double>::infinity()};
+  last_ = StampedPose{-std::numeric_limits<double>::infinity(), near_T_W_C};
   places_T_W_C_ = {near_T_W_C};
   was_found_ = false;
   lose(stamp_s);
@@ -118,7 +118,7 @@ Alignment PoseTracker::begin(Mapper& mapper, const DepthFrame& frame, double sta
   // pose of the next frame is unknown.
   const bool map_is_empty = mapper.stats().voxel_arrays == 0;
   may_begin_ = map_is_empty || !last_;
-  last_ = Followed{alignment.T_W_C, stamp_s};
+  last_ = StampedPose{stamp_s, alignment.T_W_C};
   before_.reset();
   const bool is_elsewhere = alignment.status == AlignmentStatus::kUnmapped && !may_begin_;
   if (alignment.status == AlignmentStatus::kMisfit || is_elsewhere) {
@@ -193,7 +193,7 @@ Alignment PoseTracker::alignAt(Mapper& mapper, DepthFrame frame, const Isometry3
 
 void PoseTracker::keep(const Isometry3d& T_W_C, double stamp_s) {
   before_ = last_;
-  last_ = Followed{T_W_C, stamp_s};
+  last_ = StampedPose{stamp_s, T_W_C};
 }
 
 /// The newest place follows the last pose until it is far enough from the place before it, around

@@ -32,13 +32,6 @@ StampedPose readPose(const std::string& text) {
   return {0.0, *T_W_C};
 }
 
-RenderCamera cameraOf(const std::string& path) {
-  RenderCamera camera;
-  if (path.empty()) return camera;
-  const CameraInfo info = loadCameraInfo(path);
-  return {info.width, info.height, info.intrinsics};
-}
-
 /// Depth in 16 bits; 0 for no surface, and for depths that do not fit.
 DepthImage depthImageOf(const RenderedView& view) {
   DepthImage image{view.width, view.height, std::vector<uint16_t>(view.depth_m.size())};
@@ -79,8 +72,7 @@ RgbImage colourImageOf(const RenderedView& view) {
 /// @return the time for each, in milliseconds.
 std::vector<double> renderInto(const std::string& folder, const RenderCamera& camera,
                                const std::vector<StampedPose>& poses, Mapper& mapper) {
-  writeFileAtomically(folder + "/camera_info.yaml",
-                      cameraInfoText({camera.width, camera.height, camera.intrinsics}, "rendered"));
+  writeFileAtomically(folder + "/camera_info.yaml", cameraInfoText(camera, "rendered"));
   RenderedView view;
   std::vector<double> times_ms;
   std::string depth_list, colour_list;
@@ -133,7 +125,7 @@ void renderMap(const std::vector<std::string>& arguments) {
   line.parse(arguments);
   if (!trajectory_path.empty()) poses = readTrajectory(trajectory_path, "").poses();
   if (poses.empty()) throw std::runtime_error("'" + trajectory_path + "' has no poses");
-  const RenderCamera camera = cameraOf(camera_path);
+  const RenderCamera camera = camera_path.empty() ? RenderCamera() : loadCameraInfo(camera_path);
   // Views do not depend on space.
   const auto mapper = loadMapOf(options, "space/enabled=false").second;
   const std::vector<double> times_ms = renderInto(options.out_path, camera, poses, *mapper);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "io/recorded_images.h"
@@ -23,8 +24,9 @@ struct FolderFormat {
   void (*findPoses)(const std::filesystem::path& folder, double tolerance_s,
                     std::vector<StampedImage>& images);
 
-  CameraInfo (*readCamera)(const std::filesystem::path& folder,
-                           const std::vector<StampedImage>& images);
+  /// Reads the camera from the folder's files; none if it is the usual one. Null: it always is.
+  std::optional<CameraInfo> (*readCamera)(const std::filesystem::path& folder,
+                                          const std::vector<StampedImage>& images);
 
   /// Finds colour images, if the folder has any, and their camera (the depth camera if the layout
   /// has only one), but not their poses.
@@ -34,6 +36,8 @@ struct FolderFormat {
   double units_per_metre = 1000.0;  ///< Depth units per metre.
   /// Reads the depth units from a folder's files; null if the layout does not store them.
   double (*unitsOf)(const std::filesystem::path& folder) = nullptr;
+  /// Camera of recordings that do not store theirs.
+  std::optional<CameraInfo> usual_camera = std::nullopt;
 };
 
 /// All layouts. A folder has the first layout whose test it passes.

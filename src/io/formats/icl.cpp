@@ -16,7 +16,7 @@ namespace icl {
 
 namespace fs = std::filesystem;
 
-const CameraInfo kRenderer{640, 480, {481.2f, -480.0f, 319.5f, 239.5f}, true};
+const CameraInfo kRenderer{640, 480, {481.2f, -480.0f, 319.5f, 239.5f}};
 const std::string kPosesEnding = ".gt.freiburg";
 
 bool isIcl(const fs::path& folder) {
@@ -44,8 +44,6 @@ void findPoses(const fs::path& folder, double, std::vector<StampedImage>& images
   }
 }
 
-CameraInfo readCamera(const fs::path&, const std::vector<StampedImage>&) { return kRenderer; }
-
 RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
   return {readAssociations(folder, "rgb/"), depth_camera};
 }
@@ -54,7 +52,8 @@ RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camer
 
 FolderFormat iclFormat() {
   using namespace icl;
-  return {"icl", "associations.txt", isIcl, listDepth, findPoses, readCamera, findColours, 5000.0};
+  return {"icl",   "associations.txt", isIcl,  listDepth, findPoses,
+          nullptr, findColours,        5000.0, nullptr,   kRenderer};
 }
 
 }  // namespace dtsdf

@@ -70,7 +70,8 @@ std::optional<CameraInfo> cameraOfTransforms(const std::string& path, const Dept
   throw std::runtime_error(path + ": " + error.what());
 }
 
-CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>& images) {
+std::optional<CameraInfo> readCamera(const fs::path& folder,
+                                     const std::vector<StampedImage>& images) {
   const std::string yaml = (folder / "camera_info.yaml").string();
   const std::string matrix = (folder / "camera-intrinsics.txt").string();
   const std::string transforms = (folder / "transforms.json").string();
@@ -79,7 +80,7 @@ CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>& i
     return cameraOfMatrix(readMatrixFile(matrix, 3, 3, ""), size.width, size.height, matrix);
   }
   if (!fs::exists(yaml) && fs::exists(transforms)) {
-    if (const auto camera = cameraOfTransforms(transforms, size)) return *camera;
+    if (const auto camera = cameraOfTransforms(transforms, size)) return camera;
   }
   return loadCameraInfo(yaml);
 }

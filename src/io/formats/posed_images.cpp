@@ -25,7 +25,7 @@ namespace posed_images {
 
 namespace fs = std::filesystem;
 
-const CameraInfo kKinect{640, 480, {585.0f, 585.0f, 320.0f, 240.0f}, true};
+const CameraInfo kKinect{640, 480, {585.0f, 585.0f, 320.0f, 240.0f}};
 const std::string kPrefix = "frame-";
 
 /// @param fileOf Gives the path of an image's pose file.
@@ -51,9 +51,10 @@ void posesOfSevenScenes(const fs::path&, double, std::vector<StampedImage>& imag
   readPoses(fileOf, images);
 }
 
-CameraInfo cameraOfSevenScenes(const fs::path& folder, const std::vector<StampedImage>& images) {
+std::optional<CameraInfo> cameraOfSevenScenes(const fs::path& folder,
+                                              const std::vector<StampedImage>& images) {
   const fs::path path = folder / "camera-intrinsics.txt";
-  if (!fs::exists(path)) return kKinect;
+  if (!fs::exists(path)) return std::nullopt;
   const DepthImage size = readDepthPngSize(images.front().path);
   return cameraOfMatrix(readMatrixFile(path.string(), 3, 3, "tsdf-fusion keeps its camera there"),
                         size.width, size.height, path.string());
@@ -82,7 +83,8 @@ void posesOfScanNet(const fs::path& folder, double, std::vector<StampedImage>& i
             images);
 }
 
-CameraInfo cameraOfScanNet(const fs::path& folder, const std::vector<StampedImage>& images) {
+std::optional<CameraInfo> cameraOfScanNet(const fs::path& folder,
+                                          const std::vector<StampedImage>& images) {
   const std::string path = (folder / "intrinsic" / "intrinsic_depth.txt").string();
   const DepthImage size = readDepthPngSize(images.front().path);
   return cameraOfMatrix(
@@ -107,9 +109,9 @@ RecordedImages coloursOfScanNet(const fs::path& folder, const CameraInfo&) {
 
 FolderFormat sevenScenesFormat() {
   using namespace posed_images;
-  return {"7scenes",           "frame-NUMBER.depth.png", nullptr,
-          listSevenScenes,     posesOfSevenScenes,       cameraOfSevenScenes,
-          coloursOfSevenScenes};
+  return {
+      "7scenes",           "frame-NUMBER.depth.png", nullptr, listSevenScenes, posesOfSevenScenes,
+      cameraOfSevenScenes, coloursOfSevenScenes,     1000.0,  nullptr,         kKinect};
 }
 
 FolderFormat scanNetFormat() {

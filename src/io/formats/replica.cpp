@@ -50,14 +50,14 @@ double paramOf(const nlohmann::json& camera, const char* key, const fs::path& pa
   return found->get<double>();
 }
 
-CameraInfo readCamera(const fs::path& folder, const std::vector<StampedImage>&) {
+std::optional<CameraInfo> readCamera(const fs::path& folder, const std::vector<StampedImage>&) {
   const fs::path path = paramsPath(folder);
   const nlohmann::json camera = readParams(path);
   const auto number = [&](const char* key) { return paramOf(camera, key, path); };
   const auto pixels = [&](const char* key) { return static_cast<float>(number(key)); };
-  return {static_cast<int>(std::lround(number("w"))),
-          static_cast<int>(std::lround(number("h"))),
-          {pixels("fx"), pixels("fy"), pixels("cx"), pixels("cy")}};
+  return CameraInfo{static_cast<int>(std::lround(number("w"))),
+                    static_cast<int>(std::lround(number("h"))),
+                    {pixels("fx"), pixels("fy"), pixels("cx"), pixels("cy")}};
 }
 
 double unitsOf(const fs::path& folder) {

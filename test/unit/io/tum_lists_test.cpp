@@ -31,7 +31,7 @@ TEST_F(TumListsTest, ReadsListsPosesAndCamera) {
   const Trajectory trajectory = readTumTrajectory(folder_.path());
   ASSERT_EQ(trajectory.poses().size(), 3u);
   EXPECT_EQ(trajectory.poses()[2].T_W_C.translation().x(), 2.0);
-  EXPECT_EQ(readTumCamera(folder_.path()).intrinsics.fy, 11.0f);
+  EXPECT_EQ(readTumCamera(folder_.path())->intrinsics.fy, 11.0f);
 }
 
 TEST_F(TumListsTest, ReadsPosesAsCameraToWorldWithTheScalarLast) {

@@ -15,7 +15,7 @@ if(EXISTS /opt/ros/noetic)
   set(CPACK_PACKAGING_INSTALL_PREFIX /opt/ros/noetic)
   set(CPACK_DEBIAN_PACKAGE_DEPENDS
       "ros-noetic-cv-bridge, ros-noetic-diagnostic-updater, ros-noetic-dynamic-reconfigure, \
-ros-noetic-image-transport, ros-noetic-nodelet, ros-noetic-rosbag, \
+ros-noetic-image-transport, ros-noetic-nodelet, ros-noetic-pcl-ros, ros-noetic-rosbag, \
 ros-noetic-roscpp, ros-noetic-roslaunch, ros-noetic-rospy, ros-noetic-tf2-ros, \
 ros-noetic-visualization-msgs, python3-numpy, python3-pil, liboctomap1.9, libpng16-16, \
 libturbojpeg, libxxhash0, libyaml-cpp0.6, libzstd1")

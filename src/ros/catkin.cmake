@@ -18,10 +18,14 @@ find_package(catkin REQUIRED COMPONENTS
   map_msgs message_generation nav_msgs nodelet pluginlib roscpp sensor_msgs std_msgs std_srvs tf2
   tf2_msgs tf2_ros visualization_msgs)
 
-# Not components of catkin above: their exported libraries (rosbag, all of OpenCV with cv_bridge)
-# would end up in every target. Only dtsdf_bag and dtsdf_ros_conversions use more than their headers.
+# Not components of catkin above: their exported libraries (VTK, rosbag, all of OpenCV with
+# cv_bridge) would end up in every target. Only dtsdf_bag and dtsdf_ros_conversions use more than
+# their headers.
 find_package(cv_bridge REQUIRED)
+find_package(pcl_conversions REQUIRED)
+find_package(pcl_ros REQUIRED)
 find_package(rosbag REQUIRED)
+find_package(PCL REQUIRED COMPONENTS common)
 
 # Optional, because Debian does not package it. Publishing space as an OctoMap needs it.
 find_package(octomap_msgs QUIET)

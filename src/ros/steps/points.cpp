@@ -1,9 +1,10 @@
 /// The step that publishes the vertices of the mesh as a point cloud, while someone listens.
-#include <sensor_msgs/PointCloud2.h>
-#include <sensor_msgs/point_cloud2_iterator.h>
+#include <pcl/point_types.h>
+#include <pcl_conversions/pcl_conversions.h>
+#include <pcl_ros/point_cloud.h>
 
+#include <algorithm>
 #include <atomic>
-#include <cstring>
 
 #include "dtsdf_mapping/mesh.h"
 #include "ros/common/topic.h"
@@ -12,14 +13,31 @@
 namespace dtsdf {
 namespace {
 
+using Point = pcl::PointXYZRGBNormal;
+using Cloud = pcl::PointCloud<Point>;
+
+Point toPoint(const Mesh& mesh, size_t vertex, MeshColour colour) {
+  const std::array<double, 3> p_W = positionInMap(mesh, vertex);
+  const Vec3f& normal_W = mesh.normals[vertex];
+  Point point;
+  point.getVector3fMap() = Eigen::Vector3d(p_W[0], p_W[1], p_W[2]).cast<float>();
+  point.getNormalVector3fMap() = Eigen::Vector3f(normal_W.x, normal_W.y, normal_W.z);
+  const std::array<uint8_t, 3> rgb = vertexColour(colour, mesh, vertex);
+  point.r = rgb[0];
+  point.g = rgb[1];
+  point.b = rgb[2];
+  point.a = 255;
+  return point;
+}
+
 /// Publishes `surface_points`; each cloud holds the whole mesh.
 class PointsStep : public Step {
  public:
   explicit PointsStep(const Host& host) : host_(host), pace_(host.rates.points_hz) {}
 
   void advertise(const Handles& handles) override {
-    topic_.advertise<sensor_msgs::PointCloud2>(handles.prompt, "surface_points", 1,
-                                               [this](const auto&) { is_outdated_ = true; });
+    topic_.advertise<Cloud>(handles.prompt, "surface_points", 1,
+                            [this](const auto&) { is_outdated_ = true; });
   }
 
   std::optional<double> meshRate_hz() const override {
@@ -42,27 +60,14 @@ class PointsStep : public Step {
 
  private:
   void publish(const Mesh& mesh, const ros::Time& stamp) {
-    sensor_msgs::PointCloud2 cloud;
+    Cloud cloud;
     cloud.header.frame_id = frameOfMap(host_.params);
-    cloud.header.stamp = stamp;
-    cloud.height = 1;
-    cloud.is_dense = true;
-    constexpr auto kFloat = sensor_msgs::PointField::FLOAT32;
-    sensor_msgs::PointCloud2Modifier modifier(cloud);
-    modifier.setPointCloud2Fields(8, "x", 1, kFloat, "y", 1, kFloat, "z", 1, kFloat, "normal_x", 1,
-                                  kFloat, "normal_y", 1, kFloat, "normal_z", 1, kFloat, "rgb", 1,
-                                  kFloat, "curvature", 1, kFloat);
-    modifier.resize(mesh.vertices_m.size());
-    uint8_t* point = cloud.data.data();
-    for (size_t i = 0; i < mesh.vertices_m.size(); ++i, point += cloud.point_step) {
-      const auto [x, y, z] = positionInMap(mesh, i);
-      const Eigen::Vector3f p = Eigen::Vector3d(x, y, z).cast<float>();
-      const Vec3f& n = mesh.normals[i];
-      const auto [red, green, blue] = vertexColour(host_.params.mapper.mesh.colour, mesh, i);
-      const float numbers[] = {p.x(), p.y(), p.z(), n.x, n.y, n.z};
-      const uint8_t rgb[] = {blue, green, red, 255};
-      std::memcpy(point, numbers, sizeof(numbers));
-      std::memcpy(point + sizeof(numbers), rgb, sizeof(rgb));
+    cloud.header.stamp = pcl_conversions::toPCL(stamp);
+    // Reserves at least one point: pcl_ros copies from the points' address even if there are none,
+    // and it must not be null.
+    cloud.reserve(std::max<size_t>(1, mesh.vertices_m.size()));
+    for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+      cloud.push_back(toPoint(mesh, i, host_.params.mapper.mesh.colour));
     }
     topic_.publish(cloud);
   }

@@ -40,15 +40,17 @@ __global__ void __launch_bounds__(kThreads, 4)
   const LinePart part_of_line = linePartOf(surfels);
   if (part_of_line.surfel >= surfels.size() || touched.counters->table_full) return;
   const FrameSensing sensing = on_device.load();
-  CastLine cast = makeCastLine(surfels.surfels[part_of_line.surfel], sensing, fusion);
-  part_of_line.takeFrom(cast.line);
+  const Surfel& surfel = surfels.surfels[part_of_line.surfel];
+  SampleLine line = sampleLineOf(surfel, sensing, fusion);
+  const MeasuredSides sides = measuredSides(surfel, sensing.image.frame, line.axis);
+  const DirectionSet directions = lineDirections(surfel, fusion.directional != 0);
+  part_of_line.takeFrom(line);
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
   // The touched block of the last sample, its first array of sums and its directions: looked up
   // only when samples enter another block.
   constexpr uint32_t kBeyondAll = 1u << 31;
   PackedKey key = kNoKey;
   uint32_t first_sum = kBeyondAll, summed = 0;
-  const DirectionSet& directions = cast.directions;
   auto add = [&](const Vec3i& voxel_L, const CornerSample& sample, int32_t sdf) {
     const PackedKey sample_key = packKey(blockOfVoxel(voxel_L) + origin_block);
     if (sample_key != key) {
@@ -68,7 +70,7 @@ __global__ void __launch_bounds__(kThreads, 4)
                     sample.point_key);
     }
   };
-  castSurfel(cast, fusion, add);
+  castSurfel(line, sides, fusion, add);
 }
 
 /// One block of threads per array of sums, which it leaves zeroed.

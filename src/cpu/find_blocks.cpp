@@ -21,8 +21,7 @@ class LineBatch {
     numbers_[count_++] = number;
   }
 
-  /// Computes the lines of all surfels in the batch, in loops that compilers vectorise. Same bits
-  /// as makeCastLine().
+  /// Computes the lines of all surfels in the batch, in loops that compilers vectorise.
   void compute(const FrameSensing& sensing, const FusionSettings& fusion) {
     withWidestVectors([&] { computeAll(sensing, fusion); });
   }

@@ -7,14 +7,6 @@
 
 namespace dtsdf {
 
-/// A surfel ready to be cast: its line and sides, its directions, and its fixed-point weight in
-/// each direction.
-struct CastLine {
-  SampleLine line;
-  MeasuredSides sides;
-  DirectionSet directions;
-};
-
 /// The most likely direction of a point's error, a unit vector, if its surface is displaced along
 /// the normal n. This is the direction of C n, where C = I + sigma^2 r r^T is the point's
 /// covariance in voxels: a point may stand for any place within a voxel, and its depth error sigma,
@@ -75,13 +67,6 @@ DTSDF_HD DirectionSet lineDirections(const Surfel& surfel, bool directional) {
   return directions;
 }
 
-DTSDF_HD CastLine makeCastLine(const Surfel& surfel, const FrameSensing& sensing,
-                               const FusionSettings& fusion) {
-  const SampleLine line = sampleLineOf(surfel, sensing, fusion);
-  return {line, measuredSides(surfel, sensing.image.frame, line.axis),
-          lineDirections(surfel, fusion.directional != 0)};
-}
-
 /// A block in the axes (k, u, v) of lines along one axis.
 struct BlockFrame {
   int k0, u0, v0;                    ///< The block's first voxel.
@@ -107,15 +92,14 @@ DTSDF_HD float sdfScale(const FusionSettings& fusion) {
 }
 
 template <bool kHasSides, class Add>
-DTSDF_HD void castPlanes(const CastLine& cast, const FusionSettings& fusion, Add& add) {
-  const SampleLine& line = cast.line;
+DTSDF_HD void castPlanes(const SampleLine& line, const MeasuredSides& sides,
+                         const FusionSettings& fusion, Add& add) {
   const Vec3i shifts = pointShifts(line.axis);
   for (int plane = line.first_plane; plane <= line.last_plane; ++plane) {
     const CellCrossing crossing = crossCell(line, plane);
     for (int corner = 0; corner < 4; ++corner) {
       const int du = corner >> 1, dv = (corner ^ du) & 1;  // around the cell
-      const CornerSample sample =
-          sampleCorner<kHasSides>(line, cast.sides, shifts, crossing, du, dv);
+      const CornerSample sample = sampleCorner<kHasSides>(line, sides, shifts, crossing, du, dv);
       if (!(sample.share > 0.0f)) continue;
       add(unpermute(line.axis, plane, crossing.u + du, crossing.v + dv), sample,
           roundSdf(sample.distance * sdfScale(fusion)));
@@ -126,11 +110,12 @@ DTSDF_HD void castPlanes(const CastLine& cast, const FusionSettings& fusion, Add
 /// Visits a surfel's samples in all blocks: calls add(voxel, sample, sdf) with the voxel in local
 /// coordinates and its distance in fixed point. Consecutive samples are often in one block.
 template <class Add>
-DTSDF_HD void castSurfel(const CastLine& cast, const FusionSettings& fusion, Add& add) {
-  if (cast.sides.areMeasured()) {
-    castPlanes<true>(cast, fusion, add);
+DTSDF_HD void castSurfel(const SampleLine& line, const MeasuredSides& sides,
+                         const FusionSettings& fusion, Add& add) {
+  if (sides.areMeasured()) {
+    castPlanes<true>(line, sides, fusion, add);
   } else {
-    castPlanes<false>(cast, fusion, add);
+    castPlanes<false>(line, sides, fusion, add);
   }
 }
 

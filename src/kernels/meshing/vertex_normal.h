@@ -31,44 +31,25 @@ DTSDF_HD Slope slopeBetween(const Slope& lower, const Slope& upper, float t) {
   return {(1.0f - t) * lower.value + t * upper.value, true};
 }
 
-/// A vertex's place on an edge of the grid around a block, with a direction's samples at the edge's
-/// ends. `corner` is the lower end.
-struct PlaceOnEdge {
-  Vec3i corner;
-  int axis;
-  float t;  ///< Share of the edge, from its lower end.
-  int direction;
-  Sample lower, upper;
-};
-
-template <class Corners>
-DTSDF_HD Slope slopeAcross(const Corners& corners, const PlaceOnEdge& at, int across) {
-  const Vec3i upper = at.corner + gridStep(at.axis, 1);
-  const Vec3i down = gridStep(across, -1), up = gridStep(across, 1);
-  return slopeBetween(slopeAt(corners.sample(at.corner + down, at.direction), at.lower,
-                              corners.sample(at.corner + up, at.direction)),
-                      slopeAt(corners.sample(upper + down, at.direction), at.upper,
-                              corners.sample(upper + up, at.direction)),
-                      at.t);
-}
-
-template <class Corners>
-DTSDF_HD float slopeAlong(const Corners& corners, const PlaceOnEdge& at) {
-  const float bend =
-      bendOnEdge(corners.sample(at.corner + gridStep(at.axis, -1), at.direction), at.lower,
-                 at.upper, corners.sample(at.corner + gridStep(at.axis, 2), at.direction));
-  return at.upper.sdf - at.lower.sdf + bend * (at.t - 0.5f);
-}
-
-/// Gradient of a direction's field at a place on an edge; 0 if a component is unknown.
-template <class Corners>
-DTSDF_HD Vec3f gradientOnEdge(const Corners& corners, const PlaceOnEdge& at) {
+/// Gradient of a field on an edge, at a share t of it from its lower corner; 0 if a component is
+/// unknown. `at(corner)` gives the field's sample.
+template <class At>
+DTSDF_HD Vec3f gradientOnEdge(const At& at, const Vec3i& corner, int axis, float t) {
+  const Vec3i end = corner + unitStep(axis);
+  const Sample lower = at(corner), upper = at(end);
   Vec3f gradient{0.0f, 0.0f, 0.0f};
-  for (int axis = 0; axis < 3; ++axis) {
-    const Slope slope =
-        axis == at.axis ? Slope{slopeAlong(corners, at), true} : slopeAcross(corners, at, axis);
+  for (int i = 0; i < 3; ++i) {
+    const Vec3i step = unitStep(i);
+    Slope slope{0.0f, true};
+    if (i == axis) {
+      const float bend = bendOnEdge(at(corner - step), lower, upper, at(end + step));
+      slope.value = upper.sdf - lower.sdf + bend * (t - 0.5f);
+    } else {
+      slope = slopeBetween(slopeAt(at(corner - step), lower, at(corner + step)),
+                           slopeAt(at(end - step), upper, at(end + step)), t);
+    }
     if (!slope.is_known) return {0.0f, 0.0f, 0.0f};
-    gradient = gradient + slope.value * toFloat(gridStep(axis, 1));
+    gradient = gradient + slope.value * toFloat(step);
   }
   return gradient;
 }
@@ -86,15 +67,10 @@ DTSDF_HD Vec3f vertexNormal(const Corners& corners, int edge, const Vec3f& posit
   Vec3f sum{0.0f, 0.0f, 0.0f};
   for (int d = 0; d < (directional ? kDirectionCount : 1); ++d) {
     if (directional && !speaksOnEdge(d, axis, facing)) continue;
-    const PlaceOnEdge at{corner,
-                         axis,
-                         t,
-                         d,
-                         corners.sample(corner, d),
-                         corners.sample(corner + gridStep(axis, 1), d)};
-    if (!crosses(at.lower, at.upper, facing)) continue;
-    const float weight = at.lower.weight * at.upper.weight;
-    sum = sum + weight * gradientOnEdge(corners, at);
+    const auto at = [&](const Vec3i& place) { return corners.sample(place, d); };
+    const Sample lower = at(corner), upper = at(corner + unitStep(axis));
+    if (!crosses(lower, upper, facing)) continue;
+    sum = sum + lower.weight * upper.weight * gradientOnEdge(at, corner, axis, t);
   }
   const float length = norm(sum);
   return length > 0.0f ? (1.0f / length) * sum : Vec3f{0.0f, 0.0f, 0.0f};

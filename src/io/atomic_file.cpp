@@ -20,23 +20,10 @@ namespace fs = std::filesystem;
 
 constexpr size_t kBufferBytes = 1 << 20;
 
-std::string adviceFor(int error_number) {
-  switch (error_number) {
-    case ENOSPC:
-    case EDQUOT:
-    case EFBIG: return "; free some space or choose another folder";
-    case EACCES:
-    case EPERM:
-    case EROFS: return "; choose a folder that you may write to";
-    case ENOTDIR:
-    case EEXIST: return "; a part of its path is a file; choose another folder";
-    default: return "; choose another file name or folder";
-  }
-}
-
 [[noreturn]] void throwCannotWrite(const std::string& path, int error_number) {
-  throw std::runtime_error("cannot write '" + path + "': " +
-                           std::generic_category().message(error_number) + adviceFor(error_number));
+  throw std::runtime_error("cannot write '" + path +
+                           "': " + std::generic_category().message(error_number) +
+                           "; free some space or choose another folder");
 }
 
 fs::path folderOf(const std::string& path) {

@@ -102,14 +102,13 @@ TEST_F(Disk, ThatIsFull) {
 
 TEST_F(Disk, ThatCannotBeWritten) {
   breakDisk("read_only");
-  expectOneSentence(save("new/mesh.ply"), "Read-only file system",
-                    "choose a folder that you may write to");
-  expectSavesFail("Read-only file system", "choose a folder that you may write to");
+  expectOneSentence(save("new/mesh.ply"), "Read-only file system", "choose another folder");
+  expectSavesFail("Read-only file system", "choose another folder");
 }
 
 TEST_F(Disk, ThatGoesInTheMiddleOfASave) {
   breakDisk("gone");
-  expectSavesFail("No such file or directory", "choose another file name or folder");
+  expectSavesFail("No such file or directory", "choose another folder");
 }
 
 TEST_F(Disk, WhoseFolderIsGone) {
@@ -124,7 +123,7 @@ TEST_F(Disk, WhoseFolderIsGone) {
   fs::remove_all(folder_);
   std::ofstream(folder_) << "a file in its place";
   for (const char* name : kNames) {
-    expectOneSentence(save(name), "a part of its path is a file", "choose another folder");
+    expectOneSentence(save(name), "Not a directory", "choose another folder");
   }
   EXPECT_EQ(readBytes(folder_), "a file in its place");
   fuseFrame();

@@ -53,14 +53,14 @@ class RecordedSource : public ImageSource<Image> {
     if (kIsColour) return std::nullopt;
     size_t count = 0;
     for (size_t i = 0; i < order_.size(); ++i)
-      count += isSelected(i) && recorded_.images[i].T_W_C.has_value();
+      count += isSelected(options_, kIsColour, i) && recorded_.images[i].T_W_C.has_value();
     return count;
   }
 
   std::optional<Image> next() override {
     while (next_ < order_.size()) {
       const size_t place = next_++, index = order_[place];
-      if (!isSelected(place)) continue;
+      if (!isSelected(options_, kIsColour, place)) continue;
       std::string problem = whyNot(index);
       try {
         if (problem.empty()) {
@@ -82,13 +82,6 @@ class RecordedSource : public ImageSource<Image> {
   static constexpr bool kIsColour = std::is_same_v<Image, SourceColour>;
   /// Prefix of the reasons in skipped().
   const std::string kind_ = kIsColour ? "colour images: " : "";
-
-  bool isSelected(size_t place) const {
-    if (!kIsColour) return options_.selection.contains(place);
-    const auto& listed = options_.listed_colours;
-    return options_.selection.containsColour(place) &&
-           (listed == nullptr || std::binary_search(listed->begin(), listed->end(), place));
-  }
 
   /// Why an image is skipped before it is decoded; empty: it is not.
   std::string whyNot(size_t index) const {

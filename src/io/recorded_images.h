@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -48,6 +49,14 @@ inline void checkSelection(const FrameSelection& selection, size_t total) {
   throw std::runtime_error("none of the depth images is selected: there are " +
                            std::to_string(total) + ", 0 to " + std::to_string(total - 1) +
                            "; give a range of these with --frames");
+}
+
+/// Whether the options select the image at a place of its kind.
+inline bool isSelected(const RecordingOptions& options, bool is_colour, size_t place) {
+  if (!is_colour) return options.selection.contains(place);
+  const auto& listed = options.listed_colours;
+  return options.selection.containsColour(place) &&
+         (listed == nullptr || std::binary_search(listed->begin(), listed->end(), place));
 }
 
 }  // namespace dtsdf

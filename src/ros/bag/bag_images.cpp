@@ -123,18 +123,16 @@ class BagPoses {
     }
   }
 
-  /// Pose of the image with this header; if there is none, `why_none` gets the reason.
-  std::optional<Eigen::Isometry3d> of(const std_msgs::Header& header,
-                                      std::string* why_none = nullptr) const {
+  /// Pose of the image with this header.
+  PoseAnswer of(const std_msgs::Header& header) const {
     PoseAnswer pose;
     if (trajectory_) {
       pose.T_W_C = trajectory_->poseAt(header.stamp.toSec(), options_.pose_tolerance_s);
     } else {
       pose = find(header, header.stamp);
     }
-    if (why_none != nullptr) *why_none = pose.text;
     if (pose.T_W_C) pose.T_W_C = opticalPose(*pose.T_W_C, options_.pose_convention);
-    return pose.T_W_C;
+    return pose;
   }
 
   /// Why an image has no pose.
@@ -272,7 +270,7 @@ class BagImages : public ImageSource<Frame> {
     return readingBag(options_.path, [&]() -> std::optional<Frame> {
       for (; next_ != messages_.end(); ++index_) {
         const rosbag::MessageInstance& message = (next_++)->second;
-        if (!isWanted(index_)) continue;
+        if (!isSelected(options_, kIsColour, index_)) continue;
         if (auto frame = makeFrame(message)) {
           frame->index = index_++;
           return frame;
@@ -307,13 +305,6 @@ class BagImages : public ImageSource<Frame> {
     options_.intrinsics.reset();
   }
 
-  bool isWanted(size_t index) const {
-    if (!kIsColour) return options_.selection.contains(index);
-    if (!options_.selection.containsColour(index)) return false;
-    const auto& listed = options_.listed_colours;
-    return !listed || std::binary_search(listed->begin(), listed->end(), index);
-  }
-
   /// Makes the frame of an image; nothing if the image has to be skipped.
   std::optional<Frame> makeFrame(const rosbag::MessageInstance& message) {
     std::string problem = "a message of another type";
@@ -338,17 +329,17 @@ class BagImages : public ImageSource<Frame> {
       return skip({drop::kRepeatedStamp, kRepeatedStampText});
     }
     if (const auto rejection = hideMasked(image, message.getTime())) return skip(*rejection);
-    const std::optional<Eigen::Isometry3d> T_W_C = poseOf(image->header, problem);
-    if (!T_W_C) {
+    const PoseAnswer pose = poseOf(image->header);
+    if (!pose.T_W_C) {
       if (!kIsColour) poses_->requireFrames(image->header, bag_);
-      return skip(poses_->whyNone(), problem);
+      return skip(poses_->whyNone(), pose.text);
     }
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
     Frame frame;
     try {
       auto made =
           rectification_->frameOf({image, info}, clouds_.has_value(), options_.input, *pixels);
-      std::visit([&](auto& of) { of.T_W_C = *T_W_C; }, made);
+      std::visit([&](auto& of) { of.T_W_C = *pose.T_W_C; }, made);
       if constexpr (kIsColour) {
         frame.colour = std::get<ColourFrame>(made);
       } else {
@@ -404,11 +395,12 @@ class BagImages : public ImageSource<Frame> {
     return Rejection{drop::kNoMask, noMaskText(printable(options_.mask_topic))};
   }
 
-  std::optional<Eigen::Isometry3d> poseOf(const std_msgs::Header& header, std::string& why_none) {
-    why_none.clear();
-    if (!options_.first_pose_only) return poses_->of(header, &why_none);
-    if (!first_T_W_C_) first_T_W_C_ = poses_->of(header).value_or(Eigen::Isometry3d::Identity());
-    return first_T_W_C_;
+  PoseAnswer poseOf(const std_msgs::Header& header) {
+    if (!options_.first_pose_only) return poses_->of(header);
+    if (!first_T_W_C_) {
+      first_T_W_C_ = poses_->of(header).T_W_C.value_or(Eigen::Isometry3d::Identity());
+    }
+    return {first_T_W_C_};
   }
 
   BagOptions options_;
@@ -470,7 +462,7 @@ Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {
     const auto up_I = sample ? gravity.add(*sample) : std::nullopt;
     if (!up_I) continue;
     was_still = true;
-    if (const auto T_M_I = poses.of(imu->header)) return T_M_I->linear() * *up_I;
+    if (const auto T_M_I = poses.of(imu->header).T_W_C) return T_M_I->linear() * *up_I;
   }
   throw std::runtime_error(
       "map/level is imu, but '" + printable(topic) + "' of '" + options.path + "' " +

@@ -22,6 +22,9 @@ namespace {
 
 constexpr uint64_t kUnitBytes = StoredRecord::kUnitBytes;
 
+/// The file is truncated once this much of its end is free.
+constexpr uint64_t kShrinkBytes = uint64_t{1} << 20;
+
 /// How often to try to read a record, with pauses of 1, 2, 4 and 8 ms, so that a temporary failure
 /// loses nothing.
 constexpr int kTries = 5;
@@ -45,14 +48,7 @@ void countWait(Clock::time_point start, PageStats& stats) {
   stats.wait_ms += ms;
 }
 
-/// Units of the file that a record takes. Lengths are rounded up, by an eighth at most, so that
-/// free runs fit most new records and are seldom cut, since their parts are never joined.
-uint32_t unitsOf(size_t bytes) {
-  const auto units = static_cast<uint32_t>((bytes + kSumBytes + kUnitBytes - 1) / kUnitBytes);
-  uint32_t step = 1;
-  while (units / step >= 16) step *= 2;
-  return (units + step - 1) / step * step;
-}
+uint64_t unitsOf(size_t bytes) { return (bytes + kSumBytes + kUnitBytes - 1) / kUnitBytes; }
 
 std::string textOf(int error) { return std::generic_category().message(error); }
 
@@ -86,13 +82,16 @@ ssize_t transferAll(Byte* bytes, size_t size, uint64_t offset, const Call& call)
 
 void RecordBytes::copyTo(std::vector<char>& to) const {
   to.clear();
-  for (const std::string_view piece : pieces) to.insert(to.end(), piece.begin(), piece.end());
+  for (const Piece& piece : pieces) {
+    const char* const from = static_cast<const char*>(piece.from);
+    to.insert(to.end(), from, from + piece.bytes);
+  }
 }
 
 RecordStore::RecordStore(const std::string& folder, uint64_t max_bytes, size_t most_waiting)
     : folder_(printable(folder)),
       most_waiting_(most_waiting),
-      most_units_(std::min<uint64_t>(max_bytes / kUnitBytes, UINT32_MAX)) {
+      runs_(std::min<uint64_t>(max_bytes / kUnitBytes, UINT32_MAX)) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   file_ = openUnnamed(folder);
@@ -112,7 +111,7 @@ RecordStore::~RecordStore() {
 std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
   const size_t bytes = record.size();
   std::map<uint64_t, Waiting> made;  // before space is taken, since memory may run out
-  made.emplace(0, Waiting{{}, std::move(record)});
+  made.emplace(0, Waiting{std::move(record), 0});
   Lock lock(mutex_);
   if (disk_refuses_) startWriting();
   const auto is_ready = [&] {
@@ -124,47 +123,20 @@ std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
     countWait(start, stats_);
   }
   if (disk_refuses_) return std::nullopt;
-  const auto first = takeUnits(unitsOf(bytes));
+  const auto first = runs_.take(unitsOf(bytes));
   if (!first) {
     note(kFull);
     return std::nullopt;
   }
-  const StoredRecord stored{++last_number_, *first, static_cast<uint32_t>(bytes)};
+  const StoredRecord stored{++last_number_, static_cast<uint32_t>(*first),
+                            static_cast<uint32_t>(bytes)};
   auto node = made.extract(made.begin());
   node.key() = stored.number;
-  node.mapped().first = stored;
+  node.mapped().offset = stored.offset();
   waiting_.insert(std::move(node));
   waiting_bytes_ += bytes;
   startWriting();
   return stored;
-}
-
-/// Takes the shortest free run that is long enough; if there is none, the file grows.
-/// @pre The mutex is locked. @return the first unit; none if the file would get too long.
-std::optional<uint32_t> RecordStore::takeUnits(uint32_t units) {
-  const auto run = free_.lower_bound({units, 0});
-  if (run == free_.end()) {
-    if (end_ + units > most_units_) return std::nullopt;
-    end_ += units;
-    in_use_ += units;
-    return static_cast<uint32_t>(end_ - units);
-  }
-  const auto [length, first] = *run;
-  if (length > units) free_.emplace(length - units, first + units);
-  free_.erase(run);
-  in_use_ += units;
-  return first;
-}
-
-/// Frees a run; with the last one the file becomes empty. If memory runs out, it stays in use.
-/// @pre The mutex is locked.
-void RecordStore::giveUnits(uint32_t first, uint32_t units) noexcept {
-  if (in_use_ == units) return forgetUnits();
-  try {
-    free_.emplace(units, first);
-    in_use_ -= units;
-  } catch (const std::bad_alloc&) {
-  }
 }
 
 /// @pre The mutex is locked.
@@ -184,14 +156,14 @@ void RecordStore::writeWaiting() {
   for (uint64_t tried = 0; !is_clearing_ && refused < kWrittenAtOnce;) {
     const size_t count = findWaiting(tried, batch);
     if (count == 0) break;
-    writing_ = batch[count - 1]->first.number;
+    writing_ = batch[count - 1].first;
     lock.unlock();
     size_t done = 0;
     const auto start = Clock::now();
     while (done < count && refused < kWrittenAtOnce && Clock::now() - start < kWritingAtOnce) {
-      const auto*& waiting = batch[done++];
-      tried = waiting->first.number;
-      std::string refusal = writeOne(waiting->first, waiting->second, buffer);
+      auto& [number, waiting] = batch[done++];
+      tried = number;
+      std::string refusal = writeOne(number, *waiting, buffer);
       refused = refusal.empty() ? 0 : refused + 1;
       if (refusal.empty()) continue;
       waiting = nullptr;
@@ -212,7 +184,7 @@ size_t RecordStore::findWaiting(uint64_t after, Batch& batch) const {
   size_t count = 0;
   for (auto next = waiting_.upper_bound(after); next != waiting_.end() && count < batch.size();
        ++next) {
-    batch[count++] = &next->second;
+    batch[count++] = {next->first, &next->second};
   }
   return count;
 }
@@ -221,26 +193,28 @@ size_t RecordStore::findWaiting(uint64_t after, Batch& batch) const {
 /// @param batch Null for records that the disk refused.
 void RecordStore::forgetWritten(const Batch& batch, size_t count) {
   for (size_t i = 0; i < count; ++i) {
-    if (batch[i] == nullptr) continue;
-    const StoredRecord stored = batch[i]->first;
-    waiting_bytes_ -= stored.bytes;
-    waiting_.erase(stored.number);
+    const auto& [number, waiting] = batch[i];
+    if (waiting == nullptr) continue;
+    const size_t bytes = waiting->record.size();
+    file_end_ = std::max(file_end_, waiting->offset + bytes + kSumBytes);
+    waiting_bytes_ -= bytes;
+    waiting_.erase(number);
   }
   written_ = waiting_.empty() ? last_number_ : waiting_.begin()->first - 1;
   changed_.notify_all();
 }
 
 /// Writes a record, followed by its checksum. @return the error; empty on success.
-std::string RecordStore::writeOne(const StoredRecord& stored, const RecordBytes& record,
+std::string RecordStore::writeOne(uint64_t number, const Waiting& waiting,
                                   std::vector<char>& buffer) const try {
-  record.copyTo(buffer);
-  const uint64_t sum = XXH3_64bits_withSeed(buffer.data(), buffer.size(), stored.number);
+  waiting.record.copyTo(buffer);
+  const uint64_t sum = XXH3_64bits_withSeed(buffer.data(), buffer.size(), number);
   const char* const sum_bytes = reinterpret_cast<const char*>(&sum);
   buffer.insert(buffer.end(), sum_bytes, sum_bytes + kSumBytes);
   const auto call = [this](const char* data, size_t size, off_t at) {
     return pwrite(file_, data, size, at);
   };
-  const ssize_t done = transferAll(buffer.data(), buffer.size(), stored.offset(), call);
+  const ssize_t done = transferAll(buffer.data(), buffer.size(), waiting.offset, call);
   if (done > 0) return "";
   return "cannot write to map/page_folder '" + folder_ + "': " + textOf(done < 0 ? errno : ENOSPC);
 } catch (const std::bad_alloc&) {
@@ -251,7 +225,7 @@ RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<c
   if (record.number > written_) {
     const Lock lock(mutex_);
     if (const auto found = waiting_.find(record.number); found != waiting_.end()) {
-      found->second.second.copyTo(to);
+      found->second.record.copyTo(to);
       return Reading::kIntact;
     }
   }
@@ -305,7 +279,8 @@ void RecordStore::erase(const StoredRecord& record) noexcept {
     waiting_.erase(found);
     changed_.notify_all();
   }
-  giveUnits(record.unit, unitsOf(record.bytes));
+  runs_.give(record.unit, unitsOf(record.bytes));
+  shrink();
 }
 
 void RecordStore::clear() noexcept {
@@ -316,14 +291,15 @@ void RecordStore::clear() noexcept {
   waiting_.clear();
   waiting_bytes_ = 0;
   disk_refuses_ = false;
-  forgetUnits();
+  runs_.clear();
+  shrink();
 }
 
-/// Empties the file. If the system refuses, the file keeps its length.
-void RecordStore::forgetUnits() noexcept {
-  free_.clear();
-  end_ = in_use_ = 0;
-  if (ftruncate(file_, 0) != 0) return;
+/// Truncates the file after the last used unit. If the system refuses, the file keeps its length.
+void RecordStore::shrink() noexcept {
+  const uint64_t end = runs_.end() * kUnitBytes;
+  if (end + (end > 0 ? kShrinkBytes : 0) >= file_end_) return;
+  if (ftruncate(file_, static_cast<off_t>(end)) == 0) file_end_ = end;
 }
 
 size_t RecordStore::waitingBytes() const {
@@ -360,9 +336,8 @@ void RecordStore::resetCounts() {
 PageStats RecordStore::stats() const {
   const Lock lock(mutex_);
   PageStats stats = stats_;
-  stats.bytes = in_use_ * kUnitBytes;
-  constexpr size_t kRunBytes = 6 * sizeof(void*);  // a node of the set, with what the system adds
-  stats.index_bytes = free_.size() * kRunBytes + waiting_bytes_;
+  stats.bytes = runs_.inUse() * kUnitBytes;
+  stats.index_bytes = runs_.bytes() + waiting_bytes_;
   return stats;
 }
 }  // namespace dtsdf

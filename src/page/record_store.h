@@ -13,13 +13,12 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/mapper.h"
+#include "page/free_runs.h"
 #include "threads/helper.h"
 
 namespace dtsdf {
@@ -37,10 +36,14 @@ struct StoredRecord {
 
 /// A record in memory: its pieces, and the owner that keeps them alive.
 struct RecordBytes {
+  struct Piece {
+    const void* from = nullptr;
+    size_t bytes = 0;
+  };
   std::shared_ptr<const void> owner;
-  std::string_view pieces[3] = {};
+  Piece pieces[3] = {};
 
-  size_t size() const { return pieces[0].size() + pieces[1].size() + pieces[2].size(); }
+  size_t size() const { return pieces[0].bytes + pieces[1].bytes + pieces[2].bytes; }
   void copyTo(std::vector<char>& to) const;
 };
 
@@ -90,33 +93,35 @@ class RecordStore {
 
  private:
   using Lock = std::unique_lock<std::mutex>;
-  using Waiting = std::pair<StoredRecord, RecordBytes>;  ///< A record that waits to be written.
+
+  /// A record that waits to be written.
+  struct Waiting {
+    RecordBytes record;
+    uint64_t offset;
+  };
+
   /// Records are written in batches, since locking takes as long as writing one.
   static constexpr size_t kWrittenAtOnce = 64;
-  using Batch = std::array<const Waiting*, kWrittenAtOnce>;
+  using Batch = std::array<std::pair<uint64_t, const Waiting*>, kWrittenAtOnce>;
 
-  std::optional<uint32_t> takeUnits(uint32_t units);
-  void giveUnits(uint32_t first, uint32_t units) noexcept;
-  void forgetUnits() noexcept;
   void startWriting();
   void writeWaiting();
   size_t findWaiting(uint64_t after, Batch& batch) const;
   void forgetWritten(const Batch& batch, size_t count);
-  std::string writeOne(const StoredRecord& stored, const RecordBytes& record,
-                       std::vector<char>& buffer) const;
+  std::string writeOne(uint64_t number, const Waiting& waiting, std::vector<char>& buffer) const;
   std::string transfer(const StoredRecord& record, std::vector<char>& to) const;
   void note(std::string problem);
+  void shrink() noexcept;
 
   const std::string folder_;
   const size_t most_waiting_;
-  const uint64_t most_units_;
   int file_ = -1;
   std::atomic<bool> gives_{true};
   std::atomic<uint64_t> written_{0};  ///< No record up to this number waits.
   mutable std::mutex mutex_;          ///< Guards what follows.
   std::condition_variable changed_;
-  std::set<std::pair<uint32_t, uint32_t>> free_;  ///< Free runs: length, first unit.
-  uint64_t end_ = 0, in_use_ = 0;                 ///< Units of the file, and used ones.
+  FreeRuns runs_;
+  uint64_t file_end_ = 0;
   PageStats stats_;
   uint64_t last_number_ = 0;
   std::map<uint64_t, Waiting> waiting_;  ///< Records that wait, by number.

@@ -79,28 +79,6 @@ TEST_F(RecordStoreTest, TakesNoMoreThanItMay) {
   EXPECT_NE(store_.stats().problem.find("map/page_max_gb"), std::string::npos);
 }
 
-TEST_F(RecordStoreTest, UsesTheSpaceOfWhatIsErased) {
-  std::mt19937 random(7);
-  std::vector<std::pair<StoredRecord, unsigned>> there;
-  for (unsigned i = 0; i < 3000; ++i) {
-    if (random() % 5 < 2 && !there.empty()) std::swap(there[random() % there.size()], there.back());
-    if (there.size() > 100 || (i % 5 < 2 && !there.empty())) {
-      store_.erase(there.back().first);
-      there.pop_back();
-    }
-    const auto stored = store_.write(bytesOf(recordOf(i)));
-    ASSERT_TRUE(stored);
-    there.emplace_back(*stored, i);
-  }
-  std::vector<char> read;
-  for (const auto& [record, i] : there) {
-    ASSERT_EQ(store_.read(record, read), RecordStore::Reading::kIntact);
-    ASSERT_EQ(read, recordOf(i));
-  }
-  waitUntilWritten();
-  EXPECT_LT(lseek(openFilesIn(folder_.path()).front(), 0, SEEK_END), 3 << 20) << "of 30 MB";
-}
-
 TEST_F(RecordStoreTest, FindsDamage) {
   ASSERT_NO_FATAL_FAILURE(write(30));
   waitUntilWritten();

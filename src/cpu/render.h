@@ -2,8 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
-#include <memory>
 #include <vector>
 
 #include "backend/frame_check.h"
@@ -15,37 +13,16 @@
 
 namespace dtsdf {
 
-/// The nearest key drawn into each pixel of an image. Thread-safe.
-class DrawnImage {
- public:
-  /// Resets the image to nothing drawn.
-  void clear(size_t pixels) {
-    if (pixels > room_) {
-      keys_ = std::make_unique<std::atomic<ViewKey>[]>(pixels);
-      room_ = pixels;
-    }
-    for (size_t i = 0; i < pixels; ++i) keys_[i].store(kNothingSeen, std::memory_order_relaxed);
+/// The key drawn into a pixel, which other threads may be drawing.
+inline ViewKey drawnAt(const ViewKey& pixel) { return __atomic_load_n(&pixel, __ATOMIC_RELAXED); }
+
+/// Draws a key unless a nearer one is there. Thread-safe.
+inline void draw(ViewKey& pixel, ViewKey key) {
+  ViewKey found = drawnAt(pixel);
+  while (key < found && !__atomic_compare_exchange_n(&pixel, &found, key, true, __ATOMIC_RELAXED,
+                                                     __ATOMIC_RELAXED)) {
   }
-
-  ViewKey at(size_t pixel) const { return keys_[pixel].load(std::memory_order_relaxed); }
-  void draw(size_t pixel, ViewKey key) {
-    static_assert(sizeof(std::atomic<ViewKey>) == sizeof(ViewKey),
-                  "data() reads them as plain integers");
-    ViewKey found = at(pixel);
-    while (key < found &&
-           !keys_[pixel].compare_exchange_weak(found, key, std::memory_order_relaxed)) {
-    }
-  }
-
-  /// @pre No thread is drawing.
-  const ViewKey* data() const { return reinterpret_cast<const ViewKey*>(keys_.get()); }
-
-  size_t bytes() const { return room_ * sizeof(ViewKey); }
-
- private:
-  std::unique_ptr<std::atomic<ViewKey>[]> keys_;
-  size_t room_ = 0;
-};
+}
 
 /// Calls visit(pixel, weights) for each pixel that a triangle covers.
 template <class Visit>
@@ -103,8 +80,8 @@ class Renderer {
   /// @param painted Whether the view has colours.
   void render(const FrameView& frame, int32_t least_evidence, bool painted, RenderedView& view) {
     const size_t pixels = static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height);
-    surfaces_.clear(pixels);
-    if (painted) colours_.clear(pixels);
+    surfaces_.assign(pixels, kNothingSeen);
+    if (painted) colours_.assign(pixels, kNothingSeen);
     mesher_.labelBlocks(slotsWithin(frame, kLabelledReach), least_evidence);
     const std::vector<int32_t> slots = slotsWithin(frame, kDrawnReach);
     parallelFor<BlockSurface>(slots.size(), threads_, [&](size_t i, BlockSurface& surface) {
@@ -121,7 +98,7 @@ class Renderer {
     });
   }
 
-  size_t bytes() const { return surfaces_.bytes() + colours_.bytes(); }
+  size_t bytes() const { return (surfaces_.capacity() + colours_.capacity()) * sizeof(ViewKey); }
 
  private:
   std::vector<int32_t> slotsWithin(const FrameView& frame, float reach) const {
@@ -145,12 +122,12 @@ class Renderer {
       if (!drawn.is_drawn) continue;
       visitPixels(frame, drawn, [&](size_t pixel, const CornerWeights& weights) {
         const TrianglePlace place = placeOn(a, b, c, weights);
-        if (!mayBeBefore(place.depth, surfaces_.at(pixel))) return;
-        surfaces_.draw(pixel, viewKey(place.depth, normalAt(a, b, c, place)));
+        if (!mayBeBefore(place.depth, drawnAt(surfaces_[pixel]))) return;
+        draw(surfaces_[pixel], viewKey(place.depth, normalAt(a, b, c, place)));
         if (!painted) return;
-        colours_.draw(
-            pixel, viewKey(place.depth, colourAt(mesh.colours[corner[0]], mesh.colours[corner[1]],
-                                                 mesh.colours[corner[2]], place)));
+        draw(colours_[pixel],
+             viewKey(place.depth, colourAt(mesh.colours[corner[0]], mesh.colours[corner[1]],
+                                           mesh.colours[corner[2]], place)));
       });
     }
   }
@@ -158,7 +135,7 @@ class Renderer {
   const CpuMap& map_;
   BlockMesher& mesher_;
   const int threads_;
-  DrawnImage surfaces_, colours_;
+  std::vector<ViewKey> surfaces_, colours_;  ///< The nearest key drawn into each pixel.
 };
 
 }  // namespace dtsdf

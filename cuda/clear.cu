@@ -151,32 +151,32 @@ __device__ uint32_t clearBlock(const FrameSensing& sensing, const FusionSettings
 
 /// Lists a block in view if the frame looks at it without touching it; FrameCounters counts these.
 /// A block released since the host listed it has no arrays, so looking at it changes nothing.
-__device__ void findLook(const FrameView& frame, const FusionRules& rules,
-                         const FusionTarget& target, uint64_t frame_number, int32_t slot,
+__device__ void findLook(const FrameView& frame, const FusionRules& rules, const MapView& map,
+                         const TouchedView& touched, uint64_t frame_number, int32_t slot,
                          int32_t* looks) {
-  const PackedKey key = target.map.slots[slot].key;
+  const PackedKey key = map.slots[slot].key;
   if (key == kNoKey || !isInTurn(key, frame_number, rules)) return;
   if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
-  if (findTouched(target.touched, key) >= 0) return;
-  looks[atomicAdd(&target.touched.counters->looks, 1u)] = slot;
+  if (findTouched(touched, key) >= 0) return;
+  looks[atomicAdd(&touched.counters->looks, 1u)] = slot;
 }
 
 /// One thread per block that may be in view. May overlap with the previous kernel, which folds sums
 /// into voxels: what is read here was written before that kernel.
-__global__ void findLooksKernel(FrameView frame, FusionRules rules, FusionTarget target,
-                                uint64_t frame_number, const int32_t* in_view,
+__global__ void findLooksKernel(FrameView frame, FusionRules rules, MapView map,
+                                TouchedView touched, uint64_t frame_number, const int32_t* in_view,
                                 uint32_t in_view_count, int32_t* looks) {
   const auto i = static_cast<uint32_t>(globalThread());
-  if (i < in_view_count) findLook(frame, rules, target, frame_number, in_view[i], looks);
+  if (i < in_view_count) findLook(frame, rules, map, touched, frame_number, in_view[i], looks);
   waitAtEnd();
 }
 
 /// Touched block number i.
-__device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t* covered,
-                                     const FusionRules& rules, uint64_t frame_number, uint32_t i) {
-  const TouchedView& touched = target.touched;
+__device__ VisitedBlock visitTouched(const MapView& map, const TouchedView& touched,
+                                     const uint32_t* covered, const FusionRules& rules,
+                                     uint64_t frame_number, uint32_t i) {
   const TouchedBlock& block = touched.blocks[i];
-  const int32_t slot = slotOf(target.map, block);
+  const int32_t slot = slotOf(map, block);
   if (slot < 0) return {-1, true, 0, {}, false, nullptr, 0};
   const uint32_t first_sum = touched.first_sums[touched.places[i]];
   return {slot,
@@ -189,9 +189,8 @@ __device__ VisitedBlock visitTouched(const FusionTarget& target, const uint32_t*
 }
 
 /// A block that the frame only looks at.
-__device__ VisitedBlock visitLook(const FusionTarget& target, const FrameView& frame,
-                                  int32_t slot) {
-  const Vec3i block_L = unpackKey(target.map.slots[slot].key) - blockOfVoxel(frame.origin_voxel);
+__device__ VisitedBlock visitLook(const MapView& map, const FrameView& frame, int32_t slot) {
+  const Vec3i block_L = unpackKey(map.slots[slot].key) - blockOfVoxel(frame.origin_voxel);
   return {slot, false, 0, toFloat(firstVoxelOfBlock(block_L)), true, nullptr, 0};
 }
 
@@ -205,19 +204,18 @@ __device__ void dropArrays(SlotEntry& entry, uint32_t directions) {
 /// One block of threads per touched block, and more, in strides, for those only looked at. The one
 /// that finishes last writes the number of empty blocks to host memory, next to their list.
 __global__ void __launch_bounds__(kClearThreads, 3)
-    clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, FusionTarget target,
-                      const uint32_t* covered, uint64_t frame_number, const int32_t* looks,
-                      EmptyBlock* empty_blocks, uint32_t* empty_count) {
+    clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, MapView map,
+                      TouchedView touched, const uint32_t* covered, uint64_t frame_number,
+                      const int32_t* looks, EmptyBlock* empty_blocks, uint32_t* empty_count) {
   waitForPreviousKernel();
   __shared__ JudgedVoxels list;
-  const MapView& map = target.map;
-  FrameCounters* counters = target.touched.counters;
+  FrameCounters* counters = touched.counters;
   const FrameSensing sensing = on_device.load();
-  const uint32_t touched = counters->touched, count = touched + counters->looks;
+  const uint32_t touched_count = counters->touched, count = touched_count + counters->looks;
   for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
-    const VisitedBlock block = i < touched
-                                   ? visitTouched(target, covered, fusion.rules, frame_number, i)
-                                   : visitLook(target, sensing.image.frame, looks[i - touched]);
+    const VisitedBlock block =
+        i < touched_count ? visitTouched(map, touched, covered, fusion.rules, frame_number, i)
+                          : visitLook(map, sensing.image.frame, looks[i - touched_count]);
     if (block.slot < 0) continue;
     bool changed = false;
     uint32_t directions = block.empty;
@@ -293,21 +291,21 @@ void Clearing::noteInView(const DeviceSensing& sensing, const std::vector<int32_
   std::copy_n(in_view.begin(), in_view_count_, in_view_.data());
 }
 
-void Clearing::findLooks(const DeviceSensing& sensing, const FusionTarget& target,
-                         uint64_t frame_number) {
+void Clearing::findLooks(const DeviceSensing& sensing, const MapView& map,
+                         const TouchedView& touched, uint64_t frame_number) {
   if (in_view_count_ == 0) return;
   launchOverlapped("findLooksKernel", findLooksKernel, blocksFor(in_view_count_), kThreads, 0,
-                   stream_, sensing.frame(), fusion_.rules, target, frame_number, in_view_.data(),
-                   in_view_count_, looks_.data());
+                   stream_, sensing.frame(), fusion_.rules, map, touched, frame_number,
+                   in_view_.data(), in_view_count_, looks_.data());
 }
 
-void Clearing::clear(const DeviceSensing& sensing, const FusionTarget& target,
+void Clearing::clear(const DeviceSensing& sensing, const MapView& map, const TouchedView& touched,
                      const FrameCounters& counters, const uint32_t* covered,
                      uint64_t frame_number) {
   const uint32_t looks = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
   const uint32_t blocks = std::max(counters.touched + looks, 1u);  // one to write the count
   launchOverlapped("clearBlocksKernel", clearBlocksKernel, blocks, kClearThreads, 0, stream_,
-                   sensing, fusion_, target, covered, frame_number, looks_.data(),
+                   sensing, fusion_, map, touched, covered, frame_number, looks_.data(),
                    empty_blocks_.data(), empty_count_.data());
   stream_.record(cleared_);
   is_cleared_ = true;

@@ -25,12 +25,13 @@ class Clearing {
 
   /// Enqueues the search for the blocks that the frame with this number looks at without touching
   /// them. Must follow the fold directly; the two may overlap.
-  void findLooks(const DeviceSensing& sensing, const FusionTarget& target, uint64_t frame_number);
+  void findLooks(const DeviceSensing& sensing, const MapView& map, const TouchedView& touched,
+                 uint64_t frame_number);
 
   /// Takes evidence from what the frame contradicts, marks changed blocks for meshing, and lists
   /// empty arrays.
   /// @param covered See Fusion::covered(), of the frame's fold.
-  void clear(const DeviceSensing& sensing, const FusionTarget& target,
+  void clear(const DeviceSensing& sensing, const MapView& map, const TouchedView& touched,
              const FrameCounters& counters, const uint32_t* covered, uint64_t frame_number);
 
   /// Waits for the frame. @return its blocks with empty arrays, sorted by slot. Reports them only

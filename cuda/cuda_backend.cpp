@@ -131,10 +131,11 @@ class CudaBackend : public MapBackend {
   }
 
   void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>&) override {
-    fusion_.castAndFold(*sensing_, surfels_, target(), counters_);
-    clearing_.findLooks(*sensing_, target(), frame_number);
+    fusion_.castAndFold(*sensing_, surfels_, map_.view(), block_finder_.view(), counters_);
+    clearing_.findLooks(*sensing_, map_.view(), block_finder_.view(), frame_number);
     most_dirty_ += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
-    clearing_.clear(*sensing_, target(), counters_, fusion_.covered(), frame_number);
+    clearing_.clear(*sensing_, map_.view(), block_finder_.view(), counters_, fusion_.covered(),
+                    frame_number);
     mesher_.prepare();
   }
 
@@ -317,8 +318,6 @@ class CudaBackend : public MapBackend {
     compareBlocks();
     counters_ = block_finder_.waitForCounters();
   }
-
-  FusionTarget target() const { return {map_.view(), block_finder_.view()}; }
 
   const MapperParams params_;
   const FusionRules fusion_rules_;

@@ -156,13 +156,12 @@ SquaresPlace SquaresPool::take() {
 
 void SquaresPool::grow() {
   free_.reserve((chunks_.size() + 1) * kChunkSectors);
-  Chunk made;
-  made.host.reserveExactly(kChunkSquares);
-  made.device = DeviceBuffer<uint16_t>(kChunkSquares);
-  chunks_.push_back(std::move(made));
-  Chunk& chunk = chunks_.back();
+  PinnedBuffer<uint16_t> pinned;
+  pinned.reserveExactly(kChunkSquares);
+  chunks_.emplace_back(std::move(pinned), kChunkSquares);
+  const auto& [host, device] = chunks_.back();
   for (size_t at = 0; at < kChunkSquares; at += kCellsPerSector) {
-    free_.push_back({chunk.host.data() + at, chunk.device.data() + at, true});
+    free_.push_back({host.data() + at, device.data() + at, true});
   }
 }
 

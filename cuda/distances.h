@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/mapper.h"
@@ -41,16 +42,11 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
     uint16_t* device;
     void operator()(uint16_t* host) const noexcept;
   };
-  struct Chunk {
-    PinnedBuffer<uint16_t> host;
-    DeviceBuffer<uint16_t> device;
-  };
-
   SquaresPlace take();
   void grow();
 
   mutable std::mutex mutex_;  ///< Sectors may be freed on any thread.
-  std::vector<Chunk> chunks_;
+  std::vector<std::pair<PinnedBuffer<uint16_t>, DeviceBuffer<uint16_t>>> chunks_;
   std::vector<SquaresPlace> free_;  ///< Has room for all places.
 };
 

@@ -74,12 +74,11 @@ __global__ void __launch_bounds__(kThreads, 4)
 }
 
 /// One block of threads per array of sums, which it leaves zeroed.
-__global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, FusionTarget target,
-                               SumsView part, uint32_t* covered) {
+__global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, MapView map,
+                               TouchedView touched, SumsView part, uint32_t* covered) {
   waitForPreviousKernel();
-  const MapView& map = target.map;
-  const uint32_t owner = target.touched.sum_owners[part.first + blockIdx.x];
-  TouchedBlock& block = target.touched.blocks[owner / 8];
+  const uint32_t owner = touched.sum_owners[part.first + blockIdx.x];
+  TouchedBlock& block = touched.blocks[owner / 8];
   const int direction = owner % 8;
   const int32_t slot = slotOf(map, block);
   const int32_t array = slot < 0 ? kNoArray : map.slots[slot].array[direction];
@@ -106,10 +105,9 @@ __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, FusionTar
 
 /// One block of threads per touched block. A voxel uses a single pixel, so its sums need no memory.
 __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, const Surfel* surfels,
-                                    FusionTarget target) {
+                                    MapView map, TouchedView touched) {
   __shared__ uint32_t observed;
-  const MapView& map = target.map;
-  TouchedBlock& block = target.touched.blocks[blockIdx.x];
+  TouchedBlock& block = touched.blocks[blockIdx.x];
   const int32_t slot = slotOf(map, block);
   if (slot < 0) return;
   if (threadIdx.x == 0) observed = 0;
@@ -163,14 +161,15 @@ void Fusion::castAhead(const DeviceSensing& sensing, const DeviceSurfels& surfel
 }
 
 void Fusion::castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels,
-                         const FusionTarget& target, const FrameCounters& counters) {
-  if (!casts_) return project(sensing, surfels, target, counters.touched);
+                         const MapView& map, const TouchedView& touched,
+                         const FrameCounters& counters) {
+  if (!casts_) return project(sensing, surfels, map, touched, counters.touched);
   const DeviceSurfels all{surfels.surfels, counters.usable_surfels, nullptr};
   for (uint32_t first = 0; first < counters.touched_arrays; first += room()) {
     const SumsView part{sums_.data(), first, std::min(room(), counters.touched_arrays - first)};
-    if (!are_cast_) cast(sensing, all, target.touched, part);
+    if (!are_cast_) cast(sensing, all, touched, part);
     are_cast_ = true;
-    fold(sensing.frame(), target, part);
+    fold(sensing.frame(), map, touched, part);
     are_cast_ = false;
   }
   are_cast_ = false;  // also if no array was touched
@@ -182,16 +181,17 @@ void Fusion::cast(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                    stream_, sensing, fusion_, surfels, touched, part);
 }
 
-void Fusion::fold(const FrameView& frame, const FusionTarget& target, const SumsView& part) {
+void Fusion::fold(const FrameView& frame, const MapView& map, const TouchedView& touched,
+                  const SumsView& part) {
   launchOverlapped("foldSumsKernel", foldSumsKernel, part.count, kThreads, 0, stream_, frame,
-                   fusion_, target, part, covered_.data());
+                   fusion_, map, touched, part, covered_.data());
 }
 
 /// Every voxel of the touched blocks gets the distance of its pixel.
-void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
-                     const FusionTarget& target, uint32_t blocks) {
+void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels, const MapView& map,
+                     const TouchedView& touched, uint32_t blocks) {
   launch("projectVoxelsKernel", projectVoxelsKernel, blocks, kThreads, 0, stream_, sensing.frame(),
-         fusion_, surfels.surfels, target);
+         fusion_, surfels.surfels, map, touched);
 }
 
 void Fusion::addMemory(MapperMemory& memory) const { addScratch(memory, sums_, covered_); }

@@ -13,12 +13,6 @@ struct SumsView {
   uint32_t first, count;
 };
 
-/// What the stages work on: the map, and the frame's blocks.
-struct FusionTarget {
-  MapView map;
-  TouchedView touched;
-};
-
 /// Words with a bit for each voxel of an array.
 constexpr int kCoverWords = kVoxelsPerBlock / 32;
 
@@ -37,8 +31,8 @@ class Fusion {
 
   /// Casts all surfels into the frame's sums, as far as castAhead() has not, and folds those into
   /// the voxels. Voxel projection does both at once.
-  void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels,
-                   const FusionTarget& target, const FrameCounters& counters);
+  void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels, const MapView& map,
+                   const TouchedView& touched, const FrameCounters& counters);
 
   /// Bits of the voxels that the last frame covers: kCoverWords for each array of sums.
   const uint32_t* covered() const { return covered_.data(); }
@@ -50,9 +44,10 @@ class Fusion {
   void reserveSums(uint32_t arrays);
   void cast(const DeviceSensing& sensing, const DeviceSurfels& surfels, const TouchedView& touched,
             const SumsView& part);
-  void fold(const FrameView& frame, const FusionTarget& target, const SumsView& part);
-  void project(const DeviceSensing& sensing, const DeviceSurfels& surfels,
-               const FusionTarget& target, uint32_t blocks);
+  void fold(const FrameView& frame, const MapView& map, const TouchedView& touched,
+            const SumsView& part);
+  void project(const DeviceSensing& sensing, const DeviceSurfels& surfels, const MapView& map,
+               const TouchedView& touched, uint32_t blocks);
 
   const bool casts_;  ///< False: voxels are projected.
   const FusionSettings fusion_;

@@ -1,9 +1,9 @@
 // The pager's reading and writing of blocks, and its view of the blocks on disk.
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <memory>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include "engine/pager.h"
@@ -40,23 +40,22 @@ struct Words {
 
  private:
   template <class T>
-  static RecordBytes::Piece next(T*& words, size_t count) {
+  static std::string_view next(T*& words, size_t count) {
     if (words == nullptr || count == 0) return {};
     words += count;
-    return {words - count, count * sizeof(T)};
+    return {reinterpret_cast<const char*>(words - count), count * sizeof(T)};
   }
 };
 
 /// Copies bytes into the pieces of a record. @param from Source; null fills with 0.
 void fill(const RecordBytes& to, const char* from) {
-  for (const RecordBytes::Piece& piece : to.pieces) {
-    void* const words = const_cast<void*>(piece.from);
-    if (piece.bytes == 0) continue;
+  for (const std::string_view piece : to.pieces) {
+    char* const words = const_cast<char*>(piece.data());
     if (from == nullptr) {
-      std::memset(words, 0, piece.bytes);
+      std::fill_n(words, piece.size(), 0);
     } else {
-      std::memcpy(words, from, piece.bytes);
-      from += piece.bytes;
+      std::copy_n(from, piece.size(), words);
+      from += piece.size();
     }
   }
 }

@@ -116,7 +116,8 @@ bool PagedValues::writeOut(Entry& entry) try {
   if (entry.record) return true;
   const auto out = std::make_shared<ByteWriter>();
   entry.kind->write(entry.value.get(), *out);
-  entry.record = store_.write({out, {{out->bytes.data(), out->bytes.size()}}});
+  const auto* const bytes = reinterpret_cast<const char*>(out->bytes.data());
+  entry.record = store_.write({out, {{bytes, out->bytes.size()}}});
   return entry.record.has_value();
 } catch (const std::bad_alloc&) {
   store_.fail("out of memory");

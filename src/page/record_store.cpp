@@ -82,10 +82,7 @@ ssize_t transferAll(Byte* bytes, size_t size, uint64_t offset, const Call& call)
 
 void RecordBytes::copyTo(std::vector<char>& to) const {
   to.clear();
-  for (const Piece& piece : pieces) {
-    const char* const from = static_cast<const char*>(piece.from);
-    to.insert(to.end(), from, from + piece.bytes);
-  }
+  for (const std::string_view piece : pieces) to.insert(to.end(), piece.begin(), piece.end());
 }
 
 RecordStore::RecordStore(const std::string& folder, uint64_t max_bytes, size_t most_waiting)

@@ -14,6 +14,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -36,14 +37,9 @@ struct StoredRecord {
 
 /// A record in memory: its pieces, and the owner that keeps them alive.
 struct RecordBytes {
-  struct Piece {
-    const void* from = nullptr;
-    size_t bytes = 0;
-  };
-  std::shared_ptr<const void> owner;
-  Piece pieces[3] = {};
+  std::string_view pieces[3] = {};
 
-  size_t size() const { return pieces[0].bytes + pieces[1].bytes + pieces[2].bytes; }
+  size_t size() const { return pieces[0].size() + pieces[1].size() + pieces[2].size(); }
   void copyTo(std::vector<char>& to) const;
 };
 

@@ -88,7 +88,7 @@ double intersect(const Rod& rod, const Ray& ray) {
 }
 
 double intersect(const Room& room, const Ray& ray) {
-  const Interval inside = insideBox(ray.origin(), ray.direction(), room.min_W, room.max_W);
+  const Interval inside = insideBox(ray.origin(), ray.direction(), room.min(), room.max());
   // Everything outside the room is solid, so from there nothing can be measured.
   const bool within = !inside.isEmpty() && inside.min().x() <= 0.0 && inside.max().x() > 0.0;
   return within ? inside.max().x() : kInfinity;
@@ -120,8 +120,8 @@ double signedDistance(const Rod& rod, const Eigen::Vector3d& p_W) {
 }
 
 double signedDistance(const Room& room, const Eigen::Vector3d& p_W) {
-  const Eigen::Vector3d centre = 0.5 * (room.min_W + room.max_W);
-  const Eigen::Vector3d half_size = 0.5 * (room.max_W - room.min_W);
+  const Eigen::Vector3d centre = 0.5 * (room.min() + room.max());
+  const Eigen::Vector3d half_size = 0.5 * (room.max() - room.min());
   return -boxDistance((p_W - centre).cwiseAbs() - half_size);
 }
 
@@ -253,8 +253,8 @@ Paint basePaint(const Shape& shape, const Eigen::Vector3d& p_W) {
   }
   const auto* room = std::get_if<Room>(&shape);
   if (room == nullptr) return kRoundPaint;
-  const Eigen::Vector3d half = 0.5 * (room->max_W - room->min_W);
-  return kFacePaint[faceOf(p_W - (room->min_W + half), half)];
+  const Eigen::Vector3d half = 0.5 * (room->max() - room->min());
+  return kFacePaint[faceOf(p_W - (room->min() + half), half)];
 }
 
 /// Whether a point lies in a dark square. The squares are shifted a little: many surfaces lie at

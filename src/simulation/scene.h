@@ -37,10 +37,7 @@ struct Rod {
 };
 
 /// A box seen from inside: free inside, solid outside. Its faces are aligned with W.
-struct Room {
-  Eigen::Vector3d min_W;
-  Eigen::Vector3d max_W;
-};
+using Room = Eigen::AlignedBox3d;
 
 using Shape = std::variant<Plane, Sphere, Box, Rod, Room>;
 

@@ -31,7 +31,7 @@ std::vector<SceneFrame> renderFrames(const Scene& scene,
 
 Scene makeBallRoom() {
   Scene scene;
-  scene.add(Room{{-1.49, -1.18, -0.97}, {1.51, 1.22, 1.03}});
+  scene.add(Room{Eigen::Vector3d(-1.49, -1.18, -0.97), Eigen::Vector3d(1.51, 1.22, 1.03)});
   scene.add(Sphere{{0.3, 0.1, 0.0}, 0.35});
   return scene;
 }

@@ -11,7 +11,7 @@ namespace dtsdf {
 
 inline Scene emptyRoom() {
   Scene scene;
-  scene.add(Room{{-2.0, -1.5, 0.0}, {2.0, 1.5, 2.4}});
+  scene.add(Room{Eigen::Vector3d(-2.0, -1.5, 0.0), Eigen::Vector3d(2.0, 1.5, 2.4)});
   return scene;
 }
 

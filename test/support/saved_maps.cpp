@@ -12,7 +12,7 @@ constexpr int kFrames = 16, kFramesWithBox = 7;
 
 Scene scene(int frame) {
   Scene scene;
-  scene.add(Room{{-1.2, -1.2, -0.9}, {1.2, 1.2, 0.9}});
+  scene.add(Room{Eigen::Vector3d(-1.2, -1.2, -0.9), Eigen::Vector3d(1.2, 1.2, 0.9)});
   if (frame < kFramesWithBox) scene.add(makeBox({0.2, 0.1, -0.2}, {0.3, 0.3, 0.5}, 0.4));
   return scene;
 }

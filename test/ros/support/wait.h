@@ -19,11 +19,15 @@ bool waitUntil(Condition condition, double timeout_s = 60.0) {
   return false;
 }
 
-/// Calls a service of the node. On a busy machine roscpp may fail to reach the ROS master, which it
-/// tries only once, so failed calls are repeated.
+/// Calls a service of the node, from any thread. On a busy machine, roscpp may fail to reach the ROS
+/// master, which it asks only once, so this tries again for a while.
 template <class Service>
 bool callService(const std::string& name, Service& call) {
-  return waitUntil([&] { return ros::service::call(name, call); }, 2.0);
+  for (int tries = 0; tries < 20; ++tries) {
+    if (ros::service::call(name, call)) return true;
+    ros::WallDuration(0.5).sleep();
+  }
+  return false;
 }
 
 }  // namespace dtsdf

@@ -20,7 +20,7 @@ constexpr double kPeriod_s = 1.0 / 30.0;
 /// A room with furniture.
 Scene furnishedRoom() {
   Scene scene;
-  scene.add(Room{{-2.0, -1.5, 0.0}, {2.0, 1.5, 2.4}});
+  scene.add(Room{Eigen::Vector3d(-2.0, -1.5, 0.0), Eigen::Vector3d(2.0, 1.5, 2.4)});
   scene.add(makeBox({1.2, 0.3, 0.4}, {0.8, 0.6, 0.8}, 0.4));
   scene.add(makeBox({1.6, -0.9, 0.9}, {0.4, 0.5, 1.8}));
   scene.add(Sphere{{0.9, 0.9, 1.0}, 0.3});

@@ -23,7 +23,7 @@ constexpr float kPagedVoxel_m = 0.04f;
 const std::vector<SharedBlockMesh>& meshesOfARoom() {
   static const std::vector<SharedBlockMesh> meshes = [] {
     Scene scene;
-    scene.add(Room{{-2.0, -2.0, -1.2}, {2.0, 2.0, 1.2}});
+    scene.add(Room{Eigen::Vector3d(-2.0, -2.0, -1.2), Eigen::Vector3d(2.0, 2.0, 1.2)});
     MapperParams params;
     params.backend = Backend::kCpu;
     params.map.voxel_size_m = kPagedVoxel_m;

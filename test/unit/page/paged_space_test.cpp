@@ -37,7 +37,8 @@ const std::vector<SceneFrame>& corridor() {
     std::vector<SceneFrame> made;
     for (int i = 0; i < 2 * kStepsOut; ++i) {
       Scene scene;
-      scene.add(Room{{-2.0, -1.5, -1.2}, {kStepsOut + 3.0, 1.5, 1.2}});
+      scene.add(
+          Room{Eigen::Vector3d(-2.0, -1.5, -1.2), Eigen::Vector3d(kStepsOut + 3.0, 1.5, 1.2)});
       for (int k = 0; k < kStepsOut / 5; ++k) {
         if (i > kStepsOut && k % 2 == 0) continue;  // some disappear on the way back
         scene.add(makeBox({5.0 * k, k % 2 == 0 ? 1.0 : -1.0, -0.4}, {0.4, 0.3, 0.9}, 0.4));

@@ -77,7 +77,7 @@ const RoomRecording& tour() {
     RoomRecording made;
     for (int i = 0; i < kFlightFrames; ++i) {
       Scene scene;
-      scene.add(Room{{-1.5, -1.2, -0.9}, {15.0, 1.2, 0.9}});
+      scene.add(Room{Eigen::Vector3d(-1.5, -1.2, -0.9), Eigen::Vector3d(15.0, 1.2, 0.9)});
       for (int k = 0; k < 5; ++k) scene.add(makeBox({2.7 * k, 0.9, -0.4}, {0.4, 0.3, 0.9}, 0.4));
       if (i < kWayOut) scene.add(makeBox({4.0, -0.9, 0.0}, {0.4, 0.4, 1.0}, 0.3));
       made.depth.push_back(renderFrame(scene, poseAt(i), 96, 72));
@@ -278,7 +278,7 @@ TEST_F(Paging, WritesWhatIsOldestFirst) {
     const Eigen::Isometry3d pose =
         lookAt(eye, eye + Eigen::Vector3d(0.0, aside, 0.0), Eigen::Vector3d::UnitZ());
     Scene scene;
-    scene.add(Room{{-1.5, -1.2, -0.9}, {15.0, 1.2, 0.9}});
+    scene.add(Room{Eigen::Vector3d(-1.5, -1.2, -0.9), Eigen::Vector3d(15.0, 1.2, 0.9)});
     const SceneFrame image = renderFrame(scene, pose, 96, 72);
     ASSERT_EQ(mapper.integrate(image.view()).status, FrameStatus::kFused);
   };

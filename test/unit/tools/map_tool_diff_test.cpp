@@ -24,7 +24,7 @@ class MapToolDiff : public testing::Test {
     params.space.cell_voxels = 2;
     params.mesh.min_support = 1;
     Scene room;
-    room.add(Room{{-1.49, -1.18, -0.97}, {1.51, 1.22, 1.03}});
+    room.add(Room{Eigen::Vector3d(-1.49, -1.18, -0.97), Eigen::Vector3d(1.51, 1.22, 1.03)});
     const auto mapper = makeMapper(params);
     for (int i = 0; i < 6; ++i) {
       const double a = i * M_PI / 3.0;

@@ -124,7 +124,7 @@ TEST_F(MapToolTexture, ShowsWhatIsFinerThanVoxels) {
                            Vector3d::UnitZ()));
   }
   Scene room;
-  room.add(Room{{-1.49, -1.18, -0.97}, {1.51, 1.22, 1.03}});
+  room.add(Room{Eigen::Vector3d(-1.49, -1.18, -0.97), Eigen::Vector3d(1.51, 1.22, 1.03)});
   texture(room, fineWavesAt, poses);
   double of_texture = 0.0, of_vertices = 0.0;
   size_t count = 0;

@@ -37,6 +37,7 @@ struct StoredRecord {
 
 /// A record in memory: its pieces, and the owner that keeps them alive.
 struct RecordBytes {
+  std::shared_ptr<const void> owner;
   std::string_view pieces[3] = {};
 
   size_t size() const { return pieces[0].size() + pieces[1].size() + pieces[2].size(); }

@@ -107,7 +107,7 @@ void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
     while (next != known.end() && next->edge < static_cast<uint32_t>(edge)) ++next;
     const bool is_known = next != known.end() && next->edge == static_cast<uint32_t>(edge);
     const uint32_t may_cross = speakingOnEdge(edgeAxis(edge), edgeFacing(edge));
-    BlockVertex& vertex = mesh.vertices.emplace_back();
+    BlockVertex& vertex = mesh.vertices.emplace_back();  // written in place, member by member
     vertex.edge = static_cast<uint32_t>(edge);
     vertex.position =
         is_known ? next->position : placeVertex(rules, arrays, edge, directional, may_cross);

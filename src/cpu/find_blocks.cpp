@@ -82,9 +82,8 @@ void BlockFinder::addLines(const FrameSensing& sensing, LineBatch& batch, Share&
     const DirectionSet cast = batch.directions(i);
     const uint32_t directions = directionMask(cast);
     const Surfel surfel = batch.surfel(i);
-    const bool is_wide = surfel.half_across_px + surfel.half_down_px > 0.0f;
-    if (is_wide) sides_[number] = measuredSides(surfel, sensing.image.frame, line.axis);
-    const bool has_sides = is_wide && sides_[number].areMeasured();
+    if (isWide(surfel)) sides_[number] = measuredSides(surfel, sensing.image.frame, line.axis);
+    const bool has_sides = isWide(surfel) && sides_[number].areMeasured();
     lines_[number] = {line,
                       {cast.weight[0], cast.weight[1], cast.weight[2]},
                       static_cast<uint8_t>(directions),

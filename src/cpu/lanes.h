@@ -23,7 +23,8 @@ struct Lanes {
   Lanes() = default;
   explicit Lanes(T all) : v(all - Vector{}) {}
   explicit Lanes(const Vector& vector) : v(vector) {}
-  // As vectors: the halves that a plain copy writes are waited for by whoever loads all.
+  // Copies whole vectors. GCC copies the struct in halves, and loading the whole vector right after
+  // that stalls (no store forwarding).
   Lanes(const Lanes& other) : v(other.v) {}
   Lanes& operator=(const Lanes& other) {
     v = other.v;

@@ -24,6 +24,8 @@ uint64_t singlesOf(const ImageView& image, const Pixel& first, int end_u,
   return listed;
 }
 
+/// Writes the members in place: a copied surfel would be loaded in larger parts than it was written
+/// in, which stalls.
 void append(const Surfel& surfel, std::vector<Surfel>& surfels) {
   if (surfel.weight > 0.0f) surfels.emplace_back() = surfel;
 }

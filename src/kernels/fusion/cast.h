@@ -52,8 +52,13 @@ DTSDF_HD float perSquare(const Vec3f& side) {
   return square > 0.0f ? 1.0f / square : 0.0f;
 }
 
+/// Whether a surfel covers more than the ray through its pixel.
+DTSDF_HD bool isWide(const Surfel& surfel) {
+  return surfel.half_across_px + surfel.half_down_px > 0.0f;
+}
+
 DTSDF_HD MeasuredSides measuredSides(const Surfel& surfel, const FrameView& frame, int axis) {
-  if (!(surfel.half_across_px + surfel.half_down_px > 0.0f)) return noSides();
+  if (!isWide(surfel)) return noSides();
   const Intrinsics& K = frame.intrinsics;
   const Vec3f across = stepOnPlane(surfel, frame, {1.0f, 0.0f, 0.0f}, K.fx, surfel.half_across_px);
   const Vec3f down = stepOnPlane(surfel, frame, {0.0f, 1.0f, 0.0f}, K.fy, surfel.half_down_px);

@@ -64,7 +64,7 @@ DTSDF_HD Bits findLeaders(const Samples& samples, const Real& least_weight,
   Real confidence[kDirectionCount], greatest = zero;
   leader[0] = leader[1] = Bits{-1};
   for (int d = 0; d < kDirectionCount; ++d) {
-    confidence[d] = zero;
+    confidence[d] = zero;  // not `? :`, which copies vectors in halves and stalls
     if (samples.maySpeak(d)) confidence[d] = directionConfidence(samples, d, least_weight);
     const auto leads = confidence[d] > greatest;
     speaking = speaking | select(confidence[d] > zero, Bits{1 << d}, none);

@@ -19,8 +19,8 @@ bool waitUntil(Condition condition, double timeout_s = 60.0) {
   return false;
 }
 
-/// Calls a service of the node, from any thread. On a busy machine, roscpp may fail to reach the ROS
-/// master, which it asks only once, so this tries again for a while.
+/// Calls a service of the node, from any thread. On a busy machine, roscpp may fail to reach the
+/// ROS master, which it asks only once, so this tries again for a while.
 template <class Service>
 bool callService(const std::string& name, Service& call) {
   for (int tries = 0; tries < 20; ++tries) {

@@ -1,6 +1,6 @@
 #include "params/node_params.h"
 
-#include <regex>
+#include <cctype>
 #include <set>
 
 #include "params/param_copy.h"
@@ -9,10 +9,21 @@
 namespace dtsdf {
 namespace {
 
+/// Whether a name is a valid prefix of ROS topics: parts divided by slashes, each a letter followed
+/// by letters, digits and underscores.
+bool isNamespace(const std::string& name) {
+  bool begins = true;
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (begins ? !std::isalpha(byte) : !std::isalnum(byte) && c != '_' && c != '/') return false;
+    begins = c == '/';
+  }
+  return !begins;
+}
+
 void checkCameras(const NodeParams& node, ParamReader& reader) {
-  static const std::regex kNamespace("[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*");
   for (const std::string& name : node.cameras) {
-    if (std::regex_match(name, kNamespace)) continue;
+    if (isNamespace(name)) continue;
     reader.addViolation("cameras", "'" + name +
                                        "' is not a namespace; use letters, digits, _ and "
                                        "/, starting with a letter");

@@ -94,6 +94,8 @@ TEST(NodeParams, CamerasAreNamespacesAndDiffer) {
   using Names = std::vector<std::string>;
   EXPECT_EQ(readNodeParams({{"cameras", Names{"front", "left/rear_2"}}}).cameras,
             (Names{"front", "left/rear_2"}));
+  const Names long_name{std::string(100'000, 'a')};
+  EXPECT_EQ(readNodeParams({{"cameras", long_name}}).cameras, long_name);
   for (const std::string bad : {"", "/front", "2nd", "front/", "a//b", "a b", "a-b"}) {
     EXPECT_EQ(violationsOf({{"cameras", Names{bad}}}).size(), 1u) << bad;
   }

@@ -23,7 +23,7 @@ constexpr size_t kBufferBytes = 1 << 20;
 [[noreturn]] void throwCannotWrite(const std::string& path, int error_number) {
   throw std::runtime_error("cannot write '" + path +
                            "': " + std::generic_category().message(error_number) +
-                           "; free some space or choose another folder");
+                           "; choose another file name or folder, or free some space");
 }
 
 fs::path folderOf(const std::string& path) {

@@ -97,18 +97,20 @@ class Disk : public WallCamera {
 
 TEST_F(Disk, ThatIsFull) {
   breakDisk("full");
-  expectSavesFail("No space left on device", "free some space or choose another folder");
+  expectSavesFail("No space left on device",
+                  "choose another file name or folder, or free some space");
 }
 
 TEST_F(Disk, ThatCannotBeWritten) {
   breakDisk("read_only");
-  expectOneSentence(save("new/mesh.ply"), "Read-only file system", "choose another folder");
-  expectSavesFail("Read-only file system", "choose another folder");
+  expectOneSentence(save("new/mesh.ply"), "Read-only file system",
+                    "choose another file name or folder");
+  expectSavesFail("Read-only file system", "choose another file name or folder");
 }
 
 TEST_F(Disk, ThatGoesInTheMiddleOfASave) {
   breakDisk("gone");
-  expectSavesFail("No such file or directory", "choose another folder");
+  expectSavesFail("No such file or directory", "choose another file name or folder");
 }
 
 TEST_F(Disk, WhoseFolderIsGone) {
@@ -123,7 +125,7 @@ TEST_F(Disk, WhoseFolderIsGone) {
   fs::remove_all(folder_);
   std::ofstream(folder_) << "a file in its place";
   for (const char* name : kNames) {
-    expectOneSentence(save(name), "Not a directory", "choose another folder");
+    expectOneSentence(save(name), "Not a directory", "choose another file name or folder");
   }
   EXPECT_EQ(readBytes(folder_), "a file in its place");
   fuseFrame();

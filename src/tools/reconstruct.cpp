@@ -348,7 +348,7 @@ void run(ReconstructOptions options) {
   }
   ReconstructionResult result;
   {
-    ProgressBar progress("frames", source->size());
+    ProgressBar progress("frames", source->posed() ? source->posed() : source->size());
     result = reconstruct(input, *mapper, params.map, options.mesh_every,
                          [&](size_t done) { progress.show(done); });
   }

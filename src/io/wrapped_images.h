@@ -45,16 +45,18 @@ std::unique_ptr<ImageSource<Image>> changed(std::unique_ptr<ImageSource<Image>> 
       });
 }
 
-/// The frames of a source, each decoded on a thread of its own while the one before is used. What
-/// the source has skipped is known at the end.
+/// The frames of a source, each decoded on a thread of its own while the one before is used. An
+/// error of the source is thrown by next() after the frames that precede it, and from then on.
+/// @pre skipped() and problems() are called only after next() has returned nothing; before, the
+/// thread may be changing them.
 inline std::unique_ptr<FrameSource> readAhead(std::unique_ptr<FrameSource> source) {
   return std::make_unique<WrappedImages<SourceFrame>>(
       std::move(source),
-      [next = std::make_shared<std::future<std::optional<SourceFrame>>>()](FrameSource& frames) {
+      [next = std::shared_future<std::optional<SourceFrame>>()](FrameSource& frames) mutable {
         const auto read = [&frames] { return frames.next(); };
-        if (!next->valid()) *next = std::async(std::launch::async, read);
-        std::optional<SourceFrame> frame = next->get();
-        if (frame) *next = std::async(std::launch::async, read);
+        if (!next.valid()) next = std::async(std::launch::async, read);
+        std::optional<SourceFrame> frame = next.get();
+        if (frame) next = std::async(std::launch::async, read);
         return frame;
       });
 }

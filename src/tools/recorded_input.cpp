@@ -87,12 +87,12 @@ void reportOn(const std::deque<SourceFrame>& frames, const FrameSource& source,
   const DepthFrame& first = frames.front().depth;
   const std::optional<size_t> images = source.size(), posed = source.posed();
   const std::string skipped = describeSkipped(source.skipped(), source.problems());
-  std::printf(
-      "%s: %simages of %d x %d (%s)%s%s; median depth %.4g m, %.0f %% of the pixels measured\n",
-      recording.format.c_str(), images ? formatted("%zu ", *images).c_str() : "", first.width,
-      first.height, inWords(first.intrinsics).c_str(),
-      posed ? formatted(", %zu with a pose", *posed).c_str() : "",
-      skipped.empty() ? "" : (", skipped so far: " + skipped).c_str(), median_m, 100.0 * share);
+  std::printf("%s: %simages of %d x %d (%s)%s%s; median depth %s, %.0f %% of the pixels measured\n",
+              recording.format.c_str(), images ? formatted("%zu ", *images).c_str() : "",
+              first.width, first.height, inWords(first.intrinsics).c_str(),
+              posed ? formatted(", %zu with a pose", *posed).c_str() : "",
+              skipped.empty() ? "" : (", skipped so far: " + skipped).c_str(),
+              depths_m.empty() ? "unknown" : formatted("%.4g m", median_m).c_str(), 100.0 * share);
   const std::string assumed = recording.format != "bag" ? assumptionsOf(recording) : "";
   if (!assumed.empty()) std::printf("assumed: %s\n", assumed.c_str());
   static_cast<void>(std::fflush(stdout));  // at once, also into a file or a pipe

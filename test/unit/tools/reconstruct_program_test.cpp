@@ -89,6 +89,18 @@ TEST_F(ReconstructProgram, WarnsOfImagesThatAreHardlyRight) {
   }
   const Outcome empty = run(arguments);
   EXPECT_EQ(empty.err.find("reconstruct: warning: hardly any pixel"), 0u) << empty.err;
+  EXPECT_NE(empty.out.find("median depth unknown, 0 %"), std::string::npos) << empty.out;
+}
+
+TEST_F(ReconstructProgram, SaysHowManyImagesHaveAPose) {
+  writeBytes(tum_ / "groundtruth.txt", "100 0 0 0 0 0 0 1\n");
+  const std::string arguments = tum_option_ + "--mesh " + (out_ / "mesh.ply");
+  expectError(arguments, 1, "only 1 of 6 images have a pose");
+  const Outcome outcome = run(arguments + " --allow-gaps");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string line = outcome.out.substr(0, outcome.out.find('\n'));
+  EXPECT_NE(line.find("6 images"), std::string::npos) << line;
+  EXPECT_NE(line.find(", 1 with a pose"), std::string::npos) << line;
 }
 
 TEST_F(ReconstructProgram, SaysThatTheFolderOfPagesIsFullAndThatNothingIsLost) {

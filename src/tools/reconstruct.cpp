@@ -216,8 +216,7 @@ void checkJournalOptions(const ReconstructOptions& options) {
   for (const std::string& setting : options.settings) {
     const std::string key = setting.substr(0, setting.find('='));
     if (of_all.count(key) == 0 || of_mapper.count(key) > 0) continue;
-    throw UsageError("--set " + key +
-                     " is for recordings; a journal has images and poses as they were fused");
+    throw UsageError(key + " is for recordings; a journal has images and poses as they were fused");
   }
 }
 

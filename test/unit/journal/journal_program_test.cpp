@@ -89,6 +89,9 @@ TEST_F(JournalProgram, RefusesSettingsOfRecordings) {
   for (const std::string key : {"poses/mode=refine", "map/level=floor", "colour/max_rate_hz=1"}) {
     const Outcome outcome = runReconstruct("--set " + key + " --mesh " + folder_ / "mesh.ply");
     EXPECT_EQ(outcome.exit_code, 2) << key << outcome.err;
+    const std::string name = key.substr(0, key.find('='));
+    EXPECT_NE(outcome.err.find("error: " + name + " is for recordings"), std::string::npos)
+        << outcome.err;
   }
 }
 

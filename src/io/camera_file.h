@@ -12,7 +12,8 @@
 
 namespace dtsdf {
 
-/// Camera of rectified images.
+/// Camera of rectified images. A default one is not empty but RenderCamera's, so functions return
+/// none (std::optional) where there is no camera.
 using CameraInfo = RenderCamera;
 
 /// Reads size and intrinsics from projection_matrix, which describes the rectified image, or else

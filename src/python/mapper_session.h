@@ -18,7 +18,8 @@
 namespace dtsdf::python {
 
 /// Thread safe: calls wait for each other. Call without the GIL. Threads and GPUs do not survive
-/// fork(): in a process that was forked after the first was made, all but the destructor throw.
+/// fork(): in a process that was forked after the first was made, all throw but the destructor,
+/// params() and levelPose().
 class MapperSession {
  public:
   /// Begins with an empty map. @throws as makeMapper() does.

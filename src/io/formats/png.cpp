@@ -29,7 +29,8 @@ std::vector<StampedImage> imagesIn(const fs::path& folder,
     });
     return is_image ? std::optional(numberAtEnd(name).value_or(-1.0)) : std::nullopt;
   });
-  // Names without numbers: images are numbered in the order of their names.
+  // As soon as one name has no number, all images are renumbered: those without come first, in the
+  // order of their names, then the others by number.
   const bool lacks_numbers = !images.empty() && images.front().stamp_s < 0.0;
   for (size_t i = 0; lacks_numbers && i < images.size(); ++i) {
     images[i].stamp_s = static_cast<double>(i);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "io/depth_codes.h"
+#include "io/formats/folder_format.h"
 #include "io/tum_lists.h"
 #include "simulation/scene.h"
 
@@ -69,7 +70,7 @@ std::vector<Eigen::Isometry3d> orbitPoses(OrbitShape shape, size_t count, double
 
 Views readViews(const std::string& tum_folder) {
   constexpr double kPoseTolerance_s = 0.02;  // the default of reconstruct
-  const CameraInfo camera = loadCameraInfo(tum_folder + "/camera_info.yaml");
+  const CameraInfo camera = readTumCamera(tum_folder).value_or(*tumFormat().usual_camera);
   const Trajectory trajectory = readTumTrajectory(tum_folder);
   Views views;
   views.camera = {camera.intrinsics, camera.width, camera.height};

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "dtsdf_mapping/io/recording.h"
 #include "evaluation/depth_noise.h"
@@ -70,6 +71,18 @@ TEST(RenderView, ToldTheAngleOfIncidence) {
   EXPECT_NEAR(view.depth_m[centre], 2.0f, 1e-6f);
   EXPECT_NEAR(view.incidence_cosine[centre], 1.0f, 1e-5f);
   EXPECT_NEAR(view.incidence_cosine[240 * 640], std::cos(std::atan(319.5f / 525.0f)), 1e-4f);
+}
+
+TEST(ReadViews, FoldersOfTheBenchmarkHaveItsUsualCamera) {
+  const TemporaryFolder folder;
+  const TumWriter writer(folder / "freiburg1", centredCamera(640, 480, 300.0),
+                         orbitPoses(OrbitShape::kHelix, 3, 1.5));
+  writer.finish("cube");
+  EXPECT_EQ(readViews(folder / "freiburg1").camera.intrinsics.fx, 300.0f);
+  std::filesystem::remove(folder / "freiburg1/camera_info.yaml");
+  EXPECT_EQ(readViews(folder / "freiburg1").camera.intrinsics.fx, 525.0f);
+  std::filesystem::rename(folder / "freiburg1", folder / "own");
+  EXPECT_THROW(readViews(folder / "own"), std::runtime_error);
 }
 
 TEST(TumWriter, TheReaderFindsWhatWasWritten) {

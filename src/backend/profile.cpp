@@ -16,7 +16,7 @@ const char* toString(Stage stage) {
     case Stage::kRender: return "render";
     case Stage::kIndex: return "index";
     case Stage::kMake: return "make";
-    case Stage::kHandOut: return "hand_out";
+    case Stage::kReturn: return "return";
     case Stage::kFindCells: return "find_cells";
   }
   return "unknown";

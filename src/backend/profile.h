@@ -24,7 +24,7 @@ enum class Stage {
   kRender,       ///< A view of the map from a pose.
   kIndex,        ///< Which blocks to mesh again, and the marching cubes indices in them.
   kMake,         ///< Vertices and triangles.
-  kHandOut,      ///< Meshes into blocks.
+  kReturn,       ///< Meshes into blocks.
   kFindCells,    ///< Cells of space that the new meshes pass through.
 };
 constexpr int kStageCount = static_cast<int>(Stage::kFindCells) + 1;

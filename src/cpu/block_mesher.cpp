@@ -295,7 +295,7 @@ size_t BlockMesher::bytes() const {
 
 std::vector<BlockMesh> BlockMesher::takeChanges(const std::vector<int32_t>& slots,
                                                 std::vector<BlockMesh>& meshes) {
-  const StageTimer timer(profile_, Stage::kHandOut);
+  const StageTimer timer(profile_, Stage::kReturn);
   std::vector<BlockMesh> changes;
   changes.reserve(slots.size());
   for (size_t i = 0; i < slots.size(); ++i) {

@@ -314,6 +314,23 @@ TEST_F(FrameQueueTest, StampsThatGoBackDropWhatIsLater) {
   EXPECT_EQ(taken(), (Stamps{1.0}));
 }
 
+TEST_F(FrameQueueTest, ImagesBeforeTheFirstCameraInfoWaitForIt) {
+  make({});
+  for (const double stamp_s : {1.0, 2.0, 3.0}) image(stamp_s);
+  EXPECT_GT(queue_->bytes(), 2 * kImageBytes);
+  EXPECT_EQ(queue_->waitingFor(0).find("3 images wait for camera_info"), 0u);
+  queue_->restart(0, ros::Time(2.0));
+  EXPECT_EQ(dropped(drop::kTimeJump), 1u);
+  queue_->addToWaiting(0, makeCameraInfo(5.0));
+  EXPECT_TRUE(pose() && pose());
+  EXPECT_EQ(taken(), (Stamps{1.0, 2.0}));
+  image(4.0);
+  queue_->refuseAll(Rejection{drop::kPaused, ""});
+  EXPECT_EQ(dropped(drop::kPaused), 1u);
+  queue_->addToWaiting(0, makeCameraInfo(5.0));
+  EXPECT_FALSE(pose());
+}
+
 TEST_F(FrameQueueTest, NothingIsTakenWhilePausedOrAtTheEnd) {
   make({});
   posed(1.0);

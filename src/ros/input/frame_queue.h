@@ -113,6 +113,17 @@ class FrameQueue {
     makeRoom(stream);
   }
 
+  /// Input's thread: gives a camera_info of any stamp to all images that wait for one.
+  void addToWaiting(Stream stream, const sensor_msgs::CameraInfoConstPtr& info) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (auto it = entries_.begin(); it != entries_.end(); ++it) {
+      if (it->stream != stream || !it->messages.image || it->messages.info) continue;
+      it->messages.info = info;
+      completeIfWhole(it);
+    }
+    makeRoom(stream);
+  }
+
   /// A frame waits (for what, in words), is dropped, or gets its pose.
   using Decision = std::variant<std::string, Rejection, PosedFrame>;
   /// Decides on a whole frame. `since` is when it became whole; `is_checked` is a flag for its own

@@ -60,8 +60,8 @@ class ImageStream {
         info_topic_(infoTopic(nh.resolveName(ns + "/" + kind.ns + "/camera_info", false))),
         accounting_(name + (kind.is_colour && !name.empty() ? ", " : "") +
                     (kind.is_colour ? "colour" : "")),
-        no_info_(noInfoText(info_topic_, params_.latest_camera_info)),
-        stream_(queue.addStream(name, kind.is_colour, no_info_,
+        stream_(queue.addStream(name, kind.is_colour,
+                                noInfoText(info_topic_, params_.latest_camera_info),
                                 mask_topic_.empty() ? "" : noMaskText(mask_topic_), accounting_)),
         rate_limit_(kind.is_colour ? params.max_colour_rate_hz : 0.0),
         rectification_(params_.rectify, image_topic_, kind.is_colour),
@@ -177,12 +177,9 @@ class ImageStream {
     });
   }
 
-  /// If the latest camera_info is used, the newest image waits here for the first one.
   void enqueue(CameraImage image) {
     if (!image.info) image.info = latest_info_;
-    if (image.info || !params_.latest_camera_info) return queue_.add(stream_, image);
-    const auto before = std::exchange(early_, image.image);
-    if (before) accounting_.dropped({drop::kNoCameraInfo, no_info_}, before->header.stamp);
+    queue_.add(stream_, image);
   }
 
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
@@ -194,7 +191,7 @@ class ImageStream {
             5.0, "dtsdf_mapping", "camera_info on '" << info_topic_ << "' is ignored: " << problem);
       } else if (params_.latest_camera_info) {
         latest_info_ = info;
-        if (const auto image = std::exchange(early_, nullptr)) enqueue({image});
+        queue_.addToWaiting(stream_, info);
       } else {
         queue_.add(stream_, {nullptr, info});
       }
@@ -324,10 +321,8 @@ class ImageStream {
   const std::string topic_;       ///< Topic of the images, before remapping.
   const std::string image_topic_, info_topic_;
   FrameAccounting accounting_;
-  const std::string no_info_;  ///< Text for an image without camera_info.
   FrameQueue::Stream stream_;
   sensor_msgs::CameraInfoConstPtr latest_info_;  ///< If input/camera_info is latest.
-  sensor_msgs::ImageConstPtr early_;             ///< The newest image before it.
   RateLimit rate_limit_;
   std::optional<std::pair<double, Eigen::Isometry3d>> last_pose_;  ///< Last pose, with its stamp.
   Rectification rectification_;

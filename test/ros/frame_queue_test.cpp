@@ -342,8 +342,9 @@ TEST_F(FrameQueueTest, NothingIsTakenWhilePausedOrAtTheEnd) {
   queue_->refuseAll(std::nullopt);
   posed(4.0);
   queue_->refuseAll(Rejection{drop::kEnding, ""});
+  queue_->refuseAll(std::nullopt);
   image(5.0);
-  EXPECT_EQ(dropped(drop::kEnding), 2u);
+  EXPECT_EQ(dropped(drop::kEnding), 2u) << "a call to pause has revoked the end";
   EXPECT_TRUE(taken().empty());
   EXPECT_EQ(queue_->bytes(), 0u);
 }

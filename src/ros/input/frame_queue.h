@@ -188,9 +188,10 @@ class FrameQueue {
   }
 
   /// Any thread: drops waiting and further frames for this reason; without one, frames are taken
-  /// again.
+  /// again, unless the node ends.
   void refuseAll(std::optional<Rejection> refusal) {
     const std::lock_guard<std::mutex> lock(mutex_);
+    if (refusal_ && refusal_->reason == drop::kEnding) return;
     refusal_ = std::move(refusal);
     if (!refusal_) return;
     for (StreamState& stream : streams_) stream.waiting_for.clear();

@@ -125,6 +125,27 @@ class Correction : public testing::Test {
     return poses;
   }
 
+  /// The true path of the frame that corrections/path_frame names.
+  nav_msgs::Path truthOfBase() const {
+    nav_msgs::Path path;
+    path.header.frame_id = "map";
+    for (int i = 0; i < sent_; i += 4) {
+      const Eigen::Isometry3d T_W_B = truth(i) * mount().inverse();
+      geometry_msgs::PoseStamped pose;
+      pose.header.stamp = stampOf(i);
+      pose.pose.position.x = T_W_B.translation().x();
+      pose.pose.position.y = T_W_B.translation().y();
+      pose.pose.position.z = T_W_B.translation().z();
+      const Eigen::Quaterniond q(T_W_B.linear());
+      pose.pose.orientation.x = q.x();
+      pose.pose.orientation.y = q.y();
+      pose.pose.orientation.z = q.z();
+      pose.pose.orientation.w = q.w();
+      path.poses.push_back(pose);
+    }
+    return path;
+  }
+
   /// A map and a mesh that reconstruct makes of the journal, once it contains all frames.
   struct Made {
     std::string map, mesh;
@@ -204,23 +225,7 @@ TEST_F(Correction, MayComeAsAPathOfTheBase) {
   drive(24, drifted);
   ASSERT_TRUE(waitUntil([&] { return topic.getNumSubscribers() > 0; }));
   const std::string before = map(), last = status_.status().last_correction;
-  nav_msgs::Path path;
-  path.header.frame_id = "map";
-  for (int i = 0; i < sent_; i += 4) {
-    const Eigen::Isometry3d T_W_B = truth(i) * mount().inverse();
-    geometry_msgs::PoseStamped pose;
-    pose.header.stamp = stampOf(i);
-    pose.pose.position.x = T_W_B.translation().x();
-    pose.pose.position.y = T_W_B.translation().y();
-    pose.pose.position.z = T_W_B.translation().z();
-    const Eigen::Quaterniond q(T_W_B.linear());
-    pose.pose.orientation.x = q.x();
-    pose.pose.orientation.y = q.y();
-    pose.pose.orientation.z = q.z();
-    pose.pose.orientation.w = q.w();
-    path.poses.push_back(pose);
-  }
-  topic.publish(path);
+  topic.publish(truthOfBase());
   ASSERT_TRUE(waitUntil([&] { return status_.status().last_correction != last; }));
   EXPECT_EQ(status_.status().last_correction.find("23 frames moved"), 0u)
       << status_.status().last_correction;
@@ -312,6 +317,24 @@ TEST_F(Correction, MappingGoesOnMeanwhile) {
   const std::string by = "by up to ";
   ASSERT_NE(rest.message.find(by), std::string::npos) << rest.message;
   EXPECT_LT(std::stod(rest.message.substr(rest.message.find(by) + by.size())), 0.03);
+}
+
+TEST_F(Correction, ByAPathReplacesAWaitingOne) {
+  ros::Publisher topic = nh_.advertise<nav_msgs::Path>("/corrected_path", 1);
+  drive(60, drifted);
+  ASSERT_TRUE(waitUntil([&] { return topic.getNumSubscribers() > 0; }));
+  saveTrajectory(posesOf(truth), in("replaced.txt"));
+  const auto call = [] { return callCorrect("/mapping", "replaced.txt"); };
+  std::future<Answer> first = std::async(std::launch::async, call);
+  ASSERT_TRUE(waitUntil([&] { return status_.status().correction_total > 0; }));
+  std::future<Answer> second = std::async(std::launch::async, call);
+  EXPECT_TRUE(waitUntil([&] {
+    topic.publish(truthOfBase());
+    return second.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  }));
+  EXPECT_NE(second.get().message.find("a newer correction"), std::string::npos);
+  clearMap();
+  first.wait();
 }
 
 TEST_F(Correction, EndsWhereTheMapIsEmptied) {

@@ -32,8 +32,9 @@
 namespace dtsdf {
 namespace {
 
-/// How many calls may wait at once, such as one that simplifies a mesh and one that cancels it.
-constexpr int kServiceThreads = 2;
+/// How many calls and corrected paths may wait at once, such as a correction, a call that saves a
+/// mesh, and a path that replaces a waiting correction.
+constexpr int kServiceThreads = 3;
 /// How often a waiting frame asks for its transform.
 constexpr std::chrono::milliseconds kTransformPoll{5};
 /// How long the input's thread sleeps; a message wakes it.
@@ -49,9 +50,9 @@ NodeParams readParams(const ros::NodeHandle& private_nh) {
 }
 
 /// The threads are dtsdf_input (messages, poses), dtsdf_map (fusion, mesh), dtsdf_output
-/// (publishing) and two named dtsdf_service. The thread(s) of the caller's node handles publish the
-/// status, pause and answer queries. Calls that wait for a loop rethrow its exceptions, and throw
-/// std::future_error once the loops have stopped. map/load_file is loaded before images are
+/// (publishing) and three named dtsdf_service. The thread(s) of the caller's node handles publish
+/// the status, pause and answer queries. Calls that wait for a loop rethrow its exceptions, and
+/// throw std::future_error once the loops have stopped. map/load_file is loaded before images are
 /// received.
 class Pipeline {
  public:

@@ -24,7 +24,7 @@ class FrameQueueTest : public testing::Test {
  protected:
   FrameQueueTest() { ros::Time::init(); }
 
-  void make(Limits limits, int cameras = 1, const std::string& no_mask = "") {
+  void make(Limits limits, int cameras = 1, std::optional<std::string> no_mask = std::nullopt) {
     limits_ = limits;
     queue_ = std::make_unique<FrameQueue>(
         limits.images, limits.bytes, limits.merge_wait_s, [] {}, clock_.reader());
@@ -32,7 +32,7 @@ class FrameQueueTest : public testing::Test {
       const std::string name(1, static_cast<char>('a' + i));
       queue_->addStream(name, false, "there is none", no_mask, accounting_[i]);
     }
-    colour_ = queue_->addStream("", true, "", "", accounting_[cameras]);
+    colour_ = queue_->addStream("", true, "", std::nullopt, accounting_[cameras]);
   }
 
   void image(double stamp_s, size_t stream = 0) {

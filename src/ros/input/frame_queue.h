@@ -77,10 +77,10 @@ class FrameQueue {
   /// @param is_colour Colour may never come: others wait for it only after its first frame, and it
   /// may come late.
   /// @param no_info Text for an image without camera_info.
-  /// @param no_mask Text for an image without its mask; empty: there are no masks.
+  /// @param no_mask Text for an image without its mask; none: there are no masks.
   /// @param accounting Must outlive the queue.
-  Stream addStream(std::string name, bool is_colour, std::string no_info, std::string no_mask,
-                   FrameAccounting& accounting) {
+  Stream addStream(std::string name, bool is_colour, std::string no_info,
+                   std::optional<std::string> no_mask, FrameAccounting& accounting) {
     const std::lock_guard<std::mutex> lock(mutex_);
     streams_.push_back(
         {std::move(name), is_colour, std::move(no_info), std::move(no_mask), &accounting});
@@ -219,7 +219,7 @@ class FrameQueue {
       return entry.stream == stream && entry.state == State::kIncomplete && entry.hasImage();
     });
     if (images == 0) return "";
-    const std::string also = state.no_mask.empty() ? ": " : " or mask: ";
+    const std::string also = state.no_mask ? " or mask: " : ": ";
     return (images == 1 ? "1 image waits" : std::to_string(images) + " images wait") +
            std::string(" for camera_info") + also + state.no_info;
   }
@@ -248,7 +248,8 @@ class FrameQueue {
   struct StreamState {
     std::string name;
     bool is_colour;
-    std::string no_info, no_mask;
+    std::string no_info;
+    std::optional<std::string> no_mask;
     FrameAccounting* accounting;
     ros::Time heard = {};   ///< No frame of this stamp or before can come.
     bool has_come = false;  ///< It has had a posed frame.
@@ -308,8 +309,8 @@ class FrameQueue {
   std::optional<Rejection> missingOf(const Entry& entry) const {
     const StreamState& stream = streams_[entry.stream];
     if (!entry.messages.info) return Rejection{drop::kNoCameraInfo, stream.no_info};
-    if (stream.no_mask.empty() || entry.messages.mask) return std::nullopt;
-    return Rejection{drop::kNoMask, stream.no_mask};
+    if (!stream.no_mask || entry.messages.mask) return std::nullopt;
+    return Rejection{drop::kNoMask, *stream.no_mask};
   }
 
   /// @return whether the frame has just become whole.

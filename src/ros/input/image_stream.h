@@ -60,9 +60,10 @@ class ImageStream {
         info_topic_(infoTopic(nh.resolveName(ns + "/" + kind.ns + "/camera_info", false))),
         accounting_(name + (kind.is_colour && !name.empty() ? ", " : "") +
                     (kind.is_colour ? "colour" : "")),
-        stream_(queue.addStream(name, kind.is_colour,
-                                noInfoText(info_topic_, params_.latest_camera_info),
-                                mask_topic_.empty() ? "" : noMaskText(mask_topic_), accounting_)),
+        stream_(queue.addStream(
+            name, kind.is_colour, noInfoText(info_topic_, params_.latest_camera_info),
+            mask_topic_.empty() ? std::nullopt : std::make_optional(noMaskText(mask_topic_)),
+            accounting_)),
         rate_limit_(kind.is_colour ? params.max_colour_rate_hz : 0.0),
         rectification_(params_.rectify, image_topic_, kind.is_colour),
         cloud_images_(image_topic_),

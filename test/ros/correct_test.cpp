@@ -192,7 +192,7 @@ class CorrectTest : public testing::Test {
     std::vector<SharedBlockMesh> all;
     for (const auto& [key, block] : expected.blocks()) all.push_back(block);
     EXPECT_EQ(differences(mesh_, all).size(), 0u) << "a listener has a different mesh";
-    const std::shared_ptr<const SpaceSnapshot> space = space_->known().first;
+    const std::shared_ptr<const SpaceSnapshot> space = space_->known().space;
     constexpr int32_t kLowest = std::numeric_limits<int32_t>::min(),
                       kHighest = std::numeric_limits<int32_t>::max();
     EXPECT_EQ(byPlace(space->cubes(kLowest, kHighest)),
@@ -229,7 +229,7 @@ TEST_F(CorrectTest, ACorrectedMapIsThatOfTheCorrectedPoses) {
   mesh_stamp_ = ros::Time();
   follow();
   EXPECT_EQ(mesh_stamp_, stampOf(kBefore - 1));
-  EXPECT_EQ(space_->known().second, stampOf(kBefore - 1));
+  EXPECT_EQ(space_->known().stamp, stampOf(kBefore - 1));
   EXPECT_EQ(contents().stamp_s, stampOf(kBefore - 1).toSec());
   expectMapOf(truths(kBefore));
 }

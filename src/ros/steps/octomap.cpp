@@ -28,16 +28,16 @@ class OctomapStep : public Step {
   SteadyDuration publish(ShownMesh*) override {
     const SteadyTime begin = std::chrono::steady_clock::now();
     const SpaceStep::Known known = space_.known();
-    const SpaceSnapshot& space = *known.first;
+    const SpaceSnapshot& space = *known.space;
     pace_.setRate(host_.rates.space_hz, begin);
     if (topic_.takeNewcomer()) published_.reset();
     const bool is_any = space.cellSize_m() > 0.0;  // stays true after clear_map
-    const bool is_outdated = known.first != published_.lock();
+    const bool is_outdated = known.space != published_.lock();
     if (!is_any || !is_outdated || !topic_.isFollowed() || !pace_.isDue(begin)) {
       return SteadyDuration::max();
     }
-    published_ = known.first;
-    guarded("octomap", [&] { topic_.publish(makeMessage(space, known.second)); });
+    published_ = known.space;
+    guarded("octomap", [&] { topic_.publish(makeMessage(space, known.stamp)); });
     pace_.end(begin);
     return SteadyDuration::max();
   }

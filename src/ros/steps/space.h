@@ -120,9 +120,12 @@ class SpaceStep : public Step {
     addPages(status, pages_, "sectors of cells and distances for planners");
   }
 
-  /// Space, and the stamp of the newest frame whose surfaces are in it; later ones may have freed
-  /// cells. 0 if no frame was fused, as in a loaded map.
-  using Known = std::pair<std::shared_ptr<const SpaceSnapshot>, ros::Time>;
+  struct Known {
+    std::shared_ptr<const SpaceSnapshot> space = std::make_shared<const SpaceSnapshot>();
+    /// Stamp of the newest frame whose surfaces are in it; later ones may have freed cells. 0 if no
+    /// frame was fused, as in a loaded map.
+    ros::Time stamp;
+  };
   Known known() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return known_;
@@ -191,7 +194,7 @@ class SpaceStep : public Step {
     }
     host_.map.throwIfFailed();  // the last frame may be half fused
     Known known = this->known();
-    if (!known.first->isEmpty()) return known;
+    if (!known.space->isEmpty()) return known;
     throw std::runtime_error(
         "nothing is mapped yet since the start, clear_map or load_map; ask again once a frame has "
         "been fused and meshed");
@@ -254,12 +257,12 @@ class SpaceStep : public Step {
       const std::lock_guard<std::mutex> lock(mutex_);
       changes.swap(waiting_);
       cell_m = waiting_cell_m_;
-      now.second = waiting_stamp_;
+      now.stamp = waiting_stamp_;
     }
     if (!changes) return;
     if (grid_) grid_->apply(*changes, cell_m);
     follower_->apply(*changes, cell_m);
-    now.first = follower_->snapshot();
+    now.space = follower_->snapshot();
     is_outdated_ = true;
     is_another_ = is_another_ || changes->begins_anew;
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -274,7 +277,7 @@ class SpaceStep : public Step {
     const bool is_slice_new = slices_.takeNewcomer();
     if (!is_followed) grid_.reset();
     is_grid_due_ = is_grid_due_ || (is_followed && is_grid_new);
-    const std::shared_ptr<const SpaceSnapshot> space = known().first;
+    const std::shared_ptr<const SpaceSnapshot> space = known().space;
     if (space->isEmpty()) return;
     if (is_followed && !grid_) {
       const NodeParams& params = host_.params;
@@ -313,7 +316,7 @@ class SpaceStep : public Step {
   void publishGrid(SteadyTime now) {
     const GridBox& window = *grid_->window();
     nav_msgs::OccupancyGrid grid;
-    grid.header = headerOf(known().second);
+    grid.header = headerOf(known().stamp);
     grid.info.map_load_time = grid.header.stamp;
     grid.info.resolution = static_cast<float>(grid_->cellSize_m());
     grid.info.width = static_cast<uint32_t>(sizeOf(window).x());
@@ -332,7 +335,7 @@ class SpaceStep : public Step {
     const GridBox& box = now - grid_at_ < kSettling ? *grid_->window() : grid_->changed();
     if (box.isEmpty() || !updates_.isFollowed()) return;
     map_msgs::OccupancyGridUpdate update;
-    update.header = headerOf(known().second);
+    update.header = headerOf(known().stamp);
     update.x = box.min().x() - grid_->window()->min().x();
     update.y = box.min().y() - grid_->window()->min().y();
     update.width = static_cast<uint32_t>(sizeOf(box).x());
@@ -395,7 +398,7 @@ class SpaceStep : public Step {
   std::optional<SpaceChanges> waiting_;  ///< The queue.
   double waiting_cell_m_ = 0.0;          ///< Size of its cells.
   ros::Time waiting_stamp_;              ///< Stamp of known_ once it is taken.
-  Known known_{std::make_shared<const SpaceSnapshot>(), ros::Time()};
+  Known known_;
   size_t bytes_ = 0;
   PagedValues::Stats pages_;
 };

@@ -116,7 +116,7 @@ Bytes recordOf(const Region& region) {
   return encodeRecord(kClear, 0, out.bytes.data(), out.bytes.size());
 }
 
-Bytes recordOf(const Eigen::Isometry3d& T_W_M) { return encodeContent(kLevel, T_W_M); }
+Bytes recordOf(const Level& level) { return encodeContent(kLevel, level.T_W_M); }
 
 Bytes recordOf(const Correction& correction) {
   return encodeContent(kCorrection, correction, kZstd);
@@ -188,7 +188,7 @@ Call readCall(const RecordFile& file, size_t record, bool with_pixels) {
     return image;
   }
   if (head.is(kClear)) return readRegion(in);
-  if (head.is(kLevel)) return in.take<Eigen::Isometry3d>();
+  if (head.is(kLevel)) return Level{in.take<Eigen::Isometry3d>()};
   if (head.is(kCorrection)) {
     Correction correction;
     correction.poses.resize(content.size() / (sizeof(double) + kPoseBytes));

@@ -44,15 +44,19 @@ struct Image {
   std::shared_ptr<const void> pixels;  ///< Owner of the frame's pixels.
 };
 
+/// From here on, the pose in the map frame of the frame in which poses are given.
+struct Level {
+  Eigen::Isometry3d T_W_M;
+};
+
 /// Corrected poses of the first camera's images.
 struct Correction {
   uint64_t before = 0;  ///< Records since kBegin when it arrived.
   std::vector<StampedPose> poses;
 };
 
-/// A change of the map: a Region was emptied; from here on, Eigen::Isometry3d is the pose in the
-/// map frame of the frame in which poses are given.
-using Call = std::variant<Image, Region, Eigen::Isometry3d, Correction>;
+/// A change of the map; a Region was emptied.
+using Call = std::variant<Image, Region, Level, Correction>;
 
 /// Encodes records with their heads. An image is two records, the second with its pixels.
 Bytes encode(const Begin& begin);

@@ -109,8 +109,8 @@ void JournalReplay::add(size_t record) {
   } else if (const auto* const correction = std::get_if<journal::Correction>(&call)) {
     correct(*correction);
     running_.reset();  // later images were fused with it
-  } else if (const auto* const T_W_M = std::get_if<Eigen::Isometry3d>(&call)) {
-    T_W_M_ = *T_W_M;
+  } else if (const auto* const level = std::get_if<journal::Level>(&call)) {
+    T_W_M_ = level->T_W_M;
   }
   items_.push_back(item);
 }

@@ -34,7 +34,7 @@ class JournalStep : public Step {
     }
     const std::optional<Eigen::Isometry3d> level = host_.frame.level();
     if (level && (!level_ || level_->matrix() != level->matrix())) {
-      writer_.add(*level);
+      writer_.add(journal::Level{*level});
       level_ = level;
     }
     const std::shared_ptr<const void> pixels(frame.pixels.get(), [keep = frame.pixels](auto*) {});

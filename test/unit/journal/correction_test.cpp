@@ -235,7 +235,7 @@ TEST(LevelledJournal, StaysLevel) {
   const Eigen::Isometry3d T_W_M =
       Eigen::Translation3d(0.0, 0.0, 1.0) * Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitX());
   JournaledMap map(journaledParams(), journal);
-  journal.add(T_W_M);
+  journal.add(journal::Level{T_W_M});
   std::vector<StampedPose> given;
   for (const SceneFrame& frame : roomImages(4)) {
     const double stamp_s = 0.1 * static_cast<double>(given.size());

@@ -138,7 +138,8 @@ class Pager {
   std::optional<Eigen::Isometry3d> motion_;  ///< Motion from the previous frame; none after a jump.
   std::vector<PackedKey> ahead_;             ///< Blocks read ahead, in order of need.
   size_t next_ahead_ = 0, ahead_at_once_ = 0;  ///< Index in ahead_ to load next, and how many.
-  uint64_t kept_since_ = 0, ahead_now_ = 0;    ///< Blocks needed since kept_since_ are not evicted.
+  uint64_t kept_since_ = 0;  ///< Blocks needed since this value of now_ are not evicted.
+  uint64_t ahead_now_ = 0;   ///< Value of now_ when ahead_ was made; the next kept_since_.
   std::vector<PackedKey> dropped_;
   uint64_t frames_ = 0, written_ = 0, read_ = 0;
 };

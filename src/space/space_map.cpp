@@ -178,8 +178,8 @@ void SpaceMap::clearRegion(const RegionView& region) {
     if (!may_reach(key, cube_side)) return;
     CellMask inside = {};
     for (int i = 0; i < kCellsPerCube; ++i) {
-      if (isInside(region, middleOfBox(firstCellOfCube(key) + voxelOffset(i), cell_side)))
-        add(inside, i);
+      const Vec3i cell = firstCellOfCube(key) + voxelOffset(i);
+      if (isInside(region, middleOfBox(cell, cell_side))) add(inside, i);
     }
     forgetFree(key, cells, inside);
   });

@@ -112,8 +112,8 @@ class CorrectStep : public Step {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (depth == nullptr || frame.camera != 0) return;
     const double stamp_s = frame.stamp.toSec();
-    if (!journal_->report().problem.empty())
-      return fused_.clear();  // only a working journal limits them
+    // Only a working journal limits them.
+    if (!journal_->report().problem.empty()) return fused_.clear();
     if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) fused_.clear();
     if (fused_.empty() || stamp_s > fused_.back().stamp_s) {
       fused_.push_back({stamp_s, depth->T_W_C});
@@ -125,9 +125,9 @@ class CorrectStep : public Step {
   }
   void failed() override { giveUp("the map's backend failed"); }
 
-  /// Work goes before frames if another thread does the long part of it.
+  /// Goes before a waiting frame, but fuses at most two frames again for each new one. Two are
+  /// enough to catch up for certain.
   bool work(bool frame_waits) override try {
-    // Fuses up to two frames again for each new one, so that it catches up for certain.
     constexpr int kWorkPerFrame = 4;
     if (refusion_) {
       if (frame_waits && work_since_frame_ >= kWorkPerFrame) return false;

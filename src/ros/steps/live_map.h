@@ -178,8 +178,8 @@ class LiveMap {
   ClearedRegion clearRegion(const Region& region) {
     throwIfFailed();
     const std::string problem = findProblem(region);
-    if (!problem.empty())
-      throw std::runtime_error(problem);  // the caller's fault, not the backend's
+    // It is the caller's fault, not the backend's.
+    if (!problem.empty()) throw std::runtime_error(problem);
     try {
       const ClearedRegion cleared = mapper_->clearRegion(region);
       regionCleared(region);

@@ -27,17 +27,17 @@ static_assert(kSums <= kAlignThreads, "one thread per sum");
 
 /// findSurface() by the lanes of a point, each of which tries another place along the normal.
 template <class VoxelAt>
-__device__ FieldSample findTogether(const Vec3f& p_L, const Vec3f& normal, bool directional,
-                                    float reach, VoxelAt& voxel) {
+__device__ FieldSample findSurfaceInLanes(const Vec3f& p_L, const Vec3f& normal, bool directional,
+                                          float reach, VoxelAt& voxel) {
   const unsigned lane = threadIdx.x % kLanes, first = threadIdx.x % kWarp - lane;
   const unsigned lanes = ((1u << kLanes) - 1u) << first;
   const DirectionSet directions = directionsOf(normal, directional);
-  const int32_t places = placesAlongNormal(reach);
+  const int32_t places = searchOffsetCount(reach);
   for (int32_t n = 0; n < places; n += kLanes) {
     FieldSample field{0.0f, {0.0f, 0.0f, 0.0f}, false};
     const int32_t place = n + static_cast<int32_t>(lane);
     if (place < places) {
-      field = findPlane(p_L, normal, directions, placeAlongNormal(place), voxel);
+      field = findPlane(p_L, normal, directions, searchOffset(place), voxel);
     }
     const unsigned found = __ballot_sync(lanes, field.known);
     if (found == 0) continue;
@@ -79,7 +79,7 @@ __global__ void __launch_bounds__(kAlignThreads)
     };
     VoxelReader reader(view.origin_voxel, slotOf, arrayOf);
     addPoint(own, view, points[i], cutoff, [&](const Vec3f& p_L, const Vec3f& normal) {
-      return findTogether(p_L, normal, directional, cutoff, reader);
+      return findSurfaceInLanes(p_L, normal, directional, cutoff, reader);
     });
   }
   const auto* values = reinterpret_cast<const int64_t*>(&own);

@@ -56,21 +56,21 @@ class BlockMesher {
   }
 
   /// Enqueues an extraction of what changed up to the event.
-  /// @param most_dirty Upper limit for the number of blocks with changed voxels.
-  /// @param most_painted Upper limit for the number of blocks with changed colours.
-  /// @param least_evidence Evidence that a voxel needs to be known.
-  void begin(const MapView& map, const Event& map_ready, size_t most_dirty, size_t most_painted,
-             int32_t least_evidence) {
+  /// @param max_dirty Upper limit for the number of blocks with changed voxels.
+  /// @param max_painted Upper limit for the number of blocks with changed colours.
+  /// @param min_evidence Evidence that a voxel needs to be known.
+  void begin(const MapView& map, const Event& map_ready, size_t max_dirty, size_t max_painted,
+             int32_t min_evidence) {
     map_ = map;
-    least_evidence_ = least_evidence;
+    min_evidence_ = min_evidence;
     prepare();
     is_prepared_ = false;
     stream_.waitFor(map_ready);
     stream_.record(begun_);
-    const size_t most_blocks =
-        std::min<size_t>(map.slot_count, most_dirty * kBlocksAround + most_painted * kUnitReach);
-    slots_.reserve(most_blocks, stream_);
-    records_.reserve(most_blocks, stream_);
+    const size_t max_blocks =
+        std::min<size_t>(map.slot_count, max_dirty * kBlocksAround + max_painted * kUnitReach);
+    slots_.reserve(max_blocks, stream_);
+    records_.reserve(max_blocks, stream_);
     if (hasColours()) colours_.reserveExactly(vertices_.capacity(), stream_);
     ++stamp_;
     enqueueIndices();
@@ -127,8 +127,8 @@ class BlockMesher {
 
   /// Whether blocks that have not changed since the last extraction have labels for this much
   /// evidence.
-  bool hasLabelled(int32_t least_evidence) const {
-    return stamp_ > 0 && least_evidence_ == least_evidence;
+  bool hasLabelled(int32_t min_evidence) const {
+    return stamp_ > 0 && min_evidence_ == min_evidence;
   }
 
   /// Whether the last mesh that finish() returned for a slot's block has triangles. Taken when the
@@ -152,7 +152,7 @@ class BlockMesher {
     view.capacity = {static_cast<uint32_t>(vertices_.capacity()),
                      static_cast<uint32_t>(triangles_.capacity())};
     view.stamp = stamp_;
-    view.least_evidence = least_evidence_;
+    view.min_evidence = min_evidence_;
     view.directional = directional_;
     view.refined = refined_;
     view.rules = rules_;
@@ -227,9 +227,9 @@ class BlockMesher {
 
   /// Copies the blocks, on several threads if there are many.
   std::vector<BlockMesh> copyBlocks(const std::vector<MeshRecord>& records) const {
-    constexpr size_t kLeastOfThread = 512, kMostThreads = 4;
+    constexpr size_t kMinOfThread = 512, kMaxThreads = 4;
     std::vector<BlockMesh> blocks(records.size());
-    const size_t parts = std::clamp<size_t>(records.size() / kLeastOfThread, 1, kMostThreads);
+    const size_t parts = std::clamp<size_t>(records.size() / kMinOfThread, 1, kMaxThreads);
     parallelFor(parts, 0, [&](size_t part) {
       const size_t end = records.size() * (part + 1) / parts;
       for (size_t i = records.size() * part / parts; i < end; ++i)
@@ -247,7 +247,7 @@ class BlockMesher {
   bool is_prepared_ = false;
   MapView map_ = {};
   uint32_t stamp_ = 0;
-  int32_t least_evidence_ = 0;
+  int32_t min_evidence_ = 0;
   DeviceBuffer<MeshTotals> totals_;
   PinnedBuffer<MeshTotals> pinned_totals_;  ///< Written in place by a kernel.
   DeviceBuffer<int32_t> slots_;

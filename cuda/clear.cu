@@ -44,8 +44,8 @@ struct JudgedVoxels {
 
 /// Threads that clear a block: one per voxel, since most of them only wait for memory.
 constexpr int kClearThreads = kVoxelsPerBlock;
-constexpr int kMostPerThread = kDirectionCount * kVoxelsPerBlock / kClearThreads;
-static_assert(kMostPerThread <= 16, "two bits for each voxel that a thread judges");
+constexpr int kMaxPerThread = kDirectionCount * kVoxelsPerBlock / kClearThreads;
+static_assert(kMaxPerThread <= 16, "two bits for each voxel that a thread judges");
 
 constexpr uint32_t kCoveredBit = 1u << 15;
 static_assert(kDirectionCount * kVoxelsPerBlock <= kCoveredBit, "a bit is left");

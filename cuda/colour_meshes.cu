@@ -73,12 +73,12 @@ __device__ void colourEdges(const MeshView& mesh, const MeshRecord& record, Colo
     VertexColour colour{0, 0, 0, 255};
     if (!isMiddle(number)) {
       shared.vertex_of[edge] = static_cast<uint16_t>(i);
-      colour = ownColour(shared.corners, edge, directional);
+      colour = colourOnEdge(shared.corners, edge, directional);
     }
     if (__syncthreads_or(colour.painted == 0)) {  // a rare case
       if (!knows_painted) findPainted(shared.corners);
       knows_painted = true;
-      if (colour.painted == 0) colour = colourBeside(shared.corners, edge, directional);
+      if (colour.painted == 0) colour = colourNearEdge(shared.corners, edge, directional);
     }
     if (!isMiddle(number)) mesh.colours[record.first_vertex + i] = colour;
   }
@@ -102,7 +102,7 @@ __device__ void colourMiddles(const MeshView& mesh, const MeshRecord& record,
 __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   __shared__ ColourShared shared;
-  if (threadIdx.x == 0) shared.corners.voxels.least_evidence = mesh.least_evidence;
+  if (threadIdx.x == 0) shared.corners.voxels.min_evidence = mesh.min_evidence;
   const uint32_t count = mesh.totals->reached + mesh.totals->adjoining;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const MeshRecord record = mesh.records[b];

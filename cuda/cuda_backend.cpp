@@ -60,7 +60,7 @@ class CudaBackend : public MapBackend {
       try {
         return maker->make(task, squares);
       } catch (const BackendError& error) {
-        if (!error.lacksMemory()) throw;
+        if (!error.isOutOfMemory()) throw;
         return false;
       }
     };
@@ -133,7 +133,7 @@ class CudaBackend : public MapBackend {
   void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>&) override {
     fusion_.castAndFold(*sensing_, surfels_, map_.view(), block_finder_.view(), counters_);
     clearing_.findLooks(*sensing_, map_.view(), block_finder_.view(), frame_number);
-    most_dirty_ += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
+    max_dirty_ += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
     clearing_.clear(*sensing_, map_.view(), block_finder_.view(), counters_, fusion_.covered(),
                     frame_number);
     mesher_.prepare();
@@ -145,9 +145,9 @@ class CudaBackend : public MapBackend {
   }
 
   void takeColours(const ColourFrame& frame) override { painter_.takeImage(frame); }
-  SeenColours look(const FrameView& view, int32_t least_evidence,
+  SeenColours look(const FrameView& view, int32_t min_evidence,
                    const std::vector<int32_t>& in_view) override {
-    painter_.look(view, least_evidence, in_view, table_.paintedExtent(), map_.view());
+    painter_.look(view, min_evidence, in_view, table_.paintedExtent(), map_.view());
     const LookCounters& seen = painter_.counters();
     if (seen.seen == 0) return {};
     return {true, seen.sums, painter_.fetchRequests()};
@@ -155,26 +155,26 @@ class CudaBackend : public MapBackend {
 
   void paint(const Exposure& exposure) override {
     painter_.paint(exposure, map_.view());
-    most_painted_ += std::min(painter_.counters().seen, painter_.counters().blocks);
+    max_painted_ += std::min(painter_.counters().seen, painter_.counters().blocks);
   }
 
   void render(const ViewRequest& request, RenderedView& view) override {
     waitForMeshes();  // they read labels, which rendering updates
-    const bool is_labelled = most_dirty_ == 0 && mesher_.hasLabelled(request.least_evidence);
+    const bool is_labelled = max_dirty_ == 0 && mesher_.hasLabelled(request.min_evidence);
     renderer_.render(request, map_.view(), is_labelled, view);
   }
 
   void markAll(const MeshMarks& marks) override {
     if (marks.dirty) map_.markAllDirty();
     if (marks.painted) map_.keepColours();
-    most_dirty_ += marks.dirty ? table_.slotCount() : 0;
-    most_painted_ += marks.painted ? table_.slotCount() : 0;
+    max_dirty_ += marks.dirty ? table_.slotCount() : 0;
+    max_painted_ += marks.painted ? table_.slotCount() : 0;
   }
 
-  void beginMesh(int32_t least_evidence) override {
+  void beginMesh(int32_t min_evidence) override {
     stream_.record(map_ready_);
-    mesher_.begin(map_.view(), map_ready_, most_dirty_, most_painted_, least_evidence);
-    most_dirty_ = most_painted_ = 0;
+    mesher_.begin(map_.view(), map_ready_, max_dirty_, max_painted_, min_evidence);
+    max_dirty_ = max_painted_ = 0;
     block_finder_.prepare();
     map_.reserveAhead(table_);
   }
@@ -206,7 +206,7 @@ class CudaBackend : public MapBackend {
     for (const int32_t slot : changes.slots) {
       map_.note(makeSlotUpdate(table_.block(slot), slot, changes.dirty));
     }
-    if (changes.dirty) most_dirty_ += changes.slots.size();
+    if (changes.dirty) max_dirty_ += changes.slots.size();
     if (!mesher_.isUnderWay()) map_.sendChanges();
   }
 
@@ -235,7 +235,7 @@ class CudaBackend : public MapBackend {
               const MeshStates* given) override {
     record_mover_.upload(map_.voxels(), order.arrays, contents.voxels.data());
     record_mover_.upload(map_.colours(), order.bricks, contents.colours.data());
-    if (given != nullptr) giveStates(order.slots, *given);
+    if (given != nullptr) setStates(order.slots, *given);
   }
 
   /// Tests only the view frustum, so some of the selected blocks may show no free space.
@@ -268,8 +268,8 @@ class CudaBackend : public MapBackend {
 
   void setMarks(const std::vector<MarkedSlot>& marked) override {
     map_.setMarks(marked);
-    most_dirty_ += marked.size();
-    most_painted_ += marked.size();
+    max_dirty_ += marked.size();
+    max_painted_ += marked.size();
   }
 
  private:
@@ -281,14 +281,14 @@ class CudaBackend : public MapBackend {
     sensor_.findFreeDepths(*sensing_);
   }
 
-  bool hasMarks() const { return most_dirty_ + most_painted_ > 0; }
+  bool hasMarks() const { return max_dirty_ + max_painted_ > 0; }
   /// Does not ask the device if the host knows that nothing is marked.
   std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots) {
     return hasMarks() ? map_.takeMarks(slots) : std::vector<MeshMarks>(slots.size());
   }
 
   /// Sets the labels and marks of slots, and drops marks of their previous blocks.
-  void giveStates(const std::vector<int32_t>& slots, const MeshStates& given) {
+  void setStates(const std::vector<int32_t>& slots, const MeshStates& given) {
     record_mover_.upload(map_.labels(), slots, given.labels.data());
     takeMarks(slots);
     std::vector<MarkedSlot> marked;
@@ -309,8 +309,8 @@ class CudaBackend : public MapBackend {
   void findMore() {
     if (counters_.usable_surfels > surfels_.room) {
       block_finder_.begin();
-      surfels_ = surfel_maker_.makeMoreSurfels(*sensing_, counters_.usable_surfels,
-                                               block_finder_.usableSurfels());
+      surfels_ = surfel_maker_.remakeSurfels(*sensing_, counters_.usable_surfels,
+                                             block_finder_.usableSurfels());
     } else {
       block_finder_.grow();
     }
@@ -343,7 +343,7 @@ class CudaBackend : public MapBackend {
   std::optional<DeviceSensing> sensing_;  ///< From the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
-  size_t most_dirty_ = 0, most_painted_ = 0;  ///< Limits of the device's lists.
+  size_t max_dirty_ = 0, max_painted_ = 0;  ///< Limits of the device's lists.
 };
 
 }  // namespace

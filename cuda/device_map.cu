@@ -117,19 +117,21 @@ void DeviceMap::reserve(const BlockTable& table, size_t new_blocks, size_t new_a
 
 void DeviceMap::noteDemand(const PoolSizes& asked) {
   const auto fading = [](size_t most, size_t now) { return std::max(most - most / 4, now); };
-  lately_ = {fading(lately_.slots, asked.slots), fading(lately_.arrays, asked.arrays)};
+  recent_demand_ = {fading(recent_demand_.slots, asked.slots),
+                    fading(recent_demand_.arrays, asked.arrays)};
 }
 
 /// Reserves what grows most often, for several frames at a time. Does nothing if memory is short.
 void DeviceMap::reserveAhead(const BlockTable& table) {
   constexpr size_t kFrames = 8;
-  const PoolSizes next = table.sizesAfter(lately_.slots, lately_.arrays);
-  const PoolSizes most = table.sizesAfter(kFrames * lately_.slots, kFrames * lately_.arrays);
+  const PoolSizes next = table.sizesAfter(recent_demand_.slots, recent_demand_.arrays);
+  const PoolSizes most =
+      table.sizesAfter(kFrames * recent_demand_.slots, kFrames * recent_demand_.arrays);
   try {
     unit_labels_.reserveAhead(next.slots, most.slots, stream_);
     voxels_.reserveAhead(next.arrays, most.arrays, stream_);
   } catch (const BackendError& error) {
-    if (!error.lacksMemory()) throw;
+    if (!error.isOutOfMemory()) throw;
   }
 }
 

@@ -144,8 +144,9 @@ class DeviceMap {
   void reserveHash(size_t new_blocks, size_t live_blocks);
 
   const Stream& stream_;
-  PoolSizes lately_ = {0, 0};  ///< The most that a recent frame has asked for; fades with time.
-  size_t slot_count_ = 0;      ///< Slots that hold, or held, a block.
+  PoolSizes recent_demand_ = {0,
+                              0};  ///< The most that a recent frame has asked for; fades with time.
+  size_t slot_count_ = 0;          ///< Slots that hold, or held, a block.
   size_t hash_used_ = 0;  ///< Upper bound of the table's places in use, released ones included.
   DeviceBuffer<PackedKey> hash_keys_;
   DeviceBuffer<int32_t> hash_slots_;

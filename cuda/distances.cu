@@ -16,15 +16,15 @@ static_assert(kSectorSide == kWarp, "a lane for each x");
 /// Cells per thread along y in the first kernel, and along z in the second.
 constexpr int kRowsPerThread = kSectorSide / kWarps, kCellsPerThread = kCubeSide;
 
-constexpr int kMostRing = 8;  // for a reach of 255 cells
-constexpr int kMostWords = 2 * kMostRing + 1;
+constexpr int kMaxRing = 8;  // for a reach of 255 cells
+constexpr int kMaxWords = 2 * kMaxRing + 1;
 constexpr int kRowsAtOnce = 3 * kWarp;  ///< A whole window if the reach is at most 32.
 
 /// The smallest squared distances along x and y in a plane. One block of threads per plane of a
 /// stack.
 __global__ void __launch_bounds__(kThreads)
     planeDistancesKernel(DistanceTask task, uint16_t* planes) {
-  __shared__ uint32_t words[kRowsAtOnce * kMostWords];
+  __shared__ uint32_t words[kRowsAtOnce * kMaxWords];
   __shared__ uint16_t along_x[kRowsAtOnce][kSectorSide];
   __shared__ uint32_t rows_with_any[kRowsAtOnce / kWarp];
   const SectorStack stack = task.stacks[blockIdx.y];
@@ -69,7 +69,7 @@ __global__ void __launch_bounds__(kThreads)
     out[i * kSectorSide] = squaredWithin(least[i], task.reach);
   }
 }
-static_assert(kMostWords <= kWarp, "a lane for each word");
+static_assert(kMaxWords <= kWarp, "a lane for each word");
 
 /// The smallest squared distances of four cubes in a row, now along z too. One block of threads per
 /// row of cubes.
@@ -216,7 +216,7 @@ DistanceTask DistanceMaker::upload(const DistanceTask& task, const SquaresPlace*
 bool DistanceMaker::make(const DistanceTask& task,
                          std::vector<std::shared_ptr<uint16_t[]>>& squares) {
   const auto wanted = static_cast<size_t>(task.wanted);
-  if (!pool_->hasRoomFor(squares, most_bytes_)) return false;
+  if (!pool_->hasRoomFor(squares, max_bytes_)) return false;
   const auto planes = static_cast<size_t>(task.plane_count);
   results_.resize(wanted);
   is_near_.reserve(wanted);
@@ -228,11 +228,11 @@ bool DistanceMaker::make(const DistanceTask& task,
   const SquaresPlace* results = nullptr;
   const DistanceTask on_device = upload(task, results);
   const auto stacks = static_cast<unsigned>(task.stack_count);
-  const int32_t most_sectors = (task.most_planes - 2 * task.reach) / kSectorSide;
-  launch("planeDistancesKernel", planeDistancesKernel, dim3(task.most_planes, stacks), kThreads, 0,
+  const int32_t max_sectors = (task.max_planes - 2 * task.reach) / kSectorSide;
+  launch("planeDistancesKernel", planeDistancesKernel, dim3(task.max_planes, stacks), kThreads, 0,
          stream_, on_device, planes_.data());
   launchOverlapped("sectorDistancesKernel", sectorDistancesKernel,
-                   dim3(most_sectors * kCubesAlong * kCubesAlong, stacks), kThreads, 0, stream_,
+                   dim3(max_sectors * kCubesAlong * kCubesAlong, stacks), kThreads, 0, stream_,
                    on_device, planes_.data(), results, is_near_.data());
   stream_.synchronize();
   for (size_t i = 0; i < wanted; ++i) {

@@ -53,7 +53,7 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
 class DistanceMaker {
  public:
   /// @param most_bytes Limit for squares on the device; the host needs the same again.
-  explicit DistanceMaker(size_t most_bytes) : most_bytes_(most_bytes) {}
+  explicit DistanceMaker(size_t most_bytes) : max_bytes_(most_bytes) {}
   ~DistanceMaker() { stream_.drain(); }
 
   /// Implements DistanceWork, on its own stream. @return false if the limit would be exceeded.
@@ -65,7 +65,7 @@ class DistanceMaker {
  private:
   DistanceTask upload(const DistanceTask& task, const SquaresPlace*& results);
 
-  const size_t most_bytes_;
+  const size_t max_bytes_;
   Stream stream_;
   std::shared_ptr<SquaresPool> pool_ = std::make_shared<SquaresPool>();
   PinnedBuffer<char> staged_;

@@ -65,7 +65,7 @@ struct UnitOfGrid {
     return (observedDirections(sides) >> d & 1) != 0;
   }
   __device__ __forceinline__ bool maySpeak(int d) const {
-    return (mayBeSpeaking(sides) >> d & 1) != 0;
+    return (possibleSpeakers(sides) >> d & 1) != 0;
   }
 };
 
@@ -145,7 +145,7 @@ __global__ void __launch_bounds__(kThreads, 4) indexBlocksKernel(MapView map, Me
     const BlockKey key = keyOfSlot(map, slot);
     if (threadIdx.x == 0) {
       block.present = block.count = 0;
-      block.arrays.least_evidence = mesh.least_evidence;
+      block.arrays.min_evidence = mesh.min_evidence;
     }
     __syncthreads();
     if (threadIdx.x < kCornerBlocks) {

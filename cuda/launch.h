@@ -27,12 +27,12 @@ inline dim3 rowGrid(const FrameView& frame, int stretch = kThreads) {
 
 /// Whether kernels of this binary wait for the previous kernel themselves; the same for all of
 /// them.
-inline bool waitThemselves(const void* kernel) {
+inline bool kernelsCanOverlap(const void* kernel) {
   static const bool they_do = [kernel] {
-    constexpr int kLeastVersion = 90;
+    constexpr int kMinVersion = 90;
     cudaFuncAttributes attributes;
     if (cudaFuncGetAttributes(&attributes, kernel) != cudaSuccess) return false;
-    return attributes.ptxVersion >= kLeastVersion;
+    return attributes.ptxVersion >= kMinVersion;
   }();
   return they_do;
 }
@@ -64,7 +64,7 @@ void launchOverlapped(const char* name, void (*kernel)(Parameters...), dim3 bloc
   early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
   early.val.programmaticStreamSerializationAllowed = 1;
   config.attrs = &early;
-  config.numAttrs = stream.startsEarly() && waitThemselves(address) ? 1 : 0;
+  config.numAttrs = stream.startsEarly() && kernelsCanOverlap(address) ? 1 : 0;
   cudaLaunchKernelExC(&config, address, addresses);
 #else
   cudaLaunchKernel(address, blocks, dim3(threads), addresses, shared_bytes, stream.get());

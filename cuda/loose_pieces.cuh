@@ -10,7 +10,7 @@ namespace gpu {
 
 static_assert(kThreads == kWindowSide * kWindowSide, "a thread for each row of a window");
 
-__device__ inline uint32_t orOfWarp(uint32_t bits) {
+__device__ inline uint32_t warpOr(uint32_t bits) {
 #if __CUDA_ARCH__ >= 800
   return __reduce_or_sync(~0u, bits);
 #else
@@ -22,7 +22,7 @@ __device__ inline uint32_t orOfWarp(uint32_t bits) {
 
 /// The row of a thread.
 __device__ inline int rowOf(int thread) {
-  return windowRow(thread % kWindowSide - kMostLooseUnits, thread / kWindowSide - kMostLooseUnits);
+  return windowRow(thread % kWindowSide - kMaxLooseUnits, thread / kWindowSide - kMaxLooseUnits);
 }
 
 /// Shared memory in which warps exchange their results.
@@ -57,8 +57,8 @@ class RowsAtOnce {
   template <class Bits>
   __device__ uint64_t allOf(const Bits& bits) const {
     const uint64_t own = bits(row_);
-    share(uint64_t{orOfWarp(static_cast<uint32_t>(own >> 32))} << 32 |
-          orOfWarp(static_cast<uint32_t>(own)));
+    share(uint64_t{warpOr(static_cast<uint32_t>(own >> 32))} << 32 |
+          warpOr(static_cast<uint32_t>(own)));
     uint64_t all = 0;
     for (const uint64_t warp : warps_) all |= warp;
     __syncthreads();
@@ -105,14 +105,14 @@ struct CornerLabels {
 
   __device__ UnitLabels operator()(const Vec3i& unit) const {
     const auto* labels = reinterpret_cast<const UnitLabels*>(four[rowOf(unit)]);
-    return labels[unit.x + kMostLooseUnits];
+    return labels[unit.x + kMaxLooseUnits];
   }
 };
 
 /// Reads this thread's row of the window, and copies its labels if they are around corners.
 /// @return a bit for each of its units that has a surface.
 __device__ inline uint32_t takeLabels(const LabelNeighbourhood& around, CornerLabels& labels) {
-  static_assert(kMostLooseUnits == 4 && kBlockSide == 8, "half a row of a block on either side");
+  static_assert(kMaxLooseUnits == 4 && kBlockSide == 8, "half a row of a block on either side");
   const Vec3i first = firstOfRow(rowOf(static_cast<int>(threadIdx.x)));
   uint64_t four[kWindowSide / 4];
 #pragma unroll  // all reads are issued before the first is needed
@@ -133,17 +133,17 @@ __device__ inline uint32_t takeLabels(const LabelNeighbourhood& around, CornerLa
 /// Writes the units of loose pieces to `small` of a window; all threads see them after their next
 /// barrier. All threads of the block must call it, each with the surface in its row.
 __device__ inline void findLoosePieces(const LabelNeighbourhood& labels, uint32_t surface,
-                                       int most_units, WarpBits& warps, LooseWindow& window) {
+                                       int max_units, WarpBits& warps, LooseWindow& window) {
   const RowsAtOnce rows(warps);
   for (int i = threadIdx.x; i < kWindowRows; i += kThreads) window.piece[i] = window.small[i] = 0;
-  if (most_units == 0) return;
+  if (max_units == 0) return;
   rows.each([&](int row) { window.surface[row] = static_cast<uint16_t>(surface); });
-  LoosePieces(rows, labels, most_units, window).find();
+  LoosePieces(rows, labels, max_units, window).find();
 }
 
 /// @param unit A unit of the block.
 __device__ inline bool isLoose(const LooseWindow& window, const Vec3i& unit) {
-  return (window.small[windowRow(unit.y, unit.z)] >> (unit.x + kMostLooseUnits) & 1) != 0;
+  return (window.small[windowRow(unit.y, unit.z)] >> (unit.x + kMaxLooseUnits) & 1) != 0;
 }
 
 }  // namespace gpu

@@ -58,10 +58,10 @@ struct MeshBlockShared {
 static_assert(sizeof(MeshBlockShared) <= 16 * 1024 - 16,
               "four at a time where a multiprocessor has 64 KiB, with what isLastBlock() needs");
 
-__device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t least_evidence,
+__device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t min_evidence,
                             MeshBlockShared& shared) {
   const int t = threadIdx.x;
-  if (t == 0) shared.arrays.least_evidence = least_evidence;
+  if (t == 0) shared.arrays.min_evidence = min_evidence;
   if (t < kBlocksAround) {
     const int32_t slot = findSlot(map, packKey(key + aroundOffset(t)));
     findArrays(map, slot, shared.arrays.array[t]);
@@ -72,7 +72,7 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t lea
 }
 
 /// Finds out which corners are behind the surface. All threads of the block must call it.
-__device__ void settleCorners(MeshBlockShared& shared) {
+__device__ void decideCorners(MeshBlockShared& shared) {
   for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
     shared.behind[i] = isBehindForMost(cornerBalance(shared.window.labels, cornerAt(i))) ? 1 : 0;
   }
@@ -164,7 +164,7 @@ template <class Index>
 __device__ bool countGap(const MeshSettings& rules, const BlockVertex* vertices,
                          const Index* corner, uint32_t& gaps) {
   const bool is_gap =
-      standsInGap(rules, vertices[corner[0]], vertices[corner[1]], vertices[corner[2]]);
+      spansGap(rules, vertices[corner[0]], vertices[corner[1]], vertices[corner[2]]);
   if (is_gap) ++gaps;
   return is_gap;
 }
@@ -239,7 +239,7 @@ __device__ bool anyUnitSpeaks(const UnitLabels* labels) {
 }
 
 /// Writes the totals to the host. Called by the last block of threads.
-__device__ void handOverTotals(const MeshView& mesh) {
+__device__ void writeTotals(const MeshView& mesh) {
   MeshTotals& totals = *mesh.host_totals;
   totals.reached = mesh.totals->reached;
   totals.adjoining = mesh.totals->adjoining;
@@ -261,9 +261,9 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
       if (threadIdx.x == 0) mesh.records[b] = {map.slots[slot].key, slot, 0, 0, 0, 0, 0};
       continue;
     }
-    gatherBlock(map, keyOfSlot(map, slot), mesh.least_evidence, shared);
+    gatherBlock(map, keyOfSlot(map, slot), mesh.min_evidence, shared);
     const uint32_t surface = takeLabels(shared.labels_around, shared.window.labels);
-    findLoosePieces(shared.labels_around, surface, mesh.rules.most_loose_units, shared.window.warps,
+    findLoosePieces(shared.labels_around, surface, mesh.rules.max_loose_units, shared.window.warps,
                     shared.window.pieces);
     __syncthreads();
     if (threadIdx.x == 0) {
@@ -271,7 +271,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
       shared.record.slot = slot;
       shared.record.gaps = 0;
     }
-    settleCorners(shared);
+    decideCorners(shared);
     UnitIndices regular[kUnitsPerThread];
     const uint32_t own_triangles = regulariseUnits(mesh, shared, regular);
     uint32_t middles = 0, middles_before = 0;
@@ -298,7 +298,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
     __syncthreads();
     if (threadIdx.x == 0) mesh.records[b] = shared.record;
   }
-  if (isLastBlock(&mesh.totals->finished, gridDim.x) && threadIdx.x == 0) handOverTotals(mesh);
+  if (isLastBlock(&mesh.totals->finished, gridDim.x) && threadIdx.x == 0) writeTotals(mesh);
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ __global__ void makePixelSurfelsKernel(DeviceSensing on_device, SurfelSettings s
 
 /// The place of each lane's `wanted` surfels in the list. A full warp reserves its places with one
 /// atomic.
-__device__ uint32_t takePlaces(uint32_t wanted, uint32_t* count) {
+__device__ uint32_t reservePlaces(uint32_t wanted, uint32_t* count) {
   using Scan = cub::WarpScan<uint32_t>;
   __shared__ typename Scan::TempStorage scan[kRowThreads / 32];
   uint32_t before, total, first = 0;
@@ -84,7 +84,7 @@ __global__ void __launch_bounds__(kRowThreads, 8)
       single = subdividedPixel(sensing, {u, v}, fitColumn(sensing, {u, v}, settings), settings);
       found = single.plane.trust > 0.0f ? subpixelCount(single.subdivision) : 0;
     }
-    const uint32_t place = takePlaces(found, count);
+    const uint32_t place = reservePlaces(found, count);
     for (uint32_t i = 0; i < found && place + i < room; ++i) {
       surfels[place + i] = merged.weight > 0.0f
                                ? merged
@@ -124,8 +124,8 @@ DeviceSurfels SurfelMaker::makeSurfels(const DeviceSensing& sensing, uint32_t* c
   return listSurfels(sensing, count);
 }
 
-DeviceSurfels SurfelMaker::makeMoreSurfels(const DeviceSensing& sensing, uint32_t surfels,
-                                           uint32_t* count) {
+DeviceSurfels SurfelMaker::remakeSurfels(const DeviceSensing& sensing, uint32_t surfels,
+                                         uint32_t* count) {
   surfels_.reserve(surfels, stream_);
   return listSurfels(sensing, count);
 }

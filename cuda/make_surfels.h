@@ -32,7 +32,7 @@ class SurfelMaker {
   DeviceSurfels makeSurfels(const DeviceSensing& sensing, uint32_t* count);
 
   /// Makes the surfels of the same frame again, with more room.
-  DeviceSurfels makeMoreSurfels(const DeviceSensing& sensing, uint32_t surfels, uint32_t* count);
+  DeviceSurfels remakeSurfels(const DeviceSensing& sensing, uint32_t surfels, uint32_t* count);
 
   void addMemory(MapperMemory& memory) const;
 

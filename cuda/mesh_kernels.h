@@ -48,8 +48,8 @@ struct MeshView {
   BlockTriangle* triangles;
   VertexColour* colours;  ///< One per vertex; null while nothing is painted.
   MeshSize capacity;
-  uint32_t stamp;          ///< Number of this extraction.
-  int32_t least_evidence;  ///< Evidence that a voxel needs to be known.
+  uint32_t stamp;        ///< Number of this extraction.
+  int32_t min_evidence;  ///< Evidence that a voxel needs to be known.
   int32_t directional, refined;
   MeshSettings rules;
 };

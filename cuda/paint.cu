@@ -182,16 +182,16 @@ __device__ int32_t warpSum(int32_t value) {
 }
 
 /// Adds a warp's sum, which fits into 32 bits for one array.
-__device__ void addWarpsSum(int64_t* to, int64_t part) {
+__device__ void addWarpSum(int64_t* to, int64_t part) {
   const int32_t sum = warpSum(static_cast<int32_t>(part));
   if (threadIdx.x % warpSize == 0) addAtomically(to, sum);
 }
 
 /// Adds each thread's sums to `sums`, in shared memory. All threads must call it.
-__device__ void addWarpsSums(ExposureSums& sums, const ExposureSums& part) {
+__device__ void addWarpSums(ExposureSums& sums, const ExposureSums& part) {
   static_assert(kVoxelsPerBlock * 255 * 255 < (1 << 30), "fits 32 bits");
   if (!__any_sync(~0u, part.voxels != 0)) return;
-  visitSums(sums, part, [](int64_t& sum, int64_t of_thread) { addWarpsSum(&sum, of_thread); });
+  visitSums(sums, part, [](int64_t& sum, int64_t of_thread) { addWarpSum(&sum, of_thread); });
 }
 
 /// Adds what was found in an array to the image's counters. Called by one thread.
@@ -211,7 +211,7 @@ __device__ void report(const LookView& look, PackedKey key, const ArrayLook& fou
 __device__ void keepSample(const LookView& look, const FoundSample& found) {
   const unsigned long long n =
       atomicAdd(reinterpret_cast<unsigned long long*>(&look.counters->samples), 1ull);
-  if (n < look.most_samples) look.samples[n] = found;
+  if (n < look.max_samples) look.samples[n] = found;
 }
 
 /// Finds what the image shows of a voxel.
@@ -229,7 +229,7 @@ __device__ void lookAt(const ColourSensing& sensing, const MapView& map, const L
     return;
   }
   const VoxelColour seen{sample.red, sample.green, sample.blue, 0};
-  if (tellsExposure(*colour, seen, sample.weight, sensing.view.rules)) {
+  if (isUsableForExposure(*colour, seen, sample.weight, sensing.view.rules)) {
     addToSums(sums, *colour, seen);
   }
 }
@@ -251,7 +251,7 @@ __global__ void __launch_bounds__(kArrayThreads, 8)
       lookAt(sensing, map, look, array, list.voxel[n], sums, found);
     }
     __syncwarp();
-    addWarpsSums(found.sums, sums);
+    addWarpSums(found.sums, sums);
     __syncthreads();
     if (threadIdx.x == 0) report(look, array.key, found);
     __syncthreads();
@@ -314,11 +314,10 @@ void Painter::takeImage(const ColourFrame& frame) {
   image_stream_.record(taken_);
 }
 
-void Painter::look(const FrameView& view, int32_t least_evidence,
-                   const std::vector<int32_t>& in_view, const BlockExtent& painted,
-                   const MapView& map) {
+void Painter::look(const FrameView& view, int32_t min_evidence, const std::vector<int32_t>& in_view,
+                   const BlockExtent& painted, const MapView& map) {
   painted_ = painted;
-  sensing_.view = {settings_, view, least_evidence};
+  sensing_.view = {settings_, view, min_evidence};
   takeCandidates(in_view);
   stream_.waitFor(taken_);
   findHiding(map);

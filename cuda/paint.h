@@ -35,7 +35,7 @@ struct FoundSample {
 struct LookView {
   LookCounters* counters;
   FoundSample* samples;  ///< Those that do not fit are only counted.
-  uint64_t most_samples;
+  uint64_t max_samples;
   const int32_t* candidates;  ///< Slots of blocks that may be in view, and possibly others.
   uint32_t candidate_count;
   int32_t* arrays;  ///< The voxel arrays in view: kDirectionCount * slot + direction.
@@ -57,7 +57,7 @@ class Painter {
   /// Finds what the image shows of the map's surfaces, of which only those in `painted` are
   /// painted. Waits for the result.
   /// @throws BackendError if memory runs out; the map is not changed.
-  void look(const FrameView& view, int32_t least_evidence, const std::vector<int32_t>& in_view,
+  void look(const FrameView& view, int32_t min_evidence, const std::vector<int32_t>& in_view,
             const BlockExtent& painted, const MapView& map);
   const LookCounters& counters() const { return pinned_counters_[0]; }
 

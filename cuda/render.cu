@@ -19,7 +19,7 @@ constexpr MeshSize kFirstMeshes = {1 << 17, 1 << 18};
 /// The threads that draw a triangle, one for each pixel of a patch.
 constexpr int kPatchWidth = 4, kPatchHeight = 2, kLanes = kPatchWidth * kPatchHeight;
 static_assert(4 * kLanes == 32, "a warp draws large ones, by patches twice as wide and high");
-constexpr int kMostPatches = 8;  ///< Triangles of more patches are large.
+constexpr int kMaxPatches = 8;  ///< Triangles of more patches are large.
 
 /// One thread per slot. Selects blocks that a view may show, and those whose labels it needs.
 __global__ void __launch_bounds__(kThreads)
@@ -41,17 +41,17 @@ struct DrawnBlock {
   const BlockTriangle* triangles;
   const VertexColour* colours;
   Vec3i* shares;
-  SeenVertex* seen;
+  ProjectedVertex* seen;
 };
 
 /// Finds where a block's vertices are seen, and their normals from the block's triangles. All
 /// threads of the block must call it.
-__device__ void seeVertices(const RenderJob& job, const MeshRecord& record,
-                            const DrawnBlock& block) {
+__device__ void projectVertices(const RenderJob& job, const MeshRecord& record,
+                                const DrawnBlock& block) {
   const Vec3f first = toFloat(firstVoxelOfBlock(unpackKey(record.key)) - job.frame.origin_voxel);
   for (uint32_t i = threadIdx.x; i < record.vertices; i += blockDim.x) {
     block.shares[i] = {0, 0, 0};
-    block.seen[i] = seeVertex(job.frame, first + block.vertices[i].position);
+    block.seen[i] = projectVertex(job.frame, first + block.vertices[i].position);
   }
   __syncthreads();
   for (uint32_t i = threadIdx.x; i < record.triangles; i += blockDim.x) {
@@ -82,12 +82,12 @@ __device__ void drawKey(ViewKey& pixel, ViewKey key) {
 
 struct SeenTriangle {
   const uint16_t* corner;
-  SeenVertex a, b, c;
+  ProjectedVertex a, b, c;
   DrawnTriangle drawn;
 
   __device__ bool isLarge() const {
     return drawn.is_drawn &&
-           (drawn.u1 - drawn.u0 + 1) * (drawn.v1 - drawn.v0 + 1) > kMostPatches * kLanes;
+           (drawn.u1 - drawn.u0 + 1) * (drawn.v1 - drawn.v0 + 1) > kMaxPatches * kLanes;
   }
 };
 
@@ -157,7 +157,7 @@ __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, Mesh
                            mesh.triangles + record.first_triangle,
                            mesh.colours == nullptr ? nullptr : mesh.colours + record.first_vertex,
                            job.shares + record.first_vertex, job.seen + record.first_vertex};
-    seeVertices(job, record, block);
+    projectVertices(job, record, block);
     for (uint32_t first = threadIdx.x / 32 * (32 / kLanes); first < record.triangles;
          first += blockDim.x / kLanes) {
       drawTriangles(job, block, first, record.triangles);
@@ -215,7 +215,7 @@ MeshView Renderer::meshView(const ViewRequest& request) {
   mesh.colours = request.has_colours ? vertex_colours_.data() : nullptr;
   mesh.capacity = {static_cast<uint32_t>(vertices_.capacity()),
                    static_cast<uint32_t>(triangles_.capacity())};
-  mesh.least_evidence = request.least_evidence;
+  mesh.min_evidence = request.min_evidence;
   mesh.directional = directional_;
   mesh.rules = rules_;
   return mesh;
@@ -265,10 +265,10 @@ void Renderer::drawBlocks(const ViewRequest& request, const RenderJob& job, cons
 /// Copies the images band by band, as soon as each is downloaded. Several threads copy while the
 /// caller waits; the others start while the device draws.
 void Renderer::fill(const ViewRequest& request, RenderedView& view) const {
-  constexpr size_t kPixelsOfThread = 1 << 16, kMostThreads = 4;
+  constexpr size_t kPixelsOfThread = 1 << 16, kMaxThreads = 4;
   const size_t pixels = pixelsOf(request.frame);
   resizeView(request.frame, request.has_colours, view);
-  const size_t threads = std::clamp<size_t>(pixels / kPixelsOfThread, 1, kMostThreads);
+  const size_t threads = std::clamp<size_t>(pixels / kPixelsOfThread, 1, kMaxThreads);
   const int device = currentDevice();
   parallelFor(kBands, static_cast<int>(threads), [&](size_t band) {
     useDevice(device);

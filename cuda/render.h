@@ -17,7 +17,7 @@ struct RenderJob {
   FrameView frame;
   int32_t painted;  ///< Whether colours are requested.
   Vec3i* shares;    ///< Sums of triangles' normals, per vertex.
-  SeenVertex* seen;
+  ProjectedVertex* seen;
   ViewKey* surfaces;  ///< Per pixel.
   ViewKey* colours;   ///< Per pixel, if colours are requested.
 };
@@ -56,7 +56,7 @@ class Renderer {
   DeviceBuffer<BlockVertex> vertices_;
   DeviceBuffer<VertexColour> vertex_colours_;
   DeviceBuffer<Vec3i> shares_;
-  DeviceBuffer<SeenVertex> seen_;
+  DeviceBuffer<ProjectedVertex> seen_;
   DeviceBuffer<BlockTriangle> triangles_;
   DeviceBuffer<ViewKey> surfaces_, colours_;
   DeviceBuffer<float> depth_;

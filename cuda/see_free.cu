@@ -14,8 +14,8 @@ __global__ void makeFreeLevelKernel(const float* below, int32_t width_below, int
                                     int32_t width, int32_t height, float* texels) {
   const auto i = static_cast<int64_t>(globalThread());
   if (i >= static_cast<int64_t>(width) * height) return;
-  texels[i] = leastBelow(below, width_below, height_below, static_cast<int32_t>(i % width),
-                         static_cast<int32_t>(i / width));
+  texels[i] = minBelow(below, width_below, height_below, static_cast<int32_t>(i % width),
+                       static_cast<int32_t>(i / width));
 }
 
 /// One block of threads per cube.

@@ -30,7 +30,7 @@ __device__ void countNoiseLine(const RawDepth& raw, const SurfelSettings& surfel
   const NoiseLinePlace place =
       noiseLinePlace(i % kNoisePoints, i / kNoisePoints, raw.width, raw.height);
   float line[kNoiseLength];
-  if (!takeNoiseLine(measured, raw.width, raw.height, place, line)) return;
+  if (!readNoiseLine(measured, raw.width, raw.height, place, line)) return;
   const float variance = noiseVariance(line, surfels);
   if (variance >= 0.0f) atomicAdd(&counts.bins[place.kind][noiseBin(variance)], 1u);
 }

@@ -54,7 +54,7 @@ void failCall(uint64_t n, cudaError_t code) {
   calls_to_failure = n;
 }
 
-bool isToFail() {
+bool shouldFail() {
   uint64_t left = calls_to_failure.load(std::memory_order_relaxed);
   if (left == 0) return false;  // always, except in tests
   if (left == 1) {
@@ -65,7 +65,7 @@ bool isToFail() {
   return false;
 }
 
-void failAsTold(const char* call, const char* file, int line) {
+void throwInjectedFailure(const char* call, const char* file, int line) {
   throwFailed(failure, placed(call, file, line));
 }
 
@@ -76,7 +76,7 @@ void checkCall(cudaError_t code, const char* call, const char* file, int line) {
 }
 
 void checkLaunch(const char* kernel) {
-  const cudaError_t code = isToFail() ? failure.load() : cudaGetLastError();
+  const cudaError_t code = shouldFail() ? failure.load() : cudaGetLastError();
   if (code != cudaSuccess) throwFailed(code, std::string("launch of ") + kernel);
 }
 

@@ -19,8 +19,8 @@ bool isLost(cudaError_t code);
 void failCall(uint64_t n, cudaError_t code);
 
 /// Counts a call that is about to be made. @return whether it has to fail.
-bool isToFail();
-[[noreturn]] void failAsTold(const char* call, const char* file, int line);
+bool shouldFail();
+[[noreturn]] void throwInjectedFailure(const char* call, const char* file, int line);
 
 /// @throws BackendError with the call, its file and line, and CUDA's message, unless `code` is
 /// success.
@@ -33,6 +33,6 @@ void checkLaunch(const char* kernel);
 }  // namespace gpu
 }  // namespace dtsdf
 
-#define DTSDF_CHECK_CUDA(call)                                                    \
-  (::dtsdf::gpu::isToFail() ? ::dtsdf::gpu::failAsTold(#call, __FILE__, __LINE__) \
-                            : ::dtsdf::gpu::checkCall((call), #call, __FILE__, __LINE__))
+#define DTSDF_CHECK_CUDA(call)                                                                \
+  (::dtsdf::gpu::shouldFail() ? ::dtsdf::gpu::throwInjectedFailure(#call, __FILE__, __LINE__) \
+                              : ::dtsdf::gpu::checkCall((call), #call, __FILE__, __LINE__))

@@ -58,11 +58,11 @@ class SlabPool {
   /// makes room for `most`, but grows by half at most: an allocation takes as long as half a frame,
   /// however small it is.
   void reserveAhead(size_t count, size_t most, const Stream& stream) {
-    constexpr size_t kLeastLeft = 8;  // times what is allocated
+    constexpr size_t kMinLeft = 8;  // times what is allocated
     const size_t there = slabs_.size(), least = slabsFor(count);
     if (least <= there) return;
     const size_t few = std::max(least, there + there / 8);
-    const size_t affordable = there + freeDeviceMemory() / (kLeastLeft * kSlabElements * sizeof(T));
+    const size_t affordable = there + freeDeviceMemory() / (kMinLeft * kSlabElements * sizeof(T));
     const size_t limit = std::min(affordable, table_.capacity());
     if (few > limit) return;
     reserve(std::clamp(std::min(slabsFor(most), there + there / 2), few, limit) * kSlabRecords,
@@ -86,7 +86,7 @@ class SlabPool {
     try {
       return DeviceBuffer<T>(slabs * kSlabElements);
     } catch (const BackendError& error) {
-      if (!error.lacksMemory() || slabs == least) throw;
+      if (!error.isOutOfMemory() || slabs == least) throw;
     }
     return DeviceBuffer<T>(least * kSlabElements);
   }

@@ -142,10 +142,10 @@ void checkFrame(const MapContents& contents, const std::string& map_frame);
 void checkLevel(const MapContents& contents, bool is_levelled);
 
 /// Smallest map/max_memory_mb with which a mapper of these settings can resume from the contents.
-int leastMemoryMb(const MapContents& contents, MapperParams params);
+int minMemoryMb(const MapContents& contents, MapperParams params);
 
 /// Largest size of a map in bytes, in memory and on disk.
-size_t mostMapBytes(const MapperParams& params);
+size_t maxMapBytes(const MapperParams& params);
 
 /// Remedy to pass to checkFits() if settings were given together with a map.
 constexpr char kLeaveSettingOut[] = "leave this setting out: it comes from the file";

@@ -61,8 +61,8 @@ class PoseTracker {
   Alignment begin(Mapper& mapper, const DepthFrame& frame, double stamp_s);
   Alignment follow(Mapper& mapper, const DepthFrame& frame, double stamp_s);
   Alignment search(Mapper& mapper, const DepthFrame& frame, double stamp_s);
-  Alignment lookAllOver(Mapper& mapper, const DepthFrame& frame, double stamp_s,
-                        const Alignment& before);
+  Alignment searchWholeMap(Mapper& mapper, const DepthFrame& frame, double stamp_s,
+                           const Alignment& before);
   Alignment alignAt(Mapper& mapper, DepthFrame frame, const Eigen::Isometry3d& T_W_C);
   void keep(const Eigen::Isometry3d& T_W_C, double stamp_s);
   void rememberPlace(const Eigen::Isometry3d& T_W_C);
@@ -77,11 +77,11 @@ class PoseTracker {
   std::optional<StampedPose> last_, before_;      ///< The newest frames that fitted.
   std::vector<Eigen::Isometry3d> places_T_W_C_;   ///< Earlier poses, spaced, the newest last.
   std::optional<double> lost_since_s_;
-  bool was_found_ = false;                   ///< Whether the camera was found since seek().
-  std::optional<double> looked_all_over_s_;  ///< Stamp of the last search of the whole map.
-  double reach_m_ = 0.0;                     ///< Alignment::reach_m.
-  int fits_in_a_row_ = 0;                    ///< Images that fitted in a row while lost.
-  size_t guesses_made_ = 0;                  ///< Poses tried since the camera was lost.
+  bool was_found_ = false;                ///< Whether the camera was found since seek().
+  std::optional<double> searched_map_s_;  ///< Stamp of the last search of the whole map.
+  double reach_m_ = 0.0;                  ///< Alignment::reach_m.
+  int fits_in_a_row_ = 0;                 ///< Images that fitted in a row while lost.
+  size_t guesses_made_ = 0;               ///< Poses tried since the camera was lost.
 };
 
 }  // namespace dtsdf

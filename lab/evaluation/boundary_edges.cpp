@@ -46,7 +46,7 @@ TriangleMesh withJoinedVertices(const TriangleMesh& mesh) {
 
 /// Counts loops in connected sets of 3 to 16 edges; two loops that touch at a vertex are two.
 size_t countSmallLoops(const std::vector<MeshEdge>& edges, size_t vertices) {
-  constexpr size_t kLeastEdges = 3, kMostEdges = 16;
+  constexpr size_t kMinEdges = 3, kMaxEdges = 16;
   std::vector<std::vector<uint32_t>> neighbours(vertices);
   for (const MeshEdge& edge : edges) {
     neighbours[edge[0]].push_back(edge[1]);
@@ -67,7 +67,7 @@ size_t countSmallLoops(const std::vector<MeshEdge>& edges, size_t vertices) {
       }
     }
     const size_t count = ends / 2;
-    if (count >= kLeastEdges && count <= kMostEdges) loops += count + 1 - connected.size();
+    if (count >= kMinEdges && count <= kMaxEdges) loops += count + 1 - connected.size();
   }
   return loops;
 }

@@ -107,8 +107,8 @@ void compareDistances(const Space& space, const SpaceTruth& truth, double max_di
 }
 
 /// Looks for truly free cells within the bounds of the known ones.
-void seekFree(const Space& space, const SpaceTruth& truth, const SpaceQuestions& questions,
-              const std::vector<SpaceCell>& known, SpaceFigures& figures) {
+void countFreeCells(const Space& space, const SpaceTruth& truth, const SpaceQuestions& questions,
+                    const std::vector<SpaceCell>& known, SpaceFigures& figures) {
   AlignedBox3d bounds;
   for (const SpaceCell& k : known) bounds.extend(boxOf(space, k.cell, 0.0));
   if (bounds.isEmpty()) return;
@@ -217,7 +217,7 @@ SpaceFigures measureSpace(const Space& space, const SpaceTruth& truth,
   figures.unseen = countIf(free.size(), [&](size_t i) {
     return !truth.isSeenThrough(boxOfFree(i), questions.max_range_m);
   });
-  seekFree(space, truth, questions, known, figures);
+  countFreeCells(space, truth, questions, known, figures);
   return figures;
 }
 

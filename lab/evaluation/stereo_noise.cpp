@@ -15,7 +15,7 @@ constexpr double kStereoStep_px = 1.0 / 32.0;
 constexpr int kMatchingWindow_px = 7;
 
 constexpr int kTexturePatch_px = 15;
-constexpr double kLeastTexture = -1.9;  // standard normal: 2.9 % lie below
+constexpr double kMinTexture = -1.9;  // standard normal: 2.9 % lie below
 
 /// Two points whose disparities differ by less lie on one surface, seen slanted.
 constexpr double kSameSurface_px = 1.0;
@@ -107,7 +107,7 @@ void addStereoNoise(const std::vector<float>& true_m, const ViewCamera& camera, 
     const double off_px =
         scale / static_cast<double>(measured_m[i]) + kDisparitySigma_px * error[i];
     const double disparity_px = std::round(off_px / kStereoStep_px) * kStereoStep_px;
-    const bool lost = disparity_px <= 0.0 || !seen[i] || texture[i] < kLeastTexture;
+    const bool lost = disparity_px <= 0.0 || !seen[i] || texture[i] < kMinTexture;
     measured_m[i] = lost ? 0.0f : static_cast<float>(scale / disparity_px);
   }
 }

@@ -145,10 +145,10 @@ std::vector<Figure> measure(const SceneSetup& setup, const Sheet& sheet, double 
       [&](const Vector2d& p, bool covered) { return covered && !sheet.contains(p); });
   const double missing_m2 = raster.areaWhere(
       [&](const Vector2d& p, bool covered) { return !covered && sheet.contains(p); });
-  const double most_mm = 100.0 * setup.voxel();
+  const double max_mm = 100.0 * setup.voxel();
   std::vector<Figure> figures = {
-      atMost("overhang", most_mm, "mm", 1000.0 * over_m2 / sheet.rim()),
-      atMost("missing", most_mm, "mm", 1000.0 * missing_m2 / sheet.rim())};
+      atMost("overhang", max_mm, "mm", 1000.0 * over_m2 / sheet.rim()),
+      atMost("missing", max_mm, "mm", 1000.0 * missing_m2 / sheet.rim())};
   if (sheet.hasSlot()) {
     const double closed_m2 = raster.areaWhere(
         [&](const Vector2d& p, bool covered) { return covered && sheet.isInSlot(p); });

@@ -10,11 +10,11 @@ namespace dtsdf {
 class BackendError : public std::runtime_error {
  public:
   BackendError(bool lacks_memory, const std::string& text)
-      : std::runtime_error(text), lacks_memory_(lacks_memory) {}
-  bool lacksMemory() const { return lacks_memory_; }
+      : std::runtime_error(text), is_out_of_memory_(lacks_memory) {}
+  bool isOutOfMemory() const { return is_out_of_memory_; }
 
  private:
-  bool lacks_memory_;
+  bool is_out_of_memory_;
 };
 
 }  // namespace dtsdf

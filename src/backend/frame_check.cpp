@@ -225,7 +225,7 @@ size_t packedRowBytes(const ColourFrame& frame) {
   return static_cast<size_t>(frame.width) * static_cast<size_t>(layoutOf(frame.encoding).bytes);
 }
 
-bool clearsFromAfar(const DepthFrame& frame, const MapperParams& params) {
+bool clearsBeyondRange(const DepthFrame& frame, const MapperParams& params) {
   if (!clearsFreeSpace(params)) return false;
   const DepthRange range = depthRangeOf(frame, params);
   for (int v = 0; v < frame.height; ++v) {

@@ -32,7 +32,7 @@ void resizeView(const FrameView& frame, bool has_colours, RenderedView& view);
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
 /// Largest number of blocks outside keptBallOf() that one frame drops, so that no frame takes long.
-constexpr size_t kMostDroppedBlocks = 4096;
+constexpr size_t kMaxDroppedBlocks = 4096;
 
 /// Ball in units of voxels; after a frame, only blocks that reach into it are kept.
 /// @pre map/keep_radius_m is not 0.
@@ -54,7 +54,7 @@ size_t packedRowBytes(const ColourFrame& frame);
 
 /// Whether a frame that touches no block still clears: a measurement beyond the fused range shows
 /// that the space in front of it is free.
-bool clearsFromAfar(const DepthFrame& frame, const MapperParams& params);
+bool clearsBeyondRange(const DepthFrame& frame, const MapperParams& params);
 
 /// Result for a refused frame.
 IntegrationResult refuse(FrameStatus status, const std::string& message);

@@ -44,7 +44,7 @@ struct SeenColours {
 /// A view of the map to render.
 struct ViewRequest {
   FrameView frame;
-  int32_t least_evidence;  ///< Evidence that a surface needs.
+  int32_t min_evidence;  ///< Evidence that a surface needs.
   bool has_colours;
 };
 
@@ -145,9 +145,9 @@ class MapBackend {
   virtual void takeColours(const ColourFrame& frame) = 0;
 
   /// Finds which surfaces the image of takeColours() shows.
-  /// @param least_evidence Evidence that a surface needs.
+  /// @param min_evidence Evidence that a surface needs.
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
-  virtual SeenColours look(const FrameView& view, int32_t least_evidence,
+  virtual SeenColours look(const FrameView& view, int32_t min_evidence,
                            const std::vector<int32_t>& in_view) = 0;
 
   /// Paints the surfaces of look() that have bricks.
@@ -163,8 +163,8 @@ class MapBackend {
   /// Marks all blocks. Once they are marked as painted, all meshes have colours.
   virtual void markAll(const MeshMarks& marks) = 0;
 
-  /// Starts to mesh the marked blocks. @param least_evidence Evidence that a voxel needs.
-  virtual void beginMesh(int32_t least_evidence) = 0;
+  /// Starts to mesh the marked blocks. @param min_evidence Evidence that a voxel needs.
+  virtual void beginMesh(int32_t min_evidence) = 0;
 
   /// Waits until an extraction under way has read the map, so that the map may change.
   virtual void waitForMeshes() = 0;

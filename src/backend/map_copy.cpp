@@ -15,8 +15,8 @@ static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof
               "a word each");
 
 /// Settings that do not affect a map's contents, only where it is computed and how it is shown.
-constexpr const char* kNotOfTheMap[] = {"backend",         "threads",         "map/max_memory_mb",
-                                        "map/page_folder", "map/page_max_gb", "mesh/colour"};
+constexpr const char* kSettingsNotStored[] = {
+    "backend", "threads", "map/max_memory_mb", "map/page_folder", "map/page_max_gb", "mesh/colour"};
 
 /// Section of the rules for poses, which do not affect a map's contents either.
 constexpr const char* kRulesOfPoses = "rules/poses/";
@@ -34,7 +34,7 @@ MapContents contentsOf(MapperParams params, Rules rules) {
   ParamWriter writer;
   visitParams(params, writer);
   visitRules(rules, writer);
-  for (const char* key : kNotOfTheMap) writer.tree.erase(key);
+  for (const char* key : kSettingsNotStored) writer.tree.erase(key);
   eraseSection(kRulesOfPoses, writer.tree);
   MapContents contents;
   contents.settings = std::move(writer.tree);
@@ -69,7 +69,7 @@ ContentsOrder orderOf(const BlockTable& table, const std::vector<int32_t>& slots
   return order;
 }
 
-void makeRoomForWords(MapContents& contents) {
+void allocateWords(MapContents& contents) {
   size_t voxels = 0, colours = 0;
   for (const MapBlock& block : contents.blocks) {
     voxels += voxelWordsOf(block);

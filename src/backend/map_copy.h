@@ -39,6 +39,6 @@ std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32
 ContentsOrder orderOf(const BlockTable& table, const std::vector<int32_t>& slots);
 
 /// Allocates the voxels and colours of the contents' blocks. @throws std::bad_alloc
-void makeRoomForWords(MapContents& contents);
+void allocateWords(MapContents& contents);
 
 }  // namespace dtsdf

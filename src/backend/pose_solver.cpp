@@ -18,7 +18,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 /// Smaller residuals count as this one: the map's surfaces are no more exact, and a scene without
 /// noise would otherwise outweigh any prior.
-constexpr double kLeastResidual_voxels = 0.05;
+constexpr double kMinResidual_voxels = 0.05;
 
 constexpr double kUnit = 1.0 / kAlignmentScale;
 
@@ -42,7 +42,7 @@ Vector6d rightOf(const AlignmentSums& sums) {
 /// Variance of a point's residual, in voxels^2.
 double varianceOf(const AlignmentSums& sums) {
   const double weight = std::max(1.0, static_cast<double>(sums.weight));
-  return std::max(kLeastResidual_voxels * kLeastResidual_voxels,
+  return std::max(kMinResidual_voxels * kMinResidual_voxels,
                   static_cast<double>(sums.squares) / weight);
 }
 
@@ -89,7 +89,7 @@ Matrix6d covarianceOf(const Matrix6d& information, double voxel_size_m) {
 }
 
 /// Steps of Gauss-Newton. The cutoff falls during the first ones; the others end on convergence.
-constexpr int kFallingSteps = 6, kMostSteps = 12;
+constexpr int kFallingSteps = 6, kMaxSteps = 12;
 
 /// Cutoff of a step: falls from the reach to the final cutoff, halving the difference each time.
 float cutoffAt(int step, const AlignmentRules& rules) {
@@ -153,9 +153,9 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   if (prior.start_T_W_C) at.T_W_C = *prior.start_T_W_C;
   Matrix6d information = of_prior;
   AlignmentSums sums{};
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     sums = sums_at(makeFrameView(at, voxel_size_m), cutoffAt(step, rules));
-    if (shareOf(sums.matched, sums.points) < rules.least_matched) break;
+    if (shareOf(sums.matched, sums.points) < rules.min_matched) break;
     const double scale = 1.0 / (varianceOf(sums) * rules.points_per_witness);
     information = scale * informationOf(sums) + of_prior;
     const Vector6d right =
@@ -169,16 +169,16 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   result.matched_share = shareOf(sums.matched, sums.points);
   result.witnesses = static_cast<double>(sums.points) / rules.points_per_witness;
   result.inlier_share = shareOf(sums.inliers, sums.matched);
-  if (result.matched_share < rules.least_matched) return result;
+  if (result.matched_share < rules.min_matched) return result;
   result.residual_m = voxel_size_m * std::sqrt(varianceOf(sums));
   const Vector6d offset = offsetFrom(frame.T_W_C, at.T_W_C, voxel_size_m);
   result.shift_m = voxel_size_m * offset.tail<3>().norm();
   result.turn_rad = offset.head<3>().norm();
   const double misplacement = movedAlongNormals(sums, offset);
   result.misplacement_m = voxel_size_m * misplacement;
-  result.is_significant = misplacement > rules.least_misplacement;
+  result.is_significant = misplacement > rules.min_misplacement;
   result.status = AlignmentStatus::kMisfit;
-  if (result.inlier_share < rules.least_inliers) return result;
+  if (result.inlier_share < rules.min_inliers) return result;
   result.status = AlignmentStatus::kAligned;
   result.is_held = result.inlier_share >= rules.held_inliers;
   result.T_W_C = at.T_W_C;

@@ -42,7 +42,7 @@ inline Rules withMemory(Rules rules, const MapperParams& params) {
   constexpr int kFrames = 8;  // about as long as drifting poses agree
   const int frames = params.fusion.memory_frames > 0 ? params.fusion.memory_frames : kFrames;
   const int most = frames * rules.fusion.support_gain;
-  rules.fusion.most_evidence = most < kMostEvidence ? most : kMostEvidence;
+  rules.fusion.max_evidence = most < kMaxEvidence ? most : kMaxEvidence;
   return rules;
 }
 
@@ -55,7 +55,7 @@ inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules
 }
 
 inline MeshSettings makeMeshSettings(const MapperParams& params, const Rules& rules) {
-  static_assert(kMostLooseUnits == 4, "the maximum of mesh/loose_voxels");
+  static_assert(kMaxLooseUnits == 4, "the maximum of mesh/loose_voxels");
   return {rules.mesh, castsSurfels(params), params.mesh.loose_voxels};
 }
 

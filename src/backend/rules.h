@@ -44,27 +44,27 @@ void visitRules(Rules& rules, Visitor& visit) {
   visit(section + "surface_distance", rules.colour.surface_distance, Range{0.0, 16.0});
   visit(section + "hidden_depth", rules.colour.hidden_depth, Range{0.0, 100.0});
   visit(section + "sample_width", rules.colour.sample_width, Range{0.0, 16.0});
-  visit(section + "most_views", rules.colour.most_views, Range{1, 15});
-  visit(section + "least_overlap", rules.colour.least_overlap, Range{1, 1e9});
+  visit(section + "max_views", rules.colour.max_views, Range{1, 15});
+  visit(section + "min_overlap", rules.colour.min_overlap, Range{1, 1e9});
   section = "rules/mesh/";
-  visit(section + "least_weight_share", rules.mesh.least_weight_share, Range{0.0, 0.99});
-  visit(section + "least_crossing_share", rules.mesh.least_crossing_share, Range{0.0, 0.99});
+  visit(section + "min_weight_share", rules.mesh.min_weight_share, Range{0.0, 0.99});
+  visit(section + "min_crossing_share", rules.mesh.min_crossing_share, Range{0.0, 0.99});
   visit(section + "voted_crossing_share", rules.mesh.voted_crossing_share, Range{0.0, 1.0});
   visit(section + "nearness_voxels", rules.mesh.nearness_voxels, Range{0.001, 16.0});
   visit(section + "measured_gap", rules.mesh.measured_gap, Range{0.001, 100.0});
   visit(section + "measured_reach", rules.mesh.measured_reach, Range{0.0, 100.0});
   visit(section + "measured_pull", rules.mesh.measured_pull, Range{0.0, 0.999});
-  visit(section + "most_stretch", rules.mesh.most_stretch, Range{0.0, 100.0});
+  visit(section + "max_stretch", rules.mesh.max_stretch, Range{0.0, 100.0});
   section = "rules/poses/";
   visit(section + "points", rules.poses.points, Range{100, 1e6});
   visit(section + "window_px", rules.poses.window_px, Range{1, 20});
   visit(section + "reach", rules.poses.reach, Range{0.0, 16.0});
   visit(section + "cutoff", rules.poses.cutoff, Range{0.01, 16.0});
   visit(section + "points_per_witness", rules.poses.points_per_witness, Range{1.0, 1e6});
-  visit(section + "least_matched", rules.poses.least_matched, Range{0.0, 1.0});
-  visit(section + "least_inliers", rules.poses.least_inliers, Range{0.0, 1.0});
+  visit(section + "min_matched", rules.poses.min_matched, Range{0.0, 1.0});
+  visit(section + "min_inliers", rules.poses.min_inliers, Range{0.0, 1.0});
   visit(section + "held_inliers", rules.poses.held_inliers, Range{0.0, 1.0});
-  visit(section + "least_misplacement", rules.poses.least_misplacement, Range{0.0, 16.0});
+  visit(section + "min_misplacement", rules.poses.min_misplacement, Range{0.0, 16.0});
 }
 
 }  // namespace dtsdf

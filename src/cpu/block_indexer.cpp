@@ -41,14 +41,14 @@ constexpr int kRows = kBlockSide * kBlockSide;
 int cornerOfRow(int row) { return cornerIndex(0, row % kBlockSide, row / kBlockSide); }
 
 /// Splits a row of voxels into distances and weights, as sampleOf() does.
-void copyRow(const Voxel* from, int32_t least_evidence, float* sdf, float* weight) {
+void copyRow(const Voxel* from, int32_t min_evidence, float* sdf, float* weight) {
   const VoxelRow row(from);
   row.sdf().store(sdf);
-  row.knownWeight(least_evidence).store(weight);
+  row.knownWeight(min_evidence).store(weight);
 }
 
 /// Copies the part of a voxel array that is in the corner grid's n-th block.
-void copyPart(const Voxel* voxels, int n, int32_t least_evidence, float* sdf, float* weight) {
+void copyPart(const Voxel* voxels, int n, int32_t min_evidence, float* sdf, float* weight) {
   const Vec3i at = cornerBlockOffset(n);
   const int rows = at.y ? 1 : kBlockSide, layers = at.z ? 1 : kBlockSide;
   for (int z = 0; z < layers; ++z) {
@@ -56,11 +56,11 @@ void copyPart(const Voxel* voxels, int n, int32_t least_evidence, float* sdf, fl
       const int to = cornerIndex(kBlockSide * at.x, kBlockSide * at.y + y, kBlockSide * at.z + z);
       const Voxel* from = voxels + voxelIndex(0, y, z);
       if (at.x) {
-        const Sample sample = sampleOf(*from, least_evidence);
+        const Sample sample = sampleOf(*from, min_evidence);
         sdf[to] = sample.sdf;
         weight[to] = sample.weight;
       } else {
-        copyRow(from, least_evidence, sdf + to, weight + to);
+        copyRow(from, min_evidence, sdf + to, weight + to);
       }
     }
   }
@@ -78,7 +78,7 @@ void BlockIndexer::findArrays(const ArraysAround& arrays) {
   }
 }
 
-inline void BlockIndexer::collect(int32_t least_evidence) {
+inline void BlockIndexer::collect(int32_t min_evidence) {
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!(present_ >> d & 1)) continue;
     for (int n = 0; n < kCornerBlocks; ++n) {
@@ -86,7 +86,7 @@ inline void BlockIndexer::collect(int32_t least_evidence) {
       const uint32_t bit = 1u << d;
       if (voxels == nullptr && !(held_[n] & bit)) continue;  // as most: it was empty before
       held_[n] = voxels == nullptr ? held_[n] & ~bit : held_[n] | bit;
-      copyPart(voxels == nullptr ? kNothing : voxels, n, least_evidence, sdf_[d], weight_[d]);
+      copyPart(voxels == nullptr ? kNothing : voxels, n, min_evidence, sdf_[d], weight_[d]);
     }
   }
 }
@@ -123,7 +123,7 @@ inline void BlockIndexer::labelRows(const MeshSettings& rules, bool directional,
     for (int k = 0; k < kLanes; ++k) {
       if (!candidate_[corner + k]) continue;
       units.observed |= observedDirections(unit_sides_[corner + k]);
-      units.speaking |= mayBeSpeaking(unit_sides_[corner + k]);
+      units.speaking |= possibleSpeakers(unit_sides_[corner + k]);
     }
     UnitLabels of_row[kLanes];
     labelUnits(kMeshTables, rules, units, directional, of_row);
@@ -158,7 +158,7 @@ void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, 
   vertices = std::vector<BlockVertex>();
   findArrays(arrays);
   withWidestVectors([&] {
-    collect(arrays.least_evidence);
+    collect(arrays.min_evidence);
     markSides();
     findCandidates();
   });

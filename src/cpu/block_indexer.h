@@ -63,7 +63,7 @@ class BlockIndexer {
   static constexpr int kRoom = kGridCorners + kCornerGridSide * kCornerGridSide;
 
   void findArrays(const ArraysAround& arrays);
-  void collect(int32_t least_evidence);
+  void collect(int32_t min_evidence);
   void markSides();
   void findCandidates();
   void labelRows(const MeshSettings& rules, bool directional, UnitLabels* labels);

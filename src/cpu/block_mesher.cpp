@@ -23,9 +23,9 @@ SlotsAround slotsAround(const BlockTable& table, const BlockKey& key) {
 }
 
 /// The voxel arrays of these blocks, for voxels with at least this evidence.
-ArraysAround arraysAround(const CpuMap& map, const SlotsAround& slots, int32_t least_evidence) {
+ArraysAround arraysAround(const CpuMap& map, const SlotsAround& slots, int32_t min_evidence) {
   ArraysAround around;
-  around.least_evidence = least_evidence;
+  around.min_evidence = min_evidence;
   for (int n = 0; n < kBlocksAround; ++n) {
     for (int d = 0; d < kDirectionCount; ++d) {
       const int32_t array = slots[n] < 0 ? kNoArray : map.table.block(slots[n]).array[d];
@@ -114,7 +114,7 @@ MeshStates BlockMesher::takeStates(const std::vector<int32_t>& slots) {
   return taken;
 }
 
-void BlockMesher::enterStates(const std::vector<int32_t>& slots, const MeshStates& states) {
+void BlockMesher::restoreStates(const std::vector<int32_t>& slots, const MeshStates& states) {
   const UnitLabels* labels = states.labels.data();
   for (size_t i = 0; i < slots.size(); ++i) {
     const MeshState& state = states.states[i];
@@ -127,12 +127,12 @@ void BlockMesher::enterStates(const std::vector<int32_t>& slots, const MeshState
     held_bytes_ += bytesOf(state_[slots[i]].labels);
     setMarks(slots[i], state.marks);
   }
-  if (dirty_.size() > 2 * state_.size()) forgetTakenMarks(dirty_, &SlotState::dirty);
-  if (painted_.size() > 2 * state_.size()) forgetTakenMarks(painted_, &SlotState::painted);
+  if (dirty_.size() > 2 * state_.size()) dropClearedMarks(dirty_, &SlotState::dirty);
+  if (painted_.size() > 2 * state_.size()) dropClearedMarks(painted_, &SlotState::painted);
 }
 
 /// Drops slots whose marks were cleared, as blocks that come and go are listed each time.
-void BlockMesher::forgetTakenMarks(std::vector<int32_t>& list, bool SlotState::*mark) {
+void BlockMesher::dropClearedMarks(std::vector<int32_t>& list, bool SlotState::*mark) {
   list = takeMarked(list, state_, mark);
   for (const int32_t slot : list) state_[slot].*mark = true;
 }
@@ -152,7 +152,7 @@ bool BlockMesher::makingReadsVoxels(int32_t slot) const {
 
 bool BlockMesher::isStale(int32_t slot) const {
   const SlotState& state = state_[slot];
-  if (state.least_evidence != least_evidence_) return true;
+  if (state.min_evidence != min_evidence_) return true;
   for (int n = 0; n < kCornerBlocks; ++n) {
     const int32_t beside = table_.find(packKey(table_.block(slot).key + cornerBlockOffset(n)));
     if (beside >= 0 && state_[beside].changed >= state.indexed) return true;
@@ -170,14 +170,14 @@ void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
     if (i + 1 < slots.size()) prefetchBlock(table_.block(slots[i + 1]), map_);
     SlotState& state = state_[slots[i]];
     const ArraysAround arrays =
-        arraysAround(map_, slotsAround(table_, table_.block(slots[i]).key), least_evidence_);
+        arraysAround(map_, slotsAround(table_, table_.block(slots[i]).key), min_evidence_);
     const size_t before = bytesOf(state.labels);
     indexer.index(rules_, arrays, directional_, state.labels, state.vertices);
     if (!with_vertices) state.vertices.clear();
     if (refined_) state.normals = vertexNormals(arrays, state.vertices, directional_);
     held_bytes_ += bytesOf(state.labels) - before;  // wraps around and back
     state.indexed = indexings_;
-    state.least_evidence = least_evidence_;
+    state.min_evidence = min_evidence_;
   });
 }
 
@@ -193,16 +193,16 @@ bool BlockMesher::makeSurface(int32_t slot, BlockSurface& surface, bool refined,
     const bool empty = around[n] < 0 || state_[around[n]].labels.empty();
     labels[n] = empty ? nullptr : state_[around[n]].labels.data();
   }
-  const ArraysAround arrays = arraysAround(map_, around, least_evidence_);
-  surface.regularise(labels, rules_.most_loose_units);
+  const ArraysAround arrays = arraysAround(map_, around, min_evidence_);
+  surface.regularise(labels, rules_.max_loose_units);
   surface.emit(rules_, arrays, state.vertices, directional_, mesh);
   if (refined) surface.refine(rules_, arrays, state.vertices, state.normals, directional_, mesh);
   return true;
 }
 
-void BlockMesher::labelBlocks(std::vector<int32_t> slots, int32_t least_evidence) {
-  shows_ = true;
-  least_evidence_ = least_evidence;
+void BlockMesher::labelBlocks(std::vector<int32_t> slots, int32_t min_evidence) {
+  renders_views_ = true;
+  min_evidence_ = min_evidence;
   sortByKey(slots);
   indexBlocks(std::move(slots), false);
 }
@@ -234,7 +234,7 @@ void BlockMesher::show(int32_t slot, std::unique_ptr<const BlockMesh> mesh) {
   state.made = indexings_;
 }
 
-const BlockMesh* BlockMesher::shownMesh(int32_t slot, BlockSurface& surface) {
+const BlockMesh* BlockMesher::viewMesh(int32_t slot, BlockSurface& surface) {
   if (isOutdated(slot)) {
     auto mesh = std::make_unique<BlockMesh>();
     const bool has_surface = makeSurface(slot, surface, false, *mesh);
@@ -255,12 +255,12 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
       if (has_colours_) prefetchColours(table_.block(slots[i + 1]), map_);
     }
     BlockMesh& mesh = meshes[i];
-    if (shows_) show(slots[i], nullptr);
+    if (renders_views_) show(slots[i], nullptr);
     if (refined_) state_[slots[i]].made = 0;  // views need the unrefined mesh
     if (!makeSurface(slots[i], surface, refined_, mesh)) return;
     dropGaps(mesh);
     mesh.colours = coloursOf(mesh);
-    if (shows_ && !refined_) show(slots[i], std::make_unique<BlockMesh>(mesh));
+    if (renders_views_ && !refined_) show(slots[i], std::make_unique<BlockMesh>(mesh));
   });
   // In a separate loop, as other threads still read these.
   constexpr size_t kBlocksAtATime = 64;
@@ -307,9 +307,9 @@ std::vector<BlockMesh> BlockMesher::takeChanges(const std::vector<int32_t>& slot
   return changes;
 }
 
-MeshUpdate BlockMesher::update(int32_t least_evidence) {
+MeshUpdate BlockMesher::update(int32_t min_evidence) {
   ++update_;
-  least_evidence_ = least_evidence;
+  min_evidence_ = min_evidence;
   const std::vector<int32_t> dirty = takeMarked(dirty_, state_, &SlotState::dirty);
   std::vector<int32_t> slots;  // first, blocks whose units have a corner in a changed block
   selectAround(dirty, kUnitReach, unitReachOffset, slots);

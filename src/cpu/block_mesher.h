@@ -60,22 +60,22 @@ class BlockMesher {
 
   /// Takes the states of blocks that leave memory, or enters those of blocks that return.
   MeshStates takeStates(const std::vector<int32_t>& slots);
-  void enterStates(const std::vector<int32_t>& slots, const MeshStates& states);
+  void restoreStates(const std::vector<int32_t>& slots, const MeshStates& states);
 
   /// Memory of the units' labels and the state of each slot.
   size_t bytes() const;
 
   /// Meshes the blocks that were marked since the last call. @return the changed blocks, by packed
-  /// key. Voxels with less than `least_evidence` count as unknown.
-  MeshUpdate update(int32_t least_evidence);
+  /// key. Voxels with less than `min_evidence` count as unknown.
+  MeshUpdate update(int32_t min_evidence);
 
   /// Updates the labels of blocks, as the next update() would; marks stay.
-  void labelBlocks(std::vector<int32_t> slots, int32_t least_evidence);
+  void labelBlocks(std::vector<int32_t> slots, int32_t min_evidence);
 
   /// The unrefined mesh of a block; null if it has none. It is cached until it changes. Thread-safe
   /// for different blocks and surfaces.
   /// @pre labelBlocks() was called for the block and those around it.
-  const BlockMesh* shownMesh(int32_t slot, BlockSurface& surface);
+  const BlockMesh* viewMesh(int32_t slot, BlockSurface& surface);
 
  private:
   struct SlotState {
@@ -84,11 +84,11 @@ class BlockMesher {
     uint32_t update = 0;  ///< Number of the latest update() that selected the block.
     /// Value of indexings_ when voxels, colours, labels and `shown` last changed.
     uint64_t changed = 0, repainted = 0, indexed = 0, made = 0;
-    int32_t least_evidence = 0;              ///< Minimum evidence that the labels were made with.
+    int32_t min_evidence = 0;                ///< Minimum evidence that the labels were made with.
     std::vector<UnitLabels> labels;          ///< One per unit; empty if all are.
     std::vector<BlockVertex> vertices;       ///< On the sheets' edges, during an update only.
     std::vector<Vec3f> normals;              ///< One per vertex, if meshes are refined.
-    std::unique_ptr<const BlockMesh> shown;  ///< See shownMesh(); null: none or not made yet.
+    std::unique_ptr<const BlockMesh> shown;  ///< See viewMesh(); null: none or not made yet.
   };
 
   static size_t bytesOf(const std::vector<UnitLabels>& labels) {
@@ -96,7 +96,7 @@ class BlockMesher {
   }
   static size_t bytesOf(const BlockMesh* mesh);
 
-  void forgetTakenMarks(std::vector<int32_t>& list, bool SlotState::*mark);
+  void dropClearedMarks(std::vector<int32_t>& list, bool SlotState::*mark);
 
   /// Adds the block to this update's slots, if it exists and was not added before.
   void select(const BlockKey& key, std::vector<int32_t>& slots);
@@ -111,7 +111,7 @@ class BlockMesher {
   bool makeSurface(int32_t slot, BlockSurface& surface, bool refined, BlockMesh& mesh) const;
   std::vector<VertexColour> coloursOf(const BlockMesh& mesh) const {
     if (!has_colours_) return {};
-    return vertexColours(colouredCorners(map_, mesh.key, least_evidence_), mesh.vertices,
+    return vertexColours(colouredCorners(map_, mesh.key, min_evidence_), mesh.vertices,
                          directional_);
   }
   void show(int32_t slot, std::unique_ptr<const BlockMesh> mesh);
@@ -147,9 +147,9 @@ class BlockMesher {
   std::atomic<size_t> held_bytes_{0};  ///< Memory of all slots' labels and shown meshes.
   uint32_t update_ = 0;                ///< Number of the latest update().
   uint64_t indexings_ = 0;
-  int32_t least_evidence_ = 0;
-  bool has_colours_ = false;  ///< Something was painted.
-  bool shows_ = false;        ///< Views are rendered: updates keep meshes for them.
+  int32_t min_evidence_ = 0;
+  bool has_colours_ = false;    ///< Something was painted.
+  bool renders_views_ = false;  ///< Views are rendered: updates keep meshes for them.
   Profile* profile_ = nullptr;
 };
 

@@ -23,7 +23,7 @@ int endBeside(int offset) { return offset > 0 ? 1 : kBlockSide; }
 }  // namespace
 
 /// Computes cornerBalance() of each corner by adding up over units, as most are empty.
-void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
+void BlockSurface::computeBalances(const LabelNeighbourhood& labels) {
   std::fill(balance_, balance_ + kGridCorners, int8_t{0});
   for (int n = 0; n < kBlocksAround; ++n) {
     if (labels[n] == nullptr) continue;
@@ -44,7 +44,7 @@ void BlockSurface::weighCorners(const LabelNeighbourhood& labels) {
 /// Adds the sides that a unit gives those of its corners that are in the block's grid.
 void BlockSurface::addSides(const UnitLabels& labels, const Vec3i& unit) {
   const auto add = [&](int c, int corner) {
-    balance_[corner] = static_cast<int8_t>(balance_[corner] + sideGiven(labels, c));
+    balance_[corner] = static_cast<int8_t>(balance_[corner] + sideOfCorner(labels, c));
   };
   if (blockOfVoxel(unit) == BlockKey{0, 0, 0}) {  // as most units: all corners are
     const int first = cornerIndex(unit.x, unit.y, unit.z);
@@ -90,11 +90,11 @@ void BlockSurface::addUnits(const UnitLabels* labels, const BlockBits& loose) {
   }
 }
 
-void BlockSurface::regularise(const LabelNeighbourhood& labels, int most_loose_units) {
-  weighCorners(labels);
+void BlockSurface::regularise(const LabelNeighbourhood& labels, int max_loose_units) {
+  computeBalances(labels);
   const UnitLabels* own = labels[aroundNumber({0, 0, 0})];
   addUnits(own, {});
-  const BlockBits loose = looseUnits(holding_surface_, labels, most_loose_units);
+  const BlockBits loose = looseUnits(holding_surface_, labels, max_loose_units);
   if (loose != BlockBits{}) addUnits(own, loose);  // few blocks have any
 }
 
@@ -111,7 +111,7 @@ void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
     vertex.edge = static_cast<uint32_t>(edge);
     vertex.position =
         is_known ? next->position : placeVertex(rules, arrays, edge, directional, may_cross);
-    is_drawn_far_[vertex_of_edge_[edge]] = isDrawnFar(rules, vertex);
+    is_pulled_far_[vertex_of_edge_[edge]] = isPulledFar(rules, vertex);
   });
   size_t triangles = 0;
   for (const auto& [unit, indices] : surface_units_) {
@@ -126,8 +126,8 @@ void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
   for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
     uint16_t* triangle = mesh.triangles.data() + i;
     const uint16_t a = triangle[0], b = triangle[1], c = triangle[2];
-    const bool may_be_gap = is_drawn_far_[a] | is_drawn_far_[b] | is_drawn_far_[c];
-    if (may_be_gap && standsInGap(rules, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c])) {
+    const bool may_be_gap = is_pulled_far_[a] | is_pulled_far_[b] | is_pulled_far_[c];
+    if (may_be_gap && spansGap(rules, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c])) {
       std::fill(triangle, triangle + 3, kGapVertex);
     }
   }
@@ -188,8 +188,8 @@ void BlockSurface::refine(const MeshSettings& rules, const ArraysAround& arrays,
         kMeshTables, kRefineTables, indices, unit, first_middle,
         [&](int edge) { return uint32_t{vertex_of_edge_[edge]}; },
         [&](const uint32_t(&corner)[3]) {
-          return standsInGap(rules, mesh.vertices[corner[0]], mesh.vertices[corner[1]],
-                             mesh.vertices[corner[2]]);
+          return spansGap(rules, mesh.vertices[corner[0]], mesh.vertices[corner[1]],
+                          mesh.vertices[corner[2]]);
         },
         [&](uint32_t vertex) { mesh.triangles.push_back(static_cast<uint16_t>(vertex)); });
   }

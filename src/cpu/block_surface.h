@@ -24,8 +24,8 @@ std::vector<Vec3f> vertexNormals(const ArraysAround& arrays,
 class BlockSurface {
  public:
   /// Regularises the block's units and finds the edges of their triangles, except for loose pieces
-  /// of up to most_loose_units. @pre Some unit of the block is not empty.
-  void regularise(const LabelNeighbourhood& labels, int most_loose_units);
+  /// of up to max_loose_units. @pre Some unit of the block is not empty.
+  void regularise(const LabelNeighbourhood& labels, int max_loose_units);
 
   /// Makes the vertices and triangles of the regularised units, with those in gaps marked. `known`
   /// holds vertices made before, sorted by edge; most are among them.
@@ -39,7 +39,7 @@ class BlockSurface {
               bool directional, BlockMesh& mesh);
 
  private:
-  void weighCorners(const LabelNeighbourhood& labels);
+  void computeBalances(const LabelNeighbourhood& labels);
   void addSides(const UnitLabels& labels, const Vec3i& unit);
   void addUnits(const UnitLabels* labels, const BlockBits& loose);
   void addTriangles(const UnitIndices& regular, const Vec3i& unit);
@@ -53,8 +53,8 @@ class BlockSurface {
   std::vector<std::pair<Vec3i, UnitIndices>> surface_units_;
   EdgeSet edges_;  ///< Edges that carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
-  bool is_drawn_far_[kGridEdges];  ///< isDrawnFar() of each vertex; others are not at a gap.
-  std::vector<Vec3f> normals_;     ///< One per edge vertex, if meshes are refined.
+  bool is_pulled_far_[kGridEdges];  ///< isPulledFar() of each vertex; others are not at a gap.
+  std::vector<Vec3f> normals_;      ///< One per edge vertex, if meshes are refined.
 };
 
 }  // namespace dtsdf

@@ -61,7 +61,7 @@ class PlanePair {
 
 /// Adds the part of a line that is in a block to the block's sums.
 template <bool kHasSides>
-void castLine(const KeptLine& kept, const MeasuredSides& sides, const BlockFrame& block,
+void castLine(const StoredLine& kept, const MeasuredSides& sides, const BlockFrame& block,
               float sdf_scale, BlockSums& sums) {
   const SampleLine line = kept.line;
   const Span planes = planesInside({line.first_plane, line.last_plane}, block);
@@ -91,7 +91,7 @@ void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSett
           __builtin_prefetch(&finder.line(i[kAhead]));
           __builtin_prefetch(&finder.sides(i[kAhead]));
         }
-        const KeptLine& kept = finder.line(*i);
+        const StoredLine& kept = finder.line(*i);
         const BlockFrame& frame = frames[kept.line.axis];
         if (kept.has_sides) {
           castLine<true>(kept, finder.sides(*i), frame, sdf_scale, sums);

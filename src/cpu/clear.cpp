@@ -87,7 +87,7 @@ class RowJudge {
     const LaneInts nothing(0);
     const LaneInts is_empty = voxels.weightUnits() == nothing;
     const LaneInts in_turn(in_turn_ ? -1 : 0);
-    const LaneInts may_lose = in_turn & (voxels.evidence() > LaneInts(-rules_.most_evidence));
+    const LaneInts may_lose = in_turn & (voxels.evidence() > LaneInts(-rules_.max_evidence));
     const LaneInts judged =
         canChange(covered, voxels.anchor != nothing, is_empty, may_lose, in_turn);
     judged.store(judged_);

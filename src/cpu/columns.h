@@ -8,9 +8,9 @@
 
 namespace dtsdf {
 
-/// Up to kMost records of 32-bit numbers, stored member by member, so that compilers can vectorise
+/// Up to kMax records of 32-bit numbers, stored member by member, so that compilers can vectorise
 /// loops over records. This requires that all words are named individually, not in a loop.
-template <class Record, int kMost>
+template <class Record, int kMax>
 class Columns {
   static_assert(std::is_trivially_copyable<Record>::value, "");
   static constexpr size_t kWord = sizeof(uint32_t), kWords = sizeof(Record) / kWord;
@@ -35,7 +35,7 @@ class Columns {
     return record;
   }
 
-  uint32_t words_[kWords][kMost];
+  uint32_t words_[kWords][kMax];
 };
 
 }  // namespace dtsdf

@@ -172,10 +172,10 @@ class CpuBackend : public MapBackend {
     painter_.takeImage(frame);
   }
 
-  SeenColours look(const FrameView& view, int32_t least_evidence,
+  SeenColours look(const FrameView& view, int32_t min_evidence,
                    const std::vector<int32_t>& in_view) override {
     const StageTimer timer(profile_, Stage::kPaint);
-    SeenColours seen = painter_.look(view, least_evidence, in_view, map_);
+    SeenColours seen = painter_.look(view, min_evidence, in_view, map_);
     seen.requests = painter_.requests(map_);
     return seen;
   }
@@ -187,7 +187,7 @@ class CpuBackend : public MapBackend {
 
   void render(const ViewRequest& request, RenderedView& view) override {
     const StageTimer timer(profile_, Stage::kRender);
-    renderer_.render(request.frame, request.least_evidence, request.has_colours, view);
+    renderer_.render(request.frame, request.min_evidence, request.has_colours, view);
   }
 
   void markAll(const MeshMarks& marks) override {
@@ -195,9 +195,9 @@ class CpuBackend : public MapBackend {
     if (marks.painted) mesher_.keepColours();
   }
 
-  void beginMesh(int32_t least_evidence) override {
+  void beginMesh(int32_t min_evidence) override {
     const auto start = std::chrono::steady_clock::now();
-    meshes_ = mesher_.update(least_evidence);
+    meshes_ = mesher_.update(min_evidence);
     meshes_.duration_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   }
@@ -268,7 +268,7 @@ class CpuBackend : public MapBackend {
       std::memcpy(map_.colours.array(order.bricks[i]),
                   contents.colours.data() + i * kVoxelsPerBrick, BlockTable::kColourBytes);
     });
-    if (given != nullptr) mesher_.enterStates(order.slots, *given);
+    if (given != nullptr) mesher_.restoreStates(order.slots, *given);
   }
 
   std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
@@ -276,7 +276,7 @@ class CpuBackend : public MapBackend {
     std::vector<PackedKey> keys;
     for (const TouchedBlock& block : block_finder_.touched()) keys.push_back(block.key);
     for (const PackedKey key : others) {
-      if (isInTurnToBeSeenThrough(unpackKey(key), frame_number)) keys.push_back(key);
+      if (isDueForClearing(unpackKey(key), frame_number)) keys.push_back(key);
     }
     return keys;
   }
@@ -298,7 +298,7 @@ class CpuBackend : public MapBackend {
   }
 
  private:
-  bool isInTurnToBeSeenThrough(const BlockKey& key, uint64_t frame_number) const {
+  bool isDueForClearing(const BlockKey& key, uint64_t frame_number) const {
     if (!isInTurn(packKey(key), frame_number, rules_.fusion)) return false;
     const FrameView& frame = sensing_.image.frame;
     const Vec3i block_L = key - blockOfVoxel(frame.origin_voxel);
@@ -345,7 +345,7 @@ class CpuBackend : public MapBackend {
     for (const int32_t slot : in_view) {
       if (last_touched_[slot] == frame_number) continue;
       const BlockEntry& entry = map_.table.block(slot);
-      if (!entry.in_use || !isInTurnToBeSeenThrough(entry.key, frame_number)) continue;
+      if (!entry.in_use || !isDueForClearing(entry.key, frame_number)) continue;
       slots.push_back(slot);
     }
     std::vector<ClearedBlock> cleared(slots.size());

@@ -11,7 +11,7 @@ namespace dtsdf {
 /// A batch of surfels and their lines; one per thread.
 class LineBatch {
  public:
-  bool isFull() const { return count_ == kMost; }
+  bool isFull() const { return count_ == kMax; }
   int count() const { return count_; }
   void clear() { count_ = 0; }
 
@@ -41,13 +41,13 @@ class LineBatch {
     for (int i = 0; i < count; ++i) directions_.set(i, lineDirections(surfels_[i], directional));
   }
 
-  static constexpr int kMost = 64;
+  static constexpr int kMax = 64;
 
   int count_ = 0;
-  uint32_t numbers_[kMost];
-  Columns<Surfel, kMost> surfels_;
-  Columns<SampleLine, kMost> lines_;
-  Columns<DirectionSet, kMost> directions_;
+  uint32_t numbers_[kMax];
+  Columns<Surfel, kMax> surfels_;
+  Columns<SampleLine, kMax> lines_;
+  Columns<DirectionSet, kMax> directions_;
 };
 
 void BlockFinder::Share::reset() {
@@ -125,7 +125,7 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
 }
 
 size_t BlockFinder::bytes() const {
-  size_t bytes = lines_.capacity() * sizeof(KeptLine) + sides_.capacity() * sizeof(MeasuredSides);
+  size_t bytes = lines_.capacity() * sizeof(StoredLine) + sides_.capacity() * sizeof(MeasuredSides);
   for (const Share& share : shares_) {
     for (const Bin& bin : share.bins) bytes += bin.surfels.capacity() * sizeof(uint32_t);
   }

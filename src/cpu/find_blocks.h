@@ -13,13 +13,13 @@ namespace dtsdf {
 
 /// A surfel's line as casting needs it, in one cache line, as the surfels of a block are scattered
 /// in memory.
-struct alignas(64) KeptLine {
+struct alignas(64) StoredLine {
   SampleLine line;
   float weight[3];     ///< One per direction.
   uint8_t directions;  ///< A bit each.
   bool has_sides;      ///< Sides are stored separately; those of narrow pixels have none.
 };
-static_assert(sizeof(KeptLine) == 64, "");
+static_assert(sizeof(StoredLine) == 64, "");
 
 /// A block that a frame touches.
 struct TouchedBlock {
@@ -44,7 +44,7 @@ class BlockFinder {
 
   /// The line of a surfel, and its sides; undefined for a surfel without a weight, or without
   /// sides.
-  const KeptLine& line(uint32_t surfel) const { return lines_[surfel]; }
+  const StoredLine& line(uint32_t surfel) const { return lines_[surfel]; }
   const MeasuredSides& sides(uint32_t surfel) const { return sides_[surfel]; }
 
   /// Memory of the lists of surfels and of the lines, which is most of it.
@@ -78,7 +78,7 @@ class BlockFinder {
 
   const FusionSettings fusion_;
   const int threads_;
-  std::vector<KeptLine> lines_;  ///< Lines of the last frame, possibly followed by older ones.
+  std::vector<StoredLine> lines_;  ///< Lines of the last frame, possibly followed by older ones.
   std::vector<MeasuredSides> sides_;
   std::vector<Share> shares_;
   std::vector<TouchedBlock> touched_;

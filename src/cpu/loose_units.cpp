@@ -7,7 +7,7 @@ namespace dtsdf {
 namespace {
 
 /// Processes the rows of a window one after the other in one thread.
-class RowsInTurn {
+class SequentialRows {
  public:
   static constexpr bool kAtOnce = false;
 
@@ -69,7 +69,7 @@ class RowsInTurn {
   }
 
   /// Range of y and z, relative to the block's first unit.
-  static constexpr int kFirst = -kMostLooseUnits, kEnd = kBlockSide + kMostLooseUnits;
+  static constexpr int kFirst = -kMaxLooseUnits, kEnd = kBlockSide + kMaxLooseUnits;
 
   mutable int low_ = 0, high_ = 0;  ///< Layers where the piece may have units.
 };
@@ -96,7 +96,7 @@ BlockBits firstPiece(const BlockBits& units) {
   return piece;
 }
 
-bool isSmall(const BlockBits& piece, int most_units) {
+bool isSmall(const BlockBits& piece, int max_units) {
   uint32_t along_x = 0, along_y = 0, along_z = 0;
   for (int z = 0; z < kBlockSide; ++z) {
     along_z |= (piece[z] != 0 ? 1u : 0u) << z;
@@ -106,17 +106,17 @@ bool isSmall(const BlockBits& piece, int most_units) {
       along_y |= (row != 0 ? 1u : 0u) << y;
     }
   }
-  return !(spansMore(along_x, most_units) || spansMore(along_y, most_units) ||
-           spansMore(along_z, most_units));
+  return !(spansMore(along_x, max_units) || spansMore(along_y, max_units) ||
+           spansMore(along_z, max_units));
 }
 
 /// The units of pieces that look small within the block. Most blocks have none, and so no loose
 /// pieces.
-BlockBits unitsInDoubt(BlockBits units, int most_units) {
+BlockBits unitsInDoubt(BlockBits units, int max_units) {
   BlockBits in_doubt = {};
   while (units != BlockBits{}) {
     const BlockBits piece = firstPiece(units);
-    const bool is_small = isSmall(piece, most_units);
+    const bool is_small = isSmall(piece, max_units);
     for (size_t z = 0; z < kBlockSide; ++z) {
       units[z] &= ~piece[z];
       if (is_small) in_doubt[z] |= piece[z];
@@ -140,12 +140,12 @@ uint16_t surfaceInRow(const LabelNeighbourhood& labels, int row) {
 
 }  // namespace
 
-BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels, int most_units) {
-  if (most_units == 0) return {};
-  BlockBits loose = unitsInDoubt(surface, most_units);
+BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels, int max_units) {
+  if (max_units == 0) return {};
+  BlockBits loose = unitsInDoubt(surface, max_units);
   if (loose == BlockBits{}) return loose;
   LooseWindow window = {};
-  const RowsInTurn rows;
+  const SequentialRows rows;
   rows.each([&](int row) { window.surface[row] = surfaceInRow(labels, row); });
   const auto visitOwnRows = [&](const auto& visit) {
     for (int i = 0; i < kVoxelsPerBlock; i += kBlockSide) {
@@ -154,12 +154,12 @@ BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels,
     }
   };
   visitOwnRows([&](uint64_t layer, int shift, int row) {
-    window.left[row] = static_cast<uint16_t>((layer >> shift & 0xffu) << kMostLooseUnits);
+    window.left[row] = static_cast<uint16_t>((layer >> shift & 0xffu) << kMaxLooseUnits);
   });
-  LoosePieces(rows, labels, most_units, window).find();
+  LoosePieces(rows, labels, max_units, window).find();
   loose = {};
   visitOwnRows([&](uint64_t& layer, int shift, int row) {
-    layer |= uint64_t{window.small[row] >> kMostLooseUnits & 0xffu} << shift;
+    layer |= uint64_t{window.small[row] >> kMaxLooseUnits & 0xffu} << shift;
   });
   return loose;
 }

@@ -20,6 +20,6 @@ inline void addUnit(BlockBits& bits, const Vec3i& unit) {
 }
 
 /// The units of a block's surface that belong to loose pieces.
-BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels, int most_units);
+BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels, int max_units);
 
 }  // namespace dtsdf

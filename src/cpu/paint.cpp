@@ -46,7 +46,7 @@ int listNearSurface(const PointView& view, const Voxel* voxels, int* near) {
 /// A batch of surface points of an array's voxels; same bits as findSurfacePoint().
 class PointBatch {
  public:
-  static constexpr int kMost = 64;
+  static constexpr int kMax = 64;
 
   void find(const PointView& of_image, const Vec3f& of_block, const Voxel* voxels,
             const int* listed, int count, int direction) {
@@ -74,9 +74,9 @@ class PointBatch {
     }
   }
 
-  Columns<Vec3f, kMost> slopes_, feet_, normals_;
-  Columns<SurfacePoint, kMost> points_;
-  float sdf_[kMost];
+  Columns<Vec3f, kMax> slopes_, feet_, normals_;
+  Columns<SurfacePoint, kMax> points_;
+  float sdf_[kMax];
 };
 
 constexpr int kCells = 8;  ///< Cells drawn at a time.
@@ -221,12 +221,12 @@ void Painter::findPoints(CpuMap& map, BlockView& block, float* hiding_m) const {
   block.points.clear();
   const int32_t width = cellsFor(view.frame.width);
   PointBatch batch;
-  SurfacePiece pieces[PointBatch::kMost];
+  SurfacePiece pieces[PointBatch::kMax];
   visitArrays(entry, map.voxels, [&](int direction, const Voxel* array) {
     int near[kVoxelsPerBlock];
     const int near_count = listNearSurface(view, array, near);
-    for (int first = 0; first < near_count; first += PointBatch::kMost) {
-      const int count = std::min(near_count - first, PointBatch::kMost);
+    for (int first = 0; first < near_count; first += PointBatch::kMax) {
+      const int count = std::min(near_count - first, PointBatch::kMax);
       batch.find(view, first_voxel_L, array, near + first, count, direction);
       int piece_count = 0;
       for (int k = 0; k < count; ++k) {
@@ -285,7 +285,7 @@ void Painter::sumExposure(CpuMap& map, BlockView& block) const {
     const VoxelColour* known =
         findColour(map, entry.array[voxel / kVoxelsPerBlock], voxel % kVoxelsPerBlock);
     if (known == nullptr) continue;
-    if (tellsExposure(*known, colourOf(sample), sample.weight, settings_.rules)) {
+    if (isUsableForExposure(*known, colourOf(sample), sample.weight, settings_.rules)) {
       addToSums(block.sums, *known, colourOf(sample));
     }
   }
@@ -298,9 +298,9 @@ void Painter::prefetchNext(CpuMap& map, size_t i) const {
   prefetchColours(map.table.block(blocks_[next].slot), map);
 }
 
-SeenColours Painter::look(const FrameView& view, int32_t least_evidence,
+SeenColours Painter::look(const FrameView& view, int32_t min_evidence,
                           const std::vector<int32_t>& in_view, CpuMap& map) {
-  sensing_.view = {settings_, view, least_evidence};
+  sensing_.view = {settings_, view, min_evidence};
   findBlocksInView(in_view, map.table);
   findPoints(map);
   parallelFor(blocks_in_view_, threads_, [&](size_t i) {

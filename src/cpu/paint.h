@@ -27,8 +27,8 @@ class Painter {
   void takeImage(const ColourFrame& frame);
 
   /// Finds the map's surfaces that the image shows.
-  SeenColours look(const FrameView& view, int32_t least_evidence,
-                   const std::vector<int32_t>& in_view, CpuMap& map);
+  SeenColours look(const FrameView& view, int32_t min_evidence, const std::vector<int32_t>& in_view,
+                   CpuMap& map);
 
   /// The bricks that painting the image needs.
   std::vector<ColourRequest> requests(CpuMap& map) const;

@@ -38,7 +38,7 @@ inline void visitPixels(const FrameView& frame, const DrawnTriangle& drawn, cons
 }
 
 /// Projects a block's vertices, with normals from the block's triangles.
-inline std::vector<SeenVertex> seeVertices(const FrameView& frame, const BlockMesh& mesh) {
+inline std::vector<ProjectedVertex> projectVertices(const FrameView& frame, const BlockMesh& mesh) {
   std::vector<Vec3i> shares(mesh.vertices.size(), Vec3i{0, 0, 0});
   for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
     const uint16_t* corner = mesh.triangles.data() + i;
@@ -48,10 +48,10 @@ inline std::vector<SeenVertex> seeVertices(const FrameView& frame, const BlockMe
     for (int k = 0; k < 3; ++k) shares[corner[k]] = shares[corner[k]] + share;
   }
   const Vec3f first = toFloat(firstVoxelOfBlock(mesh.key) - frame.origin_voxel);
-  std::vector<SeenVertex> seen;
+  std::vector<ProjectedVertex> seen;
   seen.reserve(mesh.vertices.size());
   for (size_t i = 0; i < mesh.vertices.size(); ++i) {
-    seen.push_back(seeVertex(frame, first + mesh.vertices[i].position));
+    seen.push_back(projectVertex(frame, first + mesh.vertices[i].position));
     seen.back().normal_C = normalOfShares(frame, shares[i]);
   }
   return seen;
@@ -78,14 +78,14 @@ class Renderer {
 
   /// Renders the surfaces of voxels with at least this evidence.
   /// @param painted Whether the view has colours.
-  void render(const FrameView& frame, int32_t least_evidence, bool painted, RenderedView& view) {
+  void render(const FrameView& frame, int32_t min_evidence, bool painted, RenderedView& view) {
     const size_t pixels = static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height);
     surfaces_.assign(pixels, kNothingSeen);
     if (painted) colours_.assign(pixels, kNothingSeen);
-    mesher_.labelBlocks(slotsWithin(frame, kLabelledReach), least_evidence);
+    mesher_.labelBlocks(slotsWithin(frame, kLabelledReach), min_evidence);
     const std::vector<int32_t> slots = slotsWithin(frame, kDrawnReach);
     parallelFor<BlockSurface>(slots.size(), threads_, [&](size_t i, BlockSurface& surface) {
-      const BlockMesh* mesh = mesher_.shownMesh(slots[i], surface);
+      const BlockMesh* mesh = mesher_.viewMesh(slots[i], surface);
       if (mesh != nullptr) drawBlock(frame, *mesh, painted);
     });
     resizeView(frame, painted, view);
@@ -112,12 +112,12 @@ class Renderer {
   }
 
   void drawBlock(const FrameView& frame, const BlockMesh& mesh, bool painted) {
-    const std::vector<SeenVertex> vertices = seeVertices(frame, mesh);
+    const std::vector<ProjectedVertex> vertices = projectVertices(frame, mesh);
     for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
       const uint16_t* corner = mesh.triangles.data() + i;
-      const SeenVertex& a = vertices[corner[0]];
-      const SeenVertex& b = vertices[corner[1]];
-      const SeenVertex& c = vertices[corner[2]];
+      const ProjectedVertex& a = vertices[corner[0]];
+      const ProjectedVertex& b = vertices[corner[1]];
+      const ProjectedVertex& c = vertices[corner[2]];
       const DrawnTriangle drawn = drawTriangle(frame, a, b, c);
       if (!drawn.is_drawn) continue;
       visitPixels(frame, drawn, [&](size_t pixel, const CornerWeights& weights) {

@@ -61,7 +61,7 @@ class FreeCellFinder {
       parallelFor(height, height < 64 ? 1 : threads_, [&](size_t v) {
         for (int32_t u = 0; u < width; ++u) {
           levels_[k][v * width + u] =
-              leastBelow(free.level[k - 1], width_below, height_below, u, static_cast<int32_t>(v));
+              minBelow(free.level[k - 1], width_below, height_below, u, static_cast<int32_t>(v));
         }
       });
       free.level[k] = levels_[k].data();

@@ -127,7 +127,7 @@ FrameSensing FrameSensor::sense(const DepthFrame& frame) {
   if (needsFreeDepth(params_)) {
     findFreeDepths(sensing);
     sensing.free_depth = free_depth_.data();
-    sensing.most_free = most_free_.data();
+    sensing.max_free = max_free_.data();
   }
   return sensing;
 }
@@ -168,7 +168,7 @@ DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
         if (middle.u < span.begin || middle.u >= span.end) continue;
         const NoiseLinePlace place = noiseLinePlace(column, row, middle, static_cast<int>(step));
         float line[kNoiseLength];
-        if (!takeNoiseLine(measured, view.width, view.height, place, line)) continue;
+        if (!readNoiseLine(measured, view.width, view.height, place, line)) continue;
         const float variance = noiseVariance(line, surfel_settings_);
         if (!(variance >= 0.0f)) continue;
         ++lines_in_bin[place.kind][noiseBin(variance)];
@@ -243,7 +243,7 @@ void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   const FrameView& view = sensing.image.frame;
   const int columns = freePatchesAlong(view.width), rows = freePatchesAlong(view.height);
   free_depth_.resize(view.width, view.height);
-  most_free_.resize(static_cast<size_t>(columns) * rows);
+  max_free_.resize(static_cast<size_t>(columns) * rows);
   parallelFor(rows, threads_, [&](size_t row) {
     const int first_v = static_cast<int>(row) * kFreePatchSide;
     PixelSpan all{0, 0};
@@ -254,13 +254,13 @@ void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
           [&] { findFreeDepthsOfRow(sensing, v, span, fusion_settings_, free_depth); });
       all = unite(all, span);
     }
-    findGreatest(view, free_depth_.data(), first_v, all, &most_free_[row * columns]);
+    findGreatest(view, free_depth_.data(), first_v, all, &max_free_[row * columns]);
   });
 }
 
 size_t FrameSensor::bytes() const {
   return measured_.bytes() + inverse_depth_.bytes() + row_value_.bytes() + row_slope_.bytes() +
-         free_depth_.bytes() + links_.bytes() + most_free_.capacity() * sizeof(float);
+         free_depth_.bytes() + links_.bytes() + max_free_.capacity() * sizeof(float);
 }
 
 }  // namespace dtsdf

@@ -34,7 +34,7 @@ class FrameSensor {
   const int threads_;
   SpanImage<float> measured_, inverse_depth_, row_value_, row_slope_, free_depth_;
   SpanImage<PixelLinks> links_;
-  std::vector<float> most_free_;
+  std::vector<float> max_free_;
 };
 
 }  // namespace dtsdf

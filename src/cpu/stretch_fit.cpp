@@ -5,11 +5,11 @@
 namespace dtsdf {
 
 inline int StretchFit::begin(int pixels, const LineSamples& first, const FitWindow& window) {
-  constexpr float kLeast = 1e-6f;  // inverse depths of 0 and below have no window
-  int32_t widest = 0;              // an integer, whose maximum vectorises
+  constexpr float kMin = 1e-6f;  // inverse depths of 0 and below have no window
+  int32_t widest = 0;            // an integer, whose maximum vectorises
   for (int i = 0; i < pixels; ++i) {
     const float value = first.value[i];
-    const WindowRadius radius = windowRadius(maximum(value, kLeast), window);
+    const WindowRadius radius = windowRadius(maximum(value, kMin), window);
     const int32_t both = radius.both * static_cast<int32_t>(value > 0.0f);
     radius_[i] = both;
     one_side_[i] = radius.one_side;

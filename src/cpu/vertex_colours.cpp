@@ -1,9 +1,9 @@
 #include "cpu/vertex_colours.h"
 
 namespace dtsdf {
-ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t least_evidence) {
+ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t min_evidence) {
   ColouredCorners corners = {};
-  corners.voxels.least_evidence = least_evidence;
+  corners.voxels.min_evidence = min_evidence;
   for (int n = 0; n < kCornerBlocks; ++n) {
     const int32_t slot = map.table.find(packKey(key + cornerBlockOffset(n)));
     if (slot < 0) continue;
@@ -25,11 +25,11 @@ std::vector<VertexColour> vertexColours(ColouredCorners corners,
                                         bool directional) {
   bool knows_painted = false;  // most vertices have a colour of their own
   const auto colourOn = [&](int edge) {
-    const VertexColour own = ownColour(corners, edge, directional);
+    const VertexColour own = colourOnEdge(corners, edge, directional);
     if (own.painted != 0) return own;
     for (int i = 0; i < kPaintedRows && !knows_painted; ++i) findPaintedRow(corners, i);
     knows_painted = true;
-    return colourBeside(corners, edge, directional);
+    return colourNearEdge(corners, edge, directional);
   };
   std::vector<VertexColour> colours(vertices.size());
   uint16_t vertex_of[kGridEdges] = {};  // edge vertices come before middles

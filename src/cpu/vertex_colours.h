@@ -10,8 +10,8 @@
 namespace dtsdf {
 
 /// The voxels and colours that a block's vertices are coloured from. Voxels with less than
-/// `least_evidence` count as unknown.
-ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t least_evidence);
+/// `min_evidence` count as unknown.
+ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t min_evidence);
 
 /// The colours of a block's vertices; the middle of a side gets the mean of its ends.
 std::vector<VertexColour> vertexColours(ColouredCorners corners,

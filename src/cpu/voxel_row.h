@@ -38,8 +38,8 @@ struct VoxelRow {
   LaneInts evidence() const { return LaneInts(state.v << 24 >> 24); }
 
   /// The weights that sampleOf() gives.
-  LaneFloats knownWeight(int32_t least_evidence) const {
-    const LaneInts known = evidence() > LaneInts(least_evidence - 1);
+  LaneFloats knownWeight(int32_t min_evidence) const {
+    const LaneInts known = evidence() > LaneInts(min_evidence - 1);
     const LaneFloats weight = toFloats(weightUnits()) * LaneFloats(1.0f / kStoredWeightScale);
     return select(known, weight, LaneFloats(0.0f));
   }

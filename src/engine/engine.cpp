@@ -23,7 +23,7 @@ IntegrationResult refuseForMemory(const BackendError& error) {
                     error.what());
 }
 
-/// Keeps the farthest blocks in the lists, at most kMostDroppedBlocks; keys break ties.
+/// Keeps the farthest blocks in the lists, at most kMaxDroppedBlocks; keys break ties.
 void keepFarthest(const RegionView& kept, const BlockTable& table, std::vector<int32_t>& slots,
                   std::vector<PackedKey>& on_disk) {
   std::vector<std::pair<double, PackedKey>> all;  // negative distances, to sort the farthest first
@@ -33,7 +33,7 @@ void keepFarthest(const RegionView& kept, const BlockTable& table, std::vector<i
   for (const int32_t slot : slots) add(packKey(table.block(slot).key));
   for (const PackedKey key : on_disk) add(key);
   std::sort(all.begin(), all.end());
-  if (all.size() > kMostDroppedBlocks) all.resize(kMostDroppedBlocks);
+  if (all.size() > kMaxDroppedBlocks) all.resize(kMaxDroppedBlocks);
   slots.clear();
   on_disk.clear();
   for (const auto& [distance, key] : all) {
@@ -47,7 +47,7 @@ void keepFarthest(const RegionView& kept, const BlockTable& table, std::vector<i
 }
 
 /// Largest size of State::changed_in.
-constexpr size_t kMostViews = 8;
+constexpr size_t kMaxViews = 8;
 
 }  // namespace
 
@@ -92,7 +92,7 @@ IntegrationResult Engine::timed(const std::function<IntegrationResult()>& take) 
     result = take();
   } catch (const BackendError& error) {
     table_.publish();
-    if (!error.lacksMemory()) throw;
+    if (!error.isOutOfMemory()) throw;
     result = refuseForMemory(error);
   }
   noteStats();
@@ -115,7 +115,8 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   std::vector<int32_t> in_view = prepareForFrame(view);
   const auto cubes = space_ ? space_->cubesInView(view) : std::vector<Vec3i>();
   TouchedBlocks touched = backend_->lookUpBlocks();
-  if (touched.blocks == 0 && !clearsFromAfar(frame, params_)) return noMeasurement(frame, params_);
+  if (touched.blocks == 0 && !clearsBeyondRange(frame, params_))
+    return noMeasurement(frame, params_);
   if (space_) backend_->seeFree(cubes);
   IntegrationResult result;
   convention_.add(frame);
@@ -140,9 +141,9 @@ std::vector<int32_t> Engine::prepareForFrame(const FrameView& view) {
   helper_.wait();
   std::vector<int32_t> in_view = blocksInView(view);
   applyPendingWork();
-  const bool has_moved = std::exchange(state_.has_moved_between, false);
+  const bool has_moved = std::exchange(state_.has_moved_in_background, false);
   if (!pager_ || has_moved || state_.is_meshing) return in_view;
-  pager_->moveBetween(*backend_);
+  pager_->moveBetweenFrames(*backend_);
   return blocksInView(view);
 }
 
@@ -186,7 +187,7 @@ void Engine::admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view) 
   try {
     backend_->reserve({blocks, touched.new_arrays});
   } catch (const BackendError& error) {
-    if (!error.lacksMemory()) throw;
+    if (!error.isOutOfMemory()) throw;
     state_.refused += blocks;
     return;
   }
@@ -204,7 +205,7 @@ void Engine::keep(const DepthFrame& frame, const FrameView& view, bool has_moved
   if (pager_) {
     pager_->noteFrame(frame, view, has_moved_blocks);
     auto& views = state_.changed_in;
-    if (views && views->size() == kMostViews) views.reset();
+    if (views && views->size() == kMaxViews) views.reset();
     if (views) views->push_back(view);
   }
   if (!traits_.indexes_blocks_itself) applyPendingWork();
@@ -224,14 +225,14 @@ void Engine::applyPendingWork() {
   table_.publish();  // in case a failure left blocks unpublished
   std::vector<int32_t> changed = takeOutcome();
   if (pager_ && state_.kept) {  // dropBeyond() may run out of memory
-    keepEachOnce(changed);
+    sortUnique(changed);
     backend_->follow({changed});
   }
   const std::vector<int32_t> dropped = dropBeyond();
   changed.insert(changed.end(), dropped.begin(), dropped.end());
   const std::vector<int32_t> released = releaseUnseen();
   changed.insert(changed.end(), released.begin(), released.end());
-  keepEachOnce(changed);
+  sortUnique(changed);
   backend_->follow({changed, !dropped.empty()});
 }
 
@@ -254,7 +255,7 @@ std::vector<int32_t> Engine::takeOutcome() {
 /// Releases blocks that became empty before any extraction. A view may have made labels from them,
 /// so blocks around them are then meshed again. @return the slots.
 std::vector<int32_t> Engine::releaseUnseen() {
-  const std::vector<int32_t> unseen = table_.takeUnseen();
+  const std::vector<int32_t> unseen = table_.takeUnmeshed();
   if (state_.was_viewed && !unseen.empty()) {
     std::vector<PackedKey> keys;
     for (const int32_t slot : unseen) keys.push_back(packKey(table_.block(slot).key));
@@ -307,7 +308,7 @@ Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
     state_.refused += left;
     return alignment;
   } catch (const BackendError& error) {
-    if (!error.lacksMemory()) throw;
+    if (!error.isOutOfMemory()) throw;
     return unaligned;
   }
 }
@@ -336,7 +337,7 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
     state_.refused += pager_->countPaged(seen);
     in_view = table_.slotsInView(view, radius);
   }
-  SeenColours seen = backend_->look(view, leastEvidenceNow(), in_view);
+  SeenColours seen = backend_->look(view, minEvidenceNow(), in_view);
   state_.exposure = exposureOf(seen.sums, state_.exposure, paint_settings_);
   if (!seen.any) return nothingToPaint();
   admitColours(std::move(seen.requests));
@@ -389,7 +390,7 @@ void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
           "render the saved map");
     }
   }
-  backend_->render({frame, leastEvidenceNow(), state_.has_colours}, view);
+  backend_->render({frame, minEvidenceNow(), state_.has_colours}, view);
   noteStats();
 }
 
@@ -407,8 +408,8 @@ bool Engine::makeRoom(size_t bytes) {
   return pager_->makeRoom(*backend_, bytes);
 }
 
-int32_t Engine::leastEvidenceNow() const {
-  return leastEvidence(params_.mesh.min_support, state_.supporting_frames, rules_.fusion);
+int32_t Engine::minEvidenceNow() const {
+  return minEvidence(params_.mesh.min_support, state_.supporting_frames, rules_.fusion);
 }
 
 }  // namespace dtsdf

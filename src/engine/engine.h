@@ -60,7 +60,7 @@ class Engine : public ProbedMapper {
 
     bool is_meshing = false;      ///< An extraction was begun and not yet fetched.
     MeshUpdate made;              ///< Meshes of that extraction that are already known.
-    int32_t least_evidence = 0;   ///< Evidence that the last extraction required.
+    int32_t min_evidence = 0;     ///< Evidence that the last extraction required.
     std::vector<int32_t> vacant;  ///< Released once all parts of an extraction are fetched.
     bool was_viewed = false;      ///< Whether render() ran since the last extraction.
 
@@ -69,14 +69,14 @@ class Engine : public ProbedMapper {
     std::vector<MarkedKey> waiting;  ///< Blocks left to the next part of an extraction.
     std::vector<MarkedKey> undone;   ///< Blocks meshed without all they depend on: to mesh again.
     PackedKey next_turn = 0;         ///< First block of the next part.
-    bool has_moved_between = false;  ///< Whether blocks moved since the last frame.
+    bool has_moved_in_background = false;  ///< Whether blocks moved since the last frame.
   };
 
   MapBackend& ready();
   MapBackend& made();
   void noteStats();
   IntegrationResult timed(const std::function<IntegrationResult()>& take);
-  int32_t leastEvidenceNow() const;
+  int32_t minEvidenceNow() const;
 
   // A depth image, and the pending work that it leaves until the map is next used.
   IntegrationResult fuse(const DepthFrame& frame);
@@ -104,11 +104,11 @@ class Engine : public ProbedMapper {
   // Blocks on disk, with map/page_folder only.
   size_t require(const std::vector<PackedKey>& keys);
   bool makeRoom(size_t bytes);
-  void moveBeside();
+  void moveInBackground();
 
   // The map as a whole.
   void clearSlots(const std::vector<int32_t>& slots, const RegionView& view, ClearedRegion& result);
-  void enterPart(const MapContents& part);
+  void addPart(const MapContents& part);
 
   const MapperParams params_;
   const Rules rules_;

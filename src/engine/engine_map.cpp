@@ -16,9 +16,9 @@ void Engine::beginMeshUpdate() {
       traits_.indexes_blocks_itself && !pager_ && !state_.kept && !state_.was_viewed;
   if (!prepares_behind) prepareForMesh();
   state_.made = MeshUpdate();  // an earlier extraction that was not fetched is discarded
-  const int32_t least = leastEvidenceNow();
-  if (least != state_.least_evidence) markAllDirty();
-  state_.least_evidence = least;
+  const int32_t least = minEvidenceNow();
+  if (least != state_.min_evidence) markAllDirty();
+  state_.min_evidence = least;
   if (pager_) loadForMesh();
   backend_->beginMesh(least);
   state_.is_meshing = true;
@@ -94,7 +94,7 @@ MeshUpdate Engine::finishMeshUpdate() {
     space_->addSurfaces(made.blocks);
   }
   noteStats();
-  if (pager_) moveBeside();
+  if (pager_) moveInBackground();
   return made;
 }
 
@@ -114,14 +114,14 @@ void Engine::finishMeshing() {
 
 /// Moves blocks in the background before the next frame. If a device lacks the memory, they move
 /// only when necessary.
-void Engine::moveBeside() {
-  state_.has_moved_between = true;
+void Engine::moveInBackground() {
+  state_.has_moved_in_background = true;
   helper_.start([this] {
     try {
       made();
-      pager_->moveBetween(*backend_);
+      pager_->moveBetweenFrames(*backend_);
     } catch (const BackendError& error) {
-      if (!error.lacksMemory()) throw;
+      if (!error.isOutOfMemory()) throw;
     }
   });
 }
@@ -215,7 +215,7 @@ MapContents Engine::part(const std::vector<MapBlock>& blocks) {
   applyPendingWork();
   MapContents part;
   part.blocks = blocks;
-  makeRoomForWords(part);
+  allocateWords(part);
   if (pager_) {
     pager_->copyWords(*backend_, part);
     noteStats();
@@ -229,7 +229,7 @@ MapContents Engine::part(const std::vector<MapBlock>& blocks) {
 }
 
 void Engine::restore(const MapParts& parts) {
-  parts.visit([this](const MapContents& part) { enterPart(part); });
+  parts.visit([this](const MapContents& part) { addPart(part); });
   ready();
   const MapContents& head = *parts.head;
   if (head.painted) keepColours();  // even if it has no blocks
@@ -242,7 +242,7 @@ void Engine::restore(const MapParts& parts) {
 }
 
 /// Adds a part of a map. With map/page_folder, blocks that do not fit are written to disk.
-void Engine::enterPart(const MapContents& part) try {
+void Engine::addPart(const MapContents& part) try {
   ready();
   state_.changed_in.reset();
   if (part.painted) keepColours();
@@ -253,10 +253,10 @@ void Engine::enterPart(const MapContents& part) try {
         pager_->stats().problem);
   };
   take(sizeOf(part.blocks).bytes());
-  enterContents(part, nullptr, table_, *backend_);
+  addContents(part, nullptr, table_, *backend_);
   take(0);
 } catch (const BackendError& error) {
-  if (!error.lacksMemory()) throw;
+  if (!error.isOutOfMemory()) throw;
   throw std::runtime_error(std::string("the GPU has too little memory for this map, which was not "
                                        "loaded; clear_map frees the memory of the old one. ") +
                            error.what());

@@ -19,7 +19,7 @@ constexpr float kMeshedRadius = kFootRadius + 1.7321f * kMeshReach * kBlockSide;
 
 /// Sorts values and removes duplicates.
 template <class T>
-void keepEachOnce(std::vector<T>& values) {
+void sortUnique(std::vector<T>& values) {
   std::sort(values.begin(), values.end());
   values.erase(std::unique(values.begin(), values.end()), values.end());
 }

@@ -22,17 +22,17 @@ size_t spareBytes(size_t budget_bytes) { return std::min(budget_bytes / 16, 4 * 
 
 /// Blocks waiting to be written take up to this share of the budget, in addition to it.
 constexpr size_t kWaitingShare = 8;
-constexpr size_t kMostWaitingBytes = 4 * kBatchBytes;
+constexpr size_t kMaxWaitingBytes = 4 * kBatchBytes;
 
 /// Calls after a failure that do not use the disk.
 constexpr uint64_t kCallsBetweenTries = 16;
 
 /// Largest size of a block in memory.
-constexpr size_t kMostBytesOfBlock =
+constexpr size_t kMaxBytesOfBlock =
     BlockTable::kBlockBytes +
     kDirectionCount * (BlockTable::kArrayBytes + kBricksPerArray * BlockTable::kColourBytes);
 
-size_t bytesOnceIn(const MapBlock& block) {
+size_t bytesInMemory(const MapBlock& block) {
   return BlockTable::kBlockBytes +
          static_cast<size_t>(__builtin_popcount(block.directions)) * BlockTable::kArrayBytes +
          static_cast<size_t>(__builtin_popcountll(block.bricks)) * BlockTable::kColourBytes;
@@ -41,9 +41,9 @@ size_t bytesOnceIn(const MapBlock& block) {
 /// Whether a step is a motion to extrapolate, rather than a jump of the pose or a change to another
 /// camera of a rig.
 bool isMotion(const Eigen::Isometry3d& step, double max_depth_m) {
-  constexpr double kMostTurn_rad = 0.35, kMostDepths = 0.25;
-  return Eigen::AngleAxisd(step.linear()).angle() < kMostTurn_rad &&
-         step.translation().norm() < kMostDepths * max_depth_m;
+  constexpr double kMaxTurn_rad = 0.35, kMaxDepths = 0.25;
+  return Eigen::AngleAxisd(step.linear()).angle() < kMaxTurn_rad &&
+         step.translation().norm() < kMaxDepths * max_depth_m;
 }
 
 /// How many frames ahead blocks are read, and the step between these frames.
@@ -82,18 +82,18 @@ Pager::Pager(const MapperParams& params, const Rules& rules, int threads, BlockT
       budget_bytes_(table.budgetBytes()),
       batch_bytes_(std::min(kBatchBytes, spareBytes(budget_bytes_))),
       blocks_(params.map.page_folder, pageBytesOf(params.map),
-              std::min(budget_bytes_ / kWaitingShare, kMostWaitingBytes)) {}
+              std::min(budget_bytes_ / kWaitingShare, kMaxWaitingBytes)) {}
 
 size_t Pager::bytesOf(PackedKey key) const {
   const int32_t slot = table_.find(key);
   if (slot >= 0) return table_.bytesOf(slot);
   const int32_t number = blocks_.find(key);
-  return number < 0 ? 0 : bytesOnceIn(blocks_.block(number).block);
+  return number < 0 ? 0 : bytesInMemory(blocks_.block(number).block);
 }
 
 bool Pager::fits(const std::vector<PackedKey>& keys, size_t other_bytes) const {
   size_t bytes = other_bytes;
-  if (bytes + keys.size() * kMostBytesOfBlock <= budget_bytes_) return true;
+  if (bytes + keys.size() * kMaxBytesOfBlock <= budget_bytes_) return true;
   for (const PackedKey key : keys) bytes += bytesOf(key);
   return bytes <= budget_bytes_;
 }
@@ -143,7 +143,7 @@ size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
   for (size_t first = 0; first < numbers.size();) {
     size_t end = first, bytes = 0;
     for (; end < numbers.size() && (end == first || bytes < batch_bytes_); ++end) {
-      bytes += bytesOnceIn(blocks_.block(numbers[end]).block);
+      bytes += bytesInMemory(blocks_.block(numbers[end]).block);
     }
     // A full disk can take other blocks only after these have been read.
     if (!makeRoom(backend, bytes) && !hasRoom(0)) break;
@@ -162,7 +162,7 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
   table_.setBudget(budget_bytes_);
   if (hasRoom(bytes)) return true;
   evict(backend, bytes + spareBytes(budget_bytes_), now_ + 1);
-  const bool exceeds = !hasRoom(bytes) && leastRecent(1, now_ + 1).empty();
+  const bool exceeds = !hasRoom(bytes) && leastRecentlyNeeded(1, now_ + 1).empty();
   table_.setBudget(exceeds ? table_.bytesInUse() + bytes : budget_bytes_);
   return exceeds || hasRoom(bytes);
 }
@@ -172,7 +172,7 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
 void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   if (now_ < no_writing_before_) return;
   const std::vector<int32_t> slots =
-      leastRecent(table_.bytesInUse() + bytes - budget_bytes_, before);
+      leastRecentlyNeeded(table_.bytesInUse() + bytes - budget_bytes_, before);
   std::vector<int32_t> batch;
   size_t batch_bytes = 0;
   int tries = 4;  // a disk that is too full for a large block may have room for others
@@ -191,7 +191,7 @@ void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
 
 /// Blocks to evict, of at least `bytes` in all if possible, except those required last: by coarse
 /// cells, least recently needed first, then by key.
-std::vector<int32_t> Pager::leastRecent(size_t bytes, uint64_t before) const {
+std::vector<int32_t> Pager::leastRecentlyNeeded(size_t bytes, uint64_t before) const {
   std::vector<const BlockCells::Cell*> cells;
   for (const BlockCells::Cell& cell : table_.cells()) {
     if (cell.last_need < before) cells.push_back(&cell);
@@ -237,7 +237,7 @@ std::vector<PackedKey> Pager::neededKeys(MapBackend& backend, const FrameView& v
     if (table_.block(slot).in_use) others.push_back(packKey(table_.block(slot).key));
   }
   std::vector<PackedKey> keys = backend.neededKeys(others, frame_number);
-  keepEachOnce(keys);
+  sortUnique(keys);
   if (!moves && !isAnyPaged(keys)) keys.clear();
   return keys;
 }
@@ -340,7 +340,7 @@ std::vector<PackedKey> Pager::keysAhead(DepthFrame ahead) {
 
 /// Blocks read ahead are usually in the system's cache by now; otherwise they are read while other
 /// frames are processed.
-void Pager::moveBetween(MapBackend& backend) {
+void Pager::moveBetweenFrames(MapBackend& backend) {
   if (const auto frame = std::exchange(ahead_of_, std::nullopt); frame && !isEmpty()) {
     ahead_ = keysAhead(*frame);
     for (const int32_t number : numbersOf(ahead_)) blocks_.readAhead(number);

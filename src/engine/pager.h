@@ -19,8 +19,8 @@ size_t bytesOfNew(const PoolSizes& lack);
 
 /// Adds blocks to a table and its backend in the order of a frame: memory, table, backend.
 /// @param states The blocks' states of meshing; null: new. @return their slots.
-std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates* states,
-                                   BlockTable& table, MapBackend& backend);
+std::vector<int32_t> addContents(const MapContents& contents, const MeshStates* states,
+                                 BlockTable& table, MapBackend& backend);
 
 class Pager {
  public:
@@ -84,7 +84,7 @@ class Pager {
 
   /// Between frames, loads some blocks that were read ahead and evicts some that are out of view,
   /// so that frames seldom wait for either.
-  void moveBetween(MapBackend& backend);
+  void moveBetweenFrames(MapBackend& backend);
 
   // ---- Meshing.
 
@@ -117,7 +117,7 @@ class Pager {
   std::vector<int32_t> numbersOf(const std::vector<PackedKey>& keys) const;
   void touch(int32_t slot);
   void evict(MapBackend& backend, size_t bytes, uint64_t before);
-  std::vector<int32_t> leastRecent(size_t bytes, uint64_t before) const;
+  std::vector<int32_t> leastRecentlyNeeded(size_t bytes, uint64_t before) const;
   bool writeBatch(MapBackend& backend, const std::vector<int32_t>& slots);
   size_t readBatch(MapBackend& backend, std::vector<int32_t> numbers);
   std::vector<PackedKey> keysAhead(DepthFrame ahead);

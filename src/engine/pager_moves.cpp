@@ -62,8 +62,8 @@ void fill(const RecordBytes& to, const char* from) {
 
 }  // namespace
 
-std::vector<int32_t> enterContents(const MapContents& contents, const MeshStates* states,
-                                   BlockTable& table, MapBackend& backend) {
+std::vector<int32_t> addContents(const MapContents& contents, const MeshStates* states,
+                                 BlockTable& table, MapBackend& backend) {
   const MapSize size = sizeOf(contents.blocks);
   const bool has_colours = size.bricks > 0 || contents.painted;
   backend.reserve({size.blocks, size.voxel_arrays, size.bricks, has_colours,
@@ -91,7 +91,7 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
   const auto batch = std::make_shared<std::pair<MapContents, MeshStates>>();
   auto& [contents, states] = *batch;
   contents.blocks = mapBlocks(table_, slots);
-  makeRoomForWords(contents);
+  allocateWords(contents);
   backend.copyOut(orderOf(table_, slots), contents, &states);
   Words words(contents, &states);
   const UnitLabels* labels = words.labels;  // labels of the first block that stays
@@ -133,7 +133,7 @@ size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
     states.states.push_back(block.mesh);
     labelled += block.mesh.has_labels ? 1 : 0;
   }
-  makeRoomForWords(contents);
+  allocateWords(contents);
   states.labels = PlainArray<UnitLabels>(labelled * kVoxelsPerBlock);
   Words words(contents, &states);
   std::vector<RecordBytes> places;
@@ -159,7 +159,7 @@ size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
     drop(backend, damaged);
     return left + (read.empty() ? 0 : readBatch(backend, std::move(read)));
   }
-  const std::vector<int32_t> slots = enterContents(contents, &states, table_, backend);
+  const std::vector<int32_t> slots = addContents(contents, &states, table_, backend);
   for (size_t i = 0; i < slots.size(); ++i) {
     table_.setExtractions(slots[i], blocks_.block(numbers[i]).extractions);
     touch(slots[i]);
@@ -180,7 +180,7 @@ void Pager::drop(MapBackend& backend, const std::vector<PackedKey>& keys) {
 }
 
 MeshUpdate Pager::takeDropped() {
-  keepEachOnce(dropped_);
+  sortUnique(dropped_);
   MeshUpdate update;
   for (const PackedKey key : dropped_) {
     update.blocks.emplace_back();
@@ -252,7 +252,7 @@ void Pager::copyWords(MapBackend& backend, MapContents& contents) {
     }
     MapContents in_memory;
     in_memory.blocks = mapBlocks(table_, slots);
-    makeRoomForWords(in_memory);
+    allocateWords(in_memory);
     backend.copyOut(orderOf(table_, slots), in_memory);
     Words from(in_memory);
     for (size_t i = first; i < end; ++i) {

@@ -103,7 +103,7 @@ namespace {
 constexpr double kRotationTolerance = 0.01;
 
 /// Recognises "-inf", "nan" and Windows' "1.#INF".
-bool saysNotFinite(const std::string& text) {
+bool isNonFiniteWord(const std::string& text) {
   const std::string word = inLowerCase(text);
   return word.find("inf") != std::string::npos || word.find("nan") != std::string::npos ||
          word.find(".#ind") != std::string::npos;
@@ -113,7 +113,7 @@ bool saysNotFinite(const std::string& text) {
 std::optional<double> parseElement(const std::string& word) {
   double number = 0.0;
   if (parseNumber(word, number) && std::isfinite(number)) return number;
-  if (saysNotFinite(word)) return std::numeric_limits<double>::quiet_NaN();
+  if (isNonFiniteWord(word)) return std::numeric_limits<double>::quiet_NaN();
   return std::nullopt;
 }
 

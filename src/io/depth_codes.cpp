@@ -82,7 +82,7 @@ std::string encodeDepthPng(const DepthImage& image) {
 namespace {
 
 /// Decodes a zigzag number to a difference of pixels, modulo 2^16.
-uint16_t unfold(uint32_t zigzag) {
+uint16_t decodeZigzag(uint32_t zigzag) {
   return static_cast<uint16_t>((zigzag >> 1) ^ (0u - (zigzag & 1u)));
 }
 
@@ -115,7 +115,7 @@ std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels
   for (size_t next = 0; next < pixels;) {
     next += readRun(pixels - next);  // the image is initialised with zeros
     for (size_t left = readRun(pixels - next); left > 0; --left) {
-      value = static_cast<uint16_t>(value + unfold(readNumber()));
+      value = static_cast<uint16_t>(value + decodeZigzag(readNumber()));
       image[next++] = value;
     }
   }
@@ -193,7 +193,7 @@ std::vector<float> depthsOfInverse(const std::vector<uint16_t>& inverse, float s
 
 }  // namespace
 
-size_t mostImagePixels() { return kMaxPixels; }
+size_t maxImagePixels() { return kMaxPixels; }
 
 std::string encodingOfCompressedDepth(const std::string& format) {
   const Format parsed = parseFormat(format);

@@ -47,7 +47,7 @@ std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels
 std::string encodingOfCompressedDepth(const std::string& format);
 
 /// Largest number of pixels that a depth or colour image may have.
-size_t mostImagePixels();
+size_t maxImagePixels();
 
 /// Decodes a message: 16-bit depth exactly, 32-bit depth from the inverse depths to which the
 /// transport rounds it. Allocates memory for at most kMaxPixels.

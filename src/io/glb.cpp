@@ -24,13 +24,13 @@ constexpr uint64_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
 // A vertex has position, normal and colour as floats; a triangle has its indices. 8 bits of linear
 // light are too few in dark areas, and trimesh reads only the lower 8 of 16 bits.
 constexpr uint64_t kVectorBytes = 12, kTriangleBytes = 12;
-constexpr uint64_t kMostJsonBytes = 4096;
+constexpr uint64_t kMaxJsonBytes = 4096;
 
 /// The corners of the vertices' bounding box.
 std::pair<Vec3f, Vec3f> boundsOf(const Mesh& mesh) {
   Vec3f low = mesh.vertices_m.front(), high = low;
   for (const Vec3f& p : mesh.vertices_m) {
-    low = leastOf(low, p);
+    low = minOf(low, p);
     high = greatestOf(high, p);
   }
   return {low, high};
@@ -84,7 +84,7 @@ json& addVectors(uint64_t count, uint64_t dimensions, json& document) {
   return document["accessors"].back();
 }
 
-const json& dullSurface() {
+const json& matteMaterial() {
   static const json surface = {
       {"name", "surface"},
       {"doubleSided", true},
@@ -106,7 +106,7 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
        {"indices", 3},
        {"material", 0},
        {"mode", 4}});
-  document["materials"] = json::array({dullSurface()});
+  document["materials"] = json::array({matteMaterial()});
   json& positions = addVectors(vertices, 3, document);
   const auto [low, high] = boundsOf(mesh);  // rounding keeps their order
   positions["min"] = toJson(low - origin);
@@ -157,8 +157,8 @@ uint64_t bufferBytes(uint64_t vertices, uint64_t triangles) {
 
 }  // namespace
 
-uint64_t mostGlbBytes(uint64_t vertices, uint64_t triangles) {
-  return kHeaderBytes + 2 * kChunkHeaderBytes + kMostJsonBytes + bufferBytes(vertices, triangles);
+uint64_t maxGlbBytes(uint64_t vertices, uint64_t triangles) {
+  return kHeaderBytes + 2 * kChunkHeaderBytes + kMaxJsonBytes + bufferBytes(vertices, triangles);
 }
 
 void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
@@ -191,7 +191,7 @@ std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t
     Vec3f low = mesh.vertices_m[mesh.triangles[begin][0]], high = low;
     for (size_t triangle = begin; triangle < end; ++triangle) {
       for (const uint32_t corner : mesh.triangles[triangle]) {
-        low = leastOf(low, mesh.vertices_m[corner]);
+        low = minOf(low, mesh.vertices_m[corner]);
         high = greatestOf(high, mesh.vertices_m[corner]);
       }
     }
@@ -206,7 +206,7 @@ std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t
          {"material", i},
          {"mode", 4}});
     document["textures"].push_back({{"source", i}, {"sampler", 0}});
-    json material = dullSurface();
+    json material = matteMaterial();
     material["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", i}};
     material["extensions"]["KHR_materials_unlit"] = json::object();
     document["materials"].push_back(material);
@@ -235,7 +235,7 @@ void writeGlb(const TexturedMesh& textured, AtomicFile& file) {
   const Vec3f origin = originOf(mesh);
   uint64_t bytes = 0;
   const std::string text = describe(textured, origin, bytes);
-  if (kHeaderBytes + 2 * kChunkHeaderBytes + text.size() + bytes > kMostGlbBytes) {
+  if (kHeaderBytes + 2 * kChunkHeaderBytes + text.size() + bytes > kMaxGlbBytes) {
     throw std::runtime_error(
         "the mesh and its textures do not fit into a .glb file (4 GiB); save "
         "an .obj file, or use larger texels");

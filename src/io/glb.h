@@ -10,15 +10,15 @@
 namespace dtsdf {
 
 /// Upper bound on the bytes of a file with this many vertices and triangles.
-uint64_t mostGlbBytes(uint64_t vertices, uint64_t triangles);
+uint64_t maxGlbBytes(uint64_t vertices, uint64_t triangles);
 
 /// Largest possible file: its sizes are 32-bit numbers.
-constexpr uint64_t kMostGlbBytes = 0xffffffffu;
+constexpr uint64_t kMaxGlbBytes = 0xffffffffu;
 
 /// Writes a mesh with normals and linear colours. The map frame has z up, glTF has y up: the root
 /// node rotates the mesh. Its child node holds the mesh's origin, to which positions are relative,
 /// so that a map far from the origin of its frame stays precise in programs that use floats.
-/// @pre mostGlbBytes() is at most kMostGlbBytes; the mesh is not empty.
+/// @pre maxGlbBytes() is at most kMaxGlbBytes; the mesh is not empty.
 void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file);
 
 /// Writes a textured mesh, to be shown without lighting (KHR_materials_unlit). Each triangle has

@@ -70,7 +70,7 @@ class MapChunks {
  private:
   [[noreturn]] void throwWrongSizes() const;
   template <class Check>
-  void soundly(const Check& check) const;
+  void reportingDamage(const Check& check) const;
   void findRecords();
   void checkEnd();
   const Record* find(const char* kind) const;
@@ -85,7 +85,7 @@ class MapChunks {
   void readWords(const Record& record, uint64_t sum, size_t count, PlainArray<Word>& words) const;
 
   const std::shared_ptr<const RecordFile> file_;
-  const size_t most_bytes_;
+  const size_t max_bytes_;
   const size_t first_;  ///< First record of the map; `end_` is its last.
   size_t end_ = 0;
   MapContents head_;

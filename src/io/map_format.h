@@ -21,16 +21,16 @@ constexpr char kSettings[] = "SETT", kFrame[] = "FRAM", kLevel[] = "LEVL", kBox[
                kVoxels[] = "VOXL", kColours[] = "COLR", kEnd[] = "END ";
 
 /// Chunks in memory at once, with any number of cores.
-constexpr int kMostChunksAtOnce = 4;
+constexpr int kMaxChunksAtOnce = 4;
 
 constexpr size_t kArrayWords = 512, kBrickWords = 64;
 constexpr size_t kStateBytes = 40, kBlockBytes = 16, kEndBytes = 24;
 constexpr size_t kColourHeadBytes = 16, kBlockBricksBytes = 8;
 constexpr size_t kFreeHeadBytes = 8, kFreeRecordBytes = 80;
 /// Largest size of the settings, and of the frame's name, that is written or read, in bytes.
-constexpr uint64_t kMostText = 1 << 20;
+constexpr uint64_t kMaxText = 1 << 20;
 /// Largest record of a box, in bytes.
-constexpr uint64_t kMostBox = 1 << 28;
+constexpr uint64_t kMaxBox = 1 << 28;
 
 /// The settings of a file: those of the map, and poses/... unless given poses were used unchanged.
 ParamTree settingsOfFile(const ParamTree& of_map, const PoseParams& poses);

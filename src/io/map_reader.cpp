@@ -16,7 +16,7 @@ using namespace map_format;
 
 namespace {
 
-constexpr uint64_t kMostArrays = uint64_t{1} << 40;  // so that sizes in bytes fit 64 bits
+constexpr uint64_t kMaxArrays = uint64_t{1} << 40;  // so that sizes in bytes fit 64 bits
 
 bool isKnown(const Record& record) {
   static constexpr const char* kKnown[] = {kSettings,    kFrame, kLevel,  kBox,     kState, kBlocks,
@@ -28,11 +28,11 @@ bool isKnown(const Record& record) {
 }  // namespace
 
 MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t most_bytes)
-    : file_(std::move(file)), most_bytes_(most_bytes), first_(first) {
+    : file_(std::move(file)), max_bytes_(most_bytes), first_(first) {
   findRecords();
   checkEnd();
-  soundly([&] { readSettings(); });
-  soundly([&] { readTables(); });
+  reportingDamage([&] { readSettings(); });
+  reportingDamage([&] { readTables(); });
   const size_t chunks = chunkCount(head_.blocks);
   if (voxels_.size() != chunks || colours_.size() != (head_.painted ? chunks : 0)) {
     throwWrongSizes();
@@ -47,7 +47,7 @@ void MapChunks::throwWrongSizes() const { file_->throwDamaged("its sizes are inc
 
 /// Reports errors in the contents as damage to the file.
 template <class Check>
-void MapChunks::soundly(const Check& check) const {
+void MapChunks::reportingDamage(const Check& check) const {
   std::string problem;
   try {
     return check();
@@ -106,8 +106,8 @@ const Record& MapChunks::get(const char* kind) const {
 }
 
 void MapChunks::readSettings() {
-  const Bytes settings = file_->readAny(get(kSettings), kMostText);
-  const Bytes frame = file_->readAny(get(kFrame), kMostText);
+  const Bytes settings = file_->readAny(get(kSettings), kMaxText);
+  const Bytes frame = file_->readAny(get(kFrame), kMaxText);
   head_.settings = parseYamlParams({settings.begin(), settings.end()}, "its settings");
   head_.map_frame.assign(frame.begin(), frame.end());
   withSettingsOf(head_, {});
@@ -116,7 +116,7 @@ void MapChunks::readSettings() {
     head_.T_W_M = ByteReader(file_->read(*level, kPoseBytes)).take<Eigen::Isometry3d>();
   }
   if (const Record* const box = find(kBox)) {
-    box_ = ByteReader(file_->readAny(*box, kMostBox)).take<MapBox>();
+    box_ = ByteReader(file_->readAny(*box, kMaxBox)).take<MapBox>();
   }
 }
 
@@ -125,7 +125,7 @@ void MapChunks::readTables() {
   ByteReader in(state);
   MapSize known;  // sizes before the blocks are read
   visitState(in, head_, known);
-  if (known.voxel_arrays > kMostArrays || known.blocks > known.voxel_arrays) throwWrongSizes();
+  if (known.voxel_arrays > kMaxArrays || known.blocks > known.voxel_arrays) throwWrongSizes();
   checkRoom(known);
   readBlocks(known.blocks);
   readColourIndex();
@@ -156,7 +156,7 @@ void MapChunks::readColourIndex() {
 void MapChunks::readFree(MapSize known) {
   const Record* const record = find(kFree);
   if (record == nullptr) return;
-  const size_t most = std::min(most_bytes_, kNoMapLimit / 2);
+  const size_t most = std::min(max_bytes_, kNoMapLimit / 2);
   const Bytes content = file_->readAny(*record, most + kFreeHeadBytes);
   if (content.size() % kFreeRecordBytes != kFreeHeadBytes) throwWrongSizes();
   known.free_cubes = content.size() / kFreeRecordBytes;
@@ -168,10 +168,10 @@ void MapChunks::readFree(MapSize known) {
 }
 
 void MapChunks::checkRoom(const MapSize& taken) const {
-  if (taken.bytes() <= most_bytes_) return;
+  if (taken.bytes() <= max_bytes_) return;
   throw std::runtime_error("the map of '" + file_->path() + "' takes " +
                            std::to_string((taken.bytes() >> 20) + 1) + " MiB, and " +
-                           std::to_string(most_bytes_ >> 20) +
+                           std::to_string(max_bytes_ >> 20) +
                            " MiB are allowed; raise map/max_memory_mb");
 }
 
@@ -192,7 +192,7 @@ MapChunks::MapChunks(const std::string& path, size_t most_bytes)
 }
 
 MapChunks::MapChunks(const std::string& path, const MapperParams& params)
-    : MapChunks(path, mostMapBytes(params)) {}
+    : MapChunks(path, maxMapBytes(params)) {}
 
 MapContents MapChunks::part(size_t chunk) const {
   MapContents part;
@@ -209,7 +209,7 @@ MapContents MapChunks::part(size_t chunk) const {
 
 void MapChunks::visit(const std::function<void(const MapContents&)>& take, int threads) const {
   makeInOrder(
-      voxels_.size(), std::min(threadCount(threads), kMostChunksAtOnce),
+      voxels_.size(), std::min(threadCount(threads), kMaxChunksAtOnce),
       [this](size_t i) { return part(i); }, [&](size_t, const MapContents& part) { take(part); });
 }
 

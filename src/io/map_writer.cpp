@@ -35,7 +35,7 @@ std::string checkedSettings(const MapContents& head) {
   const ParamTree settings = settingsOfFile(head.settings, head.poses);
   std::string text = settingsText(settings);
   MapContents back;
-  if (text.size() > kMostText || head.map_frame.size() > kMostText) {
+  if (text.size() > kMaxText || head.map_frame.size() > kMaxText) {
     throw std::runtime_error(
         "the map cannot be saved: its settings or the name of its frame are "
         "longer than 1 MiB");
@@ -110,7 +110,7 @@ MapInfo infoOf(const MapContents& head) {
   info.size = sizeOf(head);
   if (!head.blocks.empty()) info.least = info.most = head.blocks.front().key;
   for (const MapBlock& block : head.blocks) {
-    info.least = leastOf(info.least, block.key);
+    info.least = minOf(info.least, block.key);
     info.most = greatestOf(info.most, block.key);
   }
   return info;
@@ -138,8 +138,7 @@ MapInfo writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& o
       sums.push_back(sum);
     }
   };
-  makeInOrder(chunkCount(head.blocks), std::min(threadCount(threads), kMostChunksAtOnce), make,
-              put);
+  makeInOrder(chunkCount(head.blocks), std::min(threadCount(threads), kMaxChunksAtOnce), make, put);
   saved.content_hash = contentHashOf(head, sums);
   ByteWriter end;
   end(out.records(), out.headHash(), saved.content_hash);

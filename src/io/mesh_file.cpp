@@ -28,9 +28,8 @@ std::ostream& operator<<(std::ostream& out, const Vec3f& v) {
   return out << v.x << ' ' << v.y << ' ' << v.z;
 }
 
-template <class HandOver>
-void writeTexturedFaces(const TexturedMesh& textured, std::ostream& out,
-                        const HandOver& hand_over) {
+template <class Flush>
+void writeTexturedFaces(const TexturedMesh& textured, std::ostream& out, const Flush& hand_over) {
   for (const auto& places : textured.places) {
     for (const TexturePlace& at : places) out << "vt " << at[0] << ' ' << 1.0f - at[1] << '\n';
     hand_over();
@@ -124,7 +123,7 @@ void writeStl(const Mesh& mesh, AtomicFile& file) {
 void checkSize(const Mesh& mesh, const std::string& format, const std::string& path) {
   checkMeshSize(mesh.vertices_m.size(), mesh.triangles.size(), path);
   if (format == ".glb" &&
-      mostGlbBytes(mesh.vertices_m.size(), mesh.triangles.size()) > kMostGlbBytes) {
+      maxGlbBytes(mesh.vertices_m.size(), mesh.triangles.size()) > kMaxGlbBytes) {
     throw std::runtime_error("cannot save '" + path +
                              "': the mesh does not fit into a .glb file (4 GiB); save it as .ply, "
                              "save a region, or simplify it");

@@ -131,7 +131,7 @@ void findAsGiven(const std::string& path, double tolerance_s, std::vector<Stampe
 
 }  // namespace
 
-void turnToOptical(const std::string& convention, std::vector<StampedImage>& images) {
+void convertToOptical(const std::string& convention, std::vector<StampedImage>& images) {
   for (StampedImage& image : images) {
     if (image.T_W_C) image.T_W_C = opticalPose(*image.T_W_C, convention);
   }
@@ -140,7 +140,7 @@ void turnToOptical(const std::string& convention, std::vector<StampedImage>& ima
 void findPosesIn(const std::string& path, double tolerance_s, std::vector<StampedImage>& images,
                  std::string convention) try {
   findAsGiven(path, tolerance_s, images, convention);
-  turnToOptical(convention, images);
+  convertToOptical(convention, images);
 } catch (const nlohmann::json::exception& error) {
   throw std::runtime_error(path + ": " + error.what());
 }

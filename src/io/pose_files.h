@@ -20,7 +20,7 @@ void findPosesIn(const std::string& path, double tolerance_s, std::vector<Stampe
                  std::string convention = "");
 
 /// Converts poses from a convention to the optical frame. @throws as opticalPose()
-void turnToOptical(const std::string& convention, std::vector<StampedImage>& images);
+void convertToOptical(const std::string& convention, std::vector<StampedImage>& images);
 
 /// The pose of the optical frame, from a pose in this convention.
 /// @throws std::invalid_argument for an unknown convention.

@@ -17,7 +17,7 @@ namespace {
 
 /// Reverses the rows of an image, which have `row` values each.
 template <class Value>
-void turnUpsideDown(std::vector<Value>& values, size_t row) {
+void flipRows(std::vector<Value>& values, size_t row) {
   const auto length = static_cast<std::ptrdiff_t>(row);
   for (auto upper = values.begin(), lower = values.end(); lower - upper >= 2 * length;
        upper += length) {
@@ -27,7 +27,7 @@ void turnUpsideDown(std::vector<Value>& values, size_t row) {
 }
 
 /// Intrinsics of the flipped image, for a camera whose y axis points up.
-Intrinsics turnedUpsideDown(const Intrinsics& K, int height) {
+Intrinsics flippedIntrinsics(const Intrinsics& K, int height) {
   return {K.fx, -K.fy, K.cx, static_cast<float>(height - 1) - K.cy};
 }
 
@@ -61,7 +61,7 @@ class RecordedSource : public ImageSource<Image> {
     while (next_ < order_.size()) {
       const size_t place = next_++, index = order_[place];
       if (!isSelected(options_, kIsColour, place)) continue;
-      std::string problem = whyNot(index);
+      std::string problem = skipReason(index);
       try {
         if (problem.empty()) {
           Image image = withoutPixels(index);
@@ -84,14 +84,14 @@ class RecordedSource : public ImageSource<Image> {
   const std::string kind_ = kIsColour ? "colour images: " : "";
 
   /// Why an image is skipped before it is decoded; empty: it is not.
-  std::string whyNot(size_t index) const {
+  std::string skipReason(size_t index) const {
     if (!recorded_.camera) return recorded_.missing_camera;
     if (!recorded_.images[index].T_W_C) return recorded_.images[index].missing;
     const bool may_lack = kIsColour && !std::filesystem::exists(recorded_.images[index].path);
     return may_lack ? "no such file" : "";
   }
 
-  bool isUpsideDown() const { return recorded_.camera->intrinsics.fy < 0.0f; }
+  bool isFlipped() const { return recorded_.camera->intrinsics.fy < 0.0f; }
 
   template <class Frame>
   void placeCamera(size_t index, size_t pixel_bytes, Frame& frame) const {
@@ -99,7 +99,7 @@ class RecordedSource : public ImageSource<Image> {
     frame.height = recorded_.camera->height;
     frame.row_bytes = static_cast<size_t>(frame.width) * pixel_bytes;
     frame.intrinsics = recorded_.camera->intrinsics;
-    if (isUpsideDown()) frame.intrinsics = turnedUpsideDown(frame.intrinsics, frame.height);
+    if (isFlipped()) frame.intrinsics = flippedIntrinsics(frame.intrinsics, frame.height);
     frame.T_W_C = *recorded_.images[index].T_W_C;
   }
 
@@ -120,7 +120,7 @@ class RecordedSource : public ImageSource<Image> {
   std::string read(const std::string& path, SourceFrame& frame) const {
     const auto pixels = std::make_shared<std::vector<uint16_t>>(
         readDepthPng(path, frame.depth.width, frame.depth.height));
-    if (isUpsideDown()) turnUpsideDown(*pixels, static_cast<size_t>(frame.depth.width));
+    if (isFlipped()) flipRows(*pixels, static_cast<size_t>(frame.depth.width));
     frame.pixels = pixels;
     frame.depth.data = pixels->data();
     return "";
@@ -133,7 +133,7 @@ class RecordedSource : public ImageSource<Image> {
       return formatted("%d x %d pixels, but their camera has %d x %d", read->width, read->height,
                        colour.width, colour.height);
     }
-    if (isUpsideDown()) turnUpsideDown(read->values, colour.row_bytes);
+    if (isFlipped()) flipRows(read->values, colour.row_bytes);
     image.pixels = read;
     colour.data = read->values.data();
     return "";
@@ -162,7 +162,8 @@ std::string describeRange(double first_s, double last_s) {
 }
 
 /// Why no image has a pose near its stamp.
-std::string whyNoneNear(const Trajectory& trajectory, const std::vector<StampedImage>& images) {
+std::string describeStampMismatch(const Trajectory& trajectory,
+                                  const std::vector<StampedImage>& images) {
   if (trajectory.poses().empty()) return "the list of poses is empty";
   const auto [first, last] = std::minmax_element(
       images.begin(), images.end(),
@@ -197,7 +198,7 @@ void findPosesNear(const Trajectory& trajectory, double tolerance_s,
     image.missing = noPoseWithin(tolerance_s);
   }
   if (!images.empty() && std::none_of(images.begin(), images.end(), hasPose)) {
-    images.front().missing += ": " + whyNoneNear(trajectory, images);
+    images.front().missing += ": " + describeStampMismatch(trajectory, images);
   }
 }
 

@@ -109,7 +109,7 @@ void findPoses(const RecordingOptions& options, const FolderFormat& format,
                        options.pose_convention);
   }
   format.findPoses(options.path, options.pose_tolerance_s, images);
-  turnToOptical(options.pose_convention, images);
+  convertToOptical(options.pose_convention, images);
 }
 
 /// Gives all images the pose of the first selected one, or the identity if it has none.

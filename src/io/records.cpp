@@ -22,7 +22,7 @@ constexpr char kMagic[] = "DTSDFREC";
 /// Higher levels gain nothing on voxels: docs/results/performance.md.
 constexpr int kCompressionLevel = 1;
 /// Highest ratio of zstd: four bytes for 128 KiB.
-constexpr uint64_t kMostCompression = 32768;
+constexpr uint64_t kMaxCompression = 32768;
 
 Bytes compressed(const void* content, size_t bytes) {
   Bytes stored(ZSTD_compressBound(bytes));
@@ -159,7 +159,7 @@ void RecordFile::findRecords() {
     record.checksum = in.take<uint64_t>();
     record.offset = end_ + kRecordHeadBytes;
     if (record.stored_bytes > bytes_ - record.offset) return;
-    if (records_.size() >= kMostRecords) throwDamaged("it has too many records");
+    if (records_.size() >= kMaxRecords) throwDamaged("it has too many records");
     records_.push_back(record);
     end_ = record.offset + record.stored_bytes;
   }
@@ -198,7 +198,7 @@ void RecordFile::unpack(const Record& record, const Bytes& stored, void* content
 
 /// Checks sizes before memory is allocated.
 void RecordFile::read(const Record& record, void* content, uint64_t bytes) const {
-  if (record.flags & kZstd ? bytes / kMostCompression > record.stored_bytes
+  if (record.flags & kZstd ? bytes / kMaxCompression > record.stored_bytes
                            : bytes != record.stored_bytes) {
     throwWrongSize(record);
   }
@@ -206,7 +206,7 @@ void RecordFile::read(const Record& record, void* content, uint64_t bytes) const
 }
 
 Bytes RecordFile::read(const Record& record, uint64_t bytes) const {
-  if (bytes / kMostCompression > record.stored_bytes) throwWrongSize(record);
+  if (bytes / kMaxCompression > record.stored_bytes) throwWrongSize(record);
   Bytes content(bytes);
   read(record, content.data(), bytes);
   return content;

@@ -42,7 +42,7 @@ constexpr size_t kPoseBytes = 96;
 constexpr size_t kFileHeadBytes = 16, kRecordHeadBytes = 24;
 constexpr uint32_t kRecordVersion = 1;
 /// Limit of the records in a file, which are listed in memory.
-constexpr size_t kMostRecords = 1 << 22;
+constexpr size_t kMaxRecords = 1 << 22;
 
 /// Flags of a record.
 constexpr uint32_t kZstd = 1;          ///< The bytes are one zstd frame.

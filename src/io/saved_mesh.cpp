@@ -19,10 +19,10 @@ namespace {
 /// What a mesh is missing, in words; empty: nothing. @param before Blocks that were missing
 /// already.
 /// @throws std::runtime_error if the disk cannot be read, which may be temporary.
-std::string lackOf(PagedMeshes& meshes, uint64_t before) {
+std::string describeMissing(PagedMeshes& meshes, uint64_t before) {
   if (meshes.missed() == before) return "";
   const std::string problem = meshes.stats().problem;
-  if (!meshes.diskGives()) throw std::runtime_error("no mesh was saved: " + problem);
+  if (!meshes.diskResponds()) throw std::runtime_error("no mesh was saved: " + problem);
   return std::to_string(meshes.missed() - before) +
          " blocks of the mesh cannot be read and are not in the file: " + problem;
 }
@@ -31,7 +31,9 @@ std::string lackOf(PagedMeshes& meshes, uint64_t before) {
 std::vector<PackedKey> blocksIn(const BoxRegion& region, const PagedMeshes& meshes) {
   const RegionView in_voxels = makeRegionView(region, meshes.voxelSize());
   std::vector<PackedKey> keys = meshes.keys();
-  const auto is_outside = [&](PackedKey key) { return !mayShapeMeshIn(in_voxels, unpackKey(key)); };
+  const auto is_outside = [&](PackedKey key) {
+    return !mayAffectMeshIn(in_voxels, unpackKey(key));
+  };
   keys.erase(std::remove_if(keys.begin(), keys.end(), is_outside), keys.end());
   return keys;
 }
@@ -47,7 +49,7 @@ SavedMesh saveInPieces(PagedMeshes& meshes, MeshColour colour, const std::string
                    is_far = isFarFromOrigin(piece);
                  },
                  [&](const auto&) { ++triangles; }});
-  std::string lack = lackOf(meshes, missed);
+  std::string lack = describeMissing(meshes, missed);
   const uint64_t lacking = meshes.missed() - missed;
   checkMeshSize(vertices, triangles, path);
   AtomicFile file(path);
@@ -71,7 +73,7 @@ Mesh assemble(PagedMeshes& meshes, const std::optional<BoxRegion>& region, std::
   const uint64_t missed = meshes.missed();
   const MeshStore store = region ? meshes.holding(blocksIn(*region, meshes)) : meshes.all();
   Mesh mesh = region ? store.assemble(*region) : store.assemble();
-  lack = lackOf(meshes, missed);
+  lack = describeMissing(meshes, missed);
   return mesh;
 }
 

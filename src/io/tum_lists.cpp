@@ -29,7 +29,7 @@ std::vector<StampedImage> readImageList(const fs::path& path) {
 }
 
 /// The benchmark's archives name their recording in a comment: # file: 'rgbd_dataset_freiburg1_...'
-bool commentsNameFreiburg(const fs::path& list) {
+bool mentionsFreiburg(const fs::path& list) {
   if (!fs::is_regular_file(list)) return false;
   std::istringstream text(readTextFile(list.string(), kAdvice));
   for (std::string line; std::getline(text, line) && line.rfind('#', 0) == 0;) {
@@ -38,10 +38,9 @@ bool commentsNameFreiburg(const fs::path& list) {
   return false;
 }
 
-bool isOfTheBenchmark(const fs::path& folder) {
+bool isBenchmarkRecording(const fs::path& folder) {
   return fs::canonical(folder).filename().string().find("freiburg") != std::string::npos ||
-         commentsNameFreiburg(folder / "depth.txt") ||
-         commentsNameFreiburg(folder / "groundtruth.txt");
+         mentionsFreiburg(folder / "depth.txt") || mentionsFreiburg(folder / "groundtruth.txt");
 }
 
 }  // namespace
@@ -87,7 +86,7 @@ Trajectory readTumTrajectory(const fs::path& folder) {
 
 std::optional<CameraInfo> readTumCamera(const fs::path& folder) {
   const fs::path path = folder / "camera_info.yaml";
-  if (!fs::exists(path) && isOfTheBenchmark(folder)) return std::nullopt;
+  if (!fs::exists(path) && isBenchmarkRecording(folder)) return std::nullopt;
   return loadCameraInfo(path.string());
 }
 

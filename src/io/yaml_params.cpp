@@ -51,7 +51,7 @@ ParamValue namesOf(const YAML::Node& sequence, const std::string& key, const std
 }
 
 /// More than settings have; stops nodes that refer to themselves.
-constexpr std::ptrdiff_t kMostLevels = 8;
+constexpr std::ptrdiff_t kMaxLevels = 8;
 
 /// Adds the contents of a node under `prefix` ("" or "section/").
 void flatten(const YAML::Node& node, const std::string& prefix, const std::string& name,
@@ -60,7 +60,7 @@ void flatten(const YAML::Node& node, const std::string& prefix, const std::strin
     if (!entry.first.IsScalar()) throwAt(name, entry.first.Mark(), "a key must be a string");
     const std::string key = prefix + entry.first.Scalar();
     const YAML::Node& value = entry.second;
-    if (std::count(key.begin(), key.end(), '/') > kMostLevels) {
+    if (std::count(key.begin(), key.end(), '/') > kMaxLevels) {
       throwAt(name, entry.first.Mark(), "too many levels");
     }
     if (value.IsMap()) {

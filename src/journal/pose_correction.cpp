@@ -28,8 +28,8 @@ void checkRigid(const StampedPose& pose) {
 }
 
 bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  return (a.translation() - b.translation()).norm() <= PoseCorrection::kLeast &&
-         (a.linear() - b.linear()).norm() <= PoseCorrection::kLeast;
+  return (a.translation() - b.translation()).norm() <= PoseCorrection::kMin &&
+         (a.linear() - b.linear()).norm() <= PoseCorrection::kMin;
 }
 
 /// Sorts poses by stamp. @throws std::runtime_error if poses differ at one stamp, as in a path
@@ -113,7 +113,7 @@ void PoseCorrection::checkFrame() const {
     return a.angle_rad() < b.angle_rad();
   };
   const auto [least, most] = std::minmax_element(anchors_.begin(), anchors_.end(), byAngle);
-  if (least->angle_rad() <= kMostOfAll_rad) return;
+  if (least->angle_rad() <= kMaxOfAll_rad) return;
   throw std::runtime_error(formatted(
       "every frame from %.3f s to %.3f s (%zu of them) would turn by more than a radian, that of "
       "%.3f s by %.3g: the corrected poses are in another frame than the map's",
@@ -168,9 +168,9 @@ constexpr double kFarthestAhead = 3.0;
 /// A jump counts as the correction if it differs from it by less than this share.
 constexpr double kSameJump = 1.0 / 3.0;
 /// Such a jump must exceed the uncertainty of the motion by this factor.
-constexpr double kStandsOut = 2.0;
+constexpr double kMinJumpRatio = 2.0;
 /// Factor by which the unevenness of a motion fades with each image.
-constexpr double kFades = 0.8;
+constexpr double kDecay = 0.8;
 
 /// Distance in metres, plus the effect of the rotation at a distance of one metre.
 double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
@@ -183,13 +183,13 @@ void GivenMotion::add(const StampedPose& given) {
   if (isNewRecording(given)) {
     *this = GivenMotion();
   } else if (before_) {
-    unevenness_ = std::max(kFades * unevenness_, distance(given.T_W_C, expectedAt(given.stamp_s)));
+    unevenness_ = std::max(kDecay * unevenness_, distance(given.T_W_C, expectedAt(given.stamp_s)));
   }
   before_ = newest_;
   newest_ = given;
 }
 
-bool GivenMotion::takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& given) {
+bool GivenMotion::adoptsCorrection(const Eigen::Isometry3d& T_W_S, const StampedPose& given) {
   const bool takes_over = isNewRecording(given) || isMovedBy(T_W_S, given);
   if (takes_over) {  // keeps the jump out of the motion
     if (before_) before_->T_W_C = T_W_S * before_->T_W_C;
@@ -219,7 +219,7 @@ Eigen::Isometry3d GivenMotion::expectedAt(double stamp_s) const {
 
 /// How far the camera may be from the expected pose, given the unevenness of its motion and what it
 /// may have done in a gap.
-double GivenMotion::doubtAt(double stamp_s) const {
+double GivenMotion::uncertaintyAt(double stamp_s) const {
   const double unseen = stepsTo(stamp_s) - kFarthestAhead;
   if (unseen <= 0.0) return unevenness_;
   return std::max(unevenness_, unseen * distance(before_->T_W_C, newest_->T_W_C));
@@ -229,7 +229,7 @@ bool GivenMotion::isMovedBy(const Eigen::Isometry3d& T_W_S, const StampedPose& n
   if (!newest_) return false;
   const Eigen::Isometry3d expected = expectedAt(next.stamp_s), moved = T_W_S * expected;
   const double jump = distance(moved, expected);
-  return jump > kStandsOut * doubtAt(next.stamp_s) &&
+  return jump > kMinJumpRatio * uncertaintyAt(next.stamp_s) &&
          distance(next.T_W_C, moved) < kSameJump * jump;
 }
 

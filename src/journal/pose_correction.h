@@ -24,9 +24,9 @@ class PoseCorrection {
   /// A larger correction is a mistake.
   static constexpr double kFarthest_m = 1000.0;
   /// If all poses turn by more, they are in another frame.
-  static constexpr double kMostOfAll_rad = 1.0;
+  static constexpr double kMaxOfAll_rad = 1.0;
   /// A smaller change, in metres and radians, is rounding in a file; the image keeps its pose.
-  static constexpr double kLeast = 1e-6;
+  static constexpr double kMin = 1e-6;
 
   /// @param fused The camera's images as they are in the map, with rising stamps.
   /// @throws std::runtime_error if a pose is not a rigid motion or is farther from its image than
@@ -77,7 +77,7 @@ class GivenMotion {
 
   /// Adds a pose. @return whether its source has adopted the correction `T_W_S`: a new recording
   /// begins, or the pose is moved by it.
-  bool takesOver(const Eigen::Isometry3d& T_W_S, const StampedPose& given);
+  bool adoptsCorrection(const Eigen::Isometry3d& T_W_S, const StampedPose& given);
 
   /// Whether the next pose continues the motion from the newest pose moved by `T_W_S`. False if the
   /// motion is too uneven, or the gap too long, to tell.
@@ -91,7 +91,7 @@ class GivenMotion {
  private:
   double stepsTo(double stamp_s) const;
   Eigen::Isometry3d expectedAt(double stamp_s) const;
-  double doubtAt(double stamp_s) const;
+  double uncertaintyAt(double stamp_s) const;
 
   std::optional<StampedPose> before_, newest_;
   double unevenness_ = 0.0;  ///< Deviation of the newest poses from the expected ones.

@@ -51,7 +51,7 @@ void fields(Io& io, Correction& correction) {
 namespace {
 
 /// More bytes than any record has.
-constexpr uint64_t kMostBytes = uint64_t{1} << 30;
+constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
 
 size_t bytesPerPixel(const DepthFrame& frame) {
   return std::array<size_t, 2>{2, 4}.at(static_cast<size_t>(frame.encoding));
@@ -130,7 +130,7 @@ Image readImage(ByteReader& in, bool is_depth) {
       [](const auto& frame) {
         if (frame.width > 0 && frame.height > 0 &&
             static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height) <=
-                mostImagePixels()) {
+                maxImagePixels()) {
           return;
         }
         throw std::runtime_error("an image of the journal has an invalid size");
@@ -160,7 +160,7 @@ Bytes encode(const Call& call) {
 }
 
 Begin readBegin(const RecordFile& file, size_t record) {
-  const Bytes content = file.readAny(file.records()[record], kMostBytes);
+  const Bytes content = file.readAny(file.records()[record], kMaxBytes);
   ByteReader in(content);
   Begin begin;
   std::string text;
@@ -177,7 +177,7 @@ Begin readBegin(const RecordFile& file, size_t record) {
 
 Call readCall(const RecordFile& file, size_t record, bool with_pixels) {
   const Record& head = file.records()[record];
-  const Bytes content = file.readAny(head, kMostBytes);
+  const Bytes content = file.readAny(head, kMaxBytes);
   ByteReader in(content);
   if (head.is(kDepth) || head.is(kColour)) {
     Image image = readImage(in, head.is(kDepth));

@@ -41,7 +41,7 @@ bool Refusion::step(size_t live_bytes) {
   std::optional<journal::Call> call = replay_.next();
   if (!call && replay_.readOn()) call = replay_.next();
   if (call) {
-    const IntegrationResult result = doAgain(*call, *mapper_);
+    const IntegrationResult result = repeatCall(*call, *mapper_);
     if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
     const auto* const image = std::get_if<journal::Image>(&*call);
     fused_ += image != nullptr && std::holds_alternative<DepthFrame>(image->frame);

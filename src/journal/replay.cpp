@@ -123,14 +123,14 @@ Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item)
   if (item.is_of_first) {
     const Eigen::Isometry3d motion =
         is_named ? Eigen::Isometry3d::Identity() : running.poses.lastMotion();
-    if (running.given.takesOver(motion, given)) running.is_taken_over = true;
+    if (running.given.adoptsCorrection(motion, given)) running.is_adopted = true;
   }
-  if (running.is_taken_over) return item.T_W_C;
+  if (running.is_adopted) return item.T_W_C;
   return running.poses.correct(given.stamp_s, item.T_W_C);
 }
 
 /// Index of the first image of the last recording among the first `before` records.
-size_t JournalReplay::beginOfPass(uint64_t before) const {
+size_t JournalReplay::beginOfRecording(uint64_t before) const {
   size_t begin = 0;
   double newest_s = -HUGE_VAL;
   for (size_t i = 0; i < items_.size() && i < before; ++i) {
@@ -150,7 +150,7 @@ std::vector<StampedPose> JournalReplay::firstCamera(size_t pass, uint64_t before
 }
 
 CorrectionEffect JournalReplay::correct(const journal::Correction& correction) {
-  const size_t pass = beginOfPass(correction.before);
+  const size_t pass = beginOfRecording(correction.before);
   Running running{PoseCorrection(correction.poses, firstCamera(pass, correction.before))};
   CorrectionEffect effect;
   std::vector<std::pair<size_t, Eigen::Isometry3d>> moves;
@@ -175,7 +175,7 @@ CorrectionEffect JournalReplay::correctGiven(std::vector<StampedPose> poses_M) {
 }
 
 Eigen::Isometry3d JournalReplay::motion() const {
-  if (!running_ || running_->is_taken_over) return Eigen::Isometry3d::Identity();
+  if (!running_ || running_->is_adopted) return Eigen::Isometry3d::Identity();
   return running_->poses.lastMotion();
 }
 
@@ -200,7 +200,7 @@ std::unique_ptr<Mapper> mapperOf(const JournalReplay& journal, const MapperParam
   return journal.map() ? makeMapper(params, partsOf(journal.map())) : makeMapper(params);
 }
 
-IntegrationResult doAgain(const journal::Call& call, Mapper& mapper) {
+IntegrationResult repeatCall(const journal::Call& call, Mapper& mapper) {
   if (const auto* const region = std::get_if<Region>(&call)) {
     mapper.clearRegion(*region);
     return {};

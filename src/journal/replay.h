@@ -62,7 +62,7 @@ class JournalReplay {
   /// The first camera's images of the newest recording at their current poses, sorted by stamp,
   /// each once.
   std::vector<StampedPose> firstCamera() const {
-    return firstCamera(beginOfPass(count()), count());
+    return firstCamera(beginOfRecording(count()), count());
   }
 
   /// Reads what was appended since. @return whether anything was.
@@ -83,7 +83,7 @@ class JournalReplay {
   struct Running {
     PoseCorrection poses;
     GivenMotion given = {};
-    bool is_taken_over = false;  ///< Whether the source of poses has adopted it.
+    bool is_adopted = false;  ///< Whether the source of poses has adopted it.
   };
 
   void findBegin();
@@ -91,7 +91,7 @@ class JournalReplay {
   bool isWhole(size_t record) const;
   void add(size_t record);
   static Eigen::Isometry3d correctNext(Running& running, const Item& item);
-  size_t beginOfPass(uint64_t before) const;
+  size_t beginOfRecording(uint64_t before) const;
   std::vector<StampedPose> firstCamera(size_t pass, uint64_t before) const;
 
   std::shared_ptr<RecordFile> file_;
@@ -108,6 +108,6 @@ class JournalReplay {
 std::unique_ptr<Mapper> mapperOf(const JournalReplay& journal, const MapperParams& params);
 
 /// Repeats a call on a mapper. @return the result for depth and colour, kFused for a region.
-IntegrationResult doAgain(const journal::Call& call, Mapper& mapper);
+IntegrationResult repeatCall(const journal::Call& call, Mapper& mapper);
 
 }  // namespace dtsdf

@@ -219,7 +219,7 @@ void JournalWriter::write(const Entry& entry) {
 }
 
 void JournalWriter::append(const void* data, size_t bytes, size_t records) {
-  if (records_ + records > kMostRecords) {
+  if (records_ + records > kMaxRecords) {
     throw std::runtime_error(
         "the journal has reached its maximum number of records; restart the node");
   }

@@ -31,7 +31,7 @@ constexpr unsigned kSeed = 1;
 constexpr size_t kScored = 2000;  // points used to score a drawn plane
 constexpr int kRounds = 8;        // rounds of the refinement
 /// Smallest share of the tolerance that the refinement narrows to, even without noise.
-constexpr double kLeastScale = 0.1;
+constexpr double kMinScale = 0.1;
 
 /// Number of points on a plane.
 size_t countOn(const FloorPlane& plane, const std::vector<Point>& points) {
@@ -93,7 +93,7 @@ std::optional<FloorPlane> refine(const FloorPlane& start, const std::vector<Poin
   double scale = 1.0, median_error = 0.0;
   for (int round = 0; round < kRounds && plane; ++round) {
     plane = fitNear(*plane, points, scale, median_error);
-    scale = std::min(1.0, std::max(kLeastScale, 3.0 * kSigmaOfMedian * median_error));
+    scale = std::min(1.0, std::max(kMinScale, 3.0 * kSigmaOfMedian * median_error));
   }
   return plane;
 }

@@ -76,8 +76,8 @@ void PoseConvention::add(const DepthFrame& frame) {
 
 void PoseConvention::judge(const DepthFrame& frame) {
   const Eigen::Isometry3d given = frame.T_W_C.inverse() * T_W_C_;
-  std::array<double, kWays> shares{};
-  for (size_t way = 0; way < kWays; ++way) {
+  std::array<double, kConventions> shares{};
+  for (size_t way = 0; way < kConventions; ++way) {
     const Eigen::Isometry3d axes = axesOf(way);
     const Eigen::Isometry3d motion =
         way == 3 ? frame.T_W_C * T_W_C_.inverse() : axes.inverse() * given * axes;

@@ -24,13 +24,14 @@ class PoseConvention {
   const std::string& doubt() const { return doubt_; }
 
  private:
-  static constexpr size_t kWays = 4;  ///< Conventions; the first leaves poses as given.
+  static constexpr size_t kConventions = 4;  ///< Conventions; the first leaves poses as given.
 
   void judge(const DepthFrame& frame);
 
   std::vector<Eigen::Vector3d> points_;  ///< Points of a thinned earlier image.
   Eigen::Isometry3d T_W_C_ = Eigen::Isometry3d::Identity();
-  std::array<int, kWays> pairs_{};  ///< Number of image pairs that each convention fits best.
+  std::array<int, kConventions>
+      pairs_{};  ///< Number of image pairs that each convention fits best.
   bool is_done_ = false;
   std::string doubt_;
 };

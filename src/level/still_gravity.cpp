@@ -5,7 +5,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr size_t kLeastSamples = 20, kMostSamples = 4000;
+constexpr size_t kMinSamples = 20, kMaxSamples = 4000;
 /// Largest error of a second's mean from standard gravity; cheap sensors are off by a few percent.
 constexpr double kMaxScaleError_m_s2 = 0.5;
 /// Largest root mean square deviation from the mean; vibration of a robot at rest is less.
@@ -29,13 +29,13 @@ std::optional<Eigen::Vector3d> StillGravity::add(const InertialSample& sample) {
   while (samples_.size() > 2 && samples_[1].stamp_s <= sample.stamp_s - kSpan_s) {
     samples_.pop_front();
   }
-  if (samples_.size() > kMostSamples) samples_.pop_front();
+  if (samples_.size() > kMaxSamples) samples_.pop_front();
   return upIfStill();
 }
 
 std::optional<Eigen::Vector3d> StillGravity::upIfStill() const {
   const double span_s = samples_.back().stamp_s - samples_.front().stamp_s;
-  if (samples_.size() < kLeastSamples || span_s < kSpan_s) return std::nullopt;
+  if (samples_.size() < kMinSamples || span_s < kSpan_s) return std::nullopt;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const InertialSample& sample : samples_) mean += sample.acceleration_m_s2;
   mean /= static_cast<double>(samples_.size());

@@ -76,12 +76,12 @@ bool mayBeInView(const FrameView& frame, const Vec3i& cube, int side, float radi
   // Largest distance from a block's centre to the cube's: half the root of 3.
   const float reach = 0.8661f * (voxels - static_cast<float>(kBlockSide));
   // Bounds the rounding error of both tests in single precision, for cameras of any angle.
-  constexpr float kRounding = 1e-5f, kLeastRounding = 0.1f;
+  constexpr float kRounding = 1e-5f, kMinRounding = 0.1f;
   const float half = 0.5f * voxels;
   const Vec3f middle = toFloat(firstVoxelOfBlock(first - blockOfVoxel(frame.origin_voxel))) +
                        Vec3f{half, half, half};
   const float far = std::fabs(middle.x) + std::fabs(middle.y) + std::fabs(middle.z);
-  return mayBeInView(frame, middle, radius + reach + kLeastRounding + kRounding * far);
+  return mayBeInView(frame, middle, radius + reach + kMinRounding + kRounding * far);
 }
 
 }  // namespace dtsdf

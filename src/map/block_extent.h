@@ -24,12 +24,12 @@ inline bool overlap(const BlockExtent& a, const BlockExtent& b) {
 
 /// Smallest box around both; one of them may be noBlocks().
 inline BlockExtent around(const BlockExtent& a, const BlockExtent& b) {
-  return {leastOf(a.first, b.first), greatestOf(a.last, b.last)};
+  return {minOf(a.first, b.first), greatestOf(a.last, b.last)};
 }
 
 /// Intersection of two boxes.
-inline BlockExtent inBoth(const BlockExtent& a, const BlockExtent& b) {
-  return {greatestOf(a.first, b.first), leastOf(a.last, b.last)};
+inline BlockExtent intersectionOf(const BlockExtent& a, const BlockExtent& b) {
+  return {greatestOf(a.first, b.first), minOf(a.last, b.last)};
 }
 
 /// Extends a box by `before` blocks at its lower faces and `behind` blocks at its upper faces.
@@ -49,7 +49,7 @@ inline uint64_t volumeOf(const BlockExtent& box) {
 
 /// An empty box.
 inline BlockExtent noBlocks() { return {BlockExtent().last, BlockExtent().first}; }
-inline bool holdsNone(const BlockExtent& box) { return box.first.x > box.last.x; }
+inline bool containsNothing(const BlockExtent& box) { return box.first.x > box.last.x; }
 
 /// Boxes that a map is restricted to.
 struct MapExtent {

@@ -31,7 +31,7 @@ double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
 }  // namespace
 
 /// Requested directions that the block has no arrays of.
-uint32_t BlockTable::lackedDirections(const BlockRequest& request, int32_t slot) const {
+uint32_t BlockTable::missingDirections(const BlockRequest& request, int32_t slot) const {
   const uint32_t there = slot < 0 ? 0 : directionsWithArrays(blocks_[static_cast<size_t>(slot)]);
   return request.directions & kAllDirections & ~there;
 }
@@ -43,13 +43,13 @@ int32_t BlockTable::makeBlock(PackedKey key) {
   BlockEntry& entry = blocks_[static_cast<size_t>(slot)];
   entry = {unpackKey(key), {}, true, false, extractions_};
   std::fill_n(entry.array, kDirectionCount, kNoArray);
-  unlisted_.push_back(slot);
+  unpublished_.push_back(slot);
   return slot;
 }
 
 void BlockTable::publish() {
-  for (; !unlisted_.empty(); unlisted_.pop_back()) {
-    const int32_t slot = unlisted_.back();
+  for (; !unpublished_.empty(); unpublished_.pop_back()) {
+    const int32_t slot = unpublished_.back();
     const BlockKey& key = blocks_[static_cast<size_t>(slot)].key;
     cells_.insert(key, slot);
     try {
@@ -84,7 +84,7 @@ Admission BlockTable::admit(std::vector<BlockRequest> requests) {
 }
 
 Admission BlockTable::allocate(std::vector<BlockRequest> requests) {
-  unlisted_.reserve(requests.size());
+  unpublished_.reserve(requests.size());
   sortByKey(requests);
   const std::vector<int32_t> slots = findAll(requests);
   Admission admission;
@@ -97,7 +97,7 @@ Admission BlockTable::allocate(std::vector<BlockRequest> requests) {
       request.directions |= requests[++i].directions;
     }
     if (!extent_.blocks.contains(unpackKey(request.key))) continue;
-    const uint32_t lacked = lackedDirections(request, slot);
+    const uint32_t lacked = missingDirections(request, slot);
     const auto arrays = static_cast<size_t>(__builtin_popcount(lacked));
     const size_t bytes = (slot < 0 ? kBlockBytes : 0) + arrays * kArrayBytes;
     if (bytes == 0) continue;
@@ -121,7 +121,7 @@ Admission BlockTable::allocate(std::vector<BlockRequest> requests) {
 
 /// Calls visit(array, brick) for the requested bricks that are not in the map yet.
 template <class Visit>
-void BlockTable::visitLacking(const std::vector<ColourRequest>& requests,
+void BlockTable::visitMissing(const std::vector<ColourRequest>& requests,
                               const Visit& visit) const {
   constexpr uint64_t kAllBricks = (uint64_t{1} << kDirectionCount * kBricksPerArray) - 1;
   const std::vector<int32_t> slots = findAll(requests);
@@ -137,14 +137,14 @@ void BlockTable::visitLacking(const std::vector<ColourRequest>& requests,
 
 size_t BlockTable::countNewColours(const std::vector<ColourRequest>& requests) const {
   size_t count = 0;
-  visitLacking(requests, [&](int32_t, int) { ++count; });
+  visitMissing(requests, [&](int32_t, int) { ++count; });
   return std::min(count, budget_bytes_ / kColourBytes);
 }
 
 Admission BlockTable::admitColours(std::vector<ColourRequest> requests) {
   sortByKey(requests);
   Admission admission;
-  visitLacking(requests, [&](int32_t array, int brick) {
+  visitMissing(requests, [&](int32_t array, int brick) {
     if (bytesInUse() + kColourBytes > budget_bytes_) {
       ++admission.refused;
     } else {
@@ -188,7 +188,7 @@ PoolSizes BlockTable::countNew(const std::vector<BlockRequest>& requests) const 
     if (!extent_.blocks.contains(unpackKey(request.key))) continue;
     const int32_t slot = find(request.key);
     count.slots += slot < 0;
-    count.arrays += static_cast<size_t>(__builtin_popcount(lackedDirections(request, slot)));
+    count.arrays += static_cast<size_t>(__builtin_popcount(missingDirections(request, slot)));
   }
   return count;
 }
@@ -203,21 +203,21 @@ bool BlockTable::vacate(int32_t slot, uint32_t directions) {
   if (!releaseArrays(slot, directions)) return false;
   if (!blocks_[slot].is_vacant) {
     blocks_[slot].is_vacant = true;
-    (blocks_[slot].extractions == extractions_ ? unseen_ : vacant_).push_back(slot);
+    (blocks_[slot].extractions == extractions_ ? unmeshed_ : vacant_).push_back(slot);
   }
   return true;
 }
 
 std::vector<int32_t> BlockTable::takeVacant() {
   std::vector<int32_t> slots;
-  vacant_.insert(vacant_.end(), unseen_.begin(), unseen_.end());
+  vacant_.insert(vacant_.end(), unmeshed_.begin(), unmeshed_.end());
   for (const int32_t slot : vacant_) {
     // A block that has arrays again is returned once it loses them again.
     blocks_[slot].is_vacant = blocks_[slot].in_use && !hasArrays(slot);
     if (blocks_[slot].is_vacant) slots.push_back(slot);
   }
   vacant_.clear();
-  unseen_.clear();
+  unmeshed_.clear();
   return slots;
 }
 

@@ -147,7 +147,7 @@ class BlockTable {
   bool release(int32_t slot, uint32_t directions);
 
   /// Releases arrays of a block that held something. The block itself stays, since its mesh may be
-  /// shown; once it has no arrays left, takeUnseen() or takeVacant() returns it.
+  /// shown; once it has no arrays left, takeUnmeshed() or takeVacant() returns it.
   /// @return whether the block has no arrays left.
   bool vacate(int32_t slot, uint32_t directions);
 
@@ -162,7 +162,7 @@ class BlockTable {
 
   /// Blocks that lost their last array since the last call and were in no extraction. No mesh shows
   /// them, so they can be released without notice.
-  std::vector<int32_t> takeUnseen() { return std::exchange(unseen_, {}); }
+  std::vector<int32_t> takeUnmeshed() { return std::exchange(unmeshed_, {}); }
 
   /// Blocks that lost their last array since the last call. They stay in the table until a mesh
   /// update has reported that their meshes are gone.
@@ -194,7 +194,7 @@ class BlockTable {
   /// Slots of all blocks, by packed key.
   std::vector<int32_t> sortedSlots() const;
 
-  size_t blocksInUse() const { return slots_.size() + unlisted_.size(); }
+  size_t blocksInUse() const { return slots_.size() + unpublished_.size(); }
   size_t arraysInUse() const { return arrays_in_use_; }
   size_t coloursInUse() const { return colours_in_use_; }
   size_t bytesInUse() const {
@@ -224,12 +224,12 @@ class BlockTable {
  private:
   bool hasArrays(int32_t slot) const { return directionsWithArrays(blocks_[slot]) != 0; }
   template <class Visit>
-  void visitLacking(const std::vector<ColourRequest>& requests, const Visit& visit) const;
+  void visitMissing(const std::vector<ColourRequest>& requests, const Visit& visit) const;
   bool releaseArrays(int32_t slot, uint32_t directions);
   void releaseBlock(int32_t slot);
   int32_t makeColour(int32_t array, int brick);
   void releaseColours(int32_t array);
-  uint32_t lackedDirections(const BlockRequest& request, int32_t slot) const;
+  uint32_t missingDirections(const BlockRequest& request, int32_t slot) const;
   template <class Request>
   std::vector<int32_t> findAll(const std::vector<Request>& requests) const;
   int32_t makeBlock(PackedKey key);
@@ -238,11 +238,11 @@ class BlockTable {
   MapExtent extent_;
   SlotIndex slots_;
   BlockCells cells_;
-  std::deque<BlockEntry> blocks_;  ///< Indexed by slot; growing does not move entries.
-  std::vector<int32_t> unlisted_;  ///< New blocks that are not in slots_ and cells_ yet.
+  std::deque<BlockEntry> blocks_;     ///< Indexed by slot; growing does not move entries.
+  std::vector<int32_t> unpublished_;  ///< New blocks that are not in slots_ and cells_ yet.
   std::vector<int32_t> free_slots_, free_arrays_;
-  std::vector<int32_t> vacant_;  ///< Lost their last array, but may have arrays again.
-  std::vector<int32_t> unseen_;  ///< Like vacant_, but in no extraction: see takeUnseen().
+  std::vector<int32_t> vacant_;    ///< Lost their last array, but may have arrays again.
+  std::vector<int32_t> unmeshed_;  ///< Like vacant_, but in no extraction: see takeUnmeshed().
   uint32_t extractions_ = 0;
   size_t array_count_ = 0, arrays_in_use_ = 0;
   std::vector<int32_t> colour_of_;  ///< Indexed by voxel array and brick; empty until painted.

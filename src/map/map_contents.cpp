@@ -55,7 +55,7 @@ void checkFreeCubes(const MapContents& contents) {
 int countBits(uint64_t bits) { return __builtin_popcountll(bits); }
 
 /// Whether a mapper takes over the free cells.
-bool takesFree(const MapContents& contents, const MapperParams& params) {
+bool takesOverFreeCells(const MapContents& contents, const MapperParams& params) {
   return params.space.enabled && contents.cell_voxels != 0;
 }
 
@@ -68,9 +68,9 @@ bool isRigid(const Eigen::Isometry3d& T) {
 }
 
 /// Size of the part of the contents that a mapper takes over.
-MapSize sizeTaken(const MapContents& contents, const MapperParams& params) {
+MapSize sizeTakenOver(const MapContents& contents, const MapperParams& params) {
   MapSize size = sizeOf(contents);
-  if (!takesFree(contents, params)) size.free_cubes = 0;
+  if (!takesOverFreeCells(contents, params)) size.free_cubes = 0;
   return size;
 }
 
@@ -176,12 +176,12 @@ void checkLevel(const MapContents& contents, bool is_levelled) {
                     "that it was saved with");
 }
 
-size_t mostMapBytes(const MapperParams& params) {
+size_t maxMapBytes(const MapperParams& params) {
   return (static_cast<size_t>(params.map.max_memory_mb) << 20) + pageBytesOf(params.map);
 }
 
-int leastMemoryMb(const MapContents& contents, MapperParams params) {
-  const MapSize size = sizeTaken(contents, params);
+int minMemoryMb(const MapContents& contents, MapperParams params) {
+  const MapSize size = sizeTakenOver(contents, params);
   params.map.max_memory_mb = static_cast<int>(size.bytes() >> 20) + 1;
   while (!isWithinBudget(size, params)) ++params.map.max_memory_mb;
   return params.map.max_memory_mb;
@@ -195,16 +195,16 @@ void checkFits(const MapContents& contents, const MapperParams& params, const st
                              toString(theirs.at(key)) + ", not " + toString(ours.at(key)) +
                              (remedy.empty() ? "" : "; " + remedy));
   }
-  if (takesFree(contents, params) && contents.cell_voxels != params.space.cell_voxels) {
+  if (takesOverFreeCells(contents, params) && contents.cell_voxels != params.space.cell_voxels) {
     throw std::runtime_error(
         "the saved map has free cells of " + std::to_string(contents.cell_voxels) +
         " voxels, but space/cell_voxels is " + std::to_string(params.space.cell_voxels) +
         "; change it, or switch space/enabled off to load the map without "
         "free cells");
   }
-  if (!isWithinBudget(sizeTaken(contents, params), params)) {
+  if (!isWithinBudget(sizeTakenOver(contents, params), params)) {
     throw std::runtime_error("the saved map needs a map/max_memory_mb of " +
-                             std::to_string(leastMemoryMb(contents, params)) + ", but it is " +
+                             std::to_string(minMemoryMb(contents, params)) + ", but it is " +
                              std::to_string(params.map.max_memory_mb) + "; raise it");
   }
 }

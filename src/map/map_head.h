@@ -15,7 +15,7 @@ inline MapContents headOf(const MapContents& contents) {
 }
 
 /// Whether two maps have the same T_W_M.
-inline bool sameLevel(const MapContents& a, const MapContents& b) {
+inline bool haveSameLevel(const MapContents& a, const MapContents& b) {
   return a.T_W_M.has_value() == b.T_W_M.has_value() &&
          (!a.T_W_M || a.T_W_M->matrix() == b.T_W_M->matrix());
 }

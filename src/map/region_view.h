@@ -13,7 +13,7 @@ RegionView makeRegionView(const Region& region, double unit_m);
 
 /// Whether a block may shape the mesh in a region in units of voxels: vertices of its mesh may lie
 /// there, or affect the smoothing of outlines there.
-inline bool mayShapeMeshIn(const RegionView& region, const BlockKey& block) {
+inline bool mayAffectMeshIn(const RegionView& region, const BlockKey& block) {
   constexpr double kMiddle = 4.0;
   // Vertices lie in [-2, 10] from the first voxel. Smoothing an outline uses vertices up to three
   // units away, and all triangles around these.

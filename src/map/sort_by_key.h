@@ -31,11 +31,11 @@ inline void sortByDigits(std::vector<uint64_t>& numbers, int bits) {
 template <class Record>
 void sortByKey(std::vector<Record>& records) {
   constexpr size_t kFew = 32;
-  constexpr int kMostBits = 32;
+  constexpr int kMaxBits = 32;
   BlockKey least{kMaxBlockCoordinate, kMaxBlockCoordinate, kMaxBlockCoordinate};
   BlockKey most{-kMaxBlockCoordinate, -kMaxBlockCoordinate, -kMaxBlockCoordinate};
   for (const Record& record : records) {
-    least = leastOf(least, unpackKey(record.key));
+    least = minOf(least, unpackKey(record.key));
     most = greatestOf(most, unpackKey(record.key));
   }
   const auto bitsFor = [](int32_t greatest) {
@@ -43,7 +43,7 @@ void sortByKey(std::vector<Record>& records) {
   };
   const int bits_x = bitsFor(most.x - least.x), bits_y = bitsFor(most.y - least.y);
   const int bits = bits_x + bits_y + bitsFor(most.z - least.z);
-  if (records.size() < kFew || bits > kMostBits) {
+  if (records.size() < kFew || bits > kMaxBits) {
     std::stable_sort(records.begin(), records.end(),
                      [](const Record& a, const Record& b) { return a.key < b.key; });
     return;

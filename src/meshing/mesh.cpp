@@ -160,7 +160,7 @@ Mesh MeshStore::assemble(const BoxRegion& region) const {
   const RegionView in_voxels = makeRegionView(region, voxel_size_m_);
   std::vector<const BlockMesh*> blocks;
   for (const auto& [key, block] : blocks_) {
-    if (mayShapeMeshIn(in_voxels, block->key)) blocks.push_back(block.get());
+    if (mayAffectMeshIn(in_voxels, block->key)) blocks.push_back(block.get());
   }
   Mesh mesh = join(blocks);
   crop(makeRegionView(region, 1.0), mesh);

@@ -37,13 +37,13 @@ class MeshChunks {
   }
 
   /// The next `count` chunks, round robin. New chunks do not restart the cycle.
-  std::vector<PackedKey> nextInTurn(size_t count) {
+  std::vector<PackedKey> nextRoundRobin(size_t count) {
     std::vector<PackedKey> chunks;
     for (size_t i = 0; i < std::min(count, ids_.size()); ++i) {
-      auto next = ids_.upper_bound(last_in_turn_);
+      auto next = ids_.upper_bound(last_returned_);
       if (next == ids_.end()) next = ids_.begin();
-      last_in_turn_ = next->first;
-      chunks.push_back(last_in_turn_);
+      last_returned_ = next->first;
+      chunks.push_back(last_returned_);
     }
     return chunks;
   }
@@ -80,7 +80,7 @@ class MeshChunks {
   int chunk_blocks_;
   std::map<PackedKey, int> ids_;
   std::set<PackedKey> changed_;
-  PackedKey last_in_turn_ = 0;
+  PackedKey last_returned_ = 0;
 };
 
 }  // namespace dtsdf

@@ -63,7 +63,7 @@ const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
   joined_.faced.resize(block.vertices.size());
   for (size_t i = 0; i < block.vertices.size(); ++i) {
     const uint32_t edge = block.vertices[i].edge;
-    joined_.faced[i] = toFloat(facedWays(edge));
+    joined_.faced[i] = toFloat(facingSteps(edge));
     joined_.number[i] = numberOf(block, edge);
     if (joined_.number[i] != next_) continue;
     joined_.fresh.push_back(static_cast<uint32_t>(i));
@@ -142,7 +142,7 @@ constexpr size_t kVerticesAtOnce = 65536;
 /// axis, still comes before `key`. @return the number of vertices up to the last block removed;
 /// `before` if there was none.
 template <class Blocks>
-uint64_t passBlocks(Blocks& blocks, int32_t distance, PackedKey key, uint64_t before) {
+uint64_t dropPassedBlocks(Blocks& blocks, int32_t distance, PackedKey key, uint64_t before) {
   const Vec3i beyond{distance, distance, distance};
   for (; !blocks.empty() && packKey(blocks.front().key + beyond) < key; blocks.pop_front()) {
     before = blocks.front().end;
@@ -185,10 +185,10 @@ void MeshStream::add(const BlockMesh& block) {
   // Only adjacent blocks, at most one step apart on each axis, list the same vertex. Outlines are
   // followed from vertices not yet written to those of adjacent blocks.
   const PackedKey key = packKey(block.key);
-  closed_ = passBlocks(open_, 1, key, closed_);
+  closed_ = dropPassedBlocks(open_, 1, key, closed_);
   if (closed_ < written_ + kVerticesAtOnce) return;
   write(closed_);
-  forget(passBlocks(needed_, 2, key, first_));
+  forget(dropPassedBlocks(needed_, 2, key, first_));
 }
 
 void MeshStream::finish() {

@@ -27,7 +27,7 @@ inline std::array<double, 3> originOf(const BlockExtent& bounds, double voxel_si
   const double block_m = kBlockSide * voxel_size_m;
   std::array<double, 3> middle_m = {0.0, 0.0, 0.0};
   bool is_near = true;
-  for (int axis = 0; axis < 3 && !holdsNone(bounds); ++axis) {
+  for (int axis = 0; axis < 3 && !containsNothing(bounds); ++axis) {
     const double low_m = block_m * component(bounds.first, axis);
     const double high_m = block_m * (component(bounds.last, axis) + 1.0);
     is_near = is_near && low_m >= -kNear_m && high_m <= kNear_m;
@@ -46,7 +46,7 @@ inline Vec3f positionFrom(const std::array<double, 3>& origin_m, const std::arra
 struct JoinedBlock {
   std::vector<uint32_t> number;  ///< Number of each vertex in the joined mesh.
   std::vector<uint32_t> fresh;   ///< Vertices new with this block, in the order of numbers.
-  std::vector<Vec3f> faced;      ///< The way each vertex's edge faces, see facedWays().
+  std::vector<Vec3f> faced;      ///< The way each vertex's edge faces, see facingSteps().
 };
 
 /// Numbers the vertices of blocks, which must be added in order of their packed keys. Remembers

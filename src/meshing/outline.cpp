@@ -19,10 +19,10 @@ constexpr float kWeightsAlong[kStepsAlong + 1][kStepsAlong + 1] = {
 
 /// A line whose ends are closer together than this share of its length turns back: it is the tip of
 /// something narrow, which smoothing would shorten.
-constexpr float kLeastExtent = 0.4f;
+constexpr float kMinExtent = 0.4f;
 
 /// Holes with more edges, which are over two voxels across, stay open.
-constexpr int kMostEdgesOfHole = 8;
+constexpr int kMaxEdgesOfHole = 8;
 
 }  // namespace
 
@@ -92,7 +92,7 @@ void Outline::followLoop(size_t lowest, std::vector<uint32_t>& loop) const {
     const Vertex& vertex = vertices_[at];
     edges += vertex.kind == Kind::kPlain ? 1 : 0;
     loop.push_back(static_cast<uint32_t>(at));
-    at = vertex.triangles < 2 || edges > kMostEdgesOfHole ? kNone : beside(at, kBackwards);
+    at = vertex.triangles < 2 || edges > kMaxEdgesOfHole ? kNone : beside(at, kBackwards);
   } while (at != kNone && at > lowest);
   if (at != lowest) loop.clear();
 }
@@ -156,7 +156,7 @@ Vec3f Outline::shiftOf(size_t vertex, const std::vector<Vec3f>& positions) const
     from_vertex[++steps] = (ends[kForwards] - p) + (ends[kBackwards] - p);
   }
   Vec3f shift{0.0f, 0.0f, 0.0f};
-  if (norm(ends[kForwards] - ends[kBackwards]) < kLeastExtent * length) return shift;
+  if (norm(ends[kForwards] - ends[kBackwards]) < kMinExtent * length) return shift;
   for (int k = 1; k <= steps; ++k) shift = shift + kWeightsAlong[steps][k] * from_vertex[k];
   return shift;
 }

@@ -15,11 +15,11 @@
 namespace dtsdf {
 namespace {
 
-constexpr int kMostStepsPerVoxel = 512;
+constexpr int kMaxStepsPerVoxel = 512;
 /// A block's vertices lie at most this many voxels below or above it (BlockVertex).
 constexpr int kVoxelsBeyond = 2;
-constexpr int kMostLatticeSteps = 65535;
-constexpr size_t kMostVertices16 = 65536;
+constexpr int kMaxLatticeSteps = 65535;
+constexpr size_t kMaxVertices16 = 65536;
 constexpr float kNormalUnits = 32767.0f;
 
 /// Rounds to the nearest whole number, halves away from zero.
@@ -76,7 +76,7 @@ class ChunkPacker {
     mendOutlines();
     addNormals();
     addColours();
-    if (normals_.size() <= kMostVertices16) {
+    if (normals_.size() <= kMaxVertices16) {
       chunk_.triangles16.assign(chunk_.triangles32.begin(), chunk_.triangles32.end());
       chunk_.triangles32 = std::vector<uint32_t>();
     }
@@ -179,9 +179,9 @@ void checkTriangles(const std::vector<Index>& triangles, size_t vertices) {
 }  // namespace
 
 ChunkLattice::ChunkLattice(float voxel_size_m, int chunk_blocks)
-    : chunk_blocks(chunk_blocks), steps_per_voxel(kMostStepsPerVoxel) {
+    : chunk_blocks(chunk_blocks), steps_per_voxel(kMaxStepsPerVoxel) {
   const int voxels = chunk_blocks * kBlockSide + 2 * kVoxelsBeyond;
-  while (voxels * steps_per_voxel > kMostLatticeSteps) steps_per_voxel /= 2;
+  while (voxels * steps_per_voxel > kMaxLatticeSteps) steps_per_voxel /= 2;
   step_m = static_cast<double>(voxel_size_m) / steps_per_voxel;
 }
 
@@ -211,7 +211,7 @@ void checkChunk(const PackedChunk& chunk) {
   if (!chunk.triangles16.empty() && !chunk.triangles32.empty()) {
     throw std::runtime_error("it has triangles with 16-bit and with 32-bit indices");
   }
-  if (!chunk.triangles16.empty() && vertices > kMostVertices16) {
+  if (!chunk.triangles16.empty() && vertices > kMaxVertices16) {
     throw std::runtime_error("it has more vertices than 16-bit indices can address");
   }
   checkTriangles(chunk.triangles16, vertices);

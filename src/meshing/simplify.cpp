@@ -106,14 +106,14 @@ class TriangleFans {
   using Triangle = std::array<uint32_t, 3>;
 
   static constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
-  static constexpr size_t kMostlyAtVertex = 8;  ///< Few vertices have more triangles.
+  static constexpr size_t kUsualTriangleCount = 8;  ///< Few vertices have more triangles.
 
   explicit TriangleFans(const Mesh& mesh)
       : triangles_(mesh.vertices_m.size()), mark_(mesh.vertices_m.size(), 0) {
     faces_.reserve(mesh.triangles.size());
     for (const Triangle& corners : mesh.triangles) {
       for (const uint32_t v : corners) {
-        if (triangles_[v].empty()) triangles_[v].reserve(kMostlyAtVertex);
+        if (triangles_[v].empty()) triangles_[v].reserve(kUsualTriangleCount);
         triangles_[v].push_back(static_cast<uint32_t>(faces_.size()));
       }
       faces_.push_back({corners, kNone});
@@ -124,8 +124,9 @@ class TriangleFans {
   void list(uint32_t vertex, std::vector<Wing>& wings) {
     wings.clear();
     std::vector<uint32_t>& triangles = triangles_[vertex];
-    const auto has_gone = [this](uint32_t triangle) { return triangleHasGone(triangle); };
-    triangles.erase(std::remove_if(triangles.begin(), triangles.end(), has_gone), triangles.end());
+    const auto is_removed = [this](uint32_t triangle) { return isTriangleRemoved(triangle); };
+    triangles.erase(std::remove_if(triangles.begin(), triangles.end(), is_removed),
+                    triangles.end());
     for (const uint32_t triangle : triangles) {
       const Triangle& t = corners(triangle);
       const int at = t[0] == vertex ? 0 : (t[1] == vertex ? 1 : 2);
@@ -150,7 +151,7 @@ class TriangleFans {
 
   /// Whether the surface stays manifold when u, with these wings, merges into v: the only
   /// neighbours they share must be those of the two triangles between them.
-  bool staysManifold(uint32_t u, const std::vector<Wing>& wings, uint32_t v) {
+  bool keepsManifold(uint32_t u, const std::vector<Wing>& wings, uint32_t v) {
     list(v, wings_);
     ++stamp_;
     for (const Wing& wing : wings_) mark_[wing.from] = mark_[wing.to] = stamp_;
@@ -178,8 +179,8 @@ class TriangleFans {
     triangles_[u].clear();
   }
 
-  bool hasGone(uint32_t vertex) const { return triangles_[vertex].empty(); }
-  bool triangleHasGone(uint32_t triangle) const { return faces_[triangle].corners[0] == kNone; }
+  bool isRemoved(uint32_t vertex) const { return triangles_[vertex].empty(); }
+  bool isTriangleRemoved(uint32_t triangle) const { return faces_[triangle].corners[0] == kNone; }
   const Triangle& corners(uint32_t triangle) const { return faces_[triangle].corners; }
 
   /// A number per triangle, for the caller's own use; kNone at first.
@@ -200,10 +201,10 @@ class TriangleFans {
 };
 
 /// The largest angle by which a triangle may turn in a merge: cosine of 70 degrees.
-constexpr float kLeastTurn = 0.34f;
+constexpr float kMinTurn = 0.34f;
 
 /// The smallest height of a triangle, as a share of its longest side.
-constexpr float kLeastHeight = 0.01f;
+constexpr float kMinHeight = 0.01f;
 
 /// Merges vertices into their neighbours. Each removed vertex is assigned to a triangle close
 /// enough to it; a later merge that changes this triangle must find one close enough among the new
@@ -234,10 +235,10 @@ class Collapser {
     return closed;
   }
 
-  bool hasGone(uint32_t vertex) const { return fans_.hasGone(vertex); }
+  bool isRemoved(uint32_t vertex) const { return fans_.isRemoved(vertex); }
 
   /// Allows failed merges to be tried again.
-  void forgetTries() {
+  void resetTries() {
     for (State& state : states_) state.tried = kNone;
   }
 
@@ -246,7 +247,7 @@ class Collapser {
   uint32_t cheapest(uint32_t vertex, double error_m) {
     State& state = states_[vertex];
     if (state.tried == state.changes) return vertex;  // nothing has changed since
-    if (state.known != state.changes || hasGone(state.to)) findCheapest(vertex);
+    if (state.known != state.changes || isRemoved(state.to)) findCheapest(vertex);
     return state.cost > error_m * error_m ? vertex : state.to;
   }
 
@@ -258,7 +259,8 @@ class Collapser {
         std::any_of(wings_.begin(), wings_.end(), [v](const Wing& wing) { return wing.from == v; });
     if (!is_neighbour) return false;  // v was removed; the next pass finds another one
     states_[u].tried = states_[u].changes;
-    if (!keepsDirections(v) || !fans_.staysManifold(u, wings_, v) || !rehost(u, v, error_m)) {
+    if (!keepsOrientation(v) || !fans_.keepsManifold(u, wings_, v) ||
+        !reassignVertices(u, v, error_m)) {
       return false;
     }
     commit(u, v);
@@ -270,7 +272,7 @@ class Collapser {
     std::vector<uint32_t> number(p_.size(), kNone);
     const auto triangles = static_cast<uint32_t>(mesh_.triangles.size());
     for (uint32_t i = 0; i < triangles; ++i) {
-      if (fans_.triangleHasGone(i)) continue;
+      if (fans_.isTriangleRemoved(i)) continue;
       for (const uint32_t v : fans_.corners(i)) number[v] = 0;
     }
     Mesh result;
@@ -283,7 +285,7 @@ class Collapser {
       if (!mesh_.colours.empty()) result.colours.push_back(mesh_.colours[i]);
     }
     for (uint32_t i = 0; i < triangles; ++i) {
-      if (fans_.triangleHasGone(i)) continue;
+      if (fans_.isTriangleRemoved(i)) continue;
       const auto& t = fans_.corners(i);
       result.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
     }
@@ -319,7 +321,7 @@ class Collapser {
     uint32_t tried;        ///< `changes` at the last try.
   };
   /// A triangle at v as it would be after a merge.
-  struct WingAfter {
+  struct NewWing {
     uint32_t triangle;
     Vec3f from, to, normal;
   };
@@ -355,7 +357,7 @@ class Collapser {
   }
 
   /// Whether no remaining triangle turns too far or becomes too thin.
-  bool keepsDirections(uint32_t v) const {
+  bool keepsOrientation(uint32_t v) const {
     for (const Wing& wing : wings_) {
       if (wing.from == v || wing.to == v) continue;
       const auto& t = fans_.corners(wing.triangle);
@@ -365,23 +367,23 @@ class Collapser {
       const float length = norm(after), length_before = norm(before);
       const Vec3f a = p_[v] - p_[wing.from], b = p_[v] - p_[wing.to];
       const float longest = maximum(dot(edge, edge), maximum(dot(a, a), dot(b, b)));
-      if (!(length > kLeastHeight * longest)) return false;
+      if (!(length > kMinHeight * longest)) return false;
       if (length_before == 0.0f) continue;
-      if (dot(before, after) < kLeastTurn * length * length_before) return false;
+      if (dot(before, after) < kMinTurn * length * length_before) return false;
     }
     return true;
   }
 
   /// Assigns u and the removed vertices at its triangles to triangles as they would be after the
   /// merge; false if one of them has no triangle close enough.
-  bool rehost(uint32_t u, uint32_t v, double error_m) {
+  bool reassignVertices(uint32_t u, uint32_t v, double error_m) {
     moves_.clear();
-    wings_after_.clear();
+    new_wings_.clear();
     for (const Wing& wing : wings_) {
       if (wing.from == v || wing.to == v) continue;
       const Vec3f from = p_[wing.from], to = p_[wing.to];
       const Vec3f n = cross(to - from, p_[v] - from);
-      wings_after_.push_back({wing.triangle, from, to, (1.0f / norm(n)) * n});
+      new_wings_.push_back({wing.triangle, from, to, (1.0f / norm(n)) * n});
     }
     if (!moveTo(u, p_[v], error_m)) return false;
     for (const Wing& wing : wings_) {
@@ -397,7 +399,7 @@ class Collapser {
     const Vec3f p = points_[point].p, normal = points_[point].normal;
     double nearest = limit_m * limit_m;
     uint32_t triangle = kNone;
-    for (const WingAfter& after : wings_after_) {
+    for (const NewWing& after : new_wings_) {
       const double height = static_cast<double>(dot(after.normal, p - v));
       if (height * height > nearest) continue;
       if (dot(after.normal, normal) < kOpposite) continue;
@@ -432,7 +434,7 @@ class Collapser {
   std::vector<Quadric> quadrics_;
   Tolerances tolerances_;
   std::vector<Wing> wings_;
-  std::vector<WingAfter> wings_after_;
+  std::vector<NewWing> new_wings_;
   /// Removed vertices, their new triangles, and their distances from these.
   std::vector<std::tuple<uint32_t, uint32_t, float>> moves_;
 };
@@ -447,13 +449,13 @@ constexpr double kFirstShareOfEdge = 0.06;
 /// Maximum number of passes for one error, and the share of vertices that a pass must remove for
 /// another one to follow.
 constexpr int kPasses = 6;
-constexpr double kLeastGain = 0.1;
+constexpr double kMinGain = 0.1;
 
 /// If one error removes no more than this share of the vertices, larger ones are not tried.
 constexpr double kEndGain = 1e-3;
 
 /// Errors are limited to this many mean edges: no triangle is that large.
-constexpr double kMostEdges = 24.0;
+constexpr double kMaxEdges = 24.0;
 
 /// Errors below this many mean edges may be too small to remove anything, so kEndGain does not
 /// apply to them.
@@ -493,7 +495,7 @@ std::vector<double> errorsUpTo(double max_error_m, double mean_edge_m) {
 template <class Report>
 void simplifyWithin(double error_m, Collapser& collapser, std::vector<uint32_t>& live,
                     const Report& report) {
-  collapser.forgetTries();
+  collapser.resetTries();
   for (int pass = 0; pass < kPasses; ++pass) {
     std::vector<uint32_t> into(live.size());
     for (size_t i = 0; i < live.size(); ++i) {
@@ -505,16 +507,16 @@ void simplifyWithin(double error_m, Collapser& collapser, std::vector<uint32_t>&
       if (i % kReportEach == 0) report();
       done += into[i] != live[i] && collapser.tryMerge(live[i], into[i], error_m) ? 1 : 0;
     }
-    const auto has_gone = [&](uint32_t v) { return collapser.hasGone(v); };
-    live.erase(std::remove_if(live.begin(), live.end(), has_gone), live.end());
-    if (static_cast<double>(done) < kLeastGain * static_cast<double>(live.size())) break;
+    const auto is_removed = [&](uint32_t v) { return collapser.isRemoved(v); };
+    live.erase(std::remove_if(live.begin(), live.end(), is_removed), live.end());
+    if (static_cast<double>(done) < kMinGain * static_cast<double>(live.size())) break;
   }
 }
 
 double diagonalOf(const Mesh& mesh) {
   Vec3f low = mesh.vertices_m.front(), high = low;
   for (const Vec3f& p : mesh.vertices_m) {
-    low = leastOf(low, p);
+    low = minOf(low, p);
     high = greatestOf(high, p);
   }
   return static_cast<double>(norm(high - low));
@@ -536,7 +538,7 @@ SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m,
                                 shortestText(diagonal_m) + " m across; use a smaller one");
   }
   const double mean_edge_m = meanEdge_m(mesh);
-  max_error_m = std::min(max_error_m, kMostEdges * mean_edge_m);
+  max_error_m = std::min(max_error_m, kMaxEdges * mean_edge_m);
   const auto report = [&](double share) {
     if (progress) progress(share);
   };

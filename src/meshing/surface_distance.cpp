@@ -70,7 +70,7 @@ void SurfaceTree::split(std::vector<Item>& items, uint32_t node, uint32_t begin,
   }
   Vec3f low = items[begin].place, high = low;
   for (uint32_t i = begin; i < end; ++i) {
-    low = leastOf(low, items[i].place);
+    low = minOf(low, items[i].place);
     high = greatestOf(high, items[i].place);
   }
   const Vec3f size = high - low;
@@ -86,9 +86,9 @@ void SurfaceTree::split(std::vector<Item>& items, uint32_t node, uint32_t begin,
   split(items, children, begin, middle, triangles);
   split(items, children + 1, middle, end, triangles);
   const Node &a = nodes_[children], &b = nodes_[children + 1];
-  nodes_[node] = {leastOf(a.low, b.low),
+  nodes_[node] = {minOf(a.low, b.low),
                   greatestOf(a.high, b.high),
-                  leastOf(a.least_normal, b.least_normal),
+                  minOf(a.min_normal, b.min_normal),
                   greatestOf(a.greatest_normal, b.greatest_normal),
                   children,
                   0};
@@ -101,13 +101,13 @@ SurfaceTree::Node SurfaceTree::leaf(uint32_t begin, uint32_t end) const {
   for (uint32_t i = begin; i < end; ++i) {
     const Triangle& t = triangles_[i];
     const Vec3f &a = vertices_m_[t[0]], &b = vertices_m_[t[1]], &c = vertices_m_[t[2]];
-    node.low = leastOf(node.low, leastOf(a, leastOf(b, c)));
+    node.low = minOf(node.low, minOf(a, minOf(b, c)));
     node.high = greatestOf(node.high, greatestOf(a, greatestOf(b, c)));
     const Vec3f n = cross(b - a, c - a);
     const float length = norm(n);
     if (length == 0.0f) continue;  // it has no normal
     const Vec3f normal = (1.0f / length) * n;
-    node.least_normal = leastOf(node.least_normal, normal);
+    node.min_normal = minOf(node.min_normal, normal);
     node.greatest_normal = greatestOf(node.greatest_normal, normal);
   }
   return node;
@@ -161,11 +161,11 @@ double SurfaceTree::distance(const Vec3f& p, double limit_m, const Vec3f& direct
                              float greatest_cosine, Hint& hint) const {
   // Tests the corner of the box of normals that is farthest from the direction.
   const auto mayCount = [&](const Node& node) {
-    const Vec3f &low = node.least_normal, &high = node.greatest_normal;
-    const Vec3f most_away{direction.x > 0.0f ? low.x : high.x, direction.y > 0.0f ? low.y : high.y,
-                          direction.z > 0.0f ? low.z : high.z};
+    const Vec3f &low = node.min_normal, &high = node.greatest_normal;
+    const Vec3f max_away{direction.x > 0.0f ? low.x : high.x, direction.y > 0.0f ? low.y : high.y,
+                         direction.z > 0.0f ? low.z : high.z};
     constexpr float kRounding = 1e-5f;
-    return dot(most_away, direction) <= greatest_cosine + kRounding;
+    return dot(max_away, direction) <= greatest_cosine + kRounding;
   };
   const auto counts = [&](const Vec3f& a, const Vec3f& b, const Vec3f& c) {
     const Vec3f n = cross(b - a, c - a);

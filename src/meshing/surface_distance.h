@@ -38,7 +38,7 @@ class SurfaceTree {
   /// A leaf's triangles, or an inner node's two children, begin at `first`.
   struct Node {
     Vec3f low, high;
-    Vec3f least_normal, greatest_normal;  ///< Bounds of the triangles' normals, per component.
+    Vec3f min_normal, greatest_normal;  ///< Bounds of the triangles' normals, per component.
     uint32_t first;
     uint32_t triangles;  ///< 0: an inner node.
   };

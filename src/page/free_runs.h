@@ -15,15 +15,15 @@ namespace dtsdf {
 
 class FreeRuns {
  public:
-  /// @param most_units Limit of the file's length, in units.
-  explicit FreeRuns(uint64_t most_units) : most_units_(most_units) {}
+  /// @param max_units Limit of the file's length, in units.
+  explicit FreeRuns(uint64_t max_units) : max_units_(max_units) {}
 
   /// Takes a run. @return its first unit; none if the file would get too long. If memory runs out,
   /// the rest of a longer free run stays in use.
   std::optional<uint64_t> take(uint64_t units) {
     const auto shortest = by_length_.lower_bound({units, 0});
     if (shortest == by_length_.end()) {
-      if (end_ + units > most_units_) return std::nullopt;
+      if (end_ + units > max_units_) return std::nullopt;
       in_use_ += units;
       end_ += units;
       return end_ - units;
@@ -85,7 +85,7 @@ class FreeRuns {
     free_.erase(run);
   }
 
-  const uint64_t most_units_;
+  const uint64_t max_units_;
   std::map<uint64_t, uint64_t> free_;  ///< Lengths of free runs by first unit; no two are adjacent.
   std::set<std::pair<uint64_t, uint64_t>> by_length_;  ///< Free runs as (length, first unit).
   uint64_t end_ = 0, in_use_ = 0;

@@ -30,8 +30,8 @@ inline size_t isMarked(const PagedBlock& block) { return block.mesh.marks.any() 
 class PagedBlocks {
  public:
   /// @throws std::runtime_error if the folder cannot be written.
-  PagedBlocks(const std::string& folder, uint64_t max_bytes, size_t most_waiting)
-      : store_(folder, max_bytes, most_waiting) {}
+  PagedBlocks(const std::string& folder, uint64_t max_bytes, size_t max_waiting)
+      : store_(folder, max_bytes, max_waiting) {}
 
   /// Adds a block. @return whether it is there now: false if the store refused it or memory ran
   /// out.

@@ -35,11 +35,11 @@ void visitRecord(Io& io, BlockMesh& mesh) {
 }
 
 /// Memory for meshes: a fraction of map/max_memory_mb, in addition to it.
-constexpr size_t kMeshShare = 8, kMostMeshBytes = size_t{64} << 20;
+constexpr size_t kMeshShare = 8, kMaxMeshBytes = size_t{64} << 20;
 
 inline size_t meshBudgetOf(const MapParams& params) {
   if (params.page_folder.empty()) return 0;
-  return std::min((static_cast<size_t>(params.max_memory_mb) << 20) / kMeshShare, kMostMeshBytes);
+  return std::min((static_cast<size_t>(params.max_memory_mb) << 20) / kMeshShare, kMaxMeshBytes);
 }
 
 /// Meshes of blocks. Only one thread may use it at a time.
@@ -50,11 +50,11 @@ class PagedMeshes {
   /// Without map/page_folder all meshes stay in memory; with it, up to meshBudgetOf().
   /// @throws std::runtime_error if map/page_folder cannot be written.
   explicit PagedMeshes(const MapParams& params)
-      : most_bytes_(meshBudgetOf(params)),
+      : max_bytes_(meshBudgetOf(params)),
         pages_(params.page_folder.empty()
                    ? nullptr
                    : std::make_shared<PagedValues>(params.page_folder, pageBytesOf(params),
-                                                   most_bytes_)),
+                                                   max_bytes_)),
         voxel_size_m_(params.voxel_size_m) {}
 
   float voxelSize() const { return voxel_size_m_; }
@@ -142,9 +142,9 @@ class PagedMeshes {
   size_t triangleCount() const { return triangles_; }
   uint64_t missed() const { return missed_; }  ///< How often a mesh could not be read.
   /// Whether the disk responded to the last read; if not, it may be gone.
-  bool diskGives() const { return pages_ == nullptr || pages_->diskGives(); }
+  bool diskResponds() const { return pages_ == nullptr || pages_->diskResponds(); }
   size_t bytes() const { return pages_ == nullptr ? bytes_ : pages_->bytes(); }  ///< Used memory.
-  size_t mostBytes() const { return most_bytes_; }  ///< Limit of the memory; 0: none.
+  size_t maxBytes() const { return max_bytes_; }  ///< Limit of the memory; 0: none.
   Stats stats() const { return pages_ == nullptr ? Stats() : pages_->stats(); }
 
  private:
@@ -163,7 +163,7 @@ class PagedMeshes {
     meshes_.erase(found);
   }
 
-  const size_t most_bytes_;
+  const size_t max_bytes_;
   const SharedPagedValues pages_;  ///< Null without map/page_folder.
   std::map<PackedKey, Kept> meshes_;
   size_t bytes_ = 0, triangles_ = 0, painted_ = 0;  ///< Totals of all meshes.

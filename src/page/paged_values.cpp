@@ -18,7 +18,7 @@ constexpr size_t kEntryBytes = 240;
 }  // namespace
 
 PagedValues::PagedValues(const std::string& folder, uint64_t max_bytes, size_t most_bytes)
-    : store_(folder, max_bytes, most_bytes / kFreedShare), most_bytes_(most_bytes) {}
+    : store_(folder, max_bytes, most_bytes / kFreedShare), max_bytes_(most_bytes) {}
 
 std::shared_ptr<PagedValues::Entry> PagedValues::keep(std::shared_ptr<const void> value,
                                                       const ValueKind& kind) {
@@ -97,10 +97,10 @@ std::shared_ptr<const void> PagedValues::load(Entry& entry) {
 /// Moves the least recently used values to the disk. Those that are already there are not written
 /// again.
 void PagedValues::makeRoom() {
-  const size_t share = most_bytes_ / kFreedShare;  // this much may wait to be written
-  if (bytes_ <= most_bytes_ - share) return;
+  const size_t share = max_bytes_ / kFreedShare;  // this much may wait to be written
+  if (bytes_ <= max_bytes_ - share) return;
   if (calls_until_try_ > 0 && --calls_until_try_ > 0) return;
-  const size_t aim = most_bytes_ - 2 * share;
+  const size_t aim = max_bytes_ - 2 * share;
   while (bytes_ > aim && !order_.empty()) {
     Entry& oldest = *order_.front();
     if (!writeOut(oldest)) {
@@ -126,7 +126,7 @@ bool PagedValues::writeOut(Entry& entry) try {
 
 bool PagedValues::isFull() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return bytes_ > most_bytes_;
+  return bytes_ > max_bytes_;
 }
 
 size_t PagedValues::bytes() const {

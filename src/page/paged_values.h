@@ -84,7 +84,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   std::shared_ptr<const void> take(Entry& entry);
 
   /// Whether the disk responded to the last read.
-  bool diskGives() const { return store_.gives(); }
+  bool diskResponds() const { return store_.gives(); }
 
   /// Whether memory is over its limit because the disk refuses values.
   bool isFull() const;
@@ -103,7 +103,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
 
   mutable std::mutex mutex_;  ///< Guards all members, and the entries.
   RecordStore store_;
-  const size_t most_bytes_;
+  const size_t max_bytes_;
   std::list<Entry*> order_;  ///< Values in memory, least recently used first.
   size_t bytes_ = 0;         ///< Memory of the values in order_.
   size_t entries_ = 0;

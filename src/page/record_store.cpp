@@ -29,7 +29,7 @@ constexpr uint64_t kShrinkBytes = uint64_t{1} << 20;
 /// loses nothing.
 constexpr int kTries = 5;
 
-constexpr double kLeastWait_ms = 1.0;
+constexpr double kMinWait_ms = 1.0;
 
 /// A batch ends after this time, since anyone who erases one of its records has to wait.
 constexpr std::chrono::milliseconds kWritingAtOnce{1};
@@ -43,7 +43,7 @@ using Clock = std::chrono::steady_clock;
 
 void countWait(Clock::time_point start, PageStats& stats) {
   const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-  if (ms < kLeastWait_ms) return;
+  if (ms < kMinWait_ms) return;
   ++stats.waits;
   stats.wait_ms += ms;
 }
@@ -85,9 +85,9 @@ void RecordBytes::copyTo(std::vector<char>& to) const {
   for (const std::string_view piece : pieces) to.insert(to.end(), piece.begin(), piece.end());
 }
 
-RecordStore::RecordStore(const std::string& folder, uint64_t max_bytes, size_t most_waiting)
+RecordStore::RecordStore(const std::string& folder, uint64_t max_bytes, size_t max_waiting)
     : folder_(printable(folder)),
-      most_waiting_(most_waiting),
+      max_waiting_(max_waiting),
       runs_(std::min<uint64_t>(max_bytes / kUnitBytes, UINT32_MAX)) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
@@ -112,7 +112,7 @@ std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
   Lock lock(mutex_);
   if (disk_refuses_) startWriting();
   const auto is_ready = [&] {
-    return disk_refuses_ || waiting_.empty() || waiting_bytes_ + bytes <= most_waiting_;
+    return disk_refuses_ || waiting_.empty() || waiting_bytes_ + bytes <= max_waiting_;
   };
   if (!is_ready()) {
     const auto start = Clock::now();
@@ -228,12 +228,13 @@ RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<c
   }
   to.resize(record.bytes + kSumBytes);
   std::string problem = transfer(record, to);
-  for (int tries = gives_ ? kTries : 1, pause_ms = 1; !problem.empty() && tries > 1; --tries) {
+  for (int tries = disk_responds_ ? kTries : 1, pause_ms = 1; !problem.empty() && tries > 1;
+       --tries) {
     std::this_thread::sleep_for(std::chrono::milliseconds(std::exchange(pause_ms, 2 * pause_ms)));
     problem = transfer(record, to);
   }
   char first;
-  gives_ = problem.empty() || pread(file_, &first, 1, 0) >= 0;
+  disk_responds_ = problem.empty() || pread(file_, &first, 1, 0) >= 0;
   uint64_t sum;
   std::memcpy(&sum, to.data() + record.bytes, kSumBytes);
   to.resize(record.bytes);
@@ -246,7 +247,7 @@ RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<c
   } else {
     note(std::move(problem));
   }
-  if (!gives_) return Reading::kUnreadable;
+  if (!disk_responds_) return Reading::kUnreadable;
   ++stats_.lost;
   return Reading::kDamaged;
 }

@@ -54,9 +54,9 @@ class RecordStore {
   };
 
   /// Makes the folder if it is missing.
-  /// @param most_waiting Bytes that may wait to be written; a single record always may.
+  /// @param max_waiting Bytes that may wait to be written; a single record always may.
   /// @throws std::runtime_error if no file can be created there.
-  RecordStore(const std::string& folder, uint64_t max_bytes, size_t most_waiting);
+  RecordStore(const std::string& folder, uint64_t max_bytes, size_t max_waiting);
   ~RecordStore();
   RecordStore(const RecordStore&) = delete;
   RecordStore& operator=(const RecordStore&) = delete;
@@ -69,7 +69,7 @@ class RecordStore {
   Reading read(const StoredRecord& record, std::vector<char>& to);
 
   /// Whether the disk responded to the last read.
-  bool gives() const { return gives_; }
+  bool gives() const { return disk_responds_; }
 
   /// Asks the system to read a record in the background.
   void readAhead(const StoredRecord& record) const;
@@ -111,9 +111,9 @@ class RecordStore {
   void shrink() noexcept;
 
   const std::string folder_;
-  const size_t most_waiting_;
+  const size_t max_waiting_;
   int file_ = -1;
-  std::atomic<bool> gives_{true};
+  std::atomic<bool> disk_responds_{true};
   std::atomic<uint64_t> written_{0};  ///< No record up to this number waits.
   mutable std::mutex mutex_;          ///< Guards what follows.
   std::condition_variable changed_;

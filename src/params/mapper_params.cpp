@@ -12,13 +12,13 @@ void checkSpace(const MapperParams& params, ParamReader& reader) {
   }
   if (!params.space.enabled) return;  // fine voxels must not demand settings of a disabled feature
   const float cell_m = params.map.voxel_size_m * static_cast<float>(cell);
-  constexpr float kMostCellsInView = 1024.0f;
-  if (params.space.max_range_m > kMostCellsInView * cell_m) {
+  constexpr float kMaxCellsInView = 1024.0f;
+  if (params.space.max_range_m > kMaxCellsInView * cell_m) {
     reader.addViolation("space/max_range_m",
                         "must be at most 1024 cells; lower it, or raise space/cell_voxels");
   }
-  constexpr float kMostCells = 255.0f;  // squared distances have 16 bits
-  if (params.space.max_distance_m > kMostCells * cell_m) {
+  constexpr float kMaxCells = 255.0f;  // squared distances have 16 bits
+  if (params.space.max_distance_m > kMaxCells * cell_m) {
     reader.addViolation("space/max_distance_m",
                         "must be at most 255 cells; lower it, or raise space/cell_voxels");
   }

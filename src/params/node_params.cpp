@@ -74,7 +74,7 @@ void checkPoses(const NodeParams& node, ParamReader& reader) {
 
 }  // namespace
 
-void settleMemory(const PoseParams& poses, FusionParams& fusion) {
+void resolveMemoryFrames(const PoseParams& poses, FusionParams& fusion) {
   // With 20, a removed surface could outlast 30 frames, since blocks are cleared in turns.
   constexpr int kFramesOfAlignedPoses = 19;
   if (fusion.memory_frames > 0 || poses.mode == PoseMode::kTf) return;
@@ -107,7 +107,7 @@ NodeParams readNodeParams(const ParamTree& tree, const std::vector<ParamViolatio
   checkCameras(node, reader);
   checkPoses(node, reader);
   reader.finish();
-  settleMemory(node.poses, node.mapper.fusion);
+  resolveMemoryFrames(node.poses, node.mapper.fusion);
   return node;
 }
 

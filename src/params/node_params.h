@@ -86,8 +86,8 @@ struct NodeParams {
 
   // Corrections of poses from a SLAM system.
   std::string path_frame;  ///< Frame whose poses are in corrected_path; empty: the depth camera's.
-  double least_correction_m = 0.01;  ///< Paths that move no frame by this much, in metres or
-                                     ///< radians, are ignored.
+  double min_correction_m = 0.01;  ///< Paths that move no frame by this much, in metres or
+                                   ///< radians, are ignored.
 };
 
 /// Whether the map has its own, level frame.
@@ -143,7 +143,7 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("journal/folder", p.journal_folder);
   visit("journal/max_gb", p.journal_max_gb, Range{0.1, 1e6});
   visit("corrections/path_frame", p.path_frame);
-  visit("corrections/least_m", p.least_correction_m, Range{0.0, 1000.0});
+  visit("corrections/least_m", p.min_correction_m, Range{0.0, 1000.0});
   visit("publish/chunk_blocks", p.chunk_blocks, Range{1, 64});
   visit("publish/mesh_rate_hz", p.mesh_rate_hz, Range{0.01, 100.0});
   visit("publish/points_rate_hz", p.points_rate_hz, Range{0.01, 100.0});
@@ -162,7 +162,7 @@ void visitParams(NodeParams& p, Visitor& visit) {
 void readFrames(NodeParams& node, ParamReader& reader);
 
 /// Sets fusion/memory_frames if it is 0 and poses are aligned, as these agree for longer.
-void settleMemory(const PoseParams& poses, FusionParams& fusion);
+void resolveMemoryFrames(const PoseParams& poses, FusionParams& fusion);
 
 /// A key and the rule it breaks.
 using ParamViolation = std::pair<std::string, std::string>;

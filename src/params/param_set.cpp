@@ -16,7 +16,7 @@ constexpr int kDigits = 7;
 
 /// Suggests known keys whose name is or begins with that of an unknown key, or else all keys of its
 /// section: "; known: map/voxel_size_m".
-std::string othersThan(const std::string& key, const std::set<std::string>& known) {
+std::string suggestionsFor(const std::string& key, const std::set<std::string>& known) {
   const auto nameIn = [](const std::string& of) { return of.rfind('/') + 1; };
   const std::string section = key.substr(0, nameIn(key)), name = key.substr(nameIn(key));
   std::vector<std::string> namesakes, in_section;
@@ -167,7 +167,7 @@ void ParamReader::operator()(const std::string& key, std::vector<std::string>& m
 void ParamReader::finish() {
   for (const auto& [key, value] : tree_) {
     if (known_.count(key) > 0) continue;
-    addViolation(key, "no such setting" + othersThan(key, known_));
+    addViolation(key, "no such setting" + suggestionsFor(key, known_));
   }
   if (!violations_.empty()) throw ParamError(violations_);
 }

@@ -35,12 +35,12 @@ std::string inHex(const std::string& text, size_t at, size_t bytes) {
 
 }  // namespace
 
-std::string printable(const std::string& text, size_t most_characters) {
+std::string printable(const std::string& text, size_t max_characters) {
   namespace utf = boost::locale::utf;
   std::string shown;
   size_t characters = 0;
   for (size_t at = 0; at < text.size(); ++characters) {
-    if (characters == most_characters) return shown + "...";
+    if (characters == max_characters) return shown + "...";
     const auto begin = text.begin() + static_cast<std::ptrdiff_t>(at);
     auto end = begin;
     const utf::code_point code = utf::utf_traits<char>::decode(end, text.end());

@@ -14,7 +14,7 @@ constexpr size_t kLongestShownName = 200;
 /// log, end a string or reverse its direction. Control characters (C0, C1, line separators,
 /// bidirectional controls) and bytes that are not UTF-8 become \xHH. Longer names are cut, with
 /// "..." appended.
-std::string printable(const std::string& text, size_t most_characters = kLongestShownName);
+std::string printable(const std::string& text, size_t max_characters = kLongestShownName);
 
 /// Makes a whole message printable, with the external names in it.
 std::string printableMessage(const std::string& text);

@@ -99,7 +99,7 @@ GridBox GroundGrid::evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) con
   GridBox changed;
   for (size_t i = 0; i < stack.values.size(); ++i) {
     const int8_t value = (surface >> i & 1u) != 0 ? kColumnOccupied
-                         : free[i] >= least_free_ ? kColumnFree
+                         : free[i] >= min_free_   ? kColumnFree
                                                   : kColumnUnknown;
     if (value == stack.values[i]) continue;
     stack.values[i] = value;
@@ -171,7 +171,7 @@ void GroundGrid::beginAnew(double cell_size_m) {
   last_layer_ = std::max(first_layer_,
                          static_cast<int32_t>(std::ceil(max_m_ / cell_size_m - kTolerance)) - 1);
   const int layers = last_layer_ - first_layer_ + 1;
-  least_free_ = std::max(1, static_cast<int>(std::ceil(seen_share_ * layers - 1e-6)));
+  min_free_ = std::max(1, static_cast<int>(std::ceil(seen_share_ * layers - 1e-6)));
 }
 
 void GroundGrid::note(const GridBox& columns) {
@@ -188,7 +188,7 @@ void GroundGrid::apply(const SpaceChanges& changes, double cell_size_m) {
 }
 
 /// The new window, if known columns lie outside the current one.
-std::optional<GridBox> GroundGrid::outgrownTo() {
+std::optional<GridBox> GroundGrid::grownWindow() {
   if (!is_outgrown_) return std::nullopt;
   const GridBox known = this->known();
   if (window_ && window_->contains(known)) {
@@ -203,8 +203,8 @@ GroundGrid::Pending GroundGrid::next() {
   too_large_.reset();
   if (!is_outdated_) return Pending::kNothing;
   is_outdated_ = false;
-  if (const std::optional<GridBox> window = outgrownTo()) {
-    if (sizeOf(*window).cast<size_t>().prod() <= kMostColumns) {
+  if (const std::optional<GridBox> window = grownWindow()) {
+    if (sizeOf(*window).cast<size_t>().prod() <= kMaxColumns) {
       is_outgrown_ = false;
       window_ = window;
       changed_ = {};

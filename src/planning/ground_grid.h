@@ -39,7 +39,7 @@ class GroundGrid {
  public:
   static constexpr int32_t kStep = 256;
   /// Largest number of columns in a grid: 256 MB.
-  static constexpr size_t kMostColumns = size_t{1} << 28;
+  static constexpr size_t kMaxColumns = size_t{1} << 28;
 
   /// @param min_m, max_m Heights along z of the map frame, which must be level, in metres.
   /// @param seen_share Share of a column's cells that must be seen free for it to be free.
@@ -90,12 +90,12 @@ class GroundGrid {
   GridBox evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) const;
   void note(const GridBox& columns);
   GridBox known() const;
-  std::optional<GridBox> outgrownTo();
+  std::optional<GridBox> grownWindow();
 
   double min_m_, max_m_, seen_share_;
   double cell_size_m_ = 0.0;                  ///< 0 before the first apply().
   int32_t first_layer_ = 0, last_layer_ = 0;  ///< Layers of cells between the heights.
-  int least_free_ = 0;                        ///< Cells of a column that must be seen free.
+  int min_free_ = 0;                          ///< Cells of a column that must be seen free.
   std::unordered_map<uint64_t, Stack> stacks_;
   std::optional<GridBox> window_, too_large_;
   GridBox changed_;

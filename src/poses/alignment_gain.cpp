@@ -26,8 +26,8 @@ bool AlignmentGain::Variance::add(const Step& step) {
     constexpr double kSquares = 1.0 + 9.0 + 9.0 + 1.0;
     const double of_shift = third.head<3>().squaredNorm() / kSquares;
     const double of_turn = third.tail<3>().squaredNorm() / kSquares;
-    constexpr double kMost = kMostDeviations * kMostDeviations;
-    is_jump = isKnown() && (of_shift > kMost * m2 || of_turn > kMost * rad2);
+    constexpr double kMax = kMaxDeviations * kMaxDeviations;
+    is_jump = isKnown() && (of_shift > kMax * m2 || of_turn > kMax * rad2);
     seen = std::min(seen + 1, kRemembered);
     m2 += (of_shift - m2) / seen;
     rad2 += (of_turn - rad2) / seen;
@@ -58,7 +58,7 @@ double AlignmentGain::share(const Eigen::Isometry3d& expected_T_W_C,
   };
   const Step way = stepBetween(expected_T_W_C, aligned_T_W_C);
   const auto beyond_noise = [](double way, double variance) {
-    const double noise = kMostDeviations * std::sqrt(variance);
+    const double noise = kMaxDeviations * std::sqrt(variance);
     return way > noise ? 1.0 - noise / way : 0.0;
   };
   return std::max({std::min(gain(given_.m2, aligned_.m2), gain(given_.rad2, aligned_.rad2)),

@@ -9,7 +9,7 @@ namespace dtsdf {
 
 /// Random errors are within this many standard deviations, as are 997 of 1000 of a normal
 /// distribution. Larger errors have another cause.
-constexpr double kMostDeviations = 3.0;
+constexpr double kMaxDeviations = 3.0;
 
 /// Share of the image's points that lie on surfaces of the map.
 inline double explainedBy(const Alignment& alignment) {

@@ -27,7 +27,7 @@ using Eigen::Vector3f;
 using Eigen::Vector3i;
 
 /// Maximum number of standpoints; larger maps are searched in larger steps.
-constexpr double kMostStandpoints = 200000.0;
+constexpr double kMaxStandpoints = 200000.0;
 
 /// Edge of a cell, in voxels: an alignment can correct a pose that is one cell off.
 constexpr double kCell_voxels = 3.0;
@@ -53,7 +53,7 @@ constexpr int kMovedPoses = 5000, kAlignedPoses = 224, kRenderedPoses = 48;
 constexpr double kPlaceShare = 0.7, kClearlyMore = 1.5, kClearlyMoreShare = 0.01;
 
 /// Larger depths are too coarse to use.
-constexpr float kMostDepth_m = 10.0f;
+constexpr float kMaxDepth_m = 10.0f;
 
 /// Larger distances to the nearest surface are set to this, in cells.
 constexpr float kFarthest_cells = 64.0f;
@@ -74,7 +74,7 @@ int rayOf(const Vector3f& way) {
   return (face * kFaceSide + cell(way[(axis + 1) % 3])) * kFaceSide + cell(way[(axis + 2) % 3]);
 }
 
-Vector3f wayOfRay(int ray) {
+Vector3f directionOfRay(int ray) {
   const auto along = [](int cell) {
     return 2.0f * (static_cast<float>(cell) + 0.5f) / kFaceSide - 1.0f;
   };
@@ -131,8 +131,8 @@ std::vector<Vector3f> imagePoints(const DepthFrame& frame, double cell_m) {
   const Intrinsics& K = frame.intrinsics;
   const int aside = std::max(1, frame.width / 160);
   std::vector<Vector3f> points;
-  constexpr uint32_t kMostTries = 4 * kFitPoints;
-  for (uint32_t i = 0; i < kMostTries && points.size() < kFitPoints; ++i) {
+  constexpr uint32_t kMaxTries = 4 * kFitPoints;
+  for (uint32_t i = 0; i < kMaxTries && points.size() < kFitPoints; ++i) {
     // The generalised golden ratio in two dimensions spreads them evenly.
     const double x = std::fmod(0.5 + 0.7548776662466927 * i, 1.0);
     const double y = std::fmod(0.5 + 0.5698402909980532 * i, 1.0);
@@ -144,7 +144,7 @@ std::vector<Vector3f> imagePoints(const DepthFrame& frame, double cell_m) {
     };
     const float z = at(0, 0);
     const auto [least, most] = std::minmax({z, at(-1, 0), at(1, 0), at(0, -1), at(0, 1)});
-    if (!(least > 0.0f) || most > kMostDepth_m || most - least > 0.1f * most) continue;
+    if (!(least > 0.0f) || most > kMaxDepth_m || most - least > 0.1f * most) continue;
     const Vector3f p((static_cast<float>(u) - K.cx) * z / K.fx,
                      (static_cast<float>(v) - K.cy) * z / K.fy, z);
     points.push_back(p / static_cast<float>(cell_m));
@@ -174,8 +174,8 @@ double apart(const Isometry3d& a, const Isometry3d& b, double lever) {
 }
 
 /// The share of an image's depths that match the map as rendered from a pose.
-double sameLook(Mapper& mapper, const DepthFrame& frame, const Isometry3d& T_W_C, float tolerance_m,
-                RenderedView& view) {
+double matchingShare(Mapper& mapper, const DepthFrame& frame, const Isometry3d& T_W_C,
+                     float tolerance_m, RenderedView& view) {
   const int step = std::max(1, frame.width / 160);
   const auto scale = static_cast<float>(step);
   const Intrinsics& K = frame.intrinsics;
@@ -187,7 +187,7 @@ double sameLook(Mapper& mapper, const DepthFrame& frame, const Isometry3d& T_W_C
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
       const auto depth_m = static_cast<float>(depthAt(frame, u * step, v * step));
-      if (!(depth_m > 0.0f) || depth_m > kMostDepth_m) continue;
+      if (!(depth_m > 0.0f) || depth_m > kMaxDepth_m) continue;
       const float shown_m =
           view.depth_m[static_cast<size_t>(v) * static_cast<size_t>(camera.width) +
                        static_cast<size_t>(u)];
@@ -200,7 +200,7 @@ double sameLook(Mapper& mapper, const DepthFrame& frame, const Isometry3d& T_W_C
 
 /// Another pose that fits, if the image does not constrain its pose, as along a corridor; else
 /// none.
-std::optional<Isometry3d> placeAlongside(const Alignment& alignment) {
+std::optional<Isometry3d> slidPose(const Alignment& alignment) {
   constexpr double kHeld_m = 0.05;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
       alignment.covariance.topLeftCorner<3, 3>());
@@ -229,7 +229,7 @@ FoundPlace choose(const Looks& looks, double same_place_m) {
     const double most = kClearlyMore * (1.0 - best_share) + kClearlyMoreShare;
     if (!is_there && !found.other_T_W_C && 1.0 - share < most) found.other_T_W_C = other->T_W_C;
   }
-  if (!found.other_T_W_C) found.other_T_W_C = placeAlongside(*best);
+  if (!found.other_T_W_C) found.other_T_W_C = slidPose(*best);
   found.alignment = *best;
   found.explained_share = best_share;
   if (!best->is_held || best_share < kPlaceShare) {
@@ -298,7 +298,7 @@ struct CoarseMap {
   static LookTable looksOf(const std::vector<Vector3f>& points);
   void lookFrom(const Vector3f& from, const LookTable& table, BestLooks& best) const;
   std::vector<Candidate> lookAround(const std::vector<Vector3f>& points) const;
-  std::vector<Isometry3d> likelyPlaces(const std::vector<Vector3f>& points) const;
+  std::vector<Isometry3d> candidatePoses(const std::vector<Vector3f>& points) const;
   void moveToFit(Candidate& candidate, const std::vector<Vector3f>& points) const;
 };
 
@@ -319,7 +319,7 @@ void CoarseMap::read(Mapper& mapper) {
   const auto standpoints = [&] {
     return ((extent_m + 2.0 * kMargin_cells * cell_m) / (kStep_cells * cell_m)).prod();
   };
-  while (standpoints() > kMostStandpoints) cell_m *= 1.1;
+  while (standpoints() > kMaxStandpoints) cell_m *= 1.1;
   const double cells_per_block = kBlockSide * voxel_m / cell_m;
   first = (low.cast<double>() * cells_per_block).array().floor().cast<int>() - kMargin_cells;
   size = ((high + Vector3i::Ones()).cast<double>() * cells_per_block).array().ceil().cast<int>() +
@@ -353,13 +353,13 @@ void CoarseMap::addBlocks(const MapContents& part, bool directional) {
       if ((block.directions >> d & 1u) == 0) continue;
       const uint64_t* const array = std::exchange(words, words + 512);
       for (int i = 0; i < 512; ++i) {
-        constexpr float kNear_voxels = 0.75f, kLeastSlope = 0.3f;
+        constexpr float kNear_voxels = 0.75f, kMinSlope = 0.3f;
         const VoxelValues voxel = decodeVoxel(array[i]);
         if (!(voxel.weight > 0.0f) || voxel.evidence <= 0) continue;
         if (std::abs(voxel.distance_voxels) > kNear_voxels) continue;
         const Vector3i at(i & 7, i >> 3 & 7, i >> 6);
         const Vector3f slope = slopeIn(array, at);
-        if (!(slope.norm() > kLeastSlope)) continue;
+        if (!(slope.norm() > kMinSlope)) continue;
         const Vector3f normal = slope.normalized();
         const Vector3f off = at.cast<float>() - voxel.distance_voxels * normal;
         addPoint(first_voxel + off.cast<double>(), normal, directional ? 1u << d : 63u);
@@ -487,7 +487,7 @@ float CoarseMap::castRay(const Vector3f& from, const Vector3f& way, Octaves& see
 bool CoarseMap::look(const Vector3f& from, std::array<Octaves, kRays>& view) const {
   static const std::vector<Vector3f> ways = [] {
     std::vector<Vector3f> all(kRays);
-    for (int i = 0; i < kRays; ++i) all[static_cast<size_t>(i)] = wayOfRay(i);
+    for (int i = 0; i < kRays; ++i) all[static_cast<size_t>(i)] = directionOfRay(i);
     return all;
   }();
   constexpr size_t kParts = 7;  // a few rays all around first rule out most standpoints
@@ -525,9 +525,9 @@ CoarseMap::LookTable CoarseMap::looksOf(const std::vector<Vector3f>& points) {
 /// Finds the best looks from a standpoint, in order.
 void CoarseMap::lookFrom(const Vector3f& from, const LookTable& table, BestLooks& best) const {
   const Vector3i cell = from.array().floor().cast<int>();
-  constexpr float kLeastRoom_cells = 1.5f;
+  constexpr float kMinRoom_cells = 1.5f;
   std::array<Octaves, kRays> view;
-  if (!holds(cell) || distance[indexOf(cell)] < kLeastRoom_cells || !look(from, view)) return;
+  if (!holds(cell) || distance[indexOf(cell)] < kMinRoom_cells || !look(from, view)) return;
   for (size_t i = 0; i < table.R_W_C.size(); ++i) {
     const uint16_t* const ray = table.rays.data() + i * table.points;
     constexpr size_t kFirstPoints = 16;
@@ -623,7 +623,7 @@ float CoarseMap::lookOf(const Isometry3d& T_W_C, const std::vector<Vector3f>& po
 }
 
 /// Distinct poses that fit the coarse map best, in W.
-std::vector<Isometry3d> CoarseMap::likelyPlaces(const std::vector<Vector3f>& points) const {
+std::vector<Isometry3d> CoarseMap::candidatePoses(const std::vector<Vector3f>& points) const {
   std::vector<Candidate> candidates = lookAround(points);
   parallelFor<int, 8>(candidates.size(), threads,
                       [&](size_t i, int&) { moveToFit(candidates[i], points); });
@@ -660,7 +660,7 @@ FoundPlace findPlace(Mapper& mapper, const DepthFrame& frame, int threads) {
   PosePrior prior;
   prior.sigma_m = 6.0 * map.cell_m;
   prior.sigma_rad = 0.15;
-  for (const Isometry3d& place : map.likelyPlaces(points)) {
+  for (const Isometry3d& place : map.candidatePoses(points)) {
     at.T_W_C = place;
     aligned.push_back(mapper.align(at, prior));
   }
@@ -672,7 +672,7 @@ FoundPlace findPlace(Mapper& mapper, const DepthFrame& frame, int threads) {
   for (const Alignment& alignment : aligned) {
     if (looks.size() >= kRenderedPoses || !(explainedBy(alignment) > 0.0)) break;
     const float tolerance_m = 2.5f * static_cast<float>(map.voxel_m);
-    looks.emplace(sameLook(mapper, frame, alignment.T_W_C, tolerance_m, view), &alignment);
+    looks.emplace(matchingShare(mapper, frame, alignment.T_W_C, tolerance_m, view), &alignment);
   }
   if (looks.empty()) return found;
   return choose(looks, std::max(3.0 * map.cell_m, 0.25));

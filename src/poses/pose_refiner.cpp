@@ -25,8 +25,8 @@ bool isLess(double share, double other, double witnesses) {
 
 /// Whether the prior's errors can reach as far as the alignment moved.
 bool isLikely(const Alignment& alignment, const PosePrior& prior) {
-  return alignment.shift_m <= kMostDeviations * prior.sigma_m &&
-         alignment.turn_rad <= kMostDeviations * prior.sigma_rad;
+  return alignment.shift_m <= kMaxDeviations * prior.sigma_m &&
+         alignment.turn_rad <= kMaxDeviations * prior.sigma_rad;
 }
 
 /// A share of a rotation.

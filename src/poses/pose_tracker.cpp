@@ -21,15 +21,15 @@ constexpr double kFoundShare = 0.5;
 constexpr int kFitsToTrust = 3;
 
 /// Guesses per place: two rings of six turns and six shifts, and the place itself.
-constexpr int kGuessesAPlace = 1 + 4 * 6;
+constexpr int kGuessesPerPlace = 1 + 4 * 6;
 
 /// Guesses per lost image, in addition to the last pose: on a CPU, seven alignments take hardly
 /// longer than aligning once and fusing, so a lost camera keeps its frame rate.
-constexpr int kGuessesAnImage = 6;
+constexpr int kGuessesPerImage = 6;
 
 /// Places to search around: at 30 images per second, all their guesses take two seconds, so a
 /// camera that is held still for that long is found.
-constexpr size_t kMostPlaces = 16;
+constexpr size_t kMaxPlaces = 16;
 
 /// A camera that is lost for kLostFor_s may be anywhere: the whole map is searched, at most every
 /// kLookEvery_s. For a camera that was never in the map, this starts at once.
@@ -51,22 +51,22 @@ Isometry3d continued(const Isometry3d& from, const Isometry3d& to, double share)
 }
 
 /// The larger of a shift in metres and a turn in radians, which is the shift at a distance of 1 m.
-double wayBetween(const Isometry3d& a, const Isometry3d& b) {
+double motionBetween(const Isometry3d& a, const Isometry3d& b) {
   return std::max((b.translation() - a.translation()).norm(), turnBetween(a, b));
 }
 
 /// A guess around a pose: turned about or moved along one of its axes, by one or two steps, or the
-/// pose itself. A step is as far as an alignment reaches, but at least kLeastShift_m, which matters
+/// pose itself. A step is as far as an alignment reaches, but at least kMinShift_m, which matters
 /// with fine voxels, and no larger a turn than an alignment spans.
 Isometry3d guessAround(const Isometry3d& T_W_C, double reach_m, size_t guess) {
-  constexpr double kLeastShift_m = 0.15, kMostTurn_rad = 0.3;
-  if (guess + 1 == kGuessesAPlace) return T_W_C;
+  constexpr double kMinShift_m = 0.15, kMaxTurn_rad = 0.3;
+  if (guess + 1 == kGuessesPerPlace) return T_W_C;
   const size_t ring = guess / 12, axis = guess % 6 / 2;
   const double steps = (guess % 2 == 0 ? 1.0 : -1.0) * static_cast<double>(1 + ring);
   const Vector3d along = Vector3d::Unit(static_cast<Eigen::Index>(axis));
   Isometry3d T = T_W_C;
-  const double shift_m = std::max(reach_m, kLeastShift_m);
-  const double turn_rad = std::min(shift_m, kMostTurn_rad);
+  const double shift_m = std::max(reach_m, kMinShift_m);
+  const double turn_rad = std::min(shift_m, kMaxTurn_rad);
   if (guess % 12 < 6) return T.rotate(Eigen::AngleAxisd(steps * turn_rad, along));
   return T.translate(steps * shift_m * along);
 }
@@ -146,11 +146,11 @@ Alignment PoseTracker::follow(Mapper& mapper, const DepthFrame& frame, double st
 Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
   Alignment found = alignAt(mapper, frame, predict(stamp_s));
   const bool goes_on = explainedBy(found) >= kFoundShare;
-  for (int i = 0; i < kGuessesAnImage && !goes_on; ++i) {
+  for (int i = 0; i < kGuessesPerImage && !goes_on; ++i) {
     const Alignment other = alignAt(mapper, frame, nextGuess());
     if (explainedBy(other) > explainedBy(found)) found = other;
   }
-  if (explainedBy(found) < kFoundShare) found = lookAllOver(mapper, frame, stamp_s, found);
+  if (explainedBy(found) < kFoundShare) found = searchWholeMap(mapper, frame, stamp_s, found);
   if (explainedBy(found) >= kFoundShare) {
     if (!goes_on) last_.reset();  // the step to a guess is not a motion
     keep(found.T_W_C, stamp_s);
@@ -168,13 +168,13 @@ Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double st
 }
 
 /// Searches the whole map if that is due. @return what it finds, or else `before`.
-Alignment PoseTracker::lookAllOver(Mapper& mapper, const DepthFrame& frame, double stamp_s,
-                                   const Alignment& before) {
+Alignment PoseTracker::searchWholeMap(Mapper& mapper, const DepthFrame& frame, double stamp_s,
+                                      const Alignment& before) {
   const bool may_be_anywhere = !was_found_ || stamp_s - *lost_since_s_ >= kLostFor_s;
-  const bool did = looked_all_over_s_ && std::abs(stamp_s - *looked_all_over_s_) < kLookEvery_s;
+  const bool did = searched_map_s_ && std::abs(stamp_s - *searched_map_s_) < kLookEvery_s;
   const bool shows_nothing = before.witnesses < 1.0;  // a covered lens
   if (!may_be_anywhere || did || shows_nothing) return before;
-  looked_all_over_s_ = stamp_s;
+  searched_map_s_ = stamp_s;
   const FoundPlace place = findPlace(mapper, frame, threads_);
   const bool says_more = place.alignment.status == AlignmentStatus::kAligned ||
                          place.alignment.status == AlignmentStatus::kAmbiguous;
@@ -200,11 +200,11 @@ void PoseTracker::keep(const Isometry3d& T_W_C, double stamp_s) {
 /// which nearer poses are searched.
 void PoseTracker::rememberPlace(const Isometry3d& T_W_C) {
   const size_t count = places_T_W_C_.size();
-  if (count > 1 && wayBetween(places_T_W_C_[count - 2], T_W_C) < 2.0 * reach_m_) {
+  if (count > 1 && motionBetween(places_T_W_C_[count - 2], T_W_C) < 2.0 * reach_m_) {
     places_T_W_C_.back() = T_W_C;
     return;
   }
-  if (count == kMostPlaces) places_T_W_C_.erase(places_T_W_C_.begin());
+  if (count == kMaxPlaces) places_T_W_C_.erase(places_T_W_C_.begin());
   places_T_W_C_.push_back(T_W_C);
 }
 
@@ -212,7 +212,7 @@ void PoseTracker::lose(double stamp_s) {
   lost_since_s_ = stamp_s;
   fits_in_a_row_ = 0;
   guesses_made_ = 0;
-  looked_all_over_s_.reset();
+  searched_map_s_.reset();
 }
 
 /// Extrapolates the motion; over a gap of more than one image, no farther than an alignment
@@ -223,7 +223,7 @@ Isometry3d PoseTracker::predict(double stamp_s) const {
   if (!(between_s > 0.0) || !(ahead_s > 0.0)) return last_->T_W_C;
   const double share = ahead_s / between_s;
   const Isometry3d ahead = continued(before_->T_W_C, last_->T_W_C, share);
-  const bool is_far = wayBetween(last_->T_W_C, ahead) > reach_m_;
+  const bool is_far = motionBetween(last_->T_W_C, ahead) > reach_m_;
   constexpr double kOneMissing = 2.5;  // 2 at an even rate, but stamps vary
   return share > kOneMissing && is_far ? last_->T_W_C : ahead;
 }
@@ -231,9 +231,9 @@ Isometry3d PoseTracker::predict(double stamp_s) const {
 /// Begins with all guesses around the newest place.
 Isometry3d PoseTracker::nextGuess() {
   if (places_T_W_C_.empty()) return last_->T_W_C;
-  const size_t guess = guesses_made_++ % (places_T_W_C_.size() * kGuessesAPlace);
-  const size_t place = places_T_W_C_.size() - 1 - guess / kGuessesAPlace;
-  return guessAround(places_T_W_C_[place], reach_m_, guess % kGuessesAPlace);
+  const size_t guess = guesses_made_++ % (places_T_W_C_.size() * kGuessesPerPlace);
+  const size_t place = places_T_W_C_.size() - 1 - guess / kGuessesPerPlace;
+  return guessAround(places_T_W_C_[place], reach_m_, guess % kGuessesPerPlace);
 }
 
 }  // namespace dtsdf

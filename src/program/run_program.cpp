@@ -20,7 +20,7 @@ int reportError(const std::string& name, std::string text, int exit_code) {
 }
 
 /// Flushes standard output and reports if any print has failed, for example on a full disk.
-int exitCodeOfPrints(const std::string& name) {
+int flushOutput(const std::string& name) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
   return reportError(name, "cannot write to standard output; is the disk full?", 1);
 }
@@ -31,10 +31,10 @@ int runProgram(const std::string& name, int argc, const char* const* argv,
                const std::function<void(const std::vector<std::string>&)>& program) {
   try {
     program(std::vector<std::string>(argv + (argc > 0 ? 1 : 0), argv + argc));
-    return exitCodeOfPrints(name);
+    return flushOutput(name);
   } catch (const TextRequest& e) {
     std::fputs(e.what(), stdout);
-    return exitCodeOfPrints(name);
+    return flushOutput(name);
   } catch (const UsageError& e) {
     return reportError(name, std::string(e.what()) + "; see " + name + " --help", 2);
   } catch (const ParamError& e) {

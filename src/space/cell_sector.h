@@ -30,7 +30,7 @@ inline CellState stateIn(const CubeCells& cube, int cell) {
 
 static_assert(kCubeSideLog2 == SpaceCube::kSideLog2, "one layout of cells");
 
-inline SpaceCube asSpaceCube(const Vec3i& key, const CubeCells& cube) {
+inline SpaceCube toSpaceCube(const Vec3i& key, const CubeCells& cube) {
   SpaceCube known{firstCellOfCube(key), {}, {}};
   for (size_t z = 0; z < kWordsPerCube; ++z) {
     known.free[z] = cube.free.word[z] & ~cube.surface.word[z];
@@ -129,11 +129,11 @@ inline CellState stateIn(const CellSectors& sectors, const Vec3i& cell) {
 }
 
 /// The known cubes of a sector.
-inline std::vector<SpaceCube> cubesOf(const CellSectors::value_type& of_sector) {
+inline std::vector<SpaceCube> cubesOf(const CellSectors::value_type& sector_entry) {
   std::vector<SpaceCube> cubes;
-  if (const auto cells = of_sector.second.get()) {
+  if (const auto cells = sector_entry.second.get()) {
     cells->visit([&](int number, const CubeCells& cube) {
-      cubes.push_back(asSpaceCube(cubeOfSector(unpackKey(of_sector.first), number), cube));
+      cubes.push_back(toSpaceCube(cubeOfSector(unpackKey(sector_entry.first), number), cube));
     });
   }
   return cubes;
@@ -143,10 +143,10 @@ inline std::vector<SpaceCube> cubesOf(const CellSectors::value_type& of_sector) 
 inline std::vector<SpaceCube> cubesIn(const CellSectors& sectors, int32_t first_z, int32_t last_z) {
   const int32_t low = first_z >> kCubeSideLog2, high = last_z >> kCubeSideLog2;
   std::vector<SpaceCube> found;
-  for (const auto& of_sector : sectors) {
-    const int32_t z = unpackKey(of_sector.first).z;
+  for (const auto& sector_entry : sectors) {
+    const int32_t z = unpackKey(sector_entry.first).z;
     if (z < first_z >> kSectorSideLog2 || z > last_z >> kSectorSideLog2) continue;
-    for (const SpaceCube& cube : cubesOf(of_sector)) {
+    for (const SpaceCube& cube : cubesOf(sector_entry)) {
       const int32_t cube_z = SpaceCube::cubeOf(cube.first).z;
       if (cube_z >= low && cube_z <= high) found.push_back(cube);
     }
@@ -164,9 +164,9 @@ inline void insert(CubeSet& cubes, const Vec3i& cube) {
 
 /// Calls visit(cube, number) for each cube of a sector.
 template <class Visit>
-void visitCubes(const CubeSet::value_type& of_sector, const Visit& visit) {
-  const Vec3i sector = unpackKey(of_sector.first);
-  for (uint64_t left = of_sector.second; left != 0; left &= left - 1) {
+void visitCubes(const CubeSet::value_type& sector_entry, const Visit& visit) {
+  const Vec3i sector = unpackKey(sector_entry.first);
+  for (uint64_t left = sector_entry.second; left != 0; left &= left - 1) {
     const int number = __builtin_ctzll(left);
     visit(cubeOfSector(sector, number), number);
   }

@@ -25,7 +25,7 @@ class CellTable {
   /// The cube, added if it is missing, and marked as touched. The reference is valid until the next
   /// call.
   CubeCells& at(const Vec3i& cube) {
-    if (is_followed_) insert(touched_, cube);
+    if (tracks_changes_) insert(touched_, cube);
     return sectors_.open(packKey(sectorOfCube(cube))).make(cubeInSector(cube));
   }
 
@@ -44,7 +44,7 @@ class CellTable {
     sectors_.clear();
     touched_.clear();
     fresh_.clear();
-    is_followed_ = false;
+    tracks_changes_ = false;
   }
 
   /// Calls visit(cube, cells) for each cube in the sectors that `takes` accepts, in no particular
@@ -67,11 +67,11 @@ class CellTable {
   /// cubes that cannot be read now.
   SpaceChanges takeTouched(bool all, size_t most) {
     SpaceChanges taken;
-    taken.begins_anew = all || !is_followed_;
+    taken.begins_anew = all || !tracks_changes_;
     if (taken.begins_anew) {
       fresh_ = sectors_.keys();
       touched_.clear();
-      is_followed_ = true;
+      tracks_changes_ = true;
     }
     for (; !fresh_.empty() && taken.cubes.size() < most; fresh_.pop_back()) {
       const auto place = sectors_.all().find(fresh_.back());
@@ -87,7 +87,7 @@ class CellTable {
       }
       visitCubes(*next, [&](const Vec3i& cube, int number) {
         taken.cubes.push_back(
-            asSpaceCube(cube, sector == nullptr ? CubeCells() : sector->at(number)));
+            toSpaceCube(cube, sector == nullptr ? CubeCells() : sector->at(number)));
       });
       next = touched_.erase(next);
     }
@@ -101,7 +101,7 @@ class CellTable {
 
  private:
   SectorTable<CellSector> sectors_;
-  bool is_followed_ = false;      ///< Changes are tracked, since takeTouched() was called.
+  bool tracks_changes_ = false;   ///< Changes are tracked, since takeTouched() was called.
   CubeSet touched_;               ///< Changed cubes that were not taken yet.
   std::vector<PackedKey> fresh_;  ///< Sectors of which no cube was taken yet.
 };

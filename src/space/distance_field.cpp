@@ -12,22 +12,22 @@ namespace {
 
 /// Up to this reach twice a squared distance fits into a signed 16-bit number; a vector register
 /// holds more of these.
-constexpr int kMostReachOf16Bits = 127;
+constexpr int kMaxReachOf16Bits = 127;
 
 /// Sectors computed at once: 16 MiB of values in addition to the stored ones, fewer for a long
 /// reach.
-constexpr size_t kMostSectorsAtOnce = 256;
-constexpr int kMostPlanesAtOnce = 1 << 15;
-constexpr uint64_t kMostPlaces = uint64_t{1} << 15;  ///< Sectors in the box around them.
+constexpr size_t kMaxSectorsAtOnce = 256;
+constexpr int kMaxPlanesAtOnce = 1 << 15;
+constexpr uint64_t kMaxPlaces = uint64_t{1} << 15;  ///< Sectors in the box around them.
 
 /// Changed cubes that are processed at once, to limit memory.
-constexpr int kMostCubesAtOnce = 1 << 16;
+constexpr int kMaxCubesAtOnce = 1 << 16;
 
 /// Swaps x and z, because packed keys sort by z first.
 Vec3i turned(const Vec3i& key) { return {key.z, key.y, key.x}; }
 
 /// The smallest squared distance between a cell of a sector and a cell of a cube.
-int32_t leastBetween(const Vec3i& sector, const Vec3i& cube) {
+int32_t minBetween(const Vec3i& sector, const Vec3i& cube) {
   const auto along = [](int32_t sectors, int32_t cubes) {
     const int32_t from = cubes * kCubeSide - sectors * kSectorSide;
     return std::max({0, from - (kSectorSide - 1), -from - (kCubeSide - 1)});
@@ -38,7 +38,7 @@ int32_t leastBetween(const Vec3i& sector, const Vec3i& cube) {
 }
 
 /// The largest coordinate that a cell can have.
-constexpr double kMostCell = static_cast<double>(kMaxBlockCoordinate) * kCubeSide;
+constexpr double kMaxCell = static_cast<double>(kMaxBlockCoordinate) * kCubeSide;
 
 double between(double low, double high, double share) { return low + share * (high - low); }
 
@@ -65,14 +65,14 @@ int squaredAt(const DistanceSectors& sectors, const Vec3i& cell) {
 
 /// The sectors within reach of the changed cubes before `end`, sorted by x, then y, then z.
 std::vector<Vec3i> DistanceField::sectorsNear(CubeSet::const_iterator end) const {
-  const int32_t ring = ringOf(reach_), side = windowSide(reach_);
+  const int32_t ring = sectorsInReach(reach_), side = windowSide(reach_);
   std::vector<PackedKey> order;  // keys with x and z swapped
-  for (auto of_sector = changed_.begin(); of_sector != end; ++of_sector) {
-    visitCubes(*of_sector, [&](const Vec3i& cube, int) {
+  for (auto sector_entry = changed_.begin(); sector_entry != end; ++sector_entry) {
+    visitCubes(*sector_entry, [&](const Vec3i& cube, int) {
       for (int32_t i = 0; i < side * side * side; ++i) {
         const Vec3i aside{i % side - ring, i / side % side - ring, i / (side * side) - ring};
         const Vec3i sector = sectorOfCube(cube) + aside;
-        if (leastBetween(sector, cube) <= reach_ * reach_) order.push_back(packKey(turned(sector)));
+        if (minBetween(sector, cube) <= reach_ * reach_) order.push_back(packKey(turned(sector)));
       }
     });
   }
@@ -84,35 +84,35 @@ std::vector<Vec3i> DistanceField::sectorsNear(CubeSet::const_iterator end) const
 }
 
 /// How many of the sectors from `first` on are computed at once.
-size_t DistanceField::countAtOnce(const std::vector<Vec3i>& keys, size_t first) const {
-  const auto most_planes = static_cast<size_t>(kMostPlanesAtOnce / planesOf(1, reach_));
-  const size_t most = std::min({kMostSectorsAtOnce, most_planes, keys.size() - first});
+size_t DistanceField::batchSize(const std::vector<Vec3i>& keys, size_t first) const {
+  const auto max_planes = static_cast<size_t>(kMaxPlanesAtOnce / planesOf(1, reach_));
+  const size_t most = std::min({kMaxSectorsAtOnce, max_planes, keys.size() - first});
   BlockExtent box{keys[first], keys[first]};
-  const int32_t ring = ringOf(reach_);
+  const int32_t ring = sectorsInReach(reach_);
   for (size_t count = 1; count < most; ++count) {
     const Vec3i& key = keys[first + count];
     box = around(box, {key, key});
-    if (volumeOf(grown(box, ring, ring)) > kMostPlaces) return count;
+    if (volumeOf(grown(box, ring, ring)) > kMaxPlaces) return count;
   }
   return most;
 }
 
 /// Whether a sector is in memory and nobody else uses it.
 bool DistanceField::mayOverwrite(const std::shared_ptr<const DistanceSector>& sector) const {
-  constexpr int kHereAndInTheTable = 2;
-  return pages_ == nullptr && sector.use_count() == kHereAndInTheTable;
+  constexpr int kOwnersIfUnshared = 2;
+  return pages_ == nullptr && sector.use_count() == kOwnersIfUnshared;
 }
 
 /// After an exception, the next update does the rest.
 void DistanceField::update(const CellSectors& cells) {
   while (!changed_.empty()) {
     auto end = changed_.begin();
-    for (int cubes = 0; end != changed_.end() && cubes < kMostCubesAtOnce; ++end) {
+    for (int cubes = 0; end != changed_.end() && cubes < kMaxCubesAtOnce; ++end) {
       cubes += __builtin_popcountll(end->second);
     }
     const std::vector<Vec3i> keys = sectorsNear(end);
     for (size_t first = 0, count = 0; first < keys.size(); first += count) {
-      count = countAtOnce(keys, first);
+      count = batchSize(keys, first);
       const auto begin = keys.begin() + static_cast<std::ptrdiff_t>(first);
       updateSome(cells, {begin, begin + static_cast<std::ptrdiff_t>(count)});
     }
@@ -121,7 +121,7 @@ void DistanceField::update(const CellSectors& cells) {
 }
 
 template <class Value>
-void DistanceField::workOutOnHost(const CellSectors& cells, const std::vector<Vec3i>& keys,
+void DistanceField::computeOnHost(const CellSectors& cells, const std::vector<Vec3i>& keys,
                                   std::vector<SectorSquares>& squares) const {
   parallelFor<SectorDistances<Value>>(keys.size(), threads_,
                                       [&](size_t i, SectorDistances<Value>& distances) {
@@ -137,9 +137,9 @@ void DistanceField::updateSome(const CellSectors& cells, const std::vector<Vec3i
     if (known != sectors_.end()) before[i] = known->second.get();
     if (mayOverwrite(before[i])) squares[i] = before[i]->squared;
   }
-  if (!work_out_ || !work_out_(task_.gather(cells, keys, reach_), squares)) {
-    reach_ <= kMostReachOf16Bits ? workOutOnHost<int16_t>(cells, keys, squares)
-                                 : workOutOnHost<int32_t>(cells, keys, squares);
+  if (!backend_work_ || !backend_work_(task_.gather(cells, keys, reach_), squares)) {
+    reach_ <= kMaxReachOf16Bits ? computeOnHost<int16_t>(cells, keys, squares)
+                                : computeOnHost<int32_t>(cells, keys, squares);
   }
   for (size_t i = 0; i < keys.size(); ++i) {
     if (squares[i] == nullptr) {
@@ -165,11 +165,11 @@ size_t DistanceField::bytes() const {
 
 SpaceDistance interpolatedDistance(const KnownSpace& space, const DistanceSectors& sectors,
                                    int reach, const Eigen::Vector3d& p_W) {
-  const double cell_m = space.cellSize_m(), most_m = reach * cell_m;
+  const double cell_m = space.cellSize_m(), max_m = reach * cell_m;
   SpaceDistance result;
-  result.distance_m = static_cast<float>(-most_m);
+  result.distance_m = static_cast<float>(-max_m);
   const Eigen::Vector3d in_cells = p_W / cell_m;
-  if (!in_cells.allFinite() || in_cells.cwiseAbs().maxCoeff() > kMostCell - reach - 1.0) {
+  if (!in_cells.allFinite() || in_cells.cwiseAbs().maxCoeff() > kMaxCell - reach - 1.0) {
     return result;
   }
   const Eigen::Vector3d middles = in_cells - Eigen::Vector3d::Constant(0.5);
@@ -185,7 +185,7 @@ SpaceDistance interpolatedDistance(const KnownSpace& space, const DistanceSector
     const double cells = squared[i] < 0 ? reach : std::sqrt(static_cast<double>(squared[i]));
     const double distance_m = cells * cell_m;
     d[i >> 2][i >> 1 & 1][i & 1] = distance_m;
-    is_limited = is_limited && distance_m >= most_m;
+    is_limited = is_limited && distance_m >= max_m;
   }
   const auto alongX = [&](int z, int y) { return between(d[z][y][0], d[z][y][1], share[0]); };
   const auto slopeX = [&](int z, int y) { return d[z][y][1] - d[z][y][0]; };

@@ -49,7 +49,7 @@ class DistanceField {
       : reach_(reach), threads_(threads), pages_(pages) {}
 
   /// From now on `work_out` computes the distances, in whole sectors.
-  void setBackend(DistanceWork work_out) { work_out_ = std::move(work_out); }
+  void setBackend(DistanceWork work_out) { backend_work_ = std::move(work_out); }
 
   /// Marks a cube whose surfaces may have changed.
   void noteChange(const Vec3i& cube) { insert(changed_, cube); }
@@ -65,18 +65,18 @@ class DistanceField {
 
  private:
   std::vector<Vec3i> sectorsNear(CubeSet::const_iterator end) const;
-  size_t countAtOnce(const std::vector<Vec3i>& keys, size_t first) const;
+  size_t batchSize(const std::vector<Vec3i>& keys, size_t first) const;
   bool mayOverwrite(const std::shared_ptr<const DistanceSector>& sector) const;
   template <class Value>
-  void workOutOnHost(const CellSectors& cells, const std::vector<Vec3i>& keys,
+  void computeOnHost(const CellSectors& cells, const std::vector<Vec3i>& keys,
                      std::vector<SectorSquares>& squares) const;
   void updateSome(const CellSectors& cells, const std::vector<Vec3i>& keys);
 
   int reach_;
   int threads_;
   SharedPagedValues pages_;
-  DistanceWork work_out_;
-  TaskOfDistances task_;
+  DistanceWork backend_work_;
+  DistanceTaskBuilder task_;
   DistanceSectors sectors_;
   CubeSet changed_;  ///< Cubes whose surface changes are not in sectors_ yet.
 };

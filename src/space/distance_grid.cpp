@@ -46,18 +46,18 @@ BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_
   const Eigen::Vector3d half_m = 0.5 * (box.T_W_B.linear().cwiseAbs() * box.size_m);
   const Eigen::Vector3d middle_m = box.T_W_B.translation();
   const double cell_m = space.cellSize_m();
-  constexpr double kMostCell = static_cast<double>(kMaxBlockCoordinate);  // has room for the reach
-  if (!((middle_m.cwiseAbs() + half_m).maxCoeff() < kMostCell * cell_m)) {
+  constexpr double kMaxCell = static_cast<double>(kMaxBlockCoordinate);  // has room for the reach
+  if (!((middle_m.cwiseAbs() + half_m).maxCoeff() < kMaxCell * cell_m)) {
     throw std::runtime_error("the box is beyond the coordinates of a map");
   }
   // A flat box has few cells, but as many sectors around them as a thick one.
   const Eigen::Array3d sectors =
       (2.0 * (half_m / cell_m).array() + 2.0 * reach) / kSectorSide + 2.0;
-  constexpr double kMostSectors = 4096.0;
-  if ((2.0 * half_m / cell_m).prod() > static_cast<double>(kMostGridPoints) ||
-      sectors.prod() > kMostSectors) {
+  constexpr double kMaxSectors = 4096.0;
+  if ((2.0 * half_m / cell_m).prod() > static_cast<double>(kMaxGridPoints) ||
+      sectors.prod() > kMaxSectors) {
     throw std::runtime_error("with cleared regions, a box must have at most " +
-                             std::to_string(kMostGridPoints) +
+                             std::to_string(kMaxGridPoints) +
                              " cells of the map, fewer if it is flat; split it");
   }
   return {space.cellAt(middle_m - half_m), space.cellAt(middle_m + half_m)};
@@ -72,8 +72,8 @@ PointGrid gridIn(const BoxRegion& box, double resolution_m) {
   constexpr double kRounding = 1e-6;  // 0.3 m are three steps of 0.1 m
   const Eigen::Vector3d steps = (box.size_m / resolution_m).array() - kRounding;
   const Eigen::Vector3d points = steps.array().ceil().max(1.0);
-  if (!(points.prod() <= static_cast<double>(kMostGridPoints))) {
-    throw std::runtime_error("the box has more than " + std::to_string(kMostGridPoints) +
+  if (!(points.prod() <= static_cast<double>(kMaxGridPoints))) {
+    throw std::runtime_error("the box has more than " + std::to_string(kMaxGridPoints) +
                              " points at this resolution; split it, or use a coarser one");
   }
   PointGrid grid{box.T_W_B, {}, resolution_m};

@@ -13,7 +13,7 @@
 namespace dtsdf {
 
 /// The largest number of points in a grid; with cleared regions, also of cells in its box.
-constexpr size_t kMostGridPoints = size_t{1} << 21;
+constexpr size_t kMaxGridPoints = size_t{1} << 21;
 
 /// A grid of points along the axes of a box, centred in the box.
 struct PointGrid {

@@ -46,14 +46,14 @@ struct DistanceSector {
 };
 
 /// Makes distance tasks. The buffers are reused from task to task.
-class TaskOfDistances {
+class DistanceTaskBuilder {
  public:
   /// @param sectors Sorted by x, then y, then z. The box around them must not be large.
   /// @return a task that is valid until the next call.
   DistanceTask gather(const CellSectors& cells, const std::vector<Vec3i>& sectors, int reach) {
     DistanceTask task{};
     task.reach = reach;
-    ring_ = ringOf(reach);
+    ring_ = sectorsInReach(reach);
     layOut(sectors, task);
     fill(cells);
     task.stack_count = static_cast<int32_t>(stacks_.size());
@@ -85,7 +85,7 @@ class TaskOfDistances {
       stacks_.push_back(
           {count, placeOf(sectors[first]), static_cast<int32_t>(first), task.plane_count});
       task.plane_count += planes;
-      task.most_planes = std::max(task.most_planes, planes);
+      task.max_planes = std::max(task.max_planes, planes);
     }
   }
 

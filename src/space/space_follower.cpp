@@ -20,7 +20,7 @@ void SpaceFollower::apply(const SpaceChanges& changes, double cell_size_m) {
   for (const SpaceCube& cube : changes.cubes) {
     by_sector[packKey(sectorOfCell(cube.first))].push_back(&cube);
   }
-  for (const auto& of_sector : by_sector) applyCells(of_sector);
+  for (const auto& sector_entry : by_sector) applyCells(sector_entry);
   field_.update(now_.cells_);
   now_.distances_ = field_.sectors();
 }
@@ -33,14 +33,14 @@ void SpaceFollower::startOver(double cell_size_m) {
 }
 
 /// Copies a changed sector only once, however many of its cubes change.
-void SpaceFollower::applyCells(const CubesOfSectors::value_type& of_sector) {
-  const auto known = now_.cells_.find(of_sector.first);
+void SpaceFollower::applyCells(const CubesOfSectors::value_type& sector_entry) {
+  const auto known = now_.cells_.find(sector_entry.first);
   const auto cells = std::make_shared<CellSector>();
   if (known != now_.cells_.end()) {
     const auto before = known->second.get();
     *cells = before == nullptr ? CellSector::lost() : *before;
   }
-  for (const SpaceCube* const cube : of_sector.second) {
+  for (const SpaceCube* const cube : sector_entry.second) {
     const Vec3i key = SpaceCube::cubeOf(cube->first);
     const int number = cubeInSector(key);
     const CubeCells now{maskOf(cube->free), maskOf(cube->surface)}, before = cells->at(number);
@@ -54,9 +54,9 @@ void SpaceFollower::applyCells(const CubesOfSectors::value_type& of_sector) {
     }
   }
   if (cells->isEmpty()) {
-    now_.cells_.erase(of_sector.first);
+    now_.cells_.erase(sector_entry.first);
   } else {
-    now_.cells_[of_sector.first] = Paged<CellSector>(cells, pages_);
+    now_.cells_[sector_entry.first] = Paged<CellSector>(cells, pages_);
   }
 }
 

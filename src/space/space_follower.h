@@ -23,7 +23,7 @@ class SpaceSnapshot : public KnownSpace {
   /// Calls `visit` with lists of the known cubes, one per sector, in no particular order.
   template <class Visit>
   void visitCubes(const Visit& visit) const {
-    for (const auto& of_sector : cells_) visit(cubesOf(of_sector));
+    for (const auto& sector_entry : cells_) visit(cubesOf(sector_entry));
   }
 
   double cellSize_m() const override { return cell_size_m_; }
@@ -78,7 +78,7 @@ class SpaceFollower {
   using CubesOfSectors = std::map<PackedKey, std::vector<const SpaceCube*>>;
 
   void startOver(double cell_size_m);
-  void applyCells(const CubesOfSectors::value_type& of_sector);
+  void applyCells(const CubesOfSectors::value_type& sector_entry);
 
   const double max_distance_m_;
   const int threads_;

@@ -11,15 +11,15 @@ namespace dtsdf {
 namespace {
 
 /// Cubes that restore() changes before it closes their sectors, to limit memory.
-constexpr size_t kMostAtOnce = size_t{1} << 16;
+constexpr size_t kMaxAtOnce = size_t{1} << 16;
 
 /// Cubes that one part of the changes may have: some megabytes.
-constexpr size_t kMostChanges = size_t{1} << 15;
+constexpr size_t kMaxChanges = size_t{1} << 15;
 
 static_assert(2 * sizeof(CubeCells) <= kFreeCubeBudgetBytes,
               "the budget counts at least the memory that a cube takes");
 
-bool isAnySector(const Vec3i&) { return true; }
+bool acceptsAnySector(const Vec3i&) { return true; }
 
 bool isKeyBefore(const Vec3i& a, const Vec3i& b) { return packKey(a) < packKey(b); }
 
@@ -43,7 +43,7 @@ double reachOf(int32_t side) { return 1.7321 * 0.5 * side; }  // square root of 
 
 /// The largest extent of the view along each axis, as a multiple of the range. The corners of an
 /// image of 120 degrees along its diagonal are this far away.
-constexpr float kMostAside = 2.0f;
+constexpr float kMaxAside = 2.0f;
 
 }  // namespace
 
@@ -73,7 +73,7 @@ SpaceMap::SpaceMap(const MapperParams& params, int threads)
       distances_(reachInCells(params), threads, pages_) {}
 
 std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
-  const BlockExtent bounds = inBoth(boundsOfView(frame), extent_);
+  const BlockExtent bounds = intersectionOf(boundsOfView(frame), extent_);
   const auto side = static_cast<float>(cubeSideInVoxels(cell_log2_));
   const float radius = 0.8661f * side;  // half the square root of 3
   const float range = max_range_m_ / frame.voxel_size_m;
@@ -104,10 +104,10 @@ BlockExtent SpaceMap::boundsOfView(const FrameView& frame) const {
     const float u = corner % 2 == 0 ? -0.5f : static_cast<float>(frame.width) - 0.5f;
     const float v = corner / 2 == 0 ? -0.5f : static_cast<float>(frame.height) - 0.5f;
     const Vec3f p = transform(frame.T_L_C, backProject(frame.intrinsics, u, v, range));
-    low = leastOf(low, p);
+    low = minOf(low, p);
     high = greatestOf(high, p);
   }
-  const float aside = kMostAside * range;
+  const float aside = kMaxAside * range;
   const auto cubeOf = [&](float x, float y, float z) {
     const Vec3i voxel = frame.origin_voxel + Vec3i{floorToInt(x), floorToInt(y), floorToInt(z)};
     const Vec3i cube = shiftDown(voxel, cell_log2_ + kCubeSideLog2);
@@ -146,7 +146,7 @@ void SpaceMap::recountAfterLoss() {
   const uint64_t lost = pages_->stats().lost;
   if (std::exchange(lost_, lost) == lost) return;
   free_cubes_ = 0;
-  table_.visit(isAnySector, [&](const Vec3i&, const CubeCells& cells) {
+  table_.visit(acceptsAnySector, [&](const Vec3i&, const CubeCells& cells) {
     free_cubes_ += isEmpty(cells.free) ? 0 : 1;
   });
 }
@@ -188,7 +188,7 @@ void SpaceMap::clearRegion(const RegionView& region) {
 void SpaceMap::dropBeyond(const RegionView& kept) {
   const int32_t cube_side = cubeSideInVoxels(cell_log2_), sector_side = cube_side * kCubesAlong;
   const auto squared = [&](const Vec3i& key, int32_t side) {
-    const Vec3d d = fromCenter(kept, middleOfBox(key, side));
+    const Vec3d d = fromCentre(kept, middleOfBox(key, side));
     return d.x * d.x + d.y * d.y + d.z * d.z;
   };
   const double reach = kept.radius + reachOf(cube_side);
@@ -215,13 +215,13 @@ void SpaceMap::clear() {
 void SpaceMap::copyTo(MapContents& contents) const {
   contents.cell_voxels = cellSide(cell_log2_);
   contents.free_cubes.reserve(free_cubes_);
-  table_.visit(isAnySector, [&](const Vec3i& key, const CubeCells& cube) {
+  table_.visit(acceptsAnySector, [&](const Vec3i& key, const CubeCells& cube) {
     if (isEmpty(cube.free)) return;
     MapFreeCube copy{key, {}};
     std::copy_n(cube.free.word, kWordsPerCube, copy.cells.begin());
     contents.free_cubes.push_back(copy);
   });
-  if (contents.free_cubes.size() < free_cubes_ && !pages_->diskGives()) {
+  if (contents.free_cubes.size() < free_cubes_ && !pages_->diskResponds()) {
     throw std::runtime_error("the map cannot be copied: " + pages_->stats().problem);
   }
   std::sort(contents.free_cubes.begin(), contents.free_cubes.end(),
@@ -233,7 +233,7 @@ void SpaceMap::restore(const MapContents& contents) {
   for (const MapFreeCube& cube : contents.free_cubes) {
     std::copy_n(cube.cells.begin(), kWordsPerCube, table_.at(cube.key).free.word);
     ++free_cubes_;
-    if (++entered % kMostAtOnce == 0) table_.close();
+    if (++entered % kMaxAtOnce == 0) table_.close();
   }
   table_.close();
 }
@@ -242,7 +242,7 @@ double SpaceMap::cellSize_m() const { return voxel_size_m_ * cellSide(cell_log2_
 
 std::vector<SpaceCell> SpaceMap::cells() const {
   std::vector<Vec3i> keys;
-  table_.visit(isAnySector, [&](const Vec3i& key, const CubeCells&) { keys.push_back(key); });
+  table_.visit(acceptsAnySector, [&](const Vec3i& key, const CubeCells&) { keys.push_back(key); });
   std::sort(keys.begin(), keys.end(), isKeyBefore);
   std::vector<SpaceCell> all;
   for (const Vec3i& key : keys) {
@@ -256,7 +256,7 @@ std::vector<SpaceCell> SpaceMap::cells() const {
   return all;
 }
 
-SpaceChanges SpaceMap::takeChanges(bool all) { return table_.takeTouched(all, kMostChanges); }
+SpaceChanges SpaceMap::takeChanges(bool all) { return table_.takeTouched(all, kMaxChanges); }
 
 SpaceDistance SpaceMap::distanceAt(const Eigen::Vector3d& p_W) const {
   return interpolatedDistance(*this, distances_.sectors(), distances_.reach(), p_W);

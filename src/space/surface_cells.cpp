@@ -51,7 +51,7 @@ bool reachesInto(const Vec3f& middle, const Vec3f& first, const Vec3f& second, c
 /// for the upper one.
 template <class Visit>
 void visitCells(const Corner& a, const Corner& b, const Corner& c, const Visit& visit) {
-  const Vec3i first = leastOf(leastOf(a.low, b.low), c.low);
+  const Vec3i first = minOf(minOf(a.low, b.low), c.low);
   const Vec3i last = greatestOf(first, greatestOf(greatestOf(a.high, b.high), c.high));
   const Vec3i steps = last - first;
   if (steps == Vec3i{0, 0, 0}) return visit(first);  // the usual case

@@ -20,11 +20,11 @@ namespace dtsdf {
 /// to others. @return whether it holds.
 template <class Condition>
 bool spinUntil(const Condition& condition) {
-  constexpr std::chrono::microseconds kMoment{30};
-  constexpr int kLooks = 16;  // between two readings of the clock
-  const auto end = std::chrono::steady_clock::now() + kMoment;
+  constexpr std::chrono::microseconds kSpinTime{30};
+  constexpr int kChecksPerClock = 16;  // between two readings of the clock
+  const auto end = std::chrono::steady_clock::now() + kSpinTime;
   do {
-    for (int i = 0; i < kLooks; ++i) {
+    for (int i = 0; i < kChecksPerClock; ++i) {
       if (condition()) return true;
 #if defined(__x86_64__)
       __builtin_ia32_pause();

@@ -19,7 +19,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr int32_t kMost = kMaxBlockCoordinate;
+constexpr int32_t kMax = kMaxBlockCoordinate;
 constexpr int32_t BlockKey::*kAxes[] = {&BlockKey::x, &BlockKey::y, &BlockKey::z};
 constexpr char kAxisNames[] = "xyz";
 
@@ -40,7 +40,7 @@ std::string edgeText(int32_t block, int32_t open, double block_m) {
 int32_t readEdge(const std::string& text, int32_t open, double block_m, const std::string& box) {
   if (text.empty()) return open;
   double metres = 0.0;
-  if (!parseNumber(text, metres) || !(std::abs(metres / block_m) < kMost)) throwForm(box);
+  if (!parseNumber(text, metres) || !(std::abs(metres / block_m) < kMax)) throwForm(box);
   return static_cast<int32_t>(std::lround(metres / block_m));
 }
 
@@ -166,7 +166,7 @@ std::array<Leaf, 2> halvesOf(Leaf leaf) {
 
 /// The blocks that a sample of a recording's images shows.
 std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settings) {
-  const auto T_W_M = lookForLevel(options, settings);
+  const auto T_W_M = detectLevel(options, settings);
   const MapperParams& params = settings.params.mapper;
   const double block_m = static_cast<double>(params.map.voxel_size_m) * kBlockSide;
   std::vector<size_t> indices;
@@ -185,7 +185,7 @@ std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settin
       const auto depth_m = static_cast<float>(p_C.z());
       if (depth_m < params.fusion.min_depth_m || depth_m > params.fusion.max_depth_m) continue;
       const Eigen::Vector3d block = (frame->depth.T_W_C * p_C / block_m).array().floor();
-      if (!(block.cwiseAbs().maxCoeff() <= kMost)) continue;
+      if (!(block.cwiseAbs().maxCoeff() <= kMax)) continue;
       keys.insert(packKey(BlockKey{int32_t(block.x()), int32_t(block.y()), int32_t(block.z())}));
     }
   }
@@ -216,8 +216,8 @@ std::string boxText(const BlockExtent& box, double block_m) {
   std::string text;
   for (int i = 0; i < 3; ++i) {
     text += (i == 0 ? "" : ",") + std::string(1, kAxisNames[i]) + "=" +
-            edgeText(box.first.*kAxes[i], -kMost, block_m) + ".." +
-            (box.last.*kAxes[i] == kMost ? "" : edgeText(box.last.*kAxes[i] + 1, kMost, block_m));
+            edgeText(box.first.*kAxes[i], -kMax, block_m) + ".." +
+            (box.last.*kAxes[i] == kMax ? "" : edgeText(box.last.*kAxes[i] + 1, kMax, block_m));
   }
   return text;
 }
@@ -229,8 +229,8 @@ BlockExtent parseBox(const std::string& text, double block_m) {
   if (!std::regex_match(text, edges, kForm)) throwForm(text);
   BlockExtent box;
   for (size_t i = 0; i < 3; ++i) {
-    box.first.*kAxes[i] = readEdge(edges[2 * i + 1], -kMost, block_m, text);
-    box.last.*kAxes[i] = readEdge(edges[2 * i + 2], kMost + 1, block_m, text) - 1;
+    box.first.*kAxes[i] = readEdge(edges[2 * i + 1], -kMax, block_m, text);
+    box.last.*kAxes[i] = readEdge(edges[2 * i + 2], kMax + 1, block_m, text) - 1;
     if (box.first.*kAxes[i] > box.last.*kAxes[i]) throw UsageError("'" + text + "' has no blocks");
   }
   return box;
@@ -302,7 +302,7 @@ std::vector<BlockExtent> missingBoxes(const std::vector<BlockExtent>& boxes) {
         left.push_back(piece);
         continue;
       }
-      covered += volumeOf(inBoth(piece, box));
+      covered += volumeOf(intersectionOf(piece, box));
       cutOut(box, piece, left);
     }
     if (covered != volumeOf(box)) throw std::runtime_error("it overlaps another box");

@@ -68,11 +68,11 @@ bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperPa
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
                            const MapperParams& params, const ColourRules& rules) {
   const double voxel_m = params.map.voxel_size_m, block_m = voxel_m * kBlockSide;
-  const double fx = image.intrinsics().fx, least_f = std::min<double>(fx, image.intrinsics().fy);
-  const double piece_voxels = 2.0 * kPieceVoxels * fx / least_f;
+  const double fx = image.intrinsics().fx, min_f = std::min<double>(fx, image.intrinsics().fy);
+  const double piece_voxels = 2.0 * kPieceVoxels * fx / min_f;
   const double margin_m =
       voxel_m * (2.0 * rules.surface_distance + piece_voxels + 2.0 * kRounding_voxels) +
-      kMargin_px * params.max_paint_depth_m / least_f;
+      kMargin_px * params.max_paint_depth_m / min_f;
   const MetricBox box = boxOf(blocks, block_m, 0.0).extend(image.centre());
   const auto blockAt = [block_m](const Eigen::Array3d& p_W) {
     const Eigen::Array3d block = (p_W / block_m).floor();

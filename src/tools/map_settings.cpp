@@ -30,7 +30,7 @@ RunSettings settingsFor(const MapContents& contents, const std::vector<std::stri
   reader.finish();
   // Nothing is added to the map. With map/page_folder the rest is on disk and the given limit
   // holds.
-  if (params.map.page_folder.empty()) params.map.max_memory_mb = leastMemoryMb(contents, params);
+  if (params.map.page_folder.empty()) params.map.max_memory_mb = minMemoryMb(contents, params);
   checkFits(contents, params, kLeaveSettingOut);
   return settings;
 }

@@ -49,18 +49,18 @@ class BoxJoiner {
   }
 
   /// @throws std::runtime_error that names the missing boxes.
-  void checkWhole() const {
-    constexpr size_t kMostNamed = 10;
+  void checkComplete() const {
+    constexpr size_t kMaxNamed = 10;
     const std::vector<BlockExtent> missing = missingBoxes(boxes_);
     if (missing.empty()) return;
     const MapperParams params = withSettingsOf(head_, {});
     const double block_m = static_cast<double>(params.map.voxel_size_m) * kBlockSide;
     std::string list;
-    for (size_t i = 0; i < std::min(missing.size(), kMostNamed); ++i) {
+    for (size_t i = 0; i < std::min(missing.size(), kMaxNamed); ++i) {
       list += (i == 0 ? "" : " ") + boxText(missing[i], block_m);
     }
     throw std::runtime_error("boxes are missing: " + list +
-                             (missing.size() > kMostNamed ? " ..." : "") +
+                             (missing.size() > kMaxNamed ? " ..." : "") +
                              "; make them with reconstruct --only");
   }
 
@@ -99,7 +99,7 @@ class BoxJoiner {
  private:
   void checkSame(const MapContents& head, const std::string& path) const {
     if (head.settings == head_.settings && head.map_frame == head_.map_frame &&
-        head.cell_voxels == head_.cell_voxels && sameLevel(head, head_) &&
+        head.cell_voxels == head_.cell_voxels && haveSameLevel(head, head_) &&
         (!head.painted || !head_.painted || head.exposure == head_.exposure)) {
       return;
     }
@@ -168,7 +168,7 @@ void joinBoxes(const std::vector<std::string>& arguments) {
   allowManyFiles();
   BoxJoiner joiner;
   for (const std::string& path : paths) joiner.add(path);
-  joiner.checkWhole();
+  joiner.checkComplete();
   const MapInfo saved = joiner.save(map_path);
   std::printf("%zu blocks of %zu boxes, %.1f MB, content hash %016llx: %s\n", saved.size.blocks,
               paths.size(), static_cast<double>(saved.file_bytes) / 1e6,

@@ -112,8 +112,8 @@ uint32_t rootOf(std::vector<uint32_t>& parents, uint32_t vertex) {
   return vertex;
 }
 
-/// Marks connected changed pieces that are smaller than `least_m2` as the same.
-void dropSmallPieces(const Mesh& mesh, double least_m2, std::vector<Kind>& kinds) {
+/// Marks connected changed pieces that are smaller than `min_m2` as the same.
+void dropSmallPieces(const Mesh& mesh, double min_m2, std::vector<Kind>& kinds) {
   std::vector<uint32_t> parents(mesh.vertices_m.size());
   std::iota(parents.begin(), parents.end(), 0u);
   for (size_t i = 0; i < kinds.size(); ++i) {
@@ -131,15 +131,15 @@ void dropSmallPieces(const Mesh& mesh, double least_m2, std::vector<Kind>& kinds
     if (kinds[i] == kChanged) areaAround(i) += areaOf(mesh, i);
   }
   for (size_t i = 0; i < kinds.size(); ++i) {
-    if (kinds[i] == kChanged && areaAround(i) < least_m2) kinds[i] = kSame;
+    if (kinds[i] == kChanged && areaAround(i) < min_m2) kinds[i] = kSame;
   }
 }
 
 /// What another map has at each triangle of a mesh; T_O_W maps the mesh's frame to the other map's.
 /// @param near_m A surface of the other map that is this near is the same one.
-/// @param least_m2 Smaller connected changed pieces are noise.
+/// @param min_m2 Smaller connected changed pieces are noise.
 std::vector<Kind> compare(const Mesh& mesh, const ComparedMap& other,
-                          const Eigen::Isometry3d& T_O_W, double near_m, double least_m2) {
+                          const Eigen::Isometry3d& T_O_W, double near_m, double min_m2) {
   std::vector<Kind> kinds;
   kinds.reserve(mesh.triangles.size());
   ProgressBar progress("triangles", mesh.triangles.size());
@@ -152,7 +152,7 @@ std::vector<Kind> compare(const Mesh& mesh, const ComparedMap& other,
     kinds.push_back(other.at(T_O_W * middle_W, near_m, hint));
     progress.show(kinds.size());
   }
-  dropSmallPieces(mesh, least_m2, kinds);
+  dropSmallPieces(mesh, min_m2, kinds);
   return kinds;
 }
 
@@ -205,7 +205,7 @@ Eigen::Isometry3d frameOfBInA(const MapInfo& a, const MapInfo& b) {
 void compareMaps(const std::vector<std::string>& arguments) {
   MapToolOptions a, b;
   std::optional<double> tolerance_m;
-  double least_cm2 = 100.0;
+  double min_cm2 = 100.0;
   bool changes_only = false;
   CommandLine line(
       "map_tool diff", "A B [--mesh OUT] [options]",
@@ -220,7 +220,7 @@ void compareMaps(const std::vector<std::string>& arguments) {
                   "surfaces as near as this are the same one (default: two of the larger voxels)"},
                  tolerance_m, {0.0, 10.0});
   line.addNumber({"--least-area", "CM2", "smaller pieces of what changed count as unchanged"},
-                 least_cm2, {0.0, 1e6});
+                 min_cm2, {0.0, 1e6});
   line.addFlag("--changes-only", "leave out what is unchanged", changes_only);
   addSettings(line, "mesh/..., backend, threads", a);
   line.parse(arguments);
@@ -232,10 +232,9 @@ void compareMaps(const std::vector<std::string>& arguments) {
   const ComparedMap before(a), after(b);
   const Eigen::Isometry3d T_A_B = frameOfBInA(before.info(), after.info());
   const double voxel_m = static_cast<double>(std::max(before.voxelSize_m(), after.voxelSize_m()));
-  const double near_m = tolerance_m.value_or(2.0 * voxel_m), least_m2 = 1e-4 * least_cm2;
-  const std::vector<Kind> in_after =
-      compare(before.mesh(), after, T_A_B.inverse(), near_m, least_m2);
-  const std::vector<Kind> in_before = compare(after.mesh(), before, T_A_B, near_m, least_m2);
+  const double near_m = tolerance_m.value_or(2.0 * voxel_m), min_m2 = 1e-4 * min_cm2;
+  const std::vector<Kind> in_after = compare(before.mesh(), after, T_A_B.inverse(), near_m, min_m2);
+  const std::vector<Kind> in_before = compare(after.mesh(), before, T_A_B, near_m, min_m2);
   constexpr VertexColour kGreen{40, 170, 60, 255}, kRed{215, 45, 40, 255}, kBlue{60, 110, 220, 255},
       kGrey{190, 190, 190, 255};
   Mesh drawing;

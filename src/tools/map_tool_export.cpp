@@ -47,11 +47,11 @@ Json entryOf(const Frame& frame, double stamp_s) {
 
 DepthImage millimetresOf(const DepthFrame& frame) {
   DepthImage image{frame.width, frame.height, {}};
-  constexpr float kMost = std::numeric_limits<uint16_t>::max() - 1;
+  constexpr float kMax = std::numeric_limits<uint16_t>::max() - 1;
   for (int v = 0; v < frame.height; ++v) {
     for (int u = 0; u < frame.width; ++u) {
       const float mm = std::floor(1000.0f * frame.unit_m * rawDepth(frame, u, v) + 0.5f);
-      image.values.push_back(static_cast<uint16_t>(mm > 0.0f && mm <= kMost ? mm : 0.0f));
+      image.values.push_back(static_cast<uint16_t>(mm > 0.0f && mm <= kMax ? mm : 0.0f));
     }
   }
   return image;
@@ -87,7 +87,7 @@ Json writeImages(JournalReplay& journal, Mapper& mapper, const std::string& out_
   Json frames = Json::array(), depth_frames = Json::array();
   double depth_stamp_s = -1.0;
   while (const std::optional<journal::Call> call = journal.next()) {
-    doAgain(*call, mapper);
+    repeatCall(*call, mapper);
     const auto* const image = std::get_if<journal::Image>(&*call);
     if (image == nullptr) continue;
     Json entry =

@@ -35,10 +35,10 @@ StampedPose readPose(const std::string& text) {
 /// Depth in 16 bits; 0 for no surface, and for depths that do not fit.
 DepthImage depthImageOf(const RenderedView& view) {
   DepthImage image{view.width, view.height, std::vector<uint16_t>(view.depth_m.size())};
-  constexpr float kMost = std::numeric_limits<uint16_t>::max() - 1;  // 65535 means no depth too
+  constexpr float kMax = std::numeric_limits<uint16_t>::max() - 1;  // 65535 means no depth too
   std::transform(view.depth_m.begin(), view.depth_m.end(), image.values.begin(), [](float depth_m) {
     const float units = std::floor(kUnitsPerMetre * depth_m + 0.5f);
-    return static_cast<uint16_t>(units <= kMost ? units : 0.0f);
+    return static_cast<uint16_t>(units <= kMax ? units : 0.0f);
   });
   return image;
 }

@@ -32,7 +32,7 @@ struct Chart {
   bool is_second;      ///< Whether it is the half with the square's last texel.
 };
 
-constexpr int32_t kBorder = 3, kMostTexels = 253, kPageSide = 4096;
+constexpr int32_t kBorder = 3, kMaxTexels = 253, kPageSide = 4096;
 
 /// Length of a triangle's first two edges, in texels.
 int32_t texelsAlong(const Chart& chart) { return chart.side - kBorder; }
@@ -61,7 +61,7 @@ int32_t sideOf(const Mesh& mesh, size_t triangle, double texel_m) {
                          norm(mesh.vertices_m[corners[i]] - mesh.vertices_m[corners[(i + 1) % 3]]));
   }
   const double texels = std::ceil(static_cast<double>(longest_m) / texel_m);
-  return kBorder + static_cast<int32_t>(std::clamp<double>(texels, 1.0, kMostTexels));
+  return kBorder + static_cast<int32_t>(std::clamp<double>(texels, 1.0, kMaxTexels));
 }
 
 /// The mesh of a map in charts.
@@ -175,7 +175,7 @@ class SeenImage {
     const Intrinsics& K = frame_.intrinsics;
     bool may_see = false;
     for (size_t i = 0; i < 3; ++i) {
-      if (p_C[i].z < kLeastDepth_m) return;
+      if (p_C[i].z < kMinDepth_m) return;
       const float u = K.fx * p_C[i].x / p_C[i].z + K.cx, v = K.fy * p_C[i].y / p_C[i].z + K.cy;
       may_see |= u > 0.0f && v > 0.0f && u < static_cast<float>(view_.width) &&
                  v < static_cast<float>(view_.height) && dot(n_C[i], p_C[i]) < 0.0f;
@@ -188,7 +188,7 @@ class SeenImage {
       const Vec3f n = n_C[0] + s * n_1 + t * n_2;
       const float facing = -dot(n, p) / (norm(n) * norm(p));
       const float u = K.fx * p.x / p.z + K.cx, v = K.fy * p.y / p.z + K.cy;
-      if (!(facing > 0.0f && p.z > kLeastDepth_m && u >= 1.0f && v >= 1.0f &&
+      if (!(facing > 0.0f && p.z > kMinDepth_m && u >= 1.0f && v >= 1.0f &&
             u < static_cast<float>(view_.width) - 2.0f &&
             v < static_cast<float>(view_.height) - 2.0f)) {
         return;
@@ -203,7 +203,7 @@ class SeenImage {
   }
 
  private:
-  static constexpr float kLeastDepth_m = 0.05f;
+  static constexpr float kMinDepth_m = 0.05f;
   /// Weight of a view: good views dominate. Views blend gradually, so there are no seams.
   static float quality(float facing, float depth_m) {
     const float share = facing / (depth_m * depth_m);
@@ -291,7 +291,7 @@ void visitImages(const RunOptions& options, const std::optional<Eigen::Isometry3
 
 /// Texels that no image sees have the colours of the map, or grey, with a negligible weight.
 std::vector<Texel> beginPage(const Atlas& atlas, const Page& page) {
-  constexpr float kNextToNothing = 1e-30f;
+  constexpr float kTinyWeight = 1e-30f;
   std::vector<Texel> texels(static_cast<size_t>(page.height) * kPageSide, Texel{});
   const Mesh& mesh = atlas.mesh();
   for (size_t i = page.begin; i < page.end; ++i) {
@@ -303,9 +303,9 @@ std::vector<Texel> beginPage(const Atlas& atlas, const Page& page) {
     }
     atlas.visitTexels(i, [&](size_t texel, float s, float t) {
       const float rest = std::clamp(1.0f - s - t, 0.0f, 1.0f), sum = rest + s + t;
-      addTo(texels[texel], kNextToNothing * rest / sum, rgb[0]);
-      addTo(texels[texel], kNextToNothing * s / sum, rgb[1]);
-      addTo(texels[texel], kNextToNothing * t / sum, rgb[2]);
+      addTo(texels[texel], kTinyWeight * rest / sum, rgb[0]);
+      addTo(texels[texel], kTinyWeight * s / sum, rgb[1]);
+      addTo(texels[texel], kTinyWeight * t / sum, rgb[2]);
     });
   }
   return texels;
@@ -350,9 +350,9 @@ std::string paintPage(const Atlas& atlas, const Page& page, const VisitImages& v
       image.paint(atlas, i, p_C, n_C, texel_m, texels);
     }
   });
-  constexpr float kLeastOfImage = 1e-20f;
+  constexpr float kMinOfImage = 1e-20f;
   painted += static_cast<size_t>(std::count_if(
-      texels.begin(), texels.end(), [](const Texel& of) { return of[0] > kLeastOfImage; }));
+      texels.begin(), texels.end(), [](const Texel& of) { return of[0] > kMinOfImage; }));
   return pngOf(texels, page.height);
 }
 

@@ -320,7 +320,7 @@ void run(ReconstructOptions options) {
     loaded = std::make_shared<const MapChunks>(options.load_map_path, params);
     params = settingsWith(loaded->head(), settings);
   }
-  auto frames = options.only.empty() ? openAndLook(options, settings) : nullptr;
+  auto frames = options.only.empty() ? openAndInspect(options, settings) : nullptr;
   if (frames && frames->posed() && frames->size()) {
     requireMost(*frames->posed(), *frames->size(), options, "have a pose");
   }

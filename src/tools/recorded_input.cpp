@@ -36,7 +36,7 @@ BagOptions bagOptions(const RunOptions& options, const NodeParams& node) {
 }
 
 /// Converts depth along rays to depth along the optical axis.
-void turnFrameToAxis(SourceFrame& frame) {
+void convertRayDepth(SourceFrame& frame) {
   if (frame.depth.data == nullptr) return;
   const auto pixels = std::make_shared<std::vector<float>>(static_cast<size_t>(frame.depth.width) *
                                                            static_cast<size_t>(frame.depth.height));
@@ -67,7 +67,7 @@ void completeInput(RunOptions& options) {
 std::unique_ptr<FrameSource> openFrames(const RunOptions& options, const NodeParams& node) {
   std::unique_ptr<FrameSource> source = openAsRecorded(options, node);
   if (!node.input.depth_along_ray || options.recording.format == "bag") return source;
-  return changed(std::move(source), turnFrameToAxis);
+  return changed(std::move(source), convertRayDepth);
 }
 
 namespace {
@@ -113,7 +113,8 @@ void reportOn(const std::deque<SourceFrame>& frames, const FrameSource& source,
 
 }  // namespace
 
-std::unique_ptr<FrameSource> openAndLook(const RunOptions& options, const RunSettings& settings) {
+std::unique_ptr<FrameSource> openAndInspect(const RunOptions& options,
+                                            const RunSettings& settings) {
   auto source = openFrames(options, settings.params);
   std::deque<SourceFrame> ahead;
   while (ahead.size() < kFramesLookedAt) {
@@ -182,8 +183,8 @@ Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {
 
 }  // namespace
 
-std::optional<Eigen::Isometry3d> lookForLevel(const RunOptions& options,
-                                              const RunSettings& settings) {
+std::optional<Eigen::Isometry3d> detectLevel(const RunOptions& options,
+                                             const RunSettings& settings) {
   const NodeParams& node = settings.params;
   switch (node.level) {
     case LevelChoice::kFloor:
@@ -195,7 +196,7 @@ std::optional<Eigen::Isometry3d> lookForLevel(const RunOptions& options,
 }
 
 std::optional<Eigen::Isometry3d> findLevel(const RunOptions& options, const RunSettings& settings) {
-  const std::optional<Eigen::Isometry3d> T_W_M = lookForLevel(options, settings);
+  const std::optional<Eigen::Isometry3d> T_W_M = detectLevel(options, settings);
   if (T_W_M) std::printf("levelled: %s\n", describeLevel(*T_W_M).c_str());
   return T_W_M;
 }

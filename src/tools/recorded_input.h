@@ -22,7 +22,7 @@ std::unique_ptr<FrameSource> openFrames(const RunOptions& options, const NodePar
 
 /// Opens the depth images: prints what the first ones show to standard output, and what is
 /// implausible to standard error.
-std::unique_ptr<FrameSource> openAndLook(const RunOptions& options, const RunSettings& settings);
+std::unique_ptr<FrameSource> openAndInspect(const RunOptions& options, const RunSettings& settings);
 
 /// The up direction in the frame of the poses, measured by an IMU.
 /// @throws std::runtime_error that says what to do if there is no IMU, as in folders.
@@ -42,8 +42,8 @@ std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeP
 std::optional<Eigen::Isometry3d> findLevel(const RunOptions& options, const RunSettings& settings);
 
 /// Finds the level in the same way, but prints nothing.
-std::optional<Eigen::Isometry3d> lookForLevel(const RunOptions& options,
-                                              const RunSettings& settings);
+std::optional<Eigen::Isometry3d> detectLevel(const RunOptions& options,
+                                             const RunSettings& settings);
 
 /// The frames of `source` with poses in W; `source` itself if there is no level.
 std::unique_ptr<FrameSource> levelled(std::unique_ptr<FrameSource> source,

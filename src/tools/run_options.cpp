@@ -161,7 +161,7 @@ RunSettings readSettings(ParamTree tree) {
   checkParams(settings.params.mapper, reader);
   readFrames(settings.params, reader);
   reader.finish();
-  settleMemory(settings.params.poses, settings.params.mapper.fusion);
+  resolveMemoryFrames(settings.params.poses, settings.params.mapper.fusion);
   return settings;
 }
 

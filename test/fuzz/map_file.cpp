@@ -15,13 +15,13 @@ using namespace dtsdf;
 
 namespace {
 
-constexpr int kMost_mb = 2;
+constexpr int kMax_mb = 2;
 
 MapperParams paramsOf(const MapContents& contents) {
   MapperParams params;
   params.backend = Backend::kCpu;
   params.threads = 1;
-  params.map.max_memory_mb = kMost_mb;
+  params.map.max_memory_mb = kMax_mb;
   params.mesh.min_support = 1;
   params = withSettingsOf(contents, params);
   if (contents.cell_voxels != 0) {
@@ -31,7 +31,7 @@ MapperParams paramsOf(const MapContents& contents) {
     params.space.max_distance_m = 3.0f * params.map.voxel_size_m;
   }
   // With space, a part of the budget is for free cells.
-  params.map.max_memory_mb = std::max(kMost_mb, leastMemoryMb(contents, params));
+  params.map.max_memory_mb = std::max(kMax_mb, minMemoryMb(contents, params));
   return params;
 }
 
@@ -59,7 +59,7 @@ void checkBudgetOf(const Mapper& mapper, const MapperParams& params) {
 }
 
 /// Fuses a wall seen from the origin.
-void fuseAFrame(Mapper& mapper) {
+void fuseWall(Mapper& mapper) {
   constexpr int kWidth = 12, kHeight = 9;
   const std::vector<uint16_t> depth_mm(kWidth * kHeight, 800);
   DepthFrame frame;
@@ -75,7 +75,7 @@ void fuseAFrame(Mapper& mapper) {
 }
 
 /// A mapper keeps the given contents, makes a mesh of them, and continues.
-void goOnFrom(const MapContents& contents) {
+void continueFrom(const MapContents& contents) {
   const auto mapper = makeMapper(paramsOf(contents), contents);
   const MapContents held = mapper->contents();
   require(contentHash(held, 1) == contentHash(contents, 1), "the same map");
@@ -84,7 +84,7 @@ void goOnFrom(const MapContents& contents) {
   checkBudgetOf(*mapper, paramsOf(contents));
   // With smaller voxels the frame would be large.
   if (store.voxelSize() < 0.05f) return;
-  fuseAFrame(*mapper);
+  fuseWall(*mapper);
   checkMeshOf(*mapper, store);
   checkBudgetOf(*mapper, paramsOf(contents));
 }
@@ -99,7 +99,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const InputFile file(bytes.data(), bytes.size());
   expectAnswer([&] { readMapInfo(file.path()); });
   std::optional<MapContents> contents;
-  expectAnswer([&] { contents = loadMap(file.path(), size_t{kMost_mb} << 20, 1); });
-  if (contents) goOnFrom(*contents);  // anything loaded is accepted
+  expectAnswer([&] { contents = loadMap(file.path(), size_t{kMax_mb} << 20, 1); });
+  if (contents) continueFrom(*contents);  // anything loaded is accepted
   return 0;
 }

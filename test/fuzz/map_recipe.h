@@ -28,7 +28,7 @@ class MapRecipe {
     for (size_t i = 0; i + 1 < cuts.size(); ++i) {
       parts_.push_back(partOf({data + cuts[i], data + cuts[i + 1]}));
     }
-    putRight();
+    makeConsistent();
   }
 
   /// The file: the records of the recipe, with a correct end.
@@ -89,9 +89,9 @@ class MapRecipe {
   // ---- Consistency between records ----
 
   /// More blocks take long under a sanitizer and find nothing new.
-  static constexpr size_t kMostBlocks = 12;
+  static constexpr size_t kMaxBlocks = 12;
 
-  void putRight() {
+  void makeConsistent() {
     readBlocks();
     readBricks();
     countBlocks();
@@ -111,7 +111,7 @@ class MapRecipe {
   void readBlocks() {
     Part* const part = find(map_format::kBlocks);
     if (part == nullptr) return;
-    const size_t count = std::min(part->content.size() / map_format::kBlockBytes, kMostBlocks);
+    const size_t count = std::min(part->content.size() / map_format::kBlockBytes, kMaxBlocks);
     blocks_.resize(count);
     ByteReader in(part->content);
     map_format::visitBlocks(in, blocks_);

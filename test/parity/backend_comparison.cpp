@@ -94,7 +94,7 @@ BackendPair::BackendPair(const MapperParams& params, Candidate candidate, const 
       << candidate_->backendName();
 }
 
-void BackendPair::integrateOnly(const DepthFrame& frame) {
+void BackendPair::integrateUnchecked(const DepthFrame& frame) {
   const IntegrationResult expected = reference_->integrate(frame);
   expectEqualResults(expected, candidate_->integrate(frame));
 }
@@ -106,7 +106,7 @@ void BackendPair::paint(const ColourFrame& frame) {
 }
 
 void BackendPair::integrate(const DepthFrame& frame) {
-  ASSERT_NO_FATAL_FAILURE(integrateOnly(frame));
+  ASSERT_NO_FATAL_FAILURE(integrateUnchecked(frame));
   compareStats();
 }
 

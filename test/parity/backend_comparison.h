@@ -28,7 +28,7 @@ class BackendPair {
   /// Compares the result and the map's counts.
   void integrate(const DepthFrame& frame);
   /// Does not read the map, which would make a GPU finish the frame.
-  void integrateOnly(const DepthFrame& frame);
+  void integrateUnchecked(const DepthFrame& frame);
   /// Compares like integrate().
   void paint(const ColourFrame& frame);
   /// Compares views of both maps, pixel by pixel.

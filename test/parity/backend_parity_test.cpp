@@ -91,7 +91,7 @@ TEST_P(FusionModeParity, MovingCameraMeshedEveryFrame) {
 TEST_P(FusionModeParity, OtherMeshRules) {
   const auto [candidate, mode, directional] = GetParam();
   Rules rules;
-  rules.mesh.least_weight_share = 0.2f;
+  rules.mesh.min_weight_share = 0.2f;
   rules.mesh.nearness_voxels = 1.0f;
   rules.mesh.measured_reach = 0.25f;
   MapperParams params = makeParams(mode, directional, 0.04f);
@@ -129,7 +129,7 @@ TEST_P(FusionModeParity, GoOnFromEachOthersContents) {
   ASSERT_NO_FATAL_FAILURE(pair.swapContents());  // empty
   for (size_t i = 0; i < frames.size(); ++i) {
     SCOPED_TRACE("frame " + std::to_string(i));
-    ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frames[i].view()));
+    ASSERT_NO_FATAL_FAILURE(pair.integrateUnchecked(frames[i].view()));
     if (i > 2) {
       ASSERT_NO_FATAL_FAILURE(pair.paint(images[i].view()));
     }
@@ -280,12 +280,12 @@ TEST_P(BackendParity, AlignedImages) {
 
 /// Finds a camera without any pose in the map of a room.
 TEST_P(BackendParity, ACameraThatIsSearchedFor) {
-  const Scene scene = roomOfAllSorts();
+  const Scene scene = variedRoom();
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.04f), GetParam());
-  for (const Eigen::Isometry3d& T_W_C : looksAround()) {
+  for (const Eigen::Isometry3d& T_W_C : viewsAround()) {
     ASSERT_NO_FATAL_FAILURE(pair.integrate(renderFrame(scene, T_W_C, 320, 240).view()));
   }
-  const SceneFrame image = renderFrame(scene, cameraLooking({-0.5, 0.4, 1.4}, -0.3), 320, 240);
+  const SceneFrame image = renderFrame(scene, cameraTowards({-0.5, 0.4, 1.4}, -0.3), 320, 240);
   const FoundPlace expected = findPlace(pair.reference(), image.view(), 2);
   const FoundPlace found = findPlace(pair.candidate(), image.view(), 0);
   EXPECT_EQ(expected.alignment.status, AlignmentStatus::kAligned);
@@ -427,7 +427,7 @@ TEST_P(BackendParity, FramesIntegratedWhileTheMeshIsFetched) {
   settings.height = 240;
   settings.count = 6;
   for (const TestFrame& frame : makeTestFrames(settings)) {
-    ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frame.view()));
+    ASSERT_NO_FATAL_FAILURE(pair.integrateUnchecked(frame.view()));
     ASSERT_NO_FATAL_FAILURE(pair.finishMeshUpdate());
     pair.beginMeshUpdate();
   }
@@ -468,7 +468,7 @@ TEST_P(BackendParity, RegionsAreCleared) {
   size_t voxels = 0, blocks = 0;
   for (size_t i = 0; i < frames.size(); ++i) {
     SCOPED_TRACE("frame " + std::to_string(i));
-    ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frames[i].view()));
+    ASSERT_NO_FATAL_FAILURE(pair.integrateUnchecked(frames[i].view()));
     if (i % 4 < 2) {
       ASSERT_NO_FATAL_FAILURE(pair.paint(images[i].view()));
     }

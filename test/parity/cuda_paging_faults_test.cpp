@@ -22,7 +22,7 @@ void expectAscendingKeys(const MapContents& contents) {
 
 class CudaPagingFaults : public testing::Test {
  protected:
-  static constexpr int kMostCalls = 2000;
+  static constexpr int kMaxCalls = 2000;
 
   void SetUp() override {
     const std::string reason = reasonToSkip(Candidate::kCuda);
@@ -69,7 +69,7 @@ class CudaPagingFaults : public testing::Test {
     ASSERT_NO_FATAL_FAILURE(goOn(*mapper, room, after));
     const MapContents whole = mapper->contents();
     int compared = 0;
-    for (uint64_t call = 1, unmet = 0; unmet < 10 && call < kMostCalls; ++call) {
+    for (uint64_t call = 1, unmet = 0; unmet < 10 && call < kMaxCalls; ++call) {
       SCOPED_TRACE("call " + std::to_string(call));
       mapper->clear();
       ASSERT_NO_FATAL_FAILURE(go(*mapper, before));

@@ -21,7 +21,7 @@ std::vector<gpu::DeviceBuffer<char>> takeDeviceMemory() {
     try {
       while (true) pieces.emplace_back(bytes);
     } catch (const BackendError& error) {
-      EXPECT_TRUE(error.lacksMemory());
+      EXPECT_TRUE(error.isOutOfMemory());
     }
   }
   return pieces;

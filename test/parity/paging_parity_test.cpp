@@ -70,7 +70,7 @@ class Traveller {
     ASSERT_EQ(mapper_->integrate(depth).status, FrameStatus::kFused);
     if (way_.painted) mapper_->paint(colours.view());
     ++count_;
-    most_ = std::max(most_, mapper_->stats().map_bytes);
+    max_ = std::max(max_, mapper_->stats().map_bytes);
     if (way_.cleared && count_ == 9) {
       mapper_->clearRegion(SphereRegion{frame.frame.T_W_C.translation(), 7.0});
     }
@@ -91,14 +91,14 @@ class Traveller {
     return mesh_.assemble();
   }
   ProbedMapper& mapper() { return *mapper_; }
-  size_t most() const { return most_; }
+  size_t most() const { return max_; }
 
  private:
   const Way way_;
   std::unique_ptr<ProbedMapper> mapper_;
   MeshStore mesh_;
   int count_ = 0;
-  size_t most_ = 0;  ///< Bytes of the map.
+  size_t max_ = 0;  ///< Bytes of the map.
 };
 
 class PagingParity : public testing::TestWithParam<Candidate> {

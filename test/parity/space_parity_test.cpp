@@ -45,7 +45,7 @@ TEST_P(SpaceCellParity, MovingCamera) {
   int count = 0;
   for (const TestFrame& frame : makeTestFrames(settings)) {
     SCOPED_TRACE("frame " + std::to_string(count));
-    ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frame.view()));
+    ASSERT_NO_FATAL_FAILURE(pair.integrateUnchecked(frame.view()));
     if (++count % 2 == 0) {
       ASSERT_NO_FATAL_FAILURE(pair.compareSpaces());
     }
@@ -77,7 +77,8 @@ TEST_P(SpaceCellParity, OfATile) {
   BackendPair pair(params, candidate);
   pair.reference().restrictTo(one);
   pair.candidate().restrictTo(one);
-  for (const TestFrame& frame : frames) ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frame.view()));
+  for (const TestFrame& frame : frames)
+    ASSERT_NO_FATAL_FAILURE(pair.integrateUnchecked(frame.view()));
   const auto own = pair.candidate().contents().free_cubes;
   ASSERT_EQ(own.size(), 1u);
   EXPECT_EQ(own[0].key, expected.key);
@@ -116,7 +117,7 @@ TEST_P(SpaceParity, UpToTheBudget) {
     settings.width = 80;
     settings.height = 60;
     for (const TestFrame& frame : makeTestFrames(settings)) {
-      ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frame.view()));
+      ASSERT_NO_FATAL_FAILURE(pair.integrateUnchecked(frame.view()));
       if (mesh_every > 0 && ++count % mesh_every == 0) pair.updateMesh();
     }
     ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
@@ -163,7 +164,7 @@ TEST_P(SpaceParity, DistancesAreExactHoweverFarTheyReach) {
     settings.noise = true;
     settings.count = reach < 100 ? 3 : 1;
     for (const TestFrame& frame : makeTestFrames(settings)) {
-      ASSERT_NO_FATAL_FAILURE(pair.integrateOnly(frame.view()));
+      ASSERT_NO_FATAL_FAILURE(pair.integrateUnchecked(frame.view()));
       pair.clearRegion(SphereRegion{frame.frame.T_W_C * Eigen::Vector3d(0.1, 0.1, 1.5), 0.4});
       ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
       ASSERT_NO_FATAL_FAILURE(pair.compareSpaces());

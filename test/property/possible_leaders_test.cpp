@@ -13,7 +13,7 @@ namespace {
 
 /// Mostly samples as fused from a plane through the unit, with gaps in each direction, so that many
 /// corners have at most one observer; some directions have the plane's back, or noise.
-UnitSamples drawUnit(std::mt19937& random) {
+UnitSamples randomUnitSamples(std::mt19937& random) {
   std::normal_distribution<float> normal;
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
   const int axis = static_cast<int>(random() % 3);
@@ -51,7 +51,7 @@ class PossibleLeaders : public testing::TestWithParam<float> {
  protected:
   MeshRules rules() const {
     MeshRules rules;
-    rules.least_weight_share = GetParam();
+    rules.min_weight_share = GetParam();
     return rules;
   }
 };
@@ -65,12 +65,12 @@ TEST_P(PossibleLeaders, AUnitWithoutOneIsEmpty) {
       SCOPED_TRACE(describeSeed(seed));
       std::mt19937 random(seed);
       for (int i = 0; i < kUnitsPerCase; ++i) {
-        const UnitSamples samples = drawUnit(random);
+        const UnitSamples samples = randomUnitSamples(random);
         const uint32_t sides = sidesOfUnit(samples, directional ? kDirectionCount : 1);
         const UnitLabels labels = labelUnit(kMeshTables, rules(), samples, directional);
         ASSERT_TRUE(possibleLeaders(sides) != 0 || isEmpty(labels));
         surfaces += isSurface(labels.behind_first);
-        spared_with_speaker += possibleLeaders(sides) == 0 && mayBeSpeaking(sides) != 0;
+        spared_with_speaker += possibleLeaders(sides) == 0 && possibleSpeakers(sides) != 0;
       }
     }
     EXPECT_GT(surfaces, 100);
@@ -79,7 +79,7 @@ TEST_P(PossibleLeaders, AUnitWithoutOneIsEmpty) {
 }
 
 INSTANTIATE_TEST_SUITE_P(SharesOfWeight, PossibleLeaders,
-                         testing::Values(0.0f, MeshRules().least_weight_share, 0.3f));
+                         testing::Values(0.0f, MeshRules().min_weight_share, 0.3f));
 
 }  // namespace
 }  // namespace dtsdf

@@ -111,7 +111,7 @@ class Colour : public testing::Test {
   }
 
   /// Checks that depth and colour are still fused.
-  void expectAllWell() {
+  void expectBothFused() {
     const uint64_t fused_before = fused(), painted_before = painted();
     begin();
     sendDepth(makeDepth(start_, 0.0));
@@ -195,7 +195,7 @@ TEST_F(Colour, BagAndLiveGiveTheSameBytes) {
 }
 
 TEST_F(Colour, IsPaintedHoweverLate) {
-  expectAllWell();
+  expectBothFused();
   const uint64_t fused_before = fused(), painted_before = painted();
   std::vector<Sent> late;
   for (int i = 1; i <= 3; ++i) {
@@ -209,7 +209,7 @@ TEST_F(Colour, IsPaintedHoweverLate) {
 }
 
 TEST_F(Colour, WithoutItsTransformIsDroppedAndNeverPainted) {
-  expectAllWell();
+  expectBothFused();
   const uint64_t painted_before = painted(), dropped = colourDropped("no_transform");
   Sent sent = makeColour(start_ + ros::Duration(0.1), 0.0);
   sent.image.header.frame_id = "nowhere";
@@ -218,11 +218,11 @@ TEST_F(Colour, WithoutItsTransformIsDroppedAndNeverPainted) {
   EXPECT_TRUE(waitUntil([&] { return colourDropped("no_transform") > dropped; }));
   EXPECT_EQ(painted(), painted_before);
   EXPECT_NE(stream(1).last_drop.find("colour: frame stamped"), std::string::npos);
-  expectAllWell();
+  expectBothFused();
 }
 
 TEST_F(Colour, MayStopWhileDepthGoesOn) {
-  expectAllWell();
+  expectBothFused();
   const uint64_t fused_before = fused(), painted_before = painted();
   for (int i = 1; i <= 10; ++i) {
     sendDepth(makeDepth(start_ + ros::Duration(0.1 * i), 0.3 * i));
@@ -232,7 +232,7 @@ TEST_F(Colour, MayStopWhileDepthGoesOn) {
   EXPECT_EQ(painted(), painted_before);
   EXPECT_EQ(status_.status().frames_dropped, 0u);
   EXPECT_EQ(status_.status().level, dtsdf_mapping::MapStatus::OK) << status_.status().message;
-  expectAllWell();
+  expectBothFused();
 }
 
 }  // namespace

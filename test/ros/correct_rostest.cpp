@@ -70,12 +70,12 @@ class Correction : public testing::Test {
     ASSERT_TRUE(waitUntil([&] { return status_.received(); }));
     fs::create_directories(folder_);
     clearMap();
-    start_ = ros::Time(std::ceil(presentOfImages_s()));
-    ASSERT_TRUE(waitUntil([&] { return nodeHearsTransforms(); })) << status_.status().message;
+    start_ = ros::Time(std::ceil(currentImageTime_s()));
+    ASSERT_TRUE(waitUntil([&] { return nodeReceivesTransforms(); })) << status_.status().message;
   }
 
   /// Each test advertises them again, and a busy node connects late.
-  bool nodeHearsTransforms() {
+  bool nodeReceivesTransforms() {
     camera_.sendTransform("map", "base", Eigen::Isometry3d::Identity(),
                           start_ - ros::Duration(0.5));
     const dtsdf_mapping::MapStatus& status = status_.status();
@@ -89,7 +89,7 @@ class Correction : public testing::Test {
 
   /// The time by the images' stamps: on a busy machine sending them takes longer than the stamps
   /// say, and the node counts time from the stamps.
-  static double presentOfImages_s() {
+  static double currentImageTime_s() {
     if (last_s_ == 0.0) return ros::Time::now().toSec();
     return last_s_ + (ros::WallTime::now() - last_at_).toSec();
   }
@@ -167,7 +167,7 @@ class Correction : public testing::Test {
   }
 
   /// Retries, because the last records may not be in the file yet.
-  void expectJournalLeadsToMap() const {
+  void expectJournalRestoresMap() const {
     const std::string now = map();
     ASSERT_FALSE(now.empty());
     EXPECT_TRUE(waitUntil([&] { return reconstructed().map == now; }))
@@ -192,7 +192,7 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheJournal) {
   const BlocksWatcher blocks(nh_);
   drive(40, drifted);
   saveTrajectory(posesOf(truth, 3), in("poses.txt"));
-  expectJournalLeadsToMap();  // the journal is complete
+  expectJournalRestoresMap();  // the journal is complete
   const Made expected = reconstructed("poses.txt");
   const std::string before = map();
   ASSERT_FALSE(before == expected.map);
@@ -205,7 +205,7 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheJournal) {
   EXPECT_GT(answer.seconds, 0.0);
   EXPECT_TRUE(map() == expected.map);
   EXPECT_TRUE(mesh() == expected.mesh);
-  expectJournalLeadsToMap();
+  expectJournalRestoresMap();
   EXPECT_TRUE(waitUntil([&] { return status_.status().last_correction == answer.message; }))
       << status_.status().last_correction;
   // Listeners have the same mesh, and received each block once.
@@ -217,7 +217,7 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheJournal) {
 
   // Later frames are fused relative to the corrected ones, while their source keeps drifting.
   drive(10, drifted);
-  expectJournalLeadsToMap();
+  expectJournalRestoresMap();
 }
 
 TEST_F(Correction, MayComeAsAPathOfTheBase) {
@@ -230,7 +230,7 @@ TEST_F(Correction, MayComeAsAPathOfTheBase) {
   EXPECT_EQ(status_.status().last_correction.find("23 frames moved"), 0u)
       << status_.status().last_correction;
   EXPECT_FALSE(map() == before);
-  expectJournalLeadsToMap();
+  expectJournalRestoresMap();
   saveTrajectory(posesOf(truth, 4), in("same.txt"));
   const Answer same = callCorrect("/mapping", "same.txt");
   EXPECT_TRUE(same.success) << same.message;
@@ -307,7 +307,7 @@ TEST_F(Correction, MappingGoesOnMeanwhile) {
   EXPECT_GE(done.fused, 60u);
   ASSERT_TRUE(status_.waitForFused(fused + meanwhile)) << status_.status().message;
   EXPECT_EQ(status_.status().frames_dropped, dropped);
-  expectJournalLeadsToMap();
+  expectJournalRestoresMap();
   // Images that came with the old poses moved with the others: their error is the drift since the
   // correction. Later ones did not move.
   saveTrajectory(posesOf(truth), in("all.txt"));
@@ -348,7 +348,7 @@ TEST_F(Correction, EndsWhereTheMapIsEmptied) {
   EXPECT_FALSE(refused.success);
   EXPECT_NE(refused.message.find("emptied meanwhile"), std::string::npos) << refused.message;
   drive(3, truth);
-  expectJournalLeadsToMap();
+  expectJournalRestoresMap();
 }
 
 /// A separate node is killed during a correction: its journal gives either the old map or the

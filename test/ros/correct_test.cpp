@@ -127,7 +127,7 @@ class CorrectTest : public testing::Test {
   }
 
   /// Adds an image that is too large for the disk's speed, which ends the journal.
-  void loseFromJournal() {
+  void endJournal() {
     PosedFrame frame;
     DepthFrame depth = images_[0].view();
     depth.row_bytes = size_t{1} << 30;
@@ -292,7 +292,7 @@ TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
     ++i;
   }
   const std::unique_ptr<Mapper> again = makeMapper(host_.params.mapper);
-  while (const auto call = replay.next()) doAgain(*call, *again);
+  while (const auto call = replay.next()) repeatCall(*call, *again);
   EXPECT_EQ(contentHash(again->contents()), contentHash(now));
 }
 
@@ -318,7 +318,7 @@ TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   begin();
   correct(corrected(0.0));
   workUntilFusedAgain(3);
-  loseFromJournal();
+  endJournal();
   for (int i = kBefore; i < kCount; ++i) push(i, drifted(i));
   workUntilAnswered();
   work();

@@ -272,35 +272,35 @@ TEST_F(FrameQueueTest, ALastingBacklogIsShortenedUntilItIsWorkedOff) {
 }
 
 /// A map that takes this many images for each new one, but none during a stall.
-struct MapPace {
-  double taken_an_image;
+struct MapSpeed {
+  double taken_per_image;
   size_t room;
   int stall_begin, stall_end;
 };
 
-class FrameQueueAtPace : public FrameQueueTest, public testing::WithParamInterface<MapPace> {};
+class FrameQueueAtPace : public FrameQueueTest, public testing::WithParamInterface<MapSpeed> {};
 
 TEST_P(FrameQueueAtPace, LosesNothing) {
-  const MapPace& pace = GetParam();
+  const MapSpeed& pace = GetParam();
   make({pace.room, 1 << 20, 0.1});
   double due = 0.0;
   for (int i = 0; i < 200; ++i) {
     posed(1.0 + 0.1 * i);
     if (i >= pace.stall_begin && i < pace.stall_end) continue;
-    for (due += pace.taken_an_image; due >= 1.0; due -= 1.0) queue_->take();
+    for (due += pace.taken_per_image; due >= 1.0; due -= 1.0) queue_->take();
   }
   EXPECT_EQ(dropped(drop::kQueueFull), 0u);
 }
 
 /// For example while a map is saved.
 INSTANTIATE_TEST_SUITE_P(CatchingUpAfterAStall, FrameQueueAtPace,
-                         testing::Values(MapPace{1.25, 30, 20, 35}, MapPace{1.5, 30, 20, 35},
-                                         MapPace{2.0, 30, 20, 35}, MapPace{10.0, 30, 20, 35}));
+                         testing::Values(MapSpeed{1.25, 30, 20, 35}, MapSpeed{1.5, 30, 20, 35},
+                                         MapSpeed{2.0, 30, 20, 35}, MapSpeed{10.0, 30, 20, 35}));
 
 /// Room for a whole recording means that no frame may be dropped.
 INSTANTIATE_TEST_SUITE_P(WithRoomForAll, FrameQueueAtPace,
-                         testing::Values(MapPace{0.25, 200, 0, 0}, MapPace{0.5, 200, 0, 0},
-                                         MapPace{0.75, 200, 0, 0}, MapPace{0.9, 200, 0, 0}));
+                         testing::Values(MapSpeed{0.25, 200, 0, 0}, MapSpeed{0.5, 200, 0, 0},
+                                         MapSpeed{0.75, 200, 0, 0}, MapSpeed{0.9, 200, 0, 0}));
 
 TEST_F(FrameQueueTest, StampsThatGoBackDropWhatIsLater) {
   make({});

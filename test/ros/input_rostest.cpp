@@ -101,7 +101,7 @@ TEST_F(Input, ImagesThatWaitForTheirCameraInfoAreCountedAndBounded) {
   const uint64_t received = status_.status().images_received;
   const ros::Publisher images = nh_.advertise<sensor_msgs::Image>("/camera/depth/image_rect", 100);
   ASSERT_TRUE(waitUntil([&] { return images.getNumSubscribers() > 0; }));
-  size_t most_waiting = 0;
+  size_t max_waiting = 0;
   uint64_t most_bytes = 0;
   for (int i = 0; i < kImages; ++i) {
     sensor_msgs::Image image = camera_.image(camera_.nextStamp());
@@ -112,7 +112,7 @@ TEST_F(Input, ImagesThatWaitForTheirCameraInfoAreCountedAndBounded) {
     const auto& status = status_.status();
     EXPECT_EQ(status.images_received,
               status.frames_fused + status.frames_dropped + status.frames_waiting);
-    most_waiting = std::max<size_t>(most_waiting, status.frames_waiting);
+    max_waiting = std::max<size_t>(max_waiting, status.frames_waiting);
     for (const auto& part : status.memory) {
       if (part.name == "images") {
         most_bytes = std::max(most_bytes, part.bytes);
@@ -121,8 +121,8 @@ TEST_F(Input, ImagesThatWaitForTheirCameraInfoAreCountedAndBounded) {
     }
   }
   EXPECT_TRUE(waitUntil([&] { return status_.status().images_received == received + kImages; }));
-  EXPECT_LE(most_waiting, 9u) << "8 MB may wait, and one may be in progress";
-  EXPECT_GE(most_waiting, 6u);
+  EXPECT_LE(max_waiting, 9u) << "8 MB may wait, and one may be in progress";
+  EXPECT_GE(max_waiting, 6u);
   EXPECT_LE(most_bytes, 8u << 20);
   EXPECT_GE(most_bytes, 6u << 20);
   EXPECT_NE(status_.status().cameras.at(0).streams.at(0).waiting_for.find("wait for camera_info"),

@@ -32,7 +32,7 @@ using Clock = std::chrono::steady_clock;
 using SaveMesh = dtsdf_mapping::SaveMesh;
 
 /// Enough for a call to start, but short compared with its duration.
-constexpr std::chrono::milliseconds kUnderWay{150};
+constexpr std::chrono::milliseconds kStartDelay{150};
 
 double secondsSince(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
@@ -101,7 +101,7 @@ class Simplify : public testing::Test {
     EXPECT_GT(whole.response.error_m, 0.0);
     whole_s_ = whole.seconds;
     RecordProperty("seconds_of_the_whole", std::to_string(whole_s_));
-    ASSERT_GT(whole_s_, 3.0 * std::chrono::duration<double>(kUnderWay).count());
+    ASSERT_GT(whole_s_, 3.0 * std::chrono::duration<double>(kStartDelay).count());
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
 
@@ -130,7 +130,7 @@ class Simplify : public testing::Test {
 
 TEST_F(Simplify, IsCancelledByASavedMap) {
   auto slow = std::async(std::launch::async, [] { return saveSimplified("/mapping", "slow.ply"); });
-  std::this_thread::sleep_for(kUnderWay);
+  std::this_thread::sleep_for(kStartDelay);
   EXPECT_TRUE(saveMapAs("meanwhile.dtsdf").success);
   expectCancelled(slow.get());
   EXPECT_EQ(filesNamed("slow"), 0u);
@@ -139,7 +139,7 @@ TEST_F(Simplify, IsCancelledByASavedMap) {
 
 TEST_F(Simplify, IsCancelledByTheNextMeshWhichIsSaved) {
   auto slow = std::async(std::launch::async, [] { return saveSimplified("/mapping", "slow.glb"); });
-  std::this_thread::sleep_for(kUnderWay);
+  std::this_thread::sleep_for(kStartDelay);
   const Saved next = saveSimplified("/mapping", "next.ply");
   EXPECT_TRUE(next.response.success) << next.response.message;
   expectCancelled(slow.get());
@@ -160,7 +160,7 @@ TEST_F(Simplify, EndsWithTheNode) {
   ASSERT_TRUE(ros::service::waitForService("/ending/save_mesh", 20000));
   EXPECT_TRUE(saveSimplified("/ending", "before.ply").response.success);
   auto slow = std::async(std::launch::async, [] { return saveSimplified("/ending", "slow.ply"); });
-  std::this_thread::sleep_for(kUnderWay);
+  std::this_thread::sleep_for(kStartDelay);
   const Clock::time_point begin = Clock::now();
   kill(node, SIGINT);
   int status = 0;

@@ -15,7 +15,7 @@ inline Scene emptyRoom() {
   return scene;
 }
 
-inline Scene roomOfAllSorts() {
+inline Scene variedRoom() {
   Scene scene = emptyRoom();
   scene.add(makeBox({1.2, 0.3, 0.4}, {0.8, 0.6, 0.8}, 0.4));
   scene.add(makeBox({1.6, -0.9, 0.9}, {0.4, 0.5, 1.8}));
@@ -25,7 +25,7 @@ inline Scene roomOfAllSorts() {
   return scene;
 }
 
-inline Eigen::Isometry3d cameraLooking(const Eigen::Vector3d& eye, double azimuth,
+inline Eigen::Isometry3d cameraTowards(const Eigen::Vector3d& eye, double azimuth,
                                        double elevation = -0.25) {
   const Eigen::Vector3d way(std::cos(azimuth) * std::cos(elevation),
                             std::sin(azimuth) * std::cos(elevation), std::sin(elevation));
@@ -33,13 +33,13 @@ inline Eigen::Isometry3d cameraLooking(const Eigen::Vector3d& eye, double azimut
 }
 
 /// Views in all directions from a few places.
-inline std::vector<Eigen::Isometry3d> looksAround() {
+inline std::vector<Eigen::Isometry3d> viewsAround() {
   std::vector<Eigen::Isometry3d> looks;
   for (const Eigen::Vector3d& eye :
        {Eigen::Vector3d(0.2, -0.1, 1.2), Eigen::Vector3d(-1.0, 0.2, 1.5),
         Eigen::Vector3d(0.3, 1.2, 1.6)}) {
     for (int i = 0; i < 16; ++i) {
-      looks.push_back(cameraLooking(eye, 0.3927 * i, i % 2 == 0 ? -0.5 : 0.1));
+      looks.push_back(cameraTowards(eye, 0.3927 * i, i % 2 == 0 ? -0.5 : 0.1));
     }
   }
   return looks;

@@ -108,7 +108,7 @@ inline std::string fileOf(Mapper& mapper) {
 /// The file of the map that a journal restores, with these settings.
 inline std::string mapOf(JournalReplay& journal, const MapperParams& params) {
   const auto mapper = mapperOf(journal, params);
-  while (const std::optional<journal::Call> call = journal.next()) doAgain(*call, *mapper);
+  while (const std::optional<journal::Call> call = journal.next()) repeatCall(*call, *mapper);
   return fileOf(*mapper);
 }
 inline std::string mapOf(const std::string& path, const MapperParams& params) {

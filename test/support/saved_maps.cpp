@@ -92,7 +92,7 @@ testing::AssertionResult sameContents(const MapContents& a, const MapContents& b
   };
   if (a.settings != b.settings) return differ("settings");
   if (a.map_frame != b.map_frame) return differ("names of the map frame");
-  if (!sameLevel(a, b)) return differ("levels");
+  if (!haveSameLevel(a, b)) return differ("levels");
   if (a.stamp_s != b.stamp_s) return differ("stamps");
   if (a.frames != b.frames || a.supporting_frames != b.supporting_frames) return differ("frames");
   if (a.painted != b.painted || a.exposure != b.exposure) return differ("states of colour");

@@ -18,11 +18,11 @@ struct ColourRules {
   float sample_width = 0.5f;
   /// Largest weight of a colour, in views as good as the newest, so that later views go on
   /// counting.
-  int32_t most_views = 8;
+  int32_t max_views = 8;
 
   /// Minimum number of painted voxels for estimating an image's exposure: a small part of an image,
   /// by judgement.
-  int32_t least_overlap = 256;
+  int32_t min_overlap = 256;
 };
 
 /// The settings that the rules of painting need.

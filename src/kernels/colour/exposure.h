@@ -46,9 +46,9 @@ DTSDF_HD bool isWellExposed(const VoxelColour& colour) {
 
 /// Whether a voxel helps to estimate the exposure: the map and the image must have seen it about
 /// equally well. Views of very different quality may differ for other reasons.
-DTSDF_HD bool tellsExposure(const VoxelColour& map, const VoxelColour& image, float image_weight,
-                            const ColourRules& rules) {
-  const float views = static_cast<float>(rules.most_views) * image_weight;
+DTSDF_HD bool isUsableForExposure(const VoxelColour& map, const VoxelColour& image,
+                                  float image_weight, const ColourRules& rules) {
+  const float views = static_cast<float>(rules.max_views) * image_weight;
   const float before = colourWeight(map.weight);
   return before > 0.0f && views >= 0.5f * before && image_weight <= 2.0f * before &&
          isWellExposed(map) && isWellExposed(image);
@@ -94,7 +94,7 @@ DTSDF_HD float gainOf(const ExposureSums& sums, int channel) {
 DTSDF_HD Exposure exposureOf(const ExposureSums& sums, const Exposure& before,
                              const PaintSettings& settings) {
   if (settings.fixed_exposure) return sameExposure();
-  if (sums.voxels < settings.rules.least_overlap) return before;
+  if (sums.voxels < settings.rules.min_overlap) return before;
   return {{gainOf(sums, 0), gainOf(sums, 1), gainOf(sums, 2)}};
 }
 

@@ -39,7 +39,7 @@ DTSDF_HD bool hides(const PointView& view, const Voxel* voxels, int index, int d
   if (at < 0 || at >= kBlockSide) return true;
   const int step = axis == 0 ? 1 : (axis == 1 ? kBlockSide : kBlockSide * kBlockSide);
   const Voxel& next = voxels[index + (upwards ? step : -step)];
-  return evidenceOf(next) >= view.least_evidence && (sdfOf(next) < 0.0f) != is_behind;
+  return evidenceOf(next) >= view.min_evidence && (sdfOf(next) < 0.0f) != is_behind;
 }
 
 /// Points are a voxel apart, so a point's piece of the surface extends half a voxel to each side.

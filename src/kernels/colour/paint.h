@@ -63,14 +63,14 @@ DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& fi
   return isHidden(view, sensing.hiding_m, point) ? nothing : sampleAt(sensing, point);
 }
 
-/// The weighted mean of a voxel's colour and a sample. The weight grows to at most most_views such
+/// The weighted mean of a voxel's colour and a sample. The weight grows to at most max_views such
 /// samples, so that the colour goes on following what is seen; a larger weight, from better views,
 /// stays.
 DTSDF_HD VoxelColour paintedColour(const VoxelColour& colour, const ColourSample& sample,
                                    const Exposure& exposure, const ColourRules& rules) {
   const float before = colourWeight(colour.weight), total = before + sample.weight;
   const float share = sample.weight / total;
-  const float most = static_cast<float>(rules.most_views) * sample.weight;
+  const float most = static_cast<float>(rules.max_views) * sample.weight;
   return {roundColour(between(colour.red, exposed(sample.red, exposure.gain[0]), share)),
           roundColour(between(colour.green, exposed(sample.green, exposure.gain[1]), share)),
           roundColour(between(colour.blue, exposed(sample.blue, exposure.gain[2]), share)),

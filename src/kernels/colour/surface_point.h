@@ -20,12 +20,12 @@ struct SurfacePoint {
 /// The settings and the camera that surface points depend on.
 struct PointView : PaintSettings {
   FrameView frame;
-  int32_t least_evidence;  ///< Minimum evidence of a known voxel, as in the mesh.
+  int32_t min_evidence;  ///< Minimum evidence of a known voxel, as in the mesh.
 };
 
 /// Whether a voxel is known and near its surface. A cheap test, which rules most voxels out.
 DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel) {
-  return (evidenceOf(voxel) >= view.least_evidence) &
+  return (evidenceOf(voxel) >= view.min_evidence) &
          (fabsf(sdfOf(voxel)) <= view.rules.surface_distance);
 }
 
@@ -41,12 +41,12 @@ DTSDF_HD bool hasPoint(const PointView& view, const Vec3f& normal, int direction
 
 /// Minimum cosine at which a plane is used beyond its point. Below it, the surface is taken to face
 /// the camera.
-constexpr float kLeastPlaneCosine = 0.02f;
+constexpr float kMinPlaneCosine = 0.02f;
 
 /// Projects a point in metres with a unit normal; the result may be outside the image.
 DTSDF_HD SurfacePoint seenPoint(const Intrinsics& K, const Vec3f& p_C, const Vec3f& normal_C) {
   const float offset = dot(normal_C, p_C), cosine = -offset / norm(p_C);
-  const bool has_plane = fabsf(cosine) > kLeastPlaneCosine;
+  const bool has_plane = fabsf(cosine) > kMinPlaneCosine;
   return {p_C.z,
           cosine,
           K.fx * p_C.x / p_C.z + K.cx + 0.5f,

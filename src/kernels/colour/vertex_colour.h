@@ -45,7 +45,7 @@ struct ColouredCorners {
   /// Directions with colours, bit d for direction d.
   uint8_t kept[kCornerBlocks][kBricksPerArray];
   /// Painted corners, by z and y: bit x for x. findPaintedRow() fills it, once per block, if
-  /// colourBeside() is needed.
+  /// colourNearEdge() is needed.
   uint16_t painted_rows[kDirectionCount][kCornerGridSide][kCornerGridSide];
 
   /// Call this before setBrick() if memory is not zeroed.
@@ -168,7 +168,7 @@ DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colou
 
 /// The colour of a vertex whose own voxels are not painted. @pre findPaintedRow() was called for
 /// all rows.
-DTSDF_HD VertexColour colourBeside(const ColouredCorners& corners, int edge, bool directional) {
+DTSDF_HD VertexColour colourNearEdge(const ColouredCorners& corners, int edge, bool directional) {
   VertexColour around{0, 0, 0, 0};
   for (int reach = 1; reach <= kFillReach && around.painted == 0; ++reach) {
     around = colourAround(corners, edge, directional, reach);
@@ -178,7 +178,7 @@ DTSDF_HD VertexColour colourBeside(const ColouredCorners& corners, int edge, boo
 
 /// The colour of the vertex on an edge of a block, from the voxels at its ends, in the directions
 /// that have colours there and a say on the edge. The array of an undirected map always has a say.
-DTSDF_HD VertexColour ownColour(const ColouredCorners& corners, int edge, bool directional) {
+DTSDF_HD VertexColour colourOnEdge(const ColouredCorners& corners, int edge, bool directional) {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const CornerSource lower = cornerSource(corner),
                      upper = cornerSource(corner + cornerStride(axis));

@@ -44,15 +44,15 @@ DTSDF_HD VoxelInImage projectToImage(const FrameView& frame, const Vec3f& p_L) {
 }
 
 /// Bounding box, in the image and in depth, of a body's projected corners.
-struct SeenBounds {
+struct ProjectedBounds {
   float near_m, far_m;
   float left, right, top, bottom;  ///< In pixels, as in VoxelInImage.
 };
 
-DTSDF_HD SeenBounds boundsOf(const VoxelInImage& corner) {
+DTSDF_HD ProjectedBounds boundsOf(const VoxelInImage& corner) {
   return {corner.depth_m, corner.depth_m, corner.u, corner.u, corner.v, corner.v};
 }
-DTSDF_HD SeenBounds unite(const SeenBounds& a, const SeenBounds& b) {
+DTSDF_HD ProjectedBounds unite(const ProjectedBounds& a, const ProjectedBounds& b) {
   return {minimum(a.near_m, b.near_m), maximum(a.far_m, b.far_m), minimum(a.left, b.left),
           maximum(a.right, b.right),   minimum(a.top, b.top),     maximum(a.bottom, b.bottom)};
 }

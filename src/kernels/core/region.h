@@ -19,7 +19,7 @@ struct RegionView {
   int32_t is_sphere;  ///< 1: a ball, 0: a box.
 };
 
-DTSDF_HD Vec3d fromCenter(const RegionView& region, const Vec3d& p) {
+DTSDF_HD Vec3d fromCentre(const RegionView& region, const Vec3d& p) {
   return {p.x - region.center.x, p.y - region.center.y, p.z - region.center.z};
 }
 
@@ -27,7 +27,7 @@ DTSDF_HD bool isWithin(double x, double limit) { return -limit <= x && x <= limi
 
 /// Whether a point lies in the region grown by `margin` on all sides.
 DTSDF_HD bool isInside(const RegionView& region, const Vec3d& p, double margin = 0.0) {
-  const Vec3d d = fromCenter(region, p);
+  const Vec3d d = fromCentre(region, p);
   if (region.is_sphere) {
     const double reach = region.radius + margin;
     return d.x * d.x + d.y * d.y + d.z * d.z <= reach * reach;

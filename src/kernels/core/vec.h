@@ -52,7 +52,7 @@ DTSDF_HD float maximum(float a, float b) { return a > b ? a : b; }
 
 /// Component-wise minimum and maximum. Not for NaN.
 template <class Vec>
-DTSDF_HD Vec leastOf(const Vec& a, const Vec& b) {
+DTSDF_HD Vec minOf(const Vec& a, const Vec& b) {
   return {a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z};
 }
 template <class Vec>

@@ -22,14 +22,14 @@ struct Voxel {
 
 constexpr float kStoredSdfScale = 2048.0f;      // 2^11; the largest truncation is 16 voxels
 constexpr float kStoredWeightScale = 65536.0f;  // 2^16
-constexpr int32_t kMostEvidence = 127;
+constexpr int32_t kMaxEvidence = 127;
 
 /// Rounds a distance in voxels to its stored units. `dither` is in [0, 1); 0.5 rounds to the
 /// nearest.
 DTSDF_HD int16_t storedSdf(float sdf, float dither = 0.5f) {
-  constexpr float kMost = 32767.0f;
-  const float units = minimum(maximum(sdf * kStoredSdfScale, -kMost), kMost);
-  return static_cast<int16_t>(floorToInt(minimum(units + dither, kMost)));
+  constexpr float kMax = 32767.0f;
+  const float units = minimum(maximum(sdf * kStoredSdfScale, -kMax), kMax);
+  return static_cast<int16_t>(floorToInt(minimum(units + dither, kMax)));
 }
 
 DTSDF_HD Voxel makeVoxel(int16_t sdf_units, uint16_t anchor, uint32_t weight_units,
@@ -63,9 +63,9 @@ struct Sample {
   float sdf, weight;
 };
 
-/// A voxel as the mesh sees it: unknown if its evidence is below `least_evidence`.
-DTSDF_HD Sample sampleOf(const Voxel& voxel, int32_t least_evidence) {
-  return {sdfOf(voxel), evidenceOf(voxel) >= least_evidence ? weightOf(voxel) : 0.0f};
+/// A voxel as the mesh sees it: unknown if its evidence is below `min_evidence`.
+DTSDF_HD Sample sampleOf(const Voxel& voxel, int32_t min_evidence) {
+  return {sdfOf(voxel), evidenceOf(voxel) >= min_evidence ? weightOf(voxel) : 0.0f};
 }
 
 /// A frame's sums for one voxel, in fixed point so that they do not depend on the order, and the

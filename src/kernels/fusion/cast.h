@@ -16,7 +16,7 @@ namespace dtsdf {
 /// then those of its own pixel, and the errors of many images cancel out, even where the plane is
 /// wrong, such as at an edge smoothed by a wide window. (Surfaces 3.5 to 5 m from a Kinect, 20 mm
 /// voxels: RMSE 7.5 mm along the normals, 5.0 along C n.)
-DTSDF_HD Vec3f likelyDirection(const Vec3f& normal, const Vec3f& ray, float noise_voxels) {
+DTSDF_HD Vec3f castDirection(const Vec3f& normal, const Vec3f& ray, float noise_voxels) {
   const float along_ray = noise_voxels * noise_voxels * dot(normal, ray) / dot(ray, ray);
   const Vec3f C_n = normal + along_ray * ray;
   return (1.0f / norm(C_n)) * C_n;
@@ -28,7 +28,7 @@ DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const FrameSensing& sensi
   const float noise_voxels = noiseInVoxels(sensing, surfel.depth_m);
   const Vec3f ray = surfel.p_L - sensing.image.frame.T_L_C.t;
   const Vec3f direction = fusion.cast_along_normal
-                              ? likelyDirection(surfel.normal_L, ray, noise_voxels)
+                              ? castDirection(surfel.normal_L, ray, noise_voxels)
                               : (1.0f / norm(ray)) * ray;
   return makeSampleLine(surfel.p_L, surfel.normal_L, direction, sampleReach(noise_voxels, fusion));
 }

@@ -23,12 +23,12 @@ namespace dtsdf {
 /// Evidence after one more frame that supports the surface.
 DTSDF_HD int32_t supportedEvidence(int32_t evidence, const FusionRules& rules) {
   const int32_t more = evidence + rules.support_gain;
-  return more < rules.most_evidence ? more : rules.most_evidence;
+  return more < rules.max_evidence ? more : rules.max_evidence;
 }
 
 /// Whether a voxel's evidence is so near its maximum that a support does not count in full.
 DTSDF_HD bool isFull(const Voxel& voxel, const FusionRules& rules) {
-  return evidenceOf(voxel) + rules.support_gain > rules.most_evidence;
+  return evidenceOf(voxel) + rules.support_gain > rules.max_evidence;
 }
 
 /// A voxel after `frames` contradictions. If the frame covers the voxel it takes a support back as
@@ -38,18 +38,17 @@ DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_cov
   const int32_t cost = frames * rules.contradiction_cost + (is_covered ? rules.support_gain : 0);
   const int32_t less = evidenceOf(voxel) - cost;
   if (less > 0) return makeVoxel(voxel.sdf_units, voxel.anchor, weightUnits(voxel), less);
-  return makeVoxel(0.0f, 0, less > -rules.most_evidence ? less : -rules.most_evidence);
+  return makeVoxel(0.0f, 0, less > -rules.max_evidence ? less : -rules.max_evidence);
 }
 
 /// Minimum evidence of a surface shown in the mesh: above that of min_support - 1 supports. No more
 /// supports are required than frames were fused.
-DTSDF_HD int32_t leastEvidence(int32_t min_support, uint64_t fused_frames,
-                               const FusionRules& rules) {
+DTSDF_HD int32_t minEvidence(int32_t min_support, uint64_t fused_frames, const FusionRules& rules) {
   const int32_t support = fused_frames < static_cast<uint64_t>(min_support)
                               ? static_cast<int32_t>(fused_frames)
                               : min_support;
   const int32_t least = (support - 1) * rules.support_gain + 1;
-  return least < 1 ? 1 : (least < rules.most_evidence ? least : rules.most_evidence);
+  return least < 1 ? 1 : (least < rules.max_evidence ? least : rules.max_evidence);
 }
 
 }  // namespace dtsdf

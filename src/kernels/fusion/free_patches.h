@@ -21,8 +21,8 @@ DTSDF_HD int32_t freePatchesAlong(int32_t pixels) {
 
 /// Bounds of a box's corners in the image; near_m is not positive if one of them is behind the
 /// camera.
-DTSDF_HD SeenBounds boundsOfBox(const FrameView& frame, const Vec3f& low, const Vec3f& high) {
-  SeenBounds bounds = boundsOf(projectToImage(frame, low));
+DTSDF_HD ProjectedBounds boundsOfBox(const FrameView& frame, const Vec3f& low, const Vec3f& high) {
+  ProjectedBounds bounds = boundsOf(projectToImage(frame, low));
   for (int i = 1; i < 8; ++i) {
     const Vec3f corner{i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z};
     bounds = unite(bounds, boundsOf(projectToImage(frame, corner)));
@@ -33,9 +33,9 @@ DTSDF_HD SeenBounds boundsOfBox(const FrameView& frame, const Vec3f& low, const 
 /// Whether a frame may see through some point of a box in the local frame; false only if it sees
 /// through none.
 DTSDF_HD bool maySeeThrough(const FrameSensing& sensing, const Vec3f& low, const Vec3f& high) {
-  constexpr int kMostPatches = 32;  // along a side; larger boxes are not tested
+  constexpr int kMaxPatches = 32;  // along a side; larger boxes are not tested
   const FrameView& frame = sensing.image.frame;
-  const SeenBounds seen = boundsOfBox(frame, low, high);
+  const ProjectedBounds seen = boundsOfBox(frame, low, high);
   if (!(seen.near_m > 0.0f)) return true;
   const auto width = static_cast<float>(frame.width), height = static_cast<float>(frame.height);
   if (!(seen.left < width && seen.right >= 0.0f && seen.top < height && seen.bottom >= 0.0f)) {
@@ -46,11 +46,11 @@ DTSDF_HD bool maySeeThrough(const FrameSensing& sensing, const Vec3f& low, const
              top = static_cast<int32_t>(maximum(seen.top, 0.0f)),
              bottom = static_cast<int32_t>(minimum(seen.bottom, height - 1.0f));
   const int32_t extent = right - left > bottom - top ? right - left : bottom - top;
-  if (extent >= kMostPatches << kFreePatchSideLog2) return true;
+  if (extent >= kMaxPatches << kFreePatchSideLog2) return true;
   const int32_t along = freePatchesAlong(frame.width);
   for (int32_t v = top >> kFreePatchSideLog2; v <= bottom >> kFreePatchSideLog2; ++v) {
     for (int32_t u = left >> kFreePatchSideLog2; u <= right >> kFreePatchSideLog2; ++u) {
-      if (seen.near_m < sensing.most_free[static_cast<int64_t>(v) * along + u]) return true;
+      if (seen.near_m < sensing.max_free[static_cast<int64_t>(v) * along + u]) return true;
     }
   }
   return false;

@@ -109,27 +109,26 @@ constexpr int kAnyDirection = -1;
 /// The facing of an array's surfaces: a minimum cosine to an axis.
 struct Facing {
   Vec3f axis;
-  float least_cosine;
+  float min_cosine;
 };
 
 DTSDF_HD Facing facingOf(int direction) {
-  constexpr float kLeastCosine = 0.3f;
+  constexpr float kMinCosine = 0.3f;
   if (direction == kAnyDirection) return {{0.0f, 0.0f, 0.0f}, -1.0f};
   const float sign = directionSign(direction);
   const int axis = directionAxis(direction);
-  return {{axis == 0 ? sign : 0.0f, axis == 1 ? sign : 0.0f, axis == 2 ? sign : 0.0f},
-          kLeastCosine};
+  return {{axis == 0 ? sign : 0.0f, axis == 1 ? sign : 0.0f, axis == 2 ? sign : 0.0f}, kMinCosine};
 }
 
 /// Unit vector along which the distance rises at a voxel. If the slope is too small, or is not that
 /// of a surface in the direction, it is the direction's axis: 0 in the undirected map, where the
 /// voxel is then its own foot.
 DTSDF_HD Vec3f gradientOf(const Vec3f& slope, const Facing& facing) {
-  constexpr float kLeastLength = 0.3f;
+  constexpr float kMinLength = 0.3f;
   const float length = norm(slope);
   const auto told = static_cast<float>(
-      static_cast<int32_t>(length > kLeastLength) &
-      static_cast<int32_t>(dot(slope, facing.axis) > facing.least_cosine * length));
+      static_cast<int32_t>(length > kMinLength) &
+      static_cast<int32_t>(dot(slope, facing.axis) > facing.min_cosine * length));
   const float untold = 1.0f - told, scale = told / (told * length + untold);
   return scale * slope + untold * facing.axis;
 }
@@ -150,7 +149,7 @@ DTSDF_HD Mask canChange(const Mask& is_covered, const Mask& has_anchor, const Ma
 
 DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, bool in_turn,
                        const FusionRules& rules) {
-  const bool may_lose = in_turn && evidenceOf(voxel) > -rules.most_evidence;
+  const bool may_lose = in_turn && evidenceOf(voxel) > -rules.max_evidence;
   return canChange(is_covered, voxel.anchor != kNoAnchor, isEmpty(voxel), may_lose, in_turn);
 }
 
@@ -215,9 +214,9 @@ enum class Observation : uint32_t {
 /// all cells that it is a corner of, which reach a voxel farther. Outside the image, no depth
 /// suffices.
 DTSDF_HD float judgedDepth(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
-  constexpr float kFartherThanAll_m = 1e30f;
+  constexpr float kInfiniteDepth_m = 1e30f;
   const float depth_m = is_empty ? at.depth_m + frame.voxel_size_m : at.depth_m;
-  return isInImage(frame, at) ? depth_m : kFartherThanAll_m;
+  return isInImage(frame, at) ? depth_m : kInfiniteDepth_m;
 }
 
 /// Index of the pixel at a place; outside the image, any. Branch-free, for vectorisation.

@@ -43,7 +43,7 @@ struct FusionRules {
   /// With eight, a removed object is gone after twelve frames that see through it, and a new one
   /// shows after ten, however long it was there or its place was free. With nineteen these are 30
   /// (blocks are checked in turns) and 21.
-  int32_t most_evidence{24};  // not set directly: follows from the setting
+  int32_t max_evidence{24};  // not set directly: follows from the setting
 
   /// Distance in voxels that free space keeps from a measured surface, in addition to its noise.
   float free_margin = 0.5f;

@@ -45,7 +45,7 @@ DTSDF_HD RoundedSums roundSums(const VoxelSums& sums) {
 
 /// Weight of a point in the mean for an anchor, by its squared distance from the corner's foot;
 /// near points count more.
-DTSDF_HD float anchorCloseness(float squared_distance) {
+DTSDF_HD float anchorWeight(float squared_distance) {
   constexpr float kFarthest = 15.0f / 16.0f;
   const float closeness = 1.0f - minimum(sqrtf(maximum(squared_distance, 0.0f)), kFarthest);
   return closeness * closeness;
@@ -57,9 +57,9 @@ DTSDF_HD float anchorCloseness(float squared_distance) {
 DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, float sdf, float weight, const RoundedSums& sums) {
   const Vec3f point = pointOffset(sums.nearest), anchor = anchorOffset(voxel.anchor);
   const float from_foot = dot(anchor, anchor) - sdfOf(voxel) * sdfOf(voxel);
-  const float old_weight = weightOf(voxel) * anchorCloseness(from_foot);
+  const float old_weight = weightOf(voxel) * anchorWeight(from_foot);
   const float new_weight =
-      weight * (1.0f / kStoredWeightScale) * anchorCloseness(dot(point, point) - sdf * sdf);
+      weight * (1.0f / kStoredWeightScale) * anchorWeight(dot(point, point) - sdf * sdf);
   const float share = new_weight / (old_weight + new_weight);
   const auto has_none = static_cast<float>(static_cast<int32_t>(voxel.anchor == kNoAnchor));
   const auto mean = [&](float of_anchor, float of_point) {

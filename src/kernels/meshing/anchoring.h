@@ -80,23 +80,23 @@ DTSDF_HD Vec3f anchoringShift(const MeshSettings& rules, const Edge& edge, uint3
   const uint32_t telling = crossing != 0 ? crossing : speakingOnEdge(axis, facing);
   const Vec3f along = toFloat(unitStep(axis));
   Vec3f nearest{0.0f, 0.0f, 0.0f};  // from the vertex to the anchor
-  float least_distance = -1.0f;     // negative: no anchor yet
+  float min_distance = -1.0f;       // negative: no anchor yet
   const auto consider = [&](uint16_t anchor, const Vec3f& corner_from_vertex) {
     if (anchor == kNoAnchor) return;
     const Vec3f offset = corner_from_vertex + anchorOffset(anchor);
     const float distance = norm(offset);
-    if (!(least_distance < 0.0f || distance < least_distance)) return;
+    if (!(min_distance < 0.0f || distance < min_distance)) return;
     nearest = offset;
-    least_distance = distance;
+    min_distance = distance;
   };
   visitAnchors(edge, telling, anchors, [&](int, uint16_t at_lower, uint16_t at_upper) {
     consider(at_lower, -edge_offset * along);
     consider(at_upper, (1.0f - edge_offset) * along);
   });
-  const float beyond = least_distance - rules.measured_reach;
+  const float beyond = min_distance - rules.measured_reach;
   if (!(beyond > 0.0f)) return {0.0f, 0.0f, 0.0f};
   const float ramp = minimum(gap / rules.measured_gap - 1.0f, 1.0f);
-  const float share = rules.measured_pull * ramp * beyond / least_distance;
+  const float share = rules.measured_pull * ramp * beyond / min_distance;
   return {roundShift(share * nearest.x), roundShift(share * nearest.y),
           roundShift(share * nearest.z)};
 }

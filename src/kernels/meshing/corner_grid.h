@@ -38,7 +38,7 @@ DTSDF_HD Vec3i gridStep(int axis, int32_t length) {
 DTSDF_HD Vec3i unitStep(int axis) { return gridStep(axis, 1); }
 
 /// Unit step along an edge from its end behind the surface to that in front.
-DTSDF_HD Vec3i facedWay(int edge) {
+DTSDF_HD Vec3i facingStep(int edge) {
   return gridStep(edgeAxis(edge), edgeFacing(edge) == 0 ? 1 : -1);
 }
 
@@ -80,14 +80,14 @@ DTSDF_HD int blockAround(const Vec3i& corner) { return aroundNumber(blockOfVoxel
 /// The voxel arrays of a block and of those around it; null where there is none.
 struct ArraysAround {
   const Voxel* array[kBlocksAround][kDirectionCount];
-  int32_t least_evidence;  ///< Minimum evidence of a known voxel.
+  int32_t min_evidence;  ///< Minimum evidence of a known voxel.
 
   DTSDF_HD Voxel voxel(const Vec3i& corner, int direction) const {
     const Voxel* voxels = array[blockAround(corner)][direction];
     return voxels == nullptr ? Voxel{0, kNoAnchor, 0} : voxels[indexInBlock(corner)];
   }
   DTSDF_HD Sample sample(const Vec3i& corner, int direction) const {
-    return sampleOf(voxel(corner, direction), least_evidence);
+    return sampleOf(voxel(corner, direction), min_evidence);
   }
   DTSDF_HD Sample sample(int corner, int direction) const {
     return sample(cornerAt(corner), direction);
@@ -98,14 +98,14 @@ struct ArraysAround {
 struct CornerArrays {
   const Voxel* array[kCornerBlocks][kDirectionCount];
 
-  int32_t least_evidence;  ///< Minimum evidence of a known voxel.
+  int32_t min_evidence;  ///< Minimum evidence of a known voxel.
 
   DTSDF_HD Sample sample(int corner, int direction) const {
     return sample(cornerSource(corner), direction);
   }
   DTSDF_HD Sample sample(const CornerSource& source, int direction) const {
     const Voxel* voxels = array[source.block][direction];
-    return voxels == nullptr ? Sample{0.0f, 0.0f} : sampleOf(voxels[source.voxel], least_evidence);
+    return voxels == nullptr ? Sample{0.0f, 0.0f} : sampleOf(voxels[source.voxel], min_evidence);
   }
 };
 

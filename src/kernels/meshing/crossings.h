@@ -22,7 +22,7 @@ DTSDF_HD Mask speaksOnCrossing(int direction, int axis, const Mask& behind_below
 /// How well a crossing is known: the greatest product of the weights at the edge's two ends, over
 /// the directions that cross zero there. The edge's lower end is corner `c`.
 template <class Real, class Samples, class Mask>
-DTSDF_HD Real weighCrossing(const Samples& samples, int c, int axis, const Mask& behind_below) {
+DTSDF_HD Real crossingWeight(const Samples& samples, int c, int axis, const Mask& behind_below) {
   const Real zero{0.0f};
   Real greatest = zero;
   for (int d = 0; d < kDirectionCount; ++d) {
@@ -38,7 +38,7 @@ DTSDF_HD Real weighCrossing(const Samples& samples, int c, int axis, const Mask&
 
 /// The product of the sums of weights, at the edge's two ends, over the directions with a say.
 template <class Real, class Samples, class Mask>
-DTSDF_HD Real weighVoted(const Samples& samples, int c, int axis, const Mask& behind_below) {
+DTSDF_HD Real votedWeight(const Samples& samples, int c, int axis, const Mask& behind_below) {
   const Real zero{0.0f};
   Real lower = zero, upper = zero;
   for (int d = 0; d < kDirectionCount; ++d) {
@@ -56,7 +56,7 @@ template <class Samples, class Bits, class Real>
 DTSDF_HD Bits weakCrossings(const MeshRules& rules, const Samples& samples, const Bits& labels,
                             const Real& greatest) {
   const Bits none{0};
-  const Real least = Real{rules.least_crossing_share} * greatest;
+  const Real least = Real{rules.min_crossing_share} * greatest;
   const Real by_vote{rules.voted_crossing_share * rules.voted_crossing_share};
   Bits weak = none;
   for (int e = 0; e < kCubeEdges; ++e) {
@@ -65,9 +65,9 @@ DTSDF_HD Bits weakCrossings(const MeshRules& rules, const Samples& samples, cons
     const auto upper = (labels & Bits{1 << (c | 1 << axis)}) != none;
     const auto crossed = lower != upper;
     if (!any(crossed)) continue;
-    auto is_weak = crossed & (least * least >= weighCrossing<Real>(samples, c, axis, lower));
+    auto is_weak = crossed & (least * least >= crossingWeight<Real>(samples, c, axis, lower));
     if (!any(is_weak)) continue;  // as for most units: the vote is not needed
-    is_weak = is_weak & (least * least >= by_vote * weighVoted<Real>(samples, c, axis, lower));
+    is_weak = is_weak & (least * least >= by_vote * votedWeight<Real>(samples, c, axis, lower));
     weak = weak | select(is_weak, Bits{1 << (8 * axis + c)}, none);
   }
   return weak;

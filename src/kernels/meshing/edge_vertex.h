@@ -16,14 +16,14 @@ namespace dtsdf {
 
 /// The direction of a surface that crosses an edge at a right angle. An undirected map's only array
 /// (0) holds surfaces of any facing; on an edge it counts as this direction.
-DTSDF_HD int facedDirection(int axis, int facing) { return 2 * axis + facing; }
+DTSDF_HD int facingDirection(int axis, int facing) { return 2 * axis + facing; }
 
 // An Edge has members `lower` and `upper`, which give the sample of a direction at its two ends by
 // []; beyond(end, direction) gives the sample one voxel beyond its lower (0) or upper (1) end.
 
 /// The directions with a say on an edge: all but the one that faces against it.
 DTSDF_HD uint32_t speakingOnEdge(int axis, int facing) {
-  return kAllDirections & ~(1u << facedDirection(axis, 1 - facing));
+  return kAllDirections & ~(1u << facingDirection(axis, 1 - facing));
 }
 DTSDF_HD bool speaksOnEdge(int direction, int axis, int facing) {
   return (speakingOnEdge(axis, facing) >> direction & 1u) != 0;
@@ -66,13 +66,13 @@ DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides,
 /// surface.
 DTSDF_HD float bendOnEdge(const Sample& below, const Sample& lower, const Sample& upper,
                           const Sample& above) {
-  constexpr float kMostBend = 0.5f;
+  constexpr float kMaxBend = 0.5f;
   const float at_lower = below.sdf - 2.0f * lower.sdf + upper.sdf;
   const float at_upper = lower.sdf - 2.0f * upper.sdf + above.sdf;
   const bool knows_lower = below.weight > 0.0f, knows_upper = above.weight > 0.0f;
   float bend = knows_lower ? at_lower : 0.0f;
   if (knows_upper) bend = knows_lower ? 0.5f * (bend + at_upper) : at_upper;
-  return minimum(maximum(bend, -kMostBend), kMostBend);
+  return minimum(maximum(bend, -kMaxBend), kMaxBend);
 }
 
 /// Root of the parabola from a to b, of different signs, with this bend:

@@ -25,11 +25,11 @@ DTSDF_HD Vec3f placeOnEdge(const BlockVertex& vertex) {
   return place;
 }
 
-/// Whether a vertex was pulled far enough to make a side too long: by nearly half of most_stretch.
+/// Whether a vertex was pulled far enough to make a side too long: by nearly half of max_stretch.
 /// Branch-free, as the branch would be unpredictable.
-DTSDF_HD bool isDrawnFar(const MeshRules& rules, const BlockVertex& vertex) {
+DTSDF_HD bool isPulledFar(const MeshRules& rules, const BlockVertex& vertex) {
   const Vec3f shift = vertex.position - placeOnEdge(vertex);
-  return dot(shift, shift) > 0.24f * rules.most_stretch * rules.most_stretch;
+  return dot(shift, shift) > 0.24f * rules.max_stretch * rules.max_stretch;
 }
 
 /// How much longer anchoring makes a triangle's side, in voxels.
@@ -38,12 +38,12 @@ DTSDF_HD float stretchOf(const BlockVertex& a, const BlockVertex& b) {
 }
 
 /// Whether the triangle of these edges' vertices spans a gap.
-DTSDF_HD bool standsInGap(const MeshRules& rules, const BlockVertex& a, const BlockVertex& b,
-                          const BlockVertex& c) {
-  const bool may_be_gap = isDrawnFar(rules, a) | isDrawnFar(rules, b) | isDrawnFar(rules, c);
+DTSDF_HD bool spansGap(const MeshRules& rules, const BlockVertex& a, const BlockVertex& b,
+                       const BlockVertex& c) {
+  const bool may_be_gap = isPulledFar(rules, a) | isPulledFar(rules, b) | isPulledFar(rules, c);
   if (!may_be_gap) return false;  // most triangles; saves the square roots
-  return stretchOf(a, b) > rules.most_stretch || stretchOf(b, c) > rules.most_stretch ||
-         stretchOf(c, a) > rules.most_stretch;
+  return stretchOf(a, b) > rules.max_stretch || stretchOf(b, c) > rules.max_stretch ||
+         stretchOf(c, a) > rules.max_stretch;
 }
 
 /// Until it is dropped, a triangle that spans a gap has this vertex three times in its block's

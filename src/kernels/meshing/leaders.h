@@ -8,7 +8,7 @@ namespace dtsdf {
 /// Rise of a direction's distance along an axis: the weighted mean over the unit's edges with both
 /// ends known; 0 without any.
 template <class Samples, class Real>
-DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const Real& least_weight) {
+DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const Real& min_weight) {
   const Real zero{0.0f};
   Real rise = zero, total = zero;
   for (int c = 0; c < kCubeCorners; ++c) {
@@ -16,7 +16,7 @@ DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const R
     const int upper = c | 1 << axis;
     const Real weight_c = samples.weight(direction, c);
     const Real weight_upper = samples.weight(direction, upper);
-    const auto known = (weight_c > least_weight) & (weight_upper > least_weight);
+    const auto known = (weight_c > min_weight) & (weight_upper > min_weight);
     const Real weight = weight_c + weight_upper;
     const Real step = samples.sdf(direction, upper) - samples.sdf(direction, c);
     rise = rise + select(known, weight * step, zero);
@@ -30,22 +30,22 @@ DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const R
 /// be near its axis (the gradient check of the paper's intra-directional filter). Only the
 /// gradient's direction counts, as noise shortens it.
 template <class Samples, class Real>
-DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const Real& least_weight) {
+DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const Real& min_weight) {
   const Real zero{0.0f};
   Real weight = zero;
   auto in_front = zero > zero, behind = in_front;
   for (int c = 0; c < kCubeCorners; ++c) {
     const Real corner_weight = samples.weight(direction, c), sdf = samples.sdf(direction, c);
-    const auto known = corner_weight > least_weight;
+    const auto known = corner_weight > min_weight;
     weight = weight + select(known, corner_weight, zero);
     behind = behind | (known & (sdf < Real{kTouching}));
     in_front = in_front | (known & (sdf >= Real{-kTouching}));
   }
   const auto sees_both = in_front & behind;
   if (!any(sees_both)) return zero;
-  const Real rise[3] = {riseAlong(samples, direction, 0, least_weight),
-                        riseAlong(samples, direction, 1, least_weight),
-                        riseAlong(samples, direction, 2, least_weight)};
+  const Real rise[3] = {riseAlong(samples, direction, 0, min_weight),
+                        riseAlong(samples, direction, 1, min_weight),
+                        riseAlong(samples, direction, 2, min_weight)};
   const Real length = squareRoot(rise[0] * rise[0] + rise[1] * rise[1] + rise[2] * rise[2]);
   const Real cosine = rise[directionAxis(direction)] * Real{directionSign(direction)} / length;
   return select(sees_both & (length > zero) & (cosine > Real{kDirectionThreshold}), weight * cosine,
@@ -56,7 +56,7 @@ DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const R
 /// the first (the lowest of equal ones); its opposite leads the second if it speaks as well.
 /// @return The speaking directions, bit d for direction d.
 template <class Samples, class Real, class Bits>
-DTSDF_HD Bits findLeaders(const Samples& samples, const Real& least_weight,
+DTSDF_HD Bits findLeaders(const Samples& samples, const Real& min_weight,
                           Bits (&leader)[kMaxSheets]) {
   const Real zero{0.0f};
   const Bits none{0};
@@ -65,7 +65,7 @@ DTSDF_HD Bits findLeaders(const Samples& samples, const Real& least_weight,
   leader[0] = leader[1] = Bits{-1};
   for (int d = 0; d < kDirectionCount; ++d) {
     confidence[d] = zero;  // not `? :`, which copies vectors in halves and stalls
-    if (samples.maySpeak(d)) confidence[d] = directionConfidence(samples, d, least_weight);
+    if (samples.maySpeak(d)) confidence[d] = directionConfidence(samples, d, min_weight);
     const auto leads = confidence[d] > greatest;
     speaking = speaking | select(confidence[d] > zero, Bits{1 << d}, none);
     leader[0] = select(leads, Bits{d}, leader[0]);

@@ -19,10 +19,10 @@
 namespace dtsdf {
 
 /// Largest length of a loose piece along an axis, in units.
-constexpr int kMostLooseUnits = 4;
+constexpr int kMaxLooseUnits = 4;
 
 /// Side of the window: a block and its surroundings, in units.
-constexpr int kWindowSide = kBlockSide + 2 * kMostLooseUnits;
+constexpr int kWindowSide = kBlockSide + 2 * kMaxLooseUnits;
 static_assert(kWindowSide == 16, "a row must fill 16 bits");
 
 /// The window is stored as rows along x, one bit per unit, with empty rows on each side; the stride
@@ -30,21 +30,21 @@ static_assert(kWindowSide == 16, "a row must fill 16 bits");
 constexpr int kRowStride = 2 * kWindowSide, kWindowRows = kRowStride * (kWindowSide + 2);
 using WindowUnits = uint16_t[kWindowRows];
 /// Bits of the block's own units in a row.
-constexpr uint32_t kOwnUnits = 0xffu << kMostLooseUnits;
+constexpr uint32_t kOwnUnits = 0xffu << kMaxLooseUnits;
 
 /// The row of units at (y, z), relative to the block's first unit.
 DTSDF_HD int windowRow(int y, int z) {
-  return y + kMostLooseUnits + 1 + kRowStride * (z + kMostLooseUnits + 1);
+  return y + kMaxLooseUnits + 1 + kRowStride * (z + kMaxLooseUnits + 1);
 }
 /// The first unit of a row; the inverse of windowRow().
 DTSDF_HD Vec3i firstOfRow(int row) {
-  return {-kMostLooseUnits, row % kRowStride - kMostLooseUnits - 1,
-          row / kRowStride - kMostLooseUnits - 1};
+  return {-kMaxLooseUnits, row % kRowStride - kMaxLooseUnits - 1,
+          row / kRowStride - kMaxLooseUnits - 1};
 }
 
 DTSDF_HD bool isInWindow(const Vec3i& unit) {
   const auto inside = [](int at) {
-    return at >= -kMostLooseUnits && at < kBlockSide + kMostLooseUnits;
+    return at >= -kMaxLooseUnits && at < kBlockSide + kMaxLooseUnits;
   };
   return inside(unit.x) && inside(unit.y) && inside(unit.z);
 }
@@ -136,9 +136,9 @@ struct LooseWindow {
 template <class Team>
 class LoosePieces {
  public:
-  DTSDF_HD LoosePieces(const Team& team, const LabelNeighbourhood& labels, int most_units,
+  DTSDF_HD LoosePieces(const Team& team, const LabelNeighbourhood& labels, int max_units,
                        LooseWindow& window)
-      : team_(team), labels_(labels), most_units_(most_units), window_(window) {}
+      : team_(team), labels_(labels), max_units_(max_units), window_(window) {}
 
   /// Stores the loose pieces that reach into the block in `small`.
   DTSDF_HD void find() const {
@@ -152,39 +152,39 @@ class LoosePieces {
       return isSmall() &&
              team_.any([&](int row) { return (window_.piece[row] & window_.near[row]) != 0; });
     };
-    while (takePiece(true, true, isLoose)) continue;
+    while (removePiece(true, true, isLoose)) continue;
   }
 
   /// Stores the units of small pieces, connected over faces alone, in `small`. @return whether any
   /// is in the block; if not, `small` may be incomplete. Without kAtOnce, a piece of the block
   /// counts only if it is still small when connected over edges as well, as few are.
   DTSDF_HD bool findSmall() const {
-    if (Team::kAtOnce) takeLongRows();
+    if (Team::kAtOnce) removeLongRows();
     bool any = false;
     const auto isOneMore = [&] {
       const bool is_small = isSmall();
       any = any || is_small;
       return is_small;
     };
-    while (takePiece(true, !Team::kAtOnce, isOneMore)) continue;
+    while (removePiece(true, !Team::kAtOnce, isOneMore)) continue;
     if (!any) return false;
     if (!Team::kAtOnce) {
       team_.each([&](int row) { window_.left[row] = window_.surface[row] & ~window_.small[row]; });
     }
-    while (takePiece(false, false, isOneMore)) continue;
+    while (removePiece(false, false, isOneMore)) continue;
     return true;
   }
 
  private:
   /// Removes all that is connected to more units in a line than a small piece has, which is most of
   /// the surface. With a thread per row, this is faster than doing the same piece by piece.
-  DTSDF_HD void takeLongRows() const {
+  DTSDF_HD void removeLongRows() const {
     team_.each([&](int row) {
       window_.small[row] = 0;
       window_.piece[row] = 0;
       uint32_t longer = window_.surface[row];
-      for (int i = 0; i < most_units_; ++i) longer &= longer >> 1;
-      for (int i = 0; i < most_units_; ++i) longer |= longer << 1;
+      for (int i = 0; i < max_units_; ++i) longer &= longer >> 1;
+      for (int i = 0; i < max_units_; ++i) longer |= longer << 1;
       window_.near[row] = static_cast<uint16_t>(longer);
     });
     addRows(1);
@@ -201,8 +201,8 @@ class LoosePieces {
   DTSDF_HD void addRows(int stride) const {
     team_.each([&](int row) {
       const int at = stride == 1 ? lineOf(row) : layerOf(row);
-      uint32_t longer = at + most_units_ < kWindowSide ? window_.surface[row] : 0u;
-      for (int i = 1; i <= most_units_ && longer != 0; ++i) {
+      uint32_t longer = at + max_units_ < kWindowSide ? window_.surface[row] : 0u;
+      for (int i = 1; i <= max_units_ && longer != 0; ++i) {
         longer &= window_.surface[row + i * stride];
       }
       window_.left[row] = static_cast<uint16_t>(longer);
@@ -210,28 +210,28 @@ class LoosePieces {
     team_.each([&](int row) {
       const int at = stride == 1 ? lineOf(row) : layerOf(row);
       uint32_t longer = window_.near[row];
-      for (int i = 0; i <= most_units_ && i <= at; ++i) longer |= window_.left[row - i * stride];
+      for (int i = 0; i <= max_units_ && i <= at; ++i) longer |= window_.left[row - i * stride];
       window_.near[row] = static_cast<uint16_t>(longer);
     });
   }
 
-  /// Finds the places no farther than most_units_ from a larger piece along each axis.
+  /// Finds the places no farther than max_units_ from a larger piece along each axis.
   DTSDF_HD void findNear() const {
     team_.each([&](int row) {
       uint32_t larger = window_.surface[row] & ~window_.small[row];
-      for (int i = 0; i < most_units_; ++i) larger |= larger << 1 | larger >> 1;
+      for (int i = 0; i < max_units_; ++i) larger |= larger << 1 | larger >> 1;
       window_.near[row] = static_cast<uint16_t>(larger);
     });
     widen(window_.near, window_.piece, 1);
     widen(window_.piece, window_.near, kRowStride);
   }
 
-  /// Widens a set by most_units_ rows to each side.
+  /// Widens a set by max_units_ rows to each side.
   DTSDF_HD void widen(const WindowUnits& from, WindowUnits& to, int stride) const {
     team_.each([&](int row) {
       const int at = stride == 1 ? lineOf(row) : layerOf(row);
       uint32_t places = from[row];
-      for (int i = 1; i <= most_units_; ++i) {
+      for (int i = 1; i <= max_units_; ++i) {
         if (at >= i) places |= from[row - i * stride];
         if (at + i < kWindowSide) places |= from[row + i * stride];
       }
@@ -244,7 +244,7 @@ class LoosePieces {
   /// not to be small is removed. @return whether there was a piece. @pre `piece` is empty; so it is
   /// afterwards.
   template <class IsOne>
-  DTSDF_HD bool takePiece(bool in_block, bool over_edges, const IsOne& isOne) const {
+  DTSDF_HD bool removePiece(bool in_block, bool over_edges, const IsOne& isOne) const {
     const auto unitsOf = [&](int row) {
       if (!in_block) return uint32_t{window_.left[row]};
       return isOwn(lineOf(row)) && isOwn(layerOf(row)) ? window_.left[row] & kOwnUnits : 0u;
@@ -295,7 +295,7 @@ class LoosePieces {
       for (int x = 0; units >> x != 0; ++x) {
         if ((units >> x & 1u) == 0) continue;
         visitOverEdges(labels_, firstOfRow(row) + gridStep(0, x), [&](const Vec3i& other) {
-          const uint32_t bit = 1u << (other.x + kMostLooseUnits);
+          const uint32_t bit = 1u << (other.x + kMaxLooseUnits);
           grows |= team_.add(bit, window_.piece[windowRow(other.y, other.z)]);
         });
       }
@@ -310,7 +310,7 @@ class LoosePieces {
       return units == 0 ? uint64_t{0} : units << 32 | across;
     });
     const auto spans = [&](uint64_t from) {
-      return spansMore(static_cast<uint32_t>(places >> from) & 0xffffu, most_units_);
+      return spansMore(static_cast<uint32_t>(places >> from) & 0xffffu, max_units_);
     };
     return !(spans(0) || spans(16) || spans(32));
   }
@@ -318,12 +318,12 @@ class LoosePieces {
   static DTSDF_HD int lineOf(int row) { return row % kRowStride - 1; }
   static DTSDF_HD int layerOf(int row) { return row / kRowStride - 1; }
   static DTSDF_HD bool isOwn(int at) {
-    return at >= kMostLooseUnits && at < kMostLooseUnits + kBlockSide;
+    return at >= kMaxLooseUnits && at < kMaxLooseUnits + kBlockSide;
   }
 
   const Team& team_;
   const LabelNeighbourhood& labels_;
-  const int most_units_;
+  const int max_units_;
   LooseWindow& window_;
 };
 

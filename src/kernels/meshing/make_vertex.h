@@ -47,9 +47,9 @@ DTSDF_HD Vec3f placeVertex(const MeshSettings& rules, const ArraysAround& arrays
     return voxels == nullptr ? Voxel{0, kNoAnchor, 0} : voxels[index_at[end]];
   };
   uint32_t crossing = 0;
-  visitDirections(directional ? read : 1u << facedDirection(axis, facing), [&](int d) {
-    const Sample a = sampleOf(voxel(0, directional ? d : 0), arrays.least_evidence);
-    const Sample b = sampleOf(voxel(1, directional ? d : 0), arrays.least_evidence);
+  visitDirections(directional ? read : 1u << facingDirection(axis, facing), [&](int d) {
+    const Sample a = sampleOf(voxel(0, directional ? d : 0), arrays.min_evidence);
+    const Sample b = sampleOf(voxel(1, directional ? d : 0), arrays.min_evidence);
     samples.lower[d] = a;
     samples.upper[d] = b;
     crossing |= (crosses(a, b, facing) ? 1u : 0u) << d;

@@ -8,12 +8,12 @@ struct MeshRules {
   /// A unit is meshed if the weight at each corner exceeds this share of the greatest weight in the
   /// unit; in [0, 1). As a share, it does not depend on the number of frames. It excludes corners
   /// that only the far fringe of a measurement reached.
-  float least_weight_share = 0.003f;
+  float min_weight_share = 0.003f;
 
   /// A crossing is meshed if some direction crosses the edge itself, with weights at the two ends
   /// whose geometric mean exceeds this share of the greatest weight in the unit; in [0, 1).
   /// (Without it, vertices of the armadillo with a Kinect's noise at 10 mm are 13 % farther off.)
-  float least_crossing_share = 0.015f;
+  float min_crossing_share = 0.015f;
 
   /// A crossing found only by the vote of several directions counts with this share of the weights
   /// at its ends; in [0, 1]. At borders such crossings are off by half a voxel, but inside a
@@ -40,7 +40,7 @@ struct MeshRules {
   /// A triangle with a side that anchoring lengthens by more than this, in voxels, spans a gap and
   /// is left out. (The slot of the scene `outlines`, 35 mm wide, at 20 mm: closed by 90 % without,
   /// 79 % with 0.55, 17 % with 0.5, 10 % with 0.35, 8 % with 0.3.)
-  float most_stretch = 0.3f;
+  float max_stretch = 0.3f;
 };
 
 /// The constants, and the other settings that the mesh depends on.
@@ -48,8 +48,8 @@ struct MeshSettings : MeshRules {
   /// Whether voxels hold distances to planes: true except for voxel projection, whose distances are
   /// along rays and may grow faster than the distance to the surface.
   bool distances_to_planes = true;
-  /// Longest loose piece that is left out, in units, at most kMostLooseUnits; 0: none is.
-  int most_loose_units = 0;
+  /// Longest loose piece that is left out, in units, at most kMaxLooseUnits; 0: none is.
+  int max_loose_units = 0;
 };
 
 }  // namespace dtsdf

@@ -18,7 +18,7 @@ namespace dtsdf {
 /// Sides of a corner: direction d sees it in front (bit d) or behind (bit 8 + d), or can lead no
 /// sheet around it (bit 16 + d). The sides of a unit are the bitwise or of its corners' sides. For
 /// a single corner, bit 24 + d is set if the distance of d is negative.
-constexpr int kBehindBit = 8, kBarredBit = 16, kNegativeBit = 24;
+constexpr int kBehindBit = 8, kExcludedBit = 16, kNegativeBit = 24;
 
 /// The sides that one direction's sample sees; both if the surface touches the corner.
 DTSDF_HD uint32_t sidesOfSample(int direction, float sdf, float weight) {
@@ -33,12 +33,12 @@ DTSDF_HD uint32_t observedDirections(uint32_t sides) {
 }
 
 /// Directions that have observed both sides of a surface; no others can speak.
-DTSDF_HD uint32_t mayBeSpeaking(uint32_t sides) {
+DTSDF_HD uint32_t possibleSpeakers(uint32_t sides) {
   return sides & sides >> kBehindBit & kAllDirections;
 }
 
 /// Directions that can lead no sheet with a corner observed only by `observed`.
-DTSDF_HD uint32_t barredLeaders(uint32_t observed) {
+DTSDF_HD uint32_t excludedLeaders(uint32_t observed) {
   constexpr uint32_t kPositive = 0x15, kNegative = 0x2A;
   const uint32_t opposite = (observed & kPositive) << 1 | (observed & kNegative) >> 1;
   const uint32_t single = (observed & (observed - 1)) == 0 ? kAllDirections : 0;
@@ -49,12 +49,12 @@ DTSDF_HD uint32_t barredLeaders(uint32_t observed) {
 /// A corner's sides, from the bitwise or of its samples' sides, with the leaders that these
 /// exclude.
 DTSDF_HD uint32_t sidesOfCorner(uint32_t sides_of_samples) {
-  return sides_of_samples | barredLeaders(observedDirections(sides_of_samples)) << kBarredBit;
+  return sides_of_samples | excludedLeaders(observedDirections(sides_of_samples)) << kExcludedBit;
 }
 
 /// Directions that can lead a sheet of a unit, from the sides of its corners; 0: the unit is empty.
 DTSDF_HD uint32_t possibleLeaders(uint32_t sides_of_unit) {
-  return mayBeSpeaking(sides_of_unit) & ~(sides_of_unit >> kBarredBit);
+  return possibleSpeakers(sides_of_unit) & ~(sides_of_unit >> kExcludedBit);
 }
 
 }  // namespace dtsdf

@@ -90,9 +90,9 @@ DTSDF_HD int middleSecond(uint32_t number) {
 }
 
 /// Step that a vertex's edge faces along, or the sum of both ends' steps for a middle.
-DTSDF_HD Vec3i facedWays(uint32_t number) {
-  if (!isMiddle(number)) return facedWay(static_cast<int>(number));
-  return facedWay(middleFirst(number)) + facedWay(middleSecond(number));
+DTSDF_HD Vec3i facingSteps(uint32_t number) {
+  if (!isMiddle(number)) return facingStep(static_cast<int>(number));
+  return facingStep(middleFirst(number)) + facingStep(middleSecond(number));
 }
 
 /// A vertex at the end of a side, with its unit normal; 0 if that is unknown.

@@ -14,7 +14,7 @@ namespace dtsdf {
 
 /// The side that a unit gives one of its corners: 1 behind, -1 in front, 0 if the unit is empty or
 /// its sheets disagree.
-DTSDF_HD int sideGiven(const UnitLabels& labels, int c) {
+DTSDF_HD int sideOfCorner(const UnitLabels& labels, int c) {
   return static_cast<int>(cornersBehind(labels) >> c & 1u) -
          static_cast<int>(cornersInFront(labels) >> c & 1u);
 }
@@ -27,7 +27,7 @@ DTSDF_HD Vec3i cornerOffset(int c) { return {c & 1, c >> 1 & 1, c >> 2 & 1}; }
 template <class At>
 DTSDF_HD int cornerBalance(const At& at, const Vec3i& corner) {
   int balance = 0;
-  for (int c = 0; c < kCubeCorners; ++c) balance += sideGiven(at(corner - cornerOffset(c)), c);
+  for (int c = 0; c < kCubeCorners; ++c) balance += sideOfCorner(at(corner - cornerOffset(c)), c);
   return balance;
 }
 

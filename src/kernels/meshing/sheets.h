@@ -48,17 +48,16 @@ DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samp
 }
 
 /// Computes the indices of the sheets with these leaders, one per unit; kNotKnown for a leader of
-/// -1. `greatest_weight` is the greatest weight at the units' corners, `least_weight` the weight
+/// -1. `greatest_weight` is the greatest weight at the units' corners, `min_weight` the weight
 /// that each corner must exceed.
 template <class Samples, class Real, class Bits>
 DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, const Samples& samples,
-                           const Real& greatest_weight, const Real& least_weight,
-                           const Bits& leader, const Bits& speaking,
-                           int (&result)[Samples::kUnits]) {
+                           const Real& greatest_weight, const Real& min_weight, const Bits& leader,
+                           const Bits& speaking, int (&result)[Samples::kUnits]) {
   for (int& index : result) index = kNotKnown;
   const auto has_leader = leader != Bits{-1};
   if (!any(has_leader)) return;
-  const Bits voted = voteOnCorners(rules, samples, leader ^ Bits{1}, least_weight);
+  const Bits voted = voteOnCorners(rules, samples, leader ^ Bits{1}, min_weight);
   const Bits labels = select(has_leader, voted, Bits{kNotKnown});
   if (!any(labels != Bits{kNotKnown})) return;
   const Bits weak = weakCrossings(rules, samples, labels, greatest_weight);
@@ -93,7 +92,7 @@ DTSDF_HD void labelUnits(const MeshTables& tables, const MeshRules& rules, const
   constexpr int kUnits = Samples::kUnits;
   if (!directional) return undirectedLabels(samples, result);
   const auto greatest = greatestWeight(samples);
-  const auto least = typename Samples::Real{rules.least_weight_share} * greatest;
+  const auto least = typename Samples::Real{rules.min_weight_share} * greatest;
   typename Samples::Bits leader[kMaxSheets];
   const auto speaking = findLeaders(samples, least, leader);
   int first[kUnits], second[kUnits];

@@ -44,10 +44,10 @@ DTSDF_HD Real votedSdf(const CornerVote<Real>& vote) {
 constexpr int kNotKnown = -1;
 
 /// Marching cubes labels of a sheet (bit c: corner c is behind), by the vote of all directions but
-/// the excluded one; kNotKnown if the weight at some corner does not exceed `least_weight`.
+/// the excluded one; kNotKnown if the weight at some corner does not exceed `min_weight`.
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits voteOnCorners(const MeshRules& rules, const Samples& samples,
-                            const Bits& excluded_direction, const Real& least_weight) {
+                            const Bits& excluded_direction, const Real& min_weight) {
   const Real nearness{rules.nearness_voxels};
   const Bits none{0}, not_known{kNotKnown};
   Bits labels = none;
@@ -59,7 +59,7 @@ DTSDF_HD Bits voteOnCorners(const MeshRules& rules, const Samples& samples,
       castVote(vote, samples.sdf(d, c), samples.weight(d, c), excluded_direction != Bits{d},
                nearness);
     }
-    known = known & (vote.weight > least_weight);
+    known = known & (vote.weight > min_weight);
     if (!any(known)) return not_known;
     labels = labels | select(vote.sum < Real{0.0f}, Bits{1 << c}, none);  // the sign of votedSdf()
   }

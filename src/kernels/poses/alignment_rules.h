@@ -21,9 +21,9 @@ struct AlignmentRules {
   /// surface share the errors of the map there and of the sensor.
   float points_per_witness = 100.0f;
   /// If a smaller share of points meets a surface, too little of the map is there to align to.
-  float least_matched = 0.15f;
+  float min_matched = 0.15f;
   /// If the share of inliers among these is smaller, the image does not fit.
-  float least_inliers = 0.5f;
+  float min_inliers = 0.5f;
   /// If the share of inliers is smaller, the image may have slipped: plain surfaces still fit while
   /// a camera slides along them. (A phone that turned fast: 0.74 to 0.84 while it slipped by 5
   /// degrees, 0.90 to 1 otherwise; a Kinect: never below 0.95.)
@@ -31,7 +31,7 @@ struct AlignmentRules {
   /// A pose whose surfaces are off the map by less than this, in voxels along their normals (root
   /// mean square), is as good as the map can determine. The map's own error was up to 0.17 with
   /// exact poses, and 0.4 to 0.6 in the median with those of real recordings.
-  float least_misplacement = 0.2f;
+  float min_misplacement = 0.2f;
 };
 
 /// The settings of other stages that the rules of alignment need.

@@ -164,16 +164,16 @@ DTSDF_HD FieldSample sampleDirections(const Vec3f& p_L, const DirectionSet& dire
 
 /// Offset along a point's normal of the n-th place where its surface is searched for, in voxels: at
 /// the point itself, then on both sides, farther and farther away.
-DTSDF_HD float placeAlongNormal(int32_t n) {
+DTSDF_HD float searchOffset(int32_t n) {
   const int32_t k = (n + 1) / 2;
   return static_cast<float>(n % 2 == 1 ? k : -k);
 }
 
 /// Number of such places up to `reach` voxels away.
-DTSDF_HD int32_t placesAlongNormal(float reach) { return 2 * static_cast<int32_t>(reach) + 1; }
+DTSDF_HD int32_t searchOffsetCount(float reach) { return 2 * static_cast<int32_t>(reach) + 1; }
 
 /// Minimum cosine between the map's gradient and a point's normal: cos(pi/4).
-constexpr float kLeastAgreement = 0.70710678f;
+constexpr float kMinAgreement = 0.70710678f;
 
 /// The distance of a point to the map's plane at `away` voxels along its normal.
 template <class VoxelAt>
@@ -182,7 +182,7 @@ DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
   FieldSample field = sampleDirections(p_L + away * normal, directions, voxel);
   if (!field.known) return field;
   const float length = norm(field.gradient), slope = dot(field.gradient, normal);
-  field.known = slope > kLeastAgreement * length;
+  field.known = slope > kMinAgreement * length;
   // A distance changes by one voxel per voxel; this holds even where averaging made it less steep.
   field.gradient = (1.0f / length) * field.gradient;
   field.sdf -= away * (slope / length);
@@ -195,8 +195,8 @@ template <class VoxelAt>
 DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool directional,
                                  float reach, VoxelAt&& voxel) {
   const DirectionSet directions = directionsOf(normal, directional);
-  for (int32_t n = 0; n < placesAlongNormal(reach); ++n) {
-    const FieldSample field = findPlane(p_L, normal, directions, placeAlongNormal(n), voxel);
+  for (int32_t n = 0; n < searchOffsetCount(reach); ++n) {
+    const FieldSample field = findPlane(p_L, normal, directions, searchOffset(n), voxel);
     if (field.known) return field;
   }
   return {0.0f, {0.0f, 0.0f, 0.0f}, false};

@@ -113,18 +113,18 @@ DTSDF_HD bool mayReachView(const FrameView& frame, const BlockKey& block_L, floa
 constexpr int32_t kPixelSteps = 256;
 
 /// A vertex in the image.
-struct SeenVertex {
+struct ProjectedVertex {
   int32_t x, y;         ///< In steps; pixel centres are at multiples of kPixelSteps.
   float inverse_depth;  ///< Per voxel; 0: not in front of the camera.
   Vec3f normal_C;       ///< Its length grows with the vertex's triangles.
 };
 
 /// Projects a point of the local frame; the normal is left 0.
-DTSDF_HD SeenVertex seeVertex(const FrameView& frame, const Vec3f& p_L) {
-  constexpr float kLeastDepth = 0.1f;      // in voxels
+DTSDF_HD ProjectedVertex projectVertex(const FrameView& frame, const Vec3f& p_L) {
+  constexpr float kMinDepth = 0.1f;        // in voxels
   constexpr float kFarthest = 2097152.0f;  // pixels; products of steps fit in 64 bits
   const Vec3f p = rotateInverse(frame.T_L_C, p_L - frame.T_L_C.t);
-  if (!(p.z > kLeastDepth)) return {0, 0, 0.0f, {0.0f, 0.0f, 0.0f}};
+  if (!(p.z > kMinDepth)) return {0, 0, 0.0f, {0.0f, 0.0f, 0.0f}};
   const auto steps = [](float at) {
     const float inside = minimum(maximum(at, -kFarthest), kFarthest);
     return floorToInt(inside * static_cast<float>(kPixelSteps) + 0.5f);
@@ -167,7 +167,7 @@ struct DrawnTriangle {
   bool is_drawn;  ///< Whether it faces the camera and may cover a pixel.
 };
 
-DTSDF_HD int32_t least3(int32_t a, int32_t b, int32_t c) {
+DTSDF_HD int32_t min3(int32_t a, int32_t b, int32_t c) {
   const int32_t least = a < b ? a : b;
   return least < c ? least : c;
 }
@@ -177,25 +177,25 @@ DTSDF_HD int32_t greatest3(int32_t a, int32_t b, int32_t c) {
 }
 
 /// Sets up a triangle whose corners are counter-clockwise seen from the front.
-DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const SeenVertex& a,
-                                    const SeenVertex& b, const SeenVertex& c) {
+DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const ProjectedVertex& a,
+                                    const ProjectedVertex& b, const ProjectedVertex& c) {
   DrawnTriangle drawn{};
   if (a.inverse_depth == 0.0f || b.inverse_depth == 0.0f || c.inverse_depth == 0.0f) return drawn;
   // The first pixel at or after a coordinate, and the last at or before it.
   const auto last = [](int32_t at) { return at >> 8; };
   const auto first = [](int32_t at) { return (at + kPixelSteps - 1) >> 8; };
   static_assert(kPixelSteps == 1 << 8, "");
-  drawn.u0 = greatest3(first(least3(a.x, b.x, c.x)), 0, 0);
-  drawn.v0 = greatest3(first(least3(a.y, b.y, c.y)), 0, 0);
-  drawn.u1 = least3(last(greatest3(a.x, b.x, c.x)), frame.width - 1, frame.width - 1);
-  drawn.v1 = least3(last(greatest3(a.y, b.y, c.y)), frame.height - 1, frame.height - 1);
+  drawn.u0 = greatest3(first(min3(a.x, b.x, c.x)), 0, 0);
+  drawn.v0 = greatest3(first(min3(a.y, b.y, c.y)), 0, 0);
+  drawn.u1 = min3(last(greatest3(a.x, b.x, c.x)), frame.width - 1, frame.width - 1);
+  drawn.v1 = min3(last(greatest3(a.y, b.y, c.y)), frame.height - 1, frame.height - 1);
   if (drawn.u0 > drawn.u1 || drawn.v0 > drawn.v1) return drawn;
   // Rows run downwards, so corners are taken in reverse: triangles that face the camera have a
   // positive area.
-  const SeenVertex* const corner[3] = {&a, &b, &c};
+  const ProjectedVertex* const corner[3] = {&a, &b, &c};
   int64_t area = 0;
   for (int k = 0; k < 3; ++k) {
-    const SeenVertex &from = *corner[(k + 2) % 3], &to = *corner[(k + 1) % 3];
+    const ProjectedVertex &from = *corner[(k + 2) % 3], &to = *corner[(k + 1) % 3];
     const int64_t dx = int64_t{to.x} - from.x, dy = int64_t{to.y} - from.y;
     const int64_t x = int64_t{drawn.u0} * kPixelSteps - from.x;
     const int64_t y = int64_t{drawn.v0} * kPixelSteps - from.y;
@@ -230,8 +230,8 @@ struct TrianglePlace {
 };
 
 /// Inverse depth is linear in the pixel.
-DTSDF_HD TrianglePlace placeOn(const SeenVertex& a, const SeenVertex& b, const SeenVertex& c,
-                               const CornerWeights& weights) {
+DTSDF_HD TrianglePlace placeOn(const ProjectedVertex& a, const ProjectedVertex& b,
+                               const ProjectedVertex& c, const CornerWeights& weights) {
   const auto in_image = [&](int k) { return static_cast<float>(weights.of[k]); };
   TrianglePlace place{
       {in_image(0) * a.inverse_depth, in_image(1) * b.inverse_depth, in_image(2) * c.inverse_depth},
@@ -241,8 +241,8 @@ DTSDF_HD TrianglePlace placeOn(const SeenVertex& a, const SeenVertex& b, const S
   return place;
 }
 
-DTSDF_HD uint32_t normalAt(const SeenVertex& a, const SeenVertex& b, const SeenVertex& c,
-                           const TrianglePlace& place) {
+DTSDF_HD uint32_t normalAt(const ProjectedVertex& a, const ProjectedVertex& b,
+                           const ProjectedVertex& c, const TrianglePlace& place) {
   return packNormal(place.share[0] * a.normal_C + place.share[1] * b.normal_C +
                     place.share[2] * c.normal_C);
 }

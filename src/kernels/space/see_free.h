@@ -29,8 +29,7 @@ DTSDF_HD int32_t texelsFor(int32_t pixels, int level) {
 }
 
 /// Minimum of the (up to) four texels that one of the next level combines.
-DTSDF_HD float leastBelow(const float* texels, int32_t width, int32_t height, int32_t u,
-                          int32_t v) {
+DTSDF_HD float minBelow(const float* texels, int32_t width, int32_t height, int32_t u, int32_t v) {
   const int32_t left = 2 * u, right = left + 1 < width ? left + 1 : left;
   const int32_t top = 2 * v, bottom = top + 1 < height ? top + 1 : top;
   const float* upper = texels + static_cast<int64_t>(top) * width;
@@ -39,21 +38,21 @@ DTSDF_HD float leastBelow(const float* texels, int32_t width, int32_t height, in
 }
 
 /// Whether the bounds are wholly inside the image and in front of the camera.
-DTSDF_HD bool isWhollyInImage(const FreePyramid& free, const SeenBounds& seen) {
+DTSDF_HD bool isFullyInImage(const FreePyramid& free, const ProjectedBounds& seen) {
   return seen.near_m > 0.0f && seen.left >= 0.0f && seen.top >= 0.0f &&
          seen.right < static_cast<float>(free.width) &&
          seen.bottom < static_cast<float>(free.height);
 }
 
 /// Whether the image is free beyond the far end of the bounds, at all pixels in them.
-DTSDF_HD bool isSeenFree(const FreePyramid& free, const SeenBounds& seen) {
-  constexpr int32_t kMostSteps = 3;
-  if (!isWhollyInImage(free, seen)) return false;
+DTSDF_HD bool isSeenFree(const FreePyramid& free, const ProjectedBounds& seen) {
+  constexpr int32_t kMaxSteps = 3;
+  if (!isFullyInImage(free, seen)) return false;
   const auto left = static_cast<int32_t>(seen.left), right = static_cast<int32_t>(seen.right);
   const auto top = static_cast<int32_t>(seen.top), bottom = static_cast<int32_t>(seen.bottom);
   int k = 0;
   while (k + 1 < kFreeLevels &&
-         ((right >> k) - (left >> k) > kMostSteps || (bottom >> k) - (top >> k) > kMostSteps)) {
+         ((right >> k) - (left >> k) > kMaxSteps || (bottom >> k) - (top >> k) > kMaxSteps)) {
     ++k;
   }
   const int64_t width = texelsFor(free.width, k);
@@ -91,7 +90,7 @@ DTSDF_HD bool isCellSeenFree(const FreePyramid& free,
                              float max_range_m) {
   const Vec3i at = voxelOffset(cell);
   const VoxelInImage* first = corners + at.x + kCornersAlong * (at.y + kCornersAlong * at.z);
-  SeenBounds bounds = boundsOf(*first);
+  ProjectedBounds bounds = boundsOf(*first);
   if (!isSeenFree(free, bounds)) return false;  // a single pixel rules most cells out
   for (int i = 1; i < 8; ++i) {
     const int step = (i & 1) + kCornersAlong * ((i >> 1 & 1) + kCornersAlong * (i >> 2));

@@ -32,7 +32,7 @@ struct DistanceTask {
   int32_t box_x, box_y;  ///< Sectors along the box's edges.
   int32_t wanted;        ///< Number of sectors in all stacks.
   int32_t plane_count;   ///< Number of planes in all stacks.
-  int32_t most_planes;   ///< Largest number of planes in a stack.
+  int32_t max_planes;    ///< Largest number of planes in a stack.
   const SectorStack* stacks;
   /// Indices into `sectors` for the sectors of the box, x fastest; -1: no surface.
   const int32_t* places;
@@ -41,8 +41,10 @@ struct DistanceTask {
 };
 
 /// Number of sectors to each side that are within reach.
-DTSDF_HD int32_t ringOf(int32_t reach) { return (reach + kSectorSide - 1) >> kSectorSideLog2; }
-DTSDF_HD int32_t windowSide(int32_t reach) { return 2 * ringOf(reach) + 1; }
+DTSDF_HD int32_t sectorsInReach(int32_t reach) {
+  return (reach + kSectorSide - 1) >> kSectorSideLog2;
+}
+DTSDF_HD int32_t windowSide(int32_t reach) { return 2 * sectorsInReach(reach) + 1; }
 DTSDF_HD int32_t planesOf(int32_t sectors, int32_t reach) {
   return kSectorSide * sectors + 2 * reach;
 }
@@ -75,7 +77,8 @@ DTSDF_HD int highestBit(uint32_t bits) {
 DTSDF_HD uint32_t surfacesInRow(const DistanceTask& task, const SectorStack& stack, int32_t i,
                                 int32_t y, int32_t z) {
   const int32_t rows = (y >> kSectorSideLog2) + task.box_y * (z >> kSectorSideLog2);
-  const int32_t place = task.places[stack.place + i - ringOf(task.reach) + task.box_x * rows];
+  const int32_t place =
+      task.places[stack.place + i - sectorsInReach(task.reach) + task.box_x * rows];
   if (place < 0) return 0;
   const SurfaceCubes& sector = task.sectors[place];
   const int first = cubeInSector(cubeOfCell({0, y, z}));
@@ -96,7 +99,7 @@ DTSDF_HD uint32_t surfacesInRow(const DistanceTask& task, const SectorStack& sta
 /// The squared distance along a row to the nearest surface within reach, from cell x of the middle
 /// word.
 DTSDF_HD int32_t squaredAlongRow(const uint32_t* words, int32_t x, int32_t reach) {
-  const int32_t ring = ringOf(reach);
+  const int32_t ring = sectorsInReach(reach);
   const uint32_t from = words[ring] >> x, until = words[ring] << (kSectorSide - 1 - x);
   int32_t above = from != 0 ? lowestBit(from) : reach + 1;
   int32_t below = until != 0 ? kSectorSide - 1 - highestBit(until) : reach + 1;

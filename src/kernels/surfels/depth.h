@@ -53,7 +53,7 @@ DTSDF_HD bool goesOn(float next, float one_side, float other_side) {
 
 /// Whether an empty pixel is part of such a line along its row or column. `before` and `after` hold
 /// its neighbours along its row, its column, and its diagonals down and up.
-DTSDF_HD bool isOnALine(const float* before, const float* after) {
+DTSDF_HD bool isOnEmptyLine(const float* before, const float* after) {
   const float left = before[0], right = after[0], above = before[1], below = after[1];
   const float above_left = before[2], below_right = after[2];
   const float below_left = before[3], above_right = after[3];
@@ -108,7 +108,7 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     least_step = step;
     mean = in_gap;
   }
-  return fitting > 1 || (fitting == 1 && isOnALine(before, after)) ? mean : 0.0f - nearest;
+  return fitting > 1 || (fitting == 1 && isOnEmptyLine(before, after)) ? mean : 0.0f - nearest;
 }
 
 }  // namespace dtsdf

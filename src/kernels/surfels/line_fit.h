@@ -13,7 +13,7 @@ namespace dtsdf {
 /// Determines how many pixels a fit takes to each side.
 struct FitWindow {
   float voxels_px_m;  ///< Half width that the voxels require, in pixels at 1 m.
-  float most_px;
+  float max_px;
   DepthNoise noise;
   float focal_px;
   float turn;  ///< 1.155 times the angle by which noise may turn a normal.
@@ -38,10 +38,10 @@ struct WindowRadius {
 
 DTSDF_HD WindowRadius windowRadius(float inverse_depth, const FitWindow& window) {
   const float noise_px = noiseAt(window.noise, inverse_depth) * window.focal_px;
-  const float for_noise = minimum(sqrtf(noise_px / (window.turn * inverse_depth)), window.most_px);
-  const float for_voxels = minimum(window.voxels_px_m * inverse_depth, window.most_px);
+  const float for_noise = minimum(sqrtf(noise_px / (window.turn * inverse_depth)), window.max_px);
+  const float for_voxels = minimum(window.voxels_px_m * inverse_depth, window.max_px);
   const float for_slope = 1.0f;  // a slope needs two samples, if one is wanted at all
-  const float radius = maximum(maximum(for_voxels, for_noise), minimum(for_slope, window.most_px));
+  const float radius = maximum(maximum(for_voxels, for_noise), minimum(for_slope, window.max_px));
   return {static_cast<int32_t>(radius + 0.5f), static_cast<int32_t>(maximum(for_noise, for_slope))};
 }
 
@@ -96,14 +96,14 @@ struct SideSample {
   float y, companion;
 };
 
-/// Takes the samples `step` pixels to each side, unless the walk has ended there. If `may_part` is
-/// 1, one side may continue without the other. Branch-free, so that the CPU can walk from several
-/// pixels at once.
-DTSDF_HD void takeStep(LineWalk& walk, float step, int32_t may_part, const SideSample& before,
+/// Takes the samples `step` pixels to each side, unless the walk has ended there. If `may_diverge`
+/// is 1, one side may continue without the other. Branch-free, so that the CPU can walk from
+/// several pixels at once.
+DTSDF_HD void takeStep(LineWalk& walk, float step, int32_t may_diverge, const SideSample& before,
                        const SideSample& after) {
   walk.before_open &= before.continues;
   walk.after_open &= after.continues;
-  const int32_t goes_on = may_part | (walk.before_open & walk.after_open);
+  const int32_t goes_on = may_diverge | (walk.before_open & walk.after_open);
   walk.before_open &= goes_on;
   walk.after_open &= goes_on;
   const auto takes_before = static_cast<float>(walk.before_open);

@@ -35,7 +35,7 @@ DTSDF_HD LinkLimits linkLimits(const FrameView& frame, const DepthNoise& noise,
 }
 
 /// Difference of two inverse depths that the map does not resolve.
-DTSDF_HD float sameToMap(float a, float b, const LinkLimits& limits) {
+DTSDF_HD float mapTolerance(float a, float b, const LinkLimits& limits) {
   return limits.same_m * (a * b);
 }
 
@@ -43,7 +43,7 @@ DTSDF_HD float sameToMap(float a, float b, const LinkLimits& limits) {
 DTSDF_HD bool isPredicted(float from, float to, float step, const LinkLimits& limits) {
   return fabsf((to - from) - step) <=
          noiseOfStep(limits.noise, maximum(from, to), limits.noise_level) +
-             sameToMap(from, to, limits);
+             mapTolerance(from, to, limits);
 }
 
 /// Inverse depths along a line of the image: pixel number `at` of `count` in the line, which is
@@ -63,7 +63,7 @@ DTSDF_HD bool isSameStep(float from, float to, float step, float tolerance) {
 /// adjacent lines.
 DTSDF_HD bool goesOn(const LineInImage& line, float step, const LinkLimits& limits) {
   const float *a = line.inverse_depth, *b = a + line.stride;
-  const float same = sameToMap(*a, *b, limits), turn = maximum(same, limits.turn * fabsf(step));
+  const float same = mapTolerance(*a, *b, limits), turn = maximum(same, limits.turn * fabsf(step));
   const bool before = line.at > 0 && isSameStep(a[-line.stride], *a, step, turn);
   const bool after = line.at + 2 < line.count && isSameStep(*b, b[line.stride], step, turn);
   if (!before && !after) return false;

@@ -61,7 +61,7 @@ DTSDF_HD float meanOfBoth(float a, float b) { return a > 0.0f && b > 0.0f ? 0.5f
 /// not measured, or another of its pixels is neither measured nor between two measured ones along
 /// the line. `measured(u, v)` is inverseDepth() of a pixel.
 template <class Measured>
-DTSDF_HD bool takeNoiseLine(const Measured& measured, int width, int height,
+DTSDF_HD bool readNoiseLine(const Measured& measured, int width, int height,
                             const NoiseLinePlace& place, float (&inverse_depth)[kNoiseLength]) {
   const Pixel& middle = place.middle;
   const int step_px = place.step_px;
@@ -147,8 +147,8 @@ struct NoiseOfLines {
 /// The variance common to the whole image: the lower quartile less its difference from the upper,
 /// which is due to the detail of surfaces. 0 for few lines, whose quartiles scatter too much.
 DTSDF_HD float commonVariance(const NoiseOfLines& of) {
-  constexpr uint32_t kLeastLines = 16;
-  if (of.lines < kLeastLines) return 0.0f;
+  constexpr uint32_t kMinLines = 16;
+  if (of.lines < kMinLines) return 0.0f;
   const float common = 2.0f * of.quartiles[0] - of.quartiles[2];
   return maximum(0.0f, minimum(common, of.quartiles[1]));
 }

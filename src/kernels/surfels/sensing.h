@@ -43,8 +43,8 @@ DTSDF_HD float noiseOfStep(const DepthNoise& noise, float nearer, float noise_le
 struct FrameSensing {
   ImageView image;
   DepthNoise noise;
-  const float* free_depth;           ///< freeDepth() per pixel; null if not needed.
-  const float* most_free = nullptr;  ///< Greatest free depth in each patch (fusion/free_patches.h).
+  const float* free_depth;          ///< freeDepth() per pixel; null if not needed.
+  const float* max_free = nullptr;  ///< Greatest free depth in each patch (fusion/free_patches.h).
 };
 
 /// The settings that the rules of surfels need.

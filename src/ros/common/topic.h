@@ -30,7 +30,7 @@ class Topic {
         });
   }
 
-  bool isFollowed() const { return publisher_.getNumSubscribers() > 0; }
+  bool hasSubscribers() const { return publisher_.getNumSubscribers() > 0; }
   /// Whether somebody has connected since the last call.
   bool takeNewcomer() { return has_newcomer_.exchange(false); }
 

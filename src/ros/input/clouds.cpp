@@ -128,22 +128,22 @@ std::variant<CameraImage, Rejection> CloudImages::convert(const sensor_msgs::Poi
   const auto [fx, cx, variance_u, rest_u] = fitLine(sums[0]);
   const auto [fy, cy, variance_v, rest_v] = fitLine(sums[1]);
   // Whether the pixels cover enough of the image. Their deviation is 0.29 of a full image's width.
-  constexpr double kLeastPoints = 100.0, kLeastShare = 0.05;
-  const bool is_wide = sums[0](0, 0) >= kLeastPoints &&
-                       std::sqrt(variance_u) >= kLeastShare * cloud.width &&
-                       std::sqrt(variance_v) >= kLeastShare * cloud.height;
+  constexpr double kMinPoints = 100.0, kMinShare = 0.05;
+  const bool is_wide = sums[0](0, 0) >= kMinPoints &&
+                       std::sqrt(variance_u) >= kMinShare * cloud.width &&
+                       std::sqrt(variance_v) >= kMinShare * cloud.height;
   if (!is_known && is_wide) {
     const double error_px = std::sqrt(std::max(0.0, rest_u + rest_v));
-    constexpr double kMostError_px = 1.0;
+    constexpr double kMaxError_px = 1.0;
     const Intrinsics fitted{static_cast<float>(fx), static_cast<float>(fy), static_cast<float>(cx),
                             static_cast<float>(cy)};
-    if (!(error_px <= kMostError_px && fitted.fx > 0.0f && fitted.fy > 0.0f)) {
+    if (!(error_px <= kMaxError_px && fitted.fx > 0.0f && fitted.fy > 0.0f)) {
       return Rejection{
           drop::kBadIntrinsics,
           formatted("no pinhole camera fits the cloud: its points are %.3g px off%s; "
                     "it must come from a rectified depth image, in the optical frame (x "
                     "right, y down)",
-                    error_px, error_px <= kMostError_px ? ", but mirrored" : "")};
+                    error_px, error_px <= kMaxError_px ? ", but mirrored" : "")};
     }
     width_ = cloud.width;
     height_ = cloud.height;

@@ -61,14 +61,14 @@ class FrameQueue {
  public:
   using Stream = size_t;
 
-  /// @param most_images Limit of waiting images of one stream. @param most_bytes Limit of waiting
+  /// @param max_images Limit of waiting images of one stream. @param most_bytes Limit of waiting
   /// bytes of all.
   /// @param merge_wait_s How long a frame waits for earlier ones of other streams.
   /// @param on_ready Called when there may be a frame to take, by the thread that brought it.
-  FrameQueue(size_t most_images, size_t most_bytes, double merge_wait_s,
+  FrameQueue(size_t max_images, size_t most_bytes, double merge_wait_s,
              std::function<void()> on_ready, SteadyClock clock = waitingTime)
-      : most_images_(most_images),
-        most_bytes_(most_bytes),
+      : max_images_(max_images),
+        max_bytes_(most_bytes),
         merge_wait_(toSteadyDuration(merge_wait_s)),
         on_ready_(std::move(on_ready)),
         clock_(std::move(clock)) {}
@@ -161,7 +161,7 @@ class FrameQueue {
     const std::lock_guard<std::mutex> lock(mutex_);
     StreamState& state = streams_[stream];
     state.waiting_for.clear();
-    state.heard = ros::Time();
+    state.complete_until = ros::Time();
     if (!state.is_colour) last_taken_ = ros::Time();
     dropAll({drop::kTimeJump, "stamps went back while it waited"},
             [&](const Entry& entry) { return entry.stream == stream && entry.stamp > stamp; });
@@ -209,7 +209,7 @@ class FrameQueue {
     return bytesOfAll();
   }
 
-  size_t maxBytes() const { return most_bytes_; }
+  size_t maxBytes() const { return max_bytes_; }
   /// What the first frame of the stream waits for, in words; empty if for nothing or its turn.
   std::string waitingFor(Stream stream) const {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -227,9 +227,9 @@ class FrameQueue {
  private:
   /// Limit of a stream's waiting messages without an image, such as camera_infos whose images, on
   /// another connection, are late.
-  static constexpr size_t kMostStamps = 50;
+  static constexpr size_t kMaxStamps = 50;
   /// This many frames keep the map busy until more come.
-  static constexpr size_t kBusy = 3;
+  static constexpr size_t kBusyFrames = 3;
 
   enum class State { kIncomplete, kWhole, kPosed };
   struct Entry {
@@ -251,27 +251,27 @@ class FrameQueue {
     std::string no_info;
     std::optional<std::string> no_mask;
     FrameAccounting* accounting;
-    ros::Time heard = {};   ///< No frame of this stamp or before can come.
-    bool has_come = false;  ///< It has had a posed frame.
+    ros::Time complete_until = {};  ///< No frame of this stamp or before can come.
+    bool has_posed_frame = false;   ///< It has had a posed frame.
     std::string waiting_for = {};
     size_t taken = 0;
     size_t seen_waiting = 0, seen_taken = 0;  ///< Backlog and taken frames at the last look.
     int behind = 0;                           ///< How often in a row the backlog had not shrunk.
     bool is_overloaded = false;               ///< True until no frame waits.
 
-    bool isWaitedFor() const { return !is_colour || has_come; }
+    bool mustWaitFor() const { return !is_colour || has_posed_frame; }
   };
 
   // Call the functions below with mutex_ held.
   /// Inserts an entry in its order: by stamp, depth before colour, by name, by arrival.
   Entries::iterator addEntry(Stream stream, const ros::Time& stamp) {
-    const auto turnOf = [this](const Entry& entry) {
+    const auto orderKey = [this](const Entry& entry) {
       const StreamState& of = streams_[entry.stream];
       return std::tie(entry.stamp, of.is_colour, of.name);
     };
     const Entry added{stream, stamp, ++arrivals_, State::kIncomplete, {}, clock_()};
     return entries_.insert(
-        firstThat([&](const Entry& entry) { return turnOf(added) < turnOf(entry); }), added);
+        firstThat([&](const Entry& entry) { return orderKey(added) < orderKey(entry); }), added);
   }
 
   /// The first entry in this state, or the one with this stamp.
@@ -337,7 +337,7 @@ class FrameQueue {
     StreamState& stream = streams_[entry.stream];
     stream.waiting_for.clear();
     const auto* const rejection = std::get_if<Rejection>(&decision);
-    stream.heard = std::max(stream.heard, entry.stamp);
+    stream.complete_until = std::max(stream.complete_until, entry.stamp);
     if (rejection != nullptr) return drop(place, *rejection);
     if (isTooLate(entry)) {
       return drop(place, {drop::kOutOfOrder,
@@ -349,7 +349,7 @@ class FrameQueue {
     entry.posed.accounting = stream.accounting;
     entry.messages = {};  // its pixels keep what the frame needs
     entry.since = clock_();
-    stream.has_come = true;
+    stream.has_posed_frame = true;
   }
 
   template <class Wanted>
@@ -402,20 +402,20 @@ class FrameQueue {
     const auto isOther = [&](const Entry& entry) {
       return entry.stream == stream && !entry.hasImage();
     };
-    if (countOf(isOther) > kMostStamps) entries_.erase(firstArrived(isOther));
-    while (imagesOf(stream) > most_images_) {
+    if (countOf(isOther) > kMaxStamps) entries_.erase(firstArrived(isOther));
+    while (imagesOf(stream) > max_images_) {
       const auto oldest = firstArrived(isImageOf(stream));
       // Frames that wait for messages or poses do not displace those that wait for the map.
       dropOldest(isPosed(*oldest) ? streamToDropFrom(stream, isPosed) : stream);
     }
-    while (bytesOfAll() > most_bytes_) {
+    while (bytesOfAll() > max_bytes_) {
       dropOldest(streamToDropFrom(stream, [](const Entry& entry) { return entry.hasImage(); }));
     }
   }
 
   /// Shortens a backlog that the map does not work off, by one frame for each that comes, so that
   /// the map shows new frames. Looks at the backlog each time the map has taken half of
-  /// `most_images`; two looks in a row must show no decrease. After a stall, such as saving a map,
+  /// `max_images`; two looks in a row must show no decrease. After a stall, such as saving a map,
   /// only one look does: a fast map then works the backlog off.
   void shorten(Stream stream) {
     StreamState& state = streams_[stream];
@@ -423,8 +423,8 @@ class FrameQueue {
       return entry.stream == stream && isPosed(entry) && !canComeBefore(entry.stamp);
     });
     if (waiting == 0) state.is_overloaded = false;
-    const bool is_short = waiting <= kBusy;
-    if (is_short || 2 * (state.taken - state.seen_taken) >= most_images_) {
+    const bool is_short = waiting <= kBusyFrames;
+    if (is_short || 2 * (state.taken - state.seen_taken) >= max_images_) {
       state.behind = is_short || waiting < state.seen_waiting ? 0 : state.behind + 1;
       state.seen_waiting = waiting;
       state.seen_taken = state.taken;
@@ -463,7 +463,7 @@ class FrameQueue {
   /// Whether a stream may still bring an earlier frame.
   bool canComeBefore(const ros::Time& stamp) const {
     return std::any_of(streams_.begin(), streams_.end(), [&](const StreamState& stream) {
-      return stream.isWaitedFor() && stream.heard < stamp;
+      return stream.mustWaitFor() && stream.complete_until < stamp;
     });
   }
 
@@ -488,7 +488,7 @@ class FrameQueue {
     return std::max(SteadyDuration::zero(), end - clock_());
   }
 
-  const size_t most_images_, most_bytes_;
+  const size_t max_images_, max_bytes_;
   const SteadyDuration merge_wait_;
   const std::function<void()> on_ready_;
   const SteadyClock clock_;

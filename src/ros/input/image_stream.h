@@ -285,11 +285,11 @@ class ImageStream {
       return Rejection{drop::kBadImage, errorText(error)};
     }
     std::visit([&](auto& image) { image.T_W_C = T_W_C; }, posed.image);
-    noteDoubts(posed);
+    noteWarnings(posed);
     return posed;
   }
 
-  void noteDoubts(const PosedFrame& posed) {
+  void noteWarnings(const PosedFrame& posed) {
     std::string text = rectification_.warning();  // already logged
     const bool is_logged = !text.empty();
     if (const auto* depth = std::get_if<DepthFrame>(&posed.image)) {

@@ -19,7 +19,7 @@ namespace dtsdf {
 namespace {
 
 /// More coefficients than any distortion model of OpenCV has.
-constexpr size_t kMostCoefficients = 64;
+constexpr size_t kMaxCoefficients = 64;
 /// Latest stamp of an image: leaves an hour to add to it before ROS time ends.
 constexpr double kLatestStamp_s = kEndOfTime_s - 3600.0;
 
@@ -100,10 +100,10 @@ sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const In
 }
 
 std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t most_bytes) {
-  if (image.height != 0 && image.width > mostImagePixels() / image.height) {
+  if (image.height != 0 && image.width > maxImagePixels() / image.height) {
     return Rejection{drop::kTooLarge,
                      formatted("the image has %u x %u pixels; at most %zu are supported",
-                               image.width, image.height, mostImagePixels())};
+                               image.width, image.height, maxImagePixels())};
   }
   if (image.data.size() > most_bytes) {
     return Rejection{drop::kTooLarge,
@@ -125,7 +125,7 @@ std::string findProblem(const sensor_msgs::CameraInfo& info) {
   if (info.header.frame_id.size() > kLongestName || info.distortion_model.size() > kLongestName) {
     return formatted("its frame_id or its distortion_model has more than %zu bytes", kLongestName);
   }
-  if (info.D.size() <= kMostCoefficients) return "";
+  if (info.D.size() <= kMaxCoefficients) return "";
   return formatted("it has %zu distortion coefficients", info.D.size());
 }
 

@@ -66,7 +66,7 @@ class InputStatus {
       if (!streams[i].isColour()) judgeCamera(streams, i, status);
     }
     if (paused) report(status, MapStatus::OK, MapStatus::PAUSED, "paused");
-    if (time_stands_ && status.frames_fused > 0) {
+    if (is_time_stopped_ && status.frames_fused > 0) {
       report(status, MapStatus::OK, MapStatus::TIME_STANDS,
              "mapping; no new images: /clock is not advancing (the bag ended or is paused)");
     }
@@ -115,9 +115,9 @@ class InputStatus {
     if (moments_.empty() || now != now_) changed_at_ = at;
     now_ = now;
     // Simulated time advances in steps; those of a slow simulator are not a standstill.
-    time_stands_ = at - changed_at_ >= std::chrono::seconds(1);
-    if (moments_.empty() || paused || time_stands_) begun_ = at;
-    ran_s_ = toSeconds(at - begun_);
+    is_time_stopped_ = at - changed_at_ >= std::chrono::seconds(1);
+    if (moments_.empty() || paused || is_time_stopped_) begun_ = at;
+    expected_s_ = toSeconds(at - begun_);
   }
 
   /// Keeps the reports of the last half minute.
@@ -154,7 +154,7 @@ class InputStatus {
     constexpr double kReportedShare = 0.02;
     const uint64_t received = depth.received - first.received;
     const double share = static_cast<double>(dropped) / static_cast<double>(received);
-    if (received >= kLeastImages && share > kReportedShare) {
+    if (received >= kMinImages && share > kReportedShare) {
       const std::string remedy = most_common.remedy;
       warn(MapStatus::SOME_DROPPED, std::to_string(std::lround(100.0 * share)) +
                                         " % of the latest depth images were dropped, most as " +
@@ -182,7 +182,7 @@ class InputStatus {
                     MapStatus& status) const {
     // For how long nothing has come although it was expected; 0 if nothing ever has.
     const auto silence = [this](float age_s) {
-      return age_s < 0.0f ? 0.0 : std::min<double>(age_s, ran_s_);
+      return age_s < 0.0f ? 0.0 : std::min<double>(age_s, expected_s_);
     };
     const auto ago = [](double age_s) {
       return age_s < 0.0 ? "never" : std::to_string(std::lround(age_s)) + " s ago";
@@ -213,7 +213,7 @@ class InputStatus {
                  (depth.image_publishers == 0 ? whyNoPublisher(depth)
                                               : "its publisher has sent nothing yet"));
     } else if (depth.camera_infos == 0 && !depth.is_cloud) {
-      const std::string others = whereElse(find_topics_(), "camera_info", "CameraInfo");
+      const std::string others = suggestTopics(find_topics_(), "camera_info", "CameraInfo");
       report(status, MapStatus::WARN, MapStatus::NO_CAMERA_INFO,
              name + "depth images are received, but no camera_info on '" + depth.info_topic + "'" +
                  others + (others.empty() ? "" : "; set camera_info:="));
@@ -233,7 +233,7 @@ class InputStatus {
     const auto same = topics.find(depth.topic);
     if (same != topics.end() && (same->second == kCloud) == depth.is_cloud) {
       constexpr double kConnectPatience_s = 3.0;  // by then a connection would exist
-      return ran_s_ < kConnectPatience_s
+      return expected_s_ < kConnectPatience_s
                  ? "it is published, but not connected yet"
                  : "it is published, but cannot be reached: set ROS_HOSTNAME or ROS_IP on both "
                    "machines";
@@ -245,17 +245,17 @@ class InputStatus {
                                                      : topic.substr(image.size() + 1);
       return "it is published as " + type + "; set image_transport:=" + transport;
     }
-    const std::string images = whereElse(topics, "depth", "Image", "depth");
+    const std::string images = suggestTopics(topics, "depth", "Image", "depth");
     return "it has no publisher" +
            (depth.is_cloud || images.empty()
-                ? whereElse(topics, "a cloud (image_transport:=cloud)", "PointCloud2")
+                ? suggestTopics(topics, "a cloud (image_transport:=cloud)", "PointCloud2")
                 : images);
   }
 
   /// "; depth is published on '/a' and '/b'": topics whose types and names contain these parts,
   /// without suffixes of transports; empty if there are none.
-  static std::string whereElse(const PublishedTopics& topics, const std::string& what,
-                               const char* part_of_type, const char* part_of_name = "") {
+  static std::string suggestTopics(const PublishedTopics& topics, const std::string& what,
+                                   const char* part_of_type, const char* part_of_name = "") {
     std::set<std::string> names;
     for (const auto& [topic, type] : topics) {
       const bool is_meant = type.find(part_of_type) != std::string::npos &&
@@ -270,14 +270,14 @@ class InputStatus {
   }
 
   /// Minimum number of images for a report of the share of drops.
-  static constexpr uint64_t kLeastImages = 20;
+  static constexpr uint64_t kMinImages = 20;
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
   SteadyTime begun_{}, changed_at_{};  ///< Start of the silence; last change of time.
   ros::Time now_;
-  bool time_stands_ = false;
-  double ran_s_ = 0.0;          ///< How long frames have been expected.
+  bool is_time_stopped_ = false;
+  double expected_s_ = 0.0;     ///< How long frames have been expected.
   std::deque<Moment> moments_;  ///< Recent reports, oldest first.
   uint64_t restarts_ = 0;
 };

@@ -66,7 +66,7 @@ bool isMoved(const sensor_msgs::CameraInfo& info) {
 }
 
 /// Where in the raw image each pixel of the rectified one comes from.
-std::pair<cv::Mat, cv::Mat> sourcesOf(const sensor_msgs::CameraInfo& info, cv::Size size) {
+std::pair<cv::Mat, cv::Mat> rectificationMaps(const sensor_msgs::CameraInfo& info, cv::Size size) {
   const Matrix K = rawCamera(info), R = rotationOf(info), P = matrixOf(intrinsicsOf(info));
   std::pair<cv::Mat, cv::Mat> uv;
   const std::vector<double> D = isDistorted(info) ? info.D : std::vector<double>();
@@ -112,7 +112,7 @@ void scale(cv::Mat& depth, const std::vector<float>& scales) {
 
 }  // namespace
 
-bool Rectification::isToBeUndone(const sensor_msgs::CameraInfo& info) const {
+bool Rectification::needsRectification(const sensor_msgs::CameraInfo& info) const {
   if (!isDistorted(info) && !isMoved(info)) return false;
   return choice_ == Usage::kAlways || !isNamedRectified(topic_);
 }
@@ -127,7 +127,7 @@ std::string Rectification::obstacle(const sensor_msgs::CameraInfo& info) const {
 
 void Rectification::makeTable(const CameraImage& raw) {
   const cv::Size size(static_cast<int>(raw.image->width), static_cast<int>(raw.image->height));
-  const auto [from_u, from_v] = sourcesOf(*raw.info, size);
+  const auto [from_u, from_v] = rectificationMaps(*raw.info, size);
   cv::Mat unused;
   cv::convertMaps(from_u, from_v, source_, unused, CV_16SC2, true);
   scales_ = scalesOf(*raw.info, size);
@@ -137,7 +137,7 @@ void Rectification::makeTable(const CameraImage& raw) {
 
 CameraImage Rectification::apply(const CameraImage& raw) {
   warning_.clear();
-  if (!isToBeUndone(*raw.info)) return raw;
+  if (!needsRectification(*raw.info)) return raw;
   const std::string problem = obstacle(*raw.info);
   if (!problem.empty()) {
     warning_ = "the images of '" + topic_ +

@@ -43,7 +43,7 @@ class Rectification {
  private:
   /// Why a distorted image cannot be rectified; empty if it can.
   std::string obstacle(const sensor_msgs::CameraInfo& info) const;
-  bool isToBeUndone(const sensor_msgs::CameraInfo& info) const;
+  bool needsRectification(const sensor_msgs::CameraInfo& info) const;
   void makeTable(const CameraImage& raw);
   sensor_msgs::ImageConstPtr rectified(const CameraImage& raw) const;
 

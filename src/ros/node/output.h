@@ -94,7 +94,7 @@ class Output {
     const std::lock_guard<std::mutex> lock(report_mutex_);
     triangles_ = meshes.triangleCount();
     bytes_ = meshes.bytes();
-    max_bytes_ = meshes.mostBytes();
+    max_bytes_ = meshes.maxBytes();
     pages_ = meshes.stats();
   }
 

@@ -52,21 +52,21 @@ class StatusPublisher {
     status.header.frame_id = map_frame_;
     status.header.stamp = ros::Time::now();
     if (status.level == MapStatus::OK || status.code != status_.code) {
-      trouble_since_ = std::chrono::steady_clock::now();
+      problem_since_ = std::chrono::steady_clock::now();
       is_logged_ = false;
     }
     status_ = std::move(status);
     publisher_.publish(status_);
-    logTrouble();
+    logProblem();
     // The updater's own timer would wait for simulated time.
     updater_.force_update();
   }
 
   /// Logs each lasting problem once, for users who watch the terminal and not the status. They
   /// would otherwise miss, for example, that no images arrive.
-  void logTrouble() {
-    constexpr std::chrono::seconds kLasts{5};
-    if (is_logged_ || std::chrono::steady_clock::now() - trouble_since_ < kLasts) return;
+  void logProblem() {
+    constexpr std::chrono::seconds kProblemDelay{5};
+    if (is_logged_ || std::chrono::steady_clock::now() - problem_since_ < kProblemDelay) return;
     is_logged_ = true;
     ROS_WARN_STREAM_NAMED("dtsdf_mapping", status_.message);
   }
@@ -104,7 +104,7 @@ class StatusPublisher {
   const std::string map_frame_;
   const std::function<void(MapStatus&)> fill_;
   MapStatus status_;
-  SteadyTime trouble_since_;
+  SteadyTime problem_since_;
   bool is_logged_ = false;  ///< Whether the present problem is logged.
   diagnostic_updater::Updater updater_;
   ros::Publisher publisher_;

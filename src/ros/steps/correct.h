@@ -61,8 +61,8 @@ class CorrectStep : public Step {
   CorrectStep(const Host& host, JournalWriter* journal)
       : host_(host),
         journal_(journal),
-        is_by_tf_(host.params.poses.mode == PoseMode::kTf),
-        is_on_(journal != nullptr && is_by_tf_) {}
+        has_tf_poses_(host.params.poses.mode == PoseMode::kTf),
+        is_on_(journal != nullptr && has_tf_poses_) {}
   ~CorrectStep() override { giveUp("the node ends"); }
 
   void advertise(const Handles& handles) override {
@@ -75,7 +75,7 @@ class CorrectStep : public Step {
           response = correctByCall(poses.poses(), request.frame_id, request.child_frame);
         });
     if (journal_ == nullptr) return;
-    if (!is_by_tf_) {
+    if (!has_tf_poses_) {
       ROS_WARN_STREAM_NAMED("dtsdf_mapping", "corrected_path is not subscribed: " << kOnlyByTf);
       return;
     }
@@ -95,7 +95,7 @@ class CorrectStep : public Step {
     auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (depth != nullptr && frame.camera == 0) {
       const StampedPose given{frame.stamp.toSec(), depth->T_W_C};
-      if (given_.takesOver(T_W_S_, given)) T_W_S_ = Eigen::Isometry3d::Identity();
+      if (given_.adoptsCorrection(T_W_S_, given)) T_W_S_ = Eigen::Isometry3d::Identity();
       const std::lock_guard<std::mutex> lock(mutex_);
       camera_frame_ = frame.frame_id;
     }
@@ -134,7 +134,7 @@ class CorrectStep : public Step {
       fuseAgain();
     } else if (opening_.valid()) {
       if (opening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
-      takeOpened();
+      startRefusion();
     } else if (waiting_) {
       open();
     } else {
@@ -162,7 +162,7 @@ class CorrectStep : public Step {
   void add(Request request) {
     try {
       host_.map.throwIfFailed();
-      requireWhole();
+      requireCompleteJournal();
       if (fused_.empty()) {
         throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
       }
@@ -207,7 +207,7 @@ class CorrectStep : public Step {
       }
     };
     submit({{0, cameraPoses(poses, path.header.frame_id, host_.params.path_frame)},
-            host_.params.least_correction_m,
+            host_.params.min_correction_m,
             log});
   } catch (const std::exception& error) {
     noteOutcome(false, errorText(error));
@@ -221,7 +221,7 @@ class CorrectStep : public Step {
   /// Waits for the outcome. @throws std::runtime_error if the correction is refused.
   CorrectionResult correctByCall(const std::vector<StampedPose>& poses, const std::string& frame,
                                  const std::string& child_frame) {
-    if (!is_by_tf_) throw std::runtime_error(kOnlyByTf);
+    if (!has_tf_poses_) throw std::runtime_error(kOnlyByTf);
     if (journal_ == nullptr) {
       throw std::runtime_error(
           "frames can be moved only if they are in a journal; start the node with journal/folder");
@@ -265,7 +265,7 @@ class CorrectStep : public Step {
   }
 
   /// @throws std::runtime_error if frames of the map are missing from the journal.
-  void requireWhole() const {
+  void requireCompleteJournal() const {
     const std::string problem = journal_->report().problem;
     if (problem.empty()) return;
     throw std::runtime_error("frames of the map are missing from the journal: " + problem +
@@ -284,10 +284,10 @@ class CorrectStep : public Step {
   }
 
   /// Starts to fuse again, unless the map was replaced meanwhile.
-  void takeOpened() {
+  void startRefusion() {
     refusion_ = opening_.get();
     if (!current_) return endCurrent();
-    requireWhole();
+    requireCompleteJournal();
     if (!refusion_) throw std::runtime_error("the journal cannot be written");
     const CorrectionEffect& effect = refusion_->effect();
     if (effect.moved == 0 || std::max(effect.farthest_m, effect.farthest_rad) < current_->least) {
@@ -310,7 +310,7 @@ class CorrectStep : public Step {
     std::future<bool> written = journal_->written();
     constexpr std::chrono::milliseconds kJournalWait{20};
     if (written.wait_for(kJournalWait) != std::future_status::ready) return false;
-    if (!written.get()) requireWhole();
+    if (!written.get()) requireCompleteJournal();
     return journal_->count() == refusion_->count();
   }
 
@@ -377,7 +377,7 @@ class CorrectStep : public Step {
 
   const Host& host_;
   JournalWriter* const journal_;
-  const bool is_by_tf_, is_on_;
+  const bool has_tf_poses_, is_on_;
   std::optional<Request> waiting_, current_;
   std::future<std::unique_ptr<Refusion>> opening_;  ///< Opens the journal for `current_`.
   std::unique_ptr<Refusion> refusion_;

@@ -30,7 +30,7 @@ namespace dtsdf {
 
 /// Answers to planners should be no older than a second while frames come: half of that is for mesh
 /// and distances.
-constexpr double kLeastSpaceRate_hz = 2.0;
+constexpr double kMinSpaceRate_hz = 2.0;
 
 inline void fillMemory(const MapStats& stats, const MapperMemory& memory, MapStatus& status) {
   const char* const place = memory.on_gpu ? kGpu : kHost;
@@ -447,7 +447,7 @@ class LiveMap {
   const Steps& steps_;
   const SteadyClock clock_;
 
-  Pace mesh_pace_{kLeastSpaceRate_hz};
+  Pace mesh_pace_{kMinSpaceRate_hz};
   bool mesh_under_way_ = false;
   bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
   bool report_outdated_ = false;

@@ -24,7 +24,7 @@ using visualization_msgs::MarkerArray;
 namespace {
 
 /// Limit of pieces that wait for a listener, and their approximate size.
-constexpr uint32_t kWaitingPieces = 20;
+constexpr uint32_t kQueuePieces = 20;
 constexpr size_t kPieceBytes = 1 << 20;
 /// Limit of one round; ten rounds a second are 40 MB/s.
 constexpr int kPiecesPerRound = 4;
@@ -111,28 +111,28 @@ class ChunkTopic {
   /// A new listener first gets a message that clears what an earlier node published.
   void advertise(const ros::NodeHandle& nh, const std::string& name, const NodeParams& params,
                  const std::atomic<double>& step_m) {
-    topic_.advertise<Message>(nh, name, kWaitingPieces, [&](const auto& newcomer) {
+    topic_.advertise<Message>(nh, name, kQueuePieces, [&](const auto& newcomer) {
       Message message;
       startOver(params, step_m, message);
       newcomer.publish(message);
     });
   }
 
-  bool isFollowed() const { return topic_.isFollowed(); }
+  bool hasSubscribers() const { return topic_.hasSubscribers(); }
   bool isBehind() const { return !pending_.empty(); }
 
   /// Adds the chunks to publish.
   void addPending(const MeshChunks& chunks, bool with_changes,
                   const std::vector<PackedKey>& refreshed) {
     const auto add = [this](const auto& keys) { pending_.insert(keys.begin(), keys.end()); };
-    if (!isFollowed()) {
+    if (!hasSubscribers()) {
       pending_.clear();
     } else {
       if (topic_.takeNewcomer()) add(chunks.all());
       if (with_changes) add(chunks.changed());
       add(refreshed);
     }
-    lacking_ = pending_.size();
+    pending_count_ = pending_.size();
   }
 
   /// Publishes a few pieces of the pending chunks.
@@ -162,19 +162,19 @@ class ChunkTopic {
       }
       if (!is_empty) topic_.publish(message);
     }
-    lacking_ = pending_.size();
+    pending_count_ = pending_.size();
   }
 
   dtsdf_mapping::TopicStatus status() const {
     dtsdf_mapping::TopicStatus status = topic_.status();
-    status.lacking_chunks = static_cast<uint32_t>(lacking_);
+    status.lacking_chunks = static_cast<uint32_t>(pending_count_);
     return status;
   }
 
  private:
   Topic topic_;
-  std::set<PackedKey> pending_, shown_;  ///< Chunks that wait; those published with triangles.
-  std::atomic<size_t> lacking_{0};       ///< Number of chunks that wait, for the status.
+  std::set<PackedKey> pending_, shown_;   ///< Chunks that wait; those published with triangles.
+  std::atomic<size_t> pending_count_{0};  ///< Number of chunks that wait, for the status.
 };
 
 /// Publishes `mesh` and `mesh_blocks`: changes for all, the whole mesh once more after somebody has
@@ -195,7 +195,7 @@ class MeshTopicsStep : public Step {
   }
 
   std::optional<double> meshRate_hz() const override {
-    const bool is_wanted = markers_.isFollowed() || blocks_.isFollowed();
+    const bool is_wanted = markers_.hasSubscribers() || blocks_.hasSubscribers();
     return is_wanted ? std::optional<double>(rates_.mesh_hz) : std::nullopt;
   }
 
@@ -242,7 +242,8 @@ class MeshTopicsStep : public Step {
     if (refresh_s <= 0.0 || toSeconds(now - refreshed_at_) < kRefreshPeriod_s) return {};
     refreshed_at_ = now;
     const auto all = static_cast<double>(chunks_.all().size());
-    return chunks_.nextInTurn(static_cast<size_t>(std::ceil(all * kRefreshPeriod_s / refresh_s)));
+    return chunks_.nextRoundRobin(
+        static_cast<size_t>(std::ceil(all * kRefreshPeriod_s / refresh_s)));
   }
 
   const NodeParams& params_;

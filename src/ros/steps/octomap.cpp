@@ -33,7 +33,7 @@ class OctomapStep : public Step {
     if (topic_.takeNewcomer()) published_.reset();
     const bool is_any = space.cellSize_m() > 0.0;  // stays true after clear_map
     const bool is_outdated = known.space != published_.lock();
-    if (!is_any || !is_outdated || !topic_.isFollowed() || !pace_.isDue(begin)) {
+    if (!is_any || !is_outdated || !topic_.hasSubscribers() || !pace_.isDue(begin)) {
       return SteadyDuration::max();
     }
     published_ = known.space;

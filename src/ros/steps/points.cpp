@@ -41,12 +41,12 @@ class PointsStep : public Step {
   }
 
   std::optional<double> meshRate_hz() const override {
-    return topic_.isFollowed() ? std::optional<double>(host_.rates.points_hz) : std::nullopt;
+    return topic_.hasSubscribers() ? std::optional<double>(host_.rates.points_hz) : std::nullopt;
   }
 
   void changed(const MeshChanges&) override { is_outdated_ = true; }
   SteadyDuration publish(ShownMesh* mesh) override {
-    if (mesh == nullptr || !is_outdated_ || !topic_.isFollowed()) return SteadyDuration::max();
+    if (mesh == nullptr || !is_outdated_ || !topic_.hasSubscribers()) return SteadyDuration::max();
     const SteadyTime begin = std::chrono::steady_clock::now();
     pace_.setRate(host_.rates.points_hz, begin);
     if (!pace_.isDue(begin)) return pace_.next() - begin;

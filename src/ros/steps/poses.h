@@ -119,7 +119,7 @@ class PosesStep : public Step {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (depth == nullptr || frame.camera != 0) return;
     fused_.push_back({frame.stamp.toSec(), depth->T_W_C});
-    if (fused_.size() > kMostPoses) fused_.pop_front();
+    if (fused_.size() > kMaxPoses) fused_.pop_front();
     // B is poses/base_frame, or else the frame of the camera.
     const std::string& base = params_.base_frame.empty() ? frame.frame_id : params_.base_frame;
     PoseAnswer mount{T_B_C_};
@@ -134,7 +134,7 @@ class PosesStep : public Step {
   /// to be found.
   void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
     if (!isOn()) return;
-    is_elsewhere_ = true;
+    must_relocalise_ = true;
     fused_.clear();
     if (broadcaster_) path_topic_.publish(emptyPath());  // it starts over, as the map does
   }
@@ -172,7 +172,7 @@ class PosesStep : public Step {
 
  private:
   /// Limit of the trajectory: three hours of 30 images a second.
-  static constexpr size_t kMostPoses = 360000;
+  static constexpr size_t kMaxPoses = 360000;
 
   bool isOn() const { return params_.poses.mode != PoseMode::kTf; }
   bool tracks() const { return params_.poses.mode == PoseMode::kTrack; }
@@ -244,11 +244,11 @@ class PosesStep : public Step {
       tracker_.setPose(*given_T_W_B_ * T_B_C_);
     } else if (host_.map.mapper().stats().voxel_arrays == 0) {
       if (last_T_W_C) tracker_.setPose(*last_T_W_C);
-    } else if (is_elsewhere_ || !last_T_W_C) {
+    } else if (must_relocalise_ || !last_T_W_C) {
       tracker_.seek(depth.T_W_C, frame.stamp.toSec());
     }
     given_T_W_B_.reset();
-    is_elsewhere_ = false;
+    must_relocalise_ = false;
     return tracker_.track(host_.map.mapper(), depth, frame.stamp.toSec());
   }
 
@@ -314,14 +314,14 @@ class PosesStep : public Step {
 
   /// The trajectory so far, thinned if it is long.
   void publishPath(const ros::Time& stamp, const Eigen::Isometry3d& T_C_B) {
-    constexpr size_t kMostOnPath = 4000;
+    constexpr size_t kMaxOnPath = 4000;
     constexpr std::chrono::milliseconds kPathPeriod{500};
     const SteadyTime now = std::chrono::steady_clock::now();
     if (path_topic_.getNumSubscribers() == 0 || now - path_sent_ < kPathPeriod) return;
     path_sent_ = now;
     nav_msgs::Path path = emptyPath();
     path.header.stamp = stamp;
-    for (size_t i = 0; i < fused_.size(); i += 1 + fused_.size() / kMostOnPath) {
+    for (size_t i = 0; i < fused_.size(); i += 1 + fused_.size() / kMaxOnPath) {
       path.poses.emplace_back();
       path.poses.back().header.frame_id = path.header.frame_id;
       path.poses.back().header.stamp = toTime(fused_[i].stamp_s);
@@ -362,7 +362,7 @@ class PosesStep : public Step {
   std::string base_frame_;                                   ///< Name of B, once it is known.
   Eigen::Isometry3d T_B_C_ = Eigen::Isometry3d::Identity();  ///< With track, for the newest image.
   std::optional<Eigen::Isometry3d> given_T_W_B_;  ///< Set by setPose(), for the next image.
-  bool is_elsewhere_ = false;                     ///< Until the next image: see replaced().
+  bool must_relocalise_ = false;                  ///< Until the next image: see replaced().
   Alignment found_;                               ///< Alignment of the newest image.
   std::optional<nav_msgs::Odometry> published_;
   Eigen::Isometry3d T_M_O_ = Eigen::Isometry3d::Identity();

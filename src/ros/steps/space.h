@@ -65,7 +65,7 @@ class SpaceStep : public Step {
 
   std::optional<double> meshRate_hz() const override {
     if (!is_on_) return std::nullopt;
-    return std::max<double>(host_.rates.space_hz, kLeastSpaceRate_hz);
+    return std::max<double>(host_.rates.space_hz, kMinSpaceRate_hz);
   }
 
   void meshed() override { handOver(); }
@@ -95,13 +95,13 @@ class SpaceStep : public Step {
   SteadyDuration publish(ShownMesh*) override {
     if (!is_on_) return SteadyDuration::max();
     takeChanges();
-    meetListeners();
+    handleNewListeners();
     const SteadyTime now = std::chrono::steady_clock::now();
     pace_.setRate(host_.rates.space_hz, now);
-    if (is_outdated_ && (is_another_ || pace_.isDue(now))) renew(now);
+    if (is_outdated_ && (publish_now_ || pace_.isDue(now))) updateOutputs(now);
     if (grid_ && grid_->window()) {
       if (std::exchange(is_grid_due_, false)) publishGrid(now);
-      if (lacks_update_ && now - grid_at_ >= kUpdateGap) publishUpdate(now);
+      if (is_update_due_ && now - grid_at_ >= kUpdateGap) publishUpdate(now);
     }
     const std::lock_guard<std::mutex> lock(mutex_);
     bytes_ = follower_->bytes() + (grid_ ? grid_->bytes() : 0);
@@ -150,10 +150,10 @@ class SpaceStep : public Step {
 
   void answerGrid(const dtsdf_mapping::GetDistanceGrid::Request& request,
                   dtsdf_mapping::GetDistanceGrid::Response& response) const {
-    constexpr size_t kMostShapes = 1000;
-    if (request.cleared_boxes.size() + request.cleared_spheres.size() > kMostShapes) {
+    constexpr size_t kMaxShapes = 1000;
+    if (request.cleared_boxes.size() + request.cleared_spheres.size() > kMaxShapes) {
       throw std::runtime_error(
-          formatted("at most %zu shapes can be cleared in a call", kMostShapes));
+          formatted("at most %zu shapes can be cleared in a call", kMaxShapes));
     }
     const Eigen::Isometry3d T_W_F = host_.frame.find(request.header.frame_id, request.header.stamp);
     const auto box = readBox(request.box, T_W_F);
@@ -202,12 +202,12 @@ class SpaceStep : public Step {
 
   /// @throws std::runtime_error for too many points, or one that is not finite.
   static void checkPoints(const std::vector<geometry_msgs::Point>& points) {
-    constexpr size_t kMostPoints = 100000;
-    if (points.size() > kMostPoints) {
+    constexpr size_t kMaxPoints = 100000;
+    if (points.size() > kMaxPoints) {
       throw std::runtime_error(
           formatted("%zu points are more than the %zu allowed per call; "
                     "split the call",
-                    points.size(), kMostPoints));
+                    points.size(), kMaxPoints));
     }
     for (size_t i = 0; i < points.size(); ++i) {
       const geometry_msgs::Point& p = points[i];
@@ -217,9 +217,9 @@ class SpaceStep : public Step {
   }
 
   bool isFull() const {
-    constexpr size_t kMostWaiting = size_t{1} << 15;  // cubes: some megabytes
+    constexpr size_t kMaxWaiting = size_t{1} << 15;  // cubes: some megabytes
     const std::lock_guard<std::mutex> lock(mutex_);
-    return waiting_ && waiting_->cubes.size() >= kMostWaiting;
+    return waiting_ && waiting_->cubes.size() >= kMaxWaiting;
   }
 
   /// @return whether there are more.
@@ -264,14 +264,14 @@ class SpaceStep : public Step {
     follower_->apply(*changes, cell_m);
     now.space = follower_->snapshot();
     is_outdated_ = true;
-    is_another_ = is_another_ || changes->begins_anew;
+    publish_now_ = publish_now_ || changes->begins_anew;
     const std::lock_guard<std::mutex> lock(mutex_);
     std::swap(known_, now);
   }
 
   /// Gives new listeners everything, and deletes a grid without listeners.
-  void meetListeners() {
-    const bool is_followed = grids_.isFollowed() || updates_.isFollowed();
+  void handleNewListeners() {
+    const bool is_followed = grids_.hasSubscribers() || updates_.hasSubscribers();
     const bool is_reader_new = grids_.takeNewcomer();
     const bool is_grid_new = updates_.takeNewcomer() || is_reader_new;
     const bool is_slice_new = slices_.takeNewcomer();
@@ -287,27 +287,27 @@ class SpaceStep : public Step {
         grid_->apply({false, std::move(cubes)}, space->cellSize_m());
       });
     }
-    if (is_grid_new || is_slice_new) is_outdated_ = is_another_ = true;
+    if (is_grid_new || is_slice_new) is_outdated_ = publish_now_ = true;
   }
 
   /// Updates grid and slice, then rests as long as that took, for others that share the cores.
-  void renew(SteadyTime now) {
-    is_outdated_ = is_another_ = false;
+  void updateOutputs(SteadyTime now) {
+    is_outdated_ = publish_now_ = false;
     if (grid_) {
       const GroundGrid::Pending pending = grid_->next();
-      if (grid_->tooLarge()) warnOfSize(*grid_->tooLarge());
+      if (grid_->tooLarge()) warnTooLarge(*grid_->tooLarge());
       if (pending == GroundGrid::Pending::kGrid) is_grid_due_ = true;
-      if (pending == GroundGrid::Pending::kUpdate) lacks_update_ = true;
+      if (pending == GroundGrid::Pending::kUpdate) is_update_due_ = true;
     }
-    if (slices_.isFollowed()) publishSlice();
+    if (slices_.hasSubscribers()) publishSlice();
     pace_.end(now);
   }
 
-  static void warnOfSize(const GridBox& window) {
+  static void warnTooLarge(const GridBox& window) {
     ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
                                    "occupancy_grid would have "
                                        << sizeOf(window).x() << " x " << sizeOf(window).y()
-                                       << " cells, more than " << GroundGrid::kMostColumns
+                                       << " cells, more than " << GroundGrid::kMaxColumns
                                        << ", so it keeps its present part; use larger cells "
                                           "(space/cell_voxels) or map/keep_radius_m, and look for "
                                           "frames with wrong poses");
@@ -327,13 +327,13 @@ class SpaceStep : public Step {
     grid.data = grid_->values(window);
     grids_.publish(grid);
     grid_at_ = now;
-    lacks_update_ = true;
+    is_update_due_ = true;
   }
 
   void publishUpdate(SteadyTime now) {
-    lacks_update_ = false;
+    is_update_due_ = false;
     const GridBox& box = now - grid_at_ < kSettling ? *grid_->window() : grid_->changed();
-    if (box.isEmpty() || !updates_.isFollowed()) return;
+    if (box.isEmpty() || !updates_.hasSubscribers()) return;
     map_msgs::OccupancyGridUpdate update;
     update.header = headerOf(known().stamp);
     update.x = box.min().x() - grid_->window()->min().x();
@@ -387,9 +387,9 @@ class SpaceStep : public Step {
   std::unique_ptr<SpaceFollower> follower_;
   std::optional<GroundGrid> grid_;  ///< Set while somebody listens.
   bool is_grid_due_ = false, is_outdated_ = false;
-  bool is_another_ = false;    ///< Publishes at once: for another map or new listeners.
-  SteadyTime grid_at_{};       ///< When the grid was last published.
-  bool lacks_update_ = false;  ///< Listeners need an update.
+  bool publish_now_ = false;    ///< Publishes at once: for another map or new listeners.
+  SteadyTime grid_at_{};        ///< When the grid was last published.
+  bool is_update_due_ = false;  ///< Listeners need an update.
   Pace pace_;
   Topic grids_, updates_, slices_;
   ros::ServiceServer server_, grid_server_;

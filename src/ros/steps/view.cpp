@@ -17,7 +17,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr double kMostViews_hz = 5.0;
+constexpr double kMaxViews_hz = 5.0;
 /// Frames get at least this many times as much of the map's time as views.
 constexpr int kFramesPerView = 4;
 
@@ -32,7 +32,7 @@ sensor_msgs::ImagePtr imageOf(const std_msgs::Header& header, RenderedView view)
 
 class ViewStep : public Step {
  public:
-  explicit ViewStep(const Host& host) : host_(host), pace_(kMostViews_hz) {}
+  explicit ViewStep(const Host& host) : host_(host), pace_(kMaxViews_hz) {}
 
   void advertise(const Handles& handles) override {
     ros::NodeHandle nh = handles.prompt;

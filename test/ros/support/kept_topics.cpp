@@ -16,6 +16,6 @@ ros::Publisher keepTopic(const ros::Publisher& publisher) {
   return keptTopics().insert({publisher.getTopic(), publisher}).first->second;
 }
 
-void giveUpKeptTopics() { keptTopics().clear(); }
+void releaseKeptTopics() { keptTopics().clear(); }
 
 }  // namespace dtsdf

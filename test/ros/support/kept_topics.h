@@ -14,7 +14,7 @@ namespace dtsdf {
 ros::Publisher keepTopic(const ros::Publisher& publisher);
 
 /// Call it before ROS shuts down.
-void giveUpKeptTopics();
+void releaseKeptTopics();
 
 /// A publisher of a kept topic.
 template <class Message>

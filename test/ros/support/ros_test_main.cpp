@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "rostest");
   const ros::NodeHandle keeps_ros_running;
   const int result = RUN_ALL_TESTS();
-  dtsdf::giveUpKeptTopics();
+  dtsdf::releaseKeptTopics();
   if (testing::UnitTest::GetInstance()->test_to_run_count() > 0) return result;
   // A filter that matches no test is a mistake; without a file of results, rostest reports it.
   const std::string output = testing::GTEST_FLAG(output), kind = "xml:";

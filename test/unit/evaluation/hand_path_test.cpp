@@ -16,12 +16,12 @@ std::vector<Eigen::Isometry3d> circle() { return orbitPoses(OrbitShape::kCircle,
 TEST(HandPath, MovesAsAHandDoes) {
   const auto poses_W_C = handPoses(circle(), {900, kRate_hz, 1});
   ASSERT_EQ(poses_W_C.size(), 900u);
-  double fastest_m_s = 0.0, fastest_rad_s = 0.0, most_roll = 0.0, way_m = 0.0;
+  double fastest_m_s = 0.0, fastest_rad_s = 0.0, max_roll = 0.0, way_m = 0.0;
   for (size_t i = 0; i < poses_W_C.size(); ++i) {
     const Eigen::Isometry3d& T = poses_W_C[i];
     EXPECT_TRUE(T.linear().isUnitary(1e-9));
     EXPECT_NEAR(T.translation().norm(), 1.5, 0.3) << "too far from the circle";
-    most_roll = std::max(most_roll, std::abs(T.linear()(1, 0)));
+    max_roll = std::max(max_roll, std::abs(T.linear()(1, 0)));
     if (i == 0) continue;
     const Eigen::Isometry3d step = poses_W_C[i - 1].inverse() * T;
     way_m += step.translation().norm();
@@ -32,7 +32,7 @@ TEST(HandPath, MovesAsAHandDoes) {
   EXPECT_LT(fastest_m_s, 1.2);
   EXPECT_GT(fastest_rad_s, 0.5);
   EXPECT_LT(fastest_rad_s, 2.0);
-  EXPECT_GT(most_roll, 0.2);
+  EXPECT_GT(max_roll, 0.2);
 }
 
 TEST(HandPath, IsTheSameForTheSameSeedAtAnyRate) {

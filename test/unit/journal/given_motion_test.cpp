@@ -9,7 +9,7 @@ namespace dtsdf {
 namespace {
 
 /// 1 m/s along x and 0.5 rad/s about z.
-Eigen::Isometry3d onTheWay(double stamp_s) {
+Eigen::Isometry3d poseAtTime(double stamp_s) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.5 * stamp_s, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(stamp_s, 0.0, 0.0);
   return T;
@@ -17,7 +17,7 @@ Eigen::Isometry3d onTheWay(double stamp_s) {
 
 GivenMotion seenUpTo(int count) {
   GivenMotion motion;
-  for (int i = 0; i < count; ++i) motion.add({0.1 * i, onTheWay(0.1 * i)});
+  for (int i = 0; i < count; ++i) motion.add({0.1 * i, poseAtTime(0.1 * i)});
   return motion;
 }
 
@@ -28,8 +28,8 @@ TEST(GivenMotion, AJumpIsSeenWhateverItsDirection) {
   for (const double x : {-0.5, -0.1, -0.05, 0.05, 0.1, 0.5}) {
     const Eigen::Isometry3d T(Eigen::Translation3d(x, 0.0, 0.0));
     for (const double next_s : {1.0, 1.1, 0.95}) {
-      EXPECT_FALSE(motion.isMovedBy(T, {next_s, onTheWay(next_s)})) << x << " at " << next_s;
-      EXPECT_TRUE(motion.isMovedBy(T, {next_s, T * onTheWay(next_s)})) << x << " at " << next_s;
+      EXPECT_FALSE(motion.isMovedBy(T, {next_s, poseAtTime(next_s)})) << x << " at " << next_s;
+      EXPECT_TRUE(motion.isMovedBy(T, {next_s, T * poseAtTime(next_s)})) << x << " at " << next_s;
     }
   }
 }
@@ -37,8 +37,8 @@ TEST(GivenMotion, AJumpIsSeenWhateverItsDirection) {
 TEST(GivenMotion, AJumpOfDirectionIsSeen) {
   const GivenMotion motion = seenUpTo(10);
   const Eigen::Isometry3d T(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitZ()));
-  EXPECT_FALSE(motion.isMovedBy(T, {1.0, onTheWay(1.0)}));
-  EXPECT_TRUE(motion.isMovedBy(T, {1.0, T * onTheWay(1.0)}));
+  EXPECT_FALSE(motion.isMovedBy(T, {1.0, poseAtTime(1.0)}));
+  EXPECT_TRUE(motion.isMovedBy(T, {1.0, T * poseAtTime(1.0)}));
 }
 
 TEST(GivenMotion, WithoutMotionItIsTheNearerOne) {
@@ -58,12 +58,12 @@ TEST(GivenMotion, AfterAPauseOnlyACameraThatStoodIsSeenToJump) {
   for (double next_s = 1.5; next_s < 31.0; next_s += 0.1) {
     GivenMotion drives = seenUpTo(10);
     for (double at_s = 0.9; at_s < 2.0; at_s += 0.02) {
-      EXPECT_FALSE(drives.isMovedBy(T, {next_s, onTheWay(at_s)})) << at_s << " at " << next_s;
+      EXPECT_FALSE(drives.isMovedBy(T, {next_s, poseAtTime(at_s)})) << at_s << " at " << next_s;
     }
     GivenMotion stands;
-    for (int i = 0; i < 10; ++i) stands.add({0.1 * i, onTheWay(3.0)});
-    EXPECT_FALSE(stands.isMovedBy(T, {next_s, onTheWay(3.0)})) << next_s;
-    EXPECT_TRUE(stands.isMovedBy(T, {next_s, T * onTheWay(3.0)})) << next_s;
+    for (int i = 0; i < 10; ++i) stands.add({0.1 * i, poseAtTime(3.0)});
+    EXPECT_FALSE(stands.isMovedBy(T, {next_s, poseAtTime(3.0)})) << next_s;
+    EXPECT_TRUE(stands.isMovedBy(T, {next_s, T * poseAtTime(3.0)})) << next_s;
   }
 }
 
@@ -73,9 +73,9 @@ TEST(GivenMotion, ATremblingHandHasNotTakenASmallCorrectionOver) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 0.01, 0.0));
   GivenMotion hand;
   for (int i = 0; i < 300; ++i) {
-    Eigen::Isometry3d pose = onTheWay(i % 50 < 25 ? 0.1 * (i % 25) : 2.5);
+    Eigen::Isometry3d pose = poseAtTime(i % 50 < 25 ? 0.1 * (i % 25) : 2.5);
     pose.translation().y() += 0.02 * std::sin(2.1 * i);
-    EXPECT_FALSE(hand.takesOver(T, {0.1 * i, pose})) << i;
+    EXPECT_FALSE(hand.adoptsCorrection(T, {0.1 * i, pose})) << i;
   }
 }
 
@@ -86,25 +86,25 @@ TEST(GivenMotion, OneJumpMayFollowAnother) {
   Eigen::Isometry3d so_far = Eigen::Isometry3d::Identity();
   for (int i = 10; i < 16; ++i) {
     so_far = T * so_far;
-    EXPECT_TRUE(motion.takesOver(T, {0.1 * i, so_far * onTheWay(0.1 * i)})) << i;
+    EXPECT_TRUE(motion.adoptsCorrection(T, {0.1 * i, so_far * poseAtTime(0.1 * i)})) << i;
   }
 }
 
 TEST(GivenMotion, StampsThatGoBackBeginAnew) {
   const GivenMotion motion = seenUpTo(10);
-  EXPECT_FALSE(motion.isNewRecording({0.5, onTheWay(0.5)})) << "disorder";
-  EXPECT_TRUE(motion.isNewRecording({0.3, onTheWay(0.3)}));
+  EXPECT_FALSE(motion.isNewRecording({0.5, poseAtTime(0.5)})) << "disorder";
+  EXPECT_TRUE(motion.isNewRecording({0.3, poseAtTime(0.3)}));
 }
 
 TEST(GivenMotion, IsTakenOverByAJumpOrANewRecordingAndNotSeenTwice) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 2.0, 0.0));
   GivenMotion motion = seenUpTo(10);
-  EXPECT_FALSE(motion.takesOver(T, {1.0, onTheWay(1.0)}));
-  EXPECT_TRUE(motion.takesOver(T, {1.1, T * onTheWay(1.1)}));
-  EXPECT_FALSE(motion.takesOver(T, {1.2, T * onTheWay(1.2)}))
+  EXPECT_FALSE(motion.adoptsCorrection(T, {1.0, poseAtTime(1.0)}));
+  EXPECT_TRUE(motion.adoptsCorrection(T, {1.1, T * poseAtTime(1.1)}));
+  EXPECT_FALSE(motion.adoptsCorrection(T, {1.2, T * poseAtTime(1.2)}))
       << "the source already gives this pose";
-  EXPECT_TRUE(motion.takesOver(T, {0.3, onTheWay(0.3)}));
-  EXPECT_FALSE(motion.isNewRecording({0.3, onTheWay(0.3)})) << "the stamp was added";
+  EXPECT_TRUE(motion.adoptsCorrection(T, {0.3, poseAtTime(0.3)}));
+  EXPECT_FALSE(motion.isNewRecording({0.3, poseAtTime(0.3)})) << "the stamp was added";
 }
 
 }  // namespace

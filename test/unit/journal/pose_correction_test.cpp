@@ -17,7 +17,7 @@ Eigen::Isometry3d pose(double x, double y, double yaw) {
 }
 
 /// A camera that moves along x at 1 m/s and turns, at ten images a second.
-std::vector<StampedPose> straightWay(int count) {
+std::vector<StampedPose> straightPath(int count) {
   std::vector<StampedPose> way;
   for (int i = 0; i < count; ++i) way.push_back({0.1 * i, pose(0.1 * i, 0.0, 0.05 * i)});
   return way;
@@ -30,7 +30,7 @@ double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 // If all given poses move by one rigid motion, so do all images, also between them and beyond both
 // ends.
 TEST(PoseCorrection, ARigidMotionOfSomeMovesAll) {
-  const std::vector<StampedPose> fused = straightWay(40);
+  const std::vector<StampedPose> fused = straightPath(40);
   const Eigen::Isometry3d T = pose(0.3, -2.0, 0.4);
   const PoseCorrection correction({{1.0, T * fused[10].T_W_C}, {2.0, T * fused[20].T_W_C}}, fused);
   EXPECT_EQ(correction.used().size(), 2u);
@@ -45,7 +45,7 @@ TEST(PoseCorrection, ARigidMotionOfSomeMovesAll) {
 }
 
 TEST(PoseCorrection, NamedImagesAreExactlyWhereTheyAreSaidToBe) {
-  const std::vector<StampedPose> fused = straightWay(30);
+  const std::vector<StampedPose> fused = straightPath(30);
   const Eigen::Isometry3d to = pose(1.02, 0.01, 0.52);
   const PoseCorrection correction({{1.0004, to}, {2.0, pose(2.0, 0.2, 1.0)}}, fused);
   EXPECT_EQ(correction.correct(1.0, fused[10].T_W_C).matrix(), to.matrix());
@@ -54,7 +54,7 @@ TEST(PoseCorrection, NamedImagesAreExactlyWhereTheyAreSaidToBe) {
 // Sideways drift that grows with time, from 0 at 1 s to 20 cm at 2 s, is removed in proportion to
 // time, whatever the odometry did between.
 TEST(PoseCorrection, BetweenTwoDriftIsSharedOutByTime) {
-  const std::vector<StampedPose> fused = straightWay(40);
+  const std::vector<StampedPose> fused = straightPath(40);
   Eigen::Isometry3d to = fused[20].T_W_C;
   to.translation().y() += 0.2;
   const PoseCorrection correction({{1.0, fused[10].T_W_C}, {2.0, to}}, fused);
@@ -70,7 +70,7 @@ TEST(PoseCorrection, BetweenTwoDriftIsSharedOutByTime) {
 
 // Images before the first corrected pose keep their poses relative to it: here, to one that stays.
 TEST(PoseCorrection, WhatDoesNotMoveKeepsItsVeryBits) {
-  const std::vector<StampedPose> fused = straightWay(40);
+  const std::vector<StampedPose> fused = straightPath(40);
   Eigen::Isometry3d rounded = fused[10].T_W_C;
   rounded.translation().x() += 4e-7;  // a file has six decimals
   const PoseCorrection correction({{1.0, rounded}, {2.0, pose(2.0, 0.3, 1.0)}}, fused);
@@ -83,7 +83,7 @@ TEST(PoseCorrection, WhatDoesNotMoveKeepsItsVeryBits) {
 
 // A SLAM may give poses between images: here 0.04 s after one, when the camera has moved 4 cm.
 TEST(PoseCorrection, AStampBetweenImagesIsPlacedByTheOdometry) {
-  const std::vector<StampedPose> fused = straightWay(20);
+  const std::vector<StampedPose> fused = straightPath(20);
   Eigen::Isometry3d T_W_C = pose(0.54, 0.0, 0.27);
   T_W_C.translation().y() += 0.1;
   const PoseCorrection correction({{0.54, T_W_C}}, fused);
@@ -94,7 +94,7 @@ TEST(PoseCorrection, AStampBetweenImagesIsPlacedByTheOdometry) {
 
 // A second camera, rigidly mounted on the first, has other poses at other stamps.
 TEST(PoseCorrection, ACameraThatMovesWithItFollows) {
-  const std::vector<StampedPose> fused = straightWay(20);
+  const std::vector<StampedPose> fused = straightPath(20);
   const Eigen::Isometry3d T = pose(0.0, 0.1, 0.02), mount = pose(0.2, 0.1, 1.5);
   const PoseCorrection correction({{1.0, T * fused[10].T_W_C}}, fused);
   EXPECT_LT(distance(correction.correct(0.73, pose(0.73, 0.0, 0.365) * mount),
@@ -103,7 +103,7 @@ TEST(PoseCorrection, ACameraThatMovesWithItFollows) {
 }
 
 TEST(PoseCorrection, RefusesWhatIsNoCorrection) {
-  const std::vector<StampedPose> fused = straightWay(20);
+  const std::vector<StampedPose> fused = straightPath(20);
   const auto errorFor = [&](const StampedPose& wrong) {
     return errorOf([&] { PoseCorrection({{0.5, fused[5].T_W_C}, wrong}, fused); });
   };
@@ -152,7 +152,7 @@ TEST(PoseCorrection, APoseOfADroppedImageMovesNone) {
 
 // The motion across a gap between images is unknown.
 TEST(PoseCorrection, AGapBetweenImagesIsNotBridged) {
-  std::vector<StampedPose> fused = straightWay(10);
+  std::vector<StampedPose> fused = straightPath(10);
   fused.push_back({5.0, pose(5.0, 0.0, 0.0)});
   EXPECT_NE(errorOf([&] { PoseCorrection({{3.0, pose(3.0, 0.0, 0.0)}}, fused); }), "");
 }

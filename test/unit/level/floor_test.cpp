@@ -90,8 +90,8 @@ TEST(Floor, IsFoundInNoise) {
 }
 
 /// Frames of a stationary camera in a scene with z up.
-FloorSearch searchedFrom(const Scene& scene, const Vector3d& eye, const Vector3d& target,
-                         const Vector3d& up = Vector3d::UnitZ()) {
+FloorSearch searchResultFrom(const Scene& scene, const Vector3d& eye, const Vector3d& target,
+                             const Vector3d& up = Vector3d::UnitZ()) {
   return searched(
       std::vector<SceneFrame>(FloorSearch::kViews, renderFrame(scene, lookAt(eye, target, up))));
 }
@@ -101,7 +101,8 @@ TEST(Floor, IsNotATableBesideIt) {
   scene.add(Plane{Vector3d::Zero(), Vector3d::UnitZ()});
   scene.add(makeBox(Vector3d(1.6, 0.0, 0.4), Vector3d(1.6, 1.0, 0.8)));  // most of the view
   scene.add(makeBox(Vector3d(4.0, 0.0, 1.5), Vector3d(0.2, 8.0, 3.0)));
-  const FloorSearch search = searchedFrom(scene, Vector3d(0.0, 0.0, 1.5), Vector3d(2.0, 0.0, 0.6));
+  const FloorSearch search =
+      searchResultFrom(scene, Vector3d(0.0, 0.0, 1.5), Vector3d(2.0, 0.0, 0.6));
   ASSERT_TRUE(search.floor()) << search.problem();
   expectLevel(*search.floor(), Eigen::Isometry3d::Identity(), 0.1, 0.001);
 }
@@ -111,17 +112,17 @@ TEST(Floor, IsNeitherWallNorCeilingNorAStrip) {
   wall.add(Plane{Vector3d(2.0, 0.0, 0.0), -Vector3d::UnitX()});
   for (const double pitch : {-0.5, 0.0, 0.5}) {
     const FloorSearch search =
-        searchedFrom(wall, Vector3d(0.0, 0.0, 1.0), Vector3d(2.0, 0.0, 1.0 + 2.0 * pitch));
+        searchResultFrom(wall, Vector3d(0.0, 0.0, 1.0), Vector3d(2.0, 0.0, 1.0 + 2.0 * pitch));
     EXPECT_FALSE(search.floor()) << pitch;
     EXPECT_FALSE(search.problem().empty());
   }
   Scene ceiling;
   ceiling.add(Room{Vector3d(-3.0, -3.0, -100.0), Vector3d(3.0, 3.0, 2.5)});
-  EXPECT_FALSE(searchedFrom(ceiling, Vector3d(0.0, 0.0, 1.5), Vector3d(2.0, 0.0, 2.2)).floor());
+  EXPECT_FALSE(searchResultFrom(ceiling, Vector3d(0.0, 0.0, 1.5), Vector3d(2.0, 0.0, 2.2)).floor());
   Scene beam;  // too narrow to give the tilt
   beam.add(Plane{Vector3d(1.5, 0.0, 0.0), -Vector3d::UnitX()});
   beam.add(makeBox(Vector3d(1.4, 0.0, 0.5), Vector3d(0.2, 8.0, 0.2)));
-  EXPECT_FALSE(searchedFrom(beam, Vector3d(0.0, 0.0, 1.0), Vector3d(1.5, 0.0, 0.6)).floor());
+  EXPECT_FALSE(searchResultFrom(beam, Vector3d(0.0, 0.0, 1.0), Vector3d(1.5, 0.0, 0.6)).floor());
 }
 
 /// A camera at 1 m with `on_floor` points of a floor of this width, and `on_wall` points of a wall
@@ -160,8 +161,9 @@ TEST(Floor, HasToBeWideAndLargeEnough) {
 
 TEST(Floor, NeedsACameraThatIsUpright) {
   const Vector3d eye(-2.0, 0.0, 1.4), target(0.0, 0.5, 0.6);
-  EXPECT_TRUE(searchedFrom(makeRoomScene(), eye, target, Vector3d(0.0, 0.4, 1.0)).floor());
-  const FloorSearch portrait = searchedFrom(makeRoomScene(), eye, target, Vector3d(0.0, 1.0, 0.0));
+  EXPECT_TRUE(searchResultFrom(makeRoomScene(), eye, target, Vector3d(0.0, 0.4, 1.0)).floor());
+  const FloorSearch portrait =
+      searchResultFrom(makeRoomScene(), eye, target, Vector3d(0.0, 1.0, 0.0));
   if (portrait.floor()) {  // finds something else, never the floor
     EXPECT_LT(portrait.floor()->normal().z(), 0.8);
   }

@@ -170,9 +170,9 @@ TEST(BlockTable, TellsVacantBlocksThatNoMeshHasSeenApart) {
   const int32_t seen = table.find(keyOf(1)), unseen = table.find(keyOf(2));
   EXPECT_TRUE(table.vacate(seen, 0x01));
   EXPECT_TRUE(table.vacate(unseen, 0x01));
-  EXPECT_EQ(table.takeUnseen(), std::vector<int32_t>{unseen});
+  EXPECT_EQ(table.takeUnmeshed(), std::vector<int32_t>{unseen});
   EXPECT_EQ(table.releaseVacant({unseen}), std::vector<int32_t>{unseen});
-  EXPECT_TRUE(table.takeUnseen().empty());
+  EXPECT_TRUE(table.takeUnmeshed().empty());
   EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{seen});
 }
 

@@ -42,10 +42,10 @@ TEST(SortByKey, FewAndMany) {
 }
 
 TEST(SortByKey, RangesOfAnyWidth) {
-  constexpr int32_t kLeast = -kMaxBlockCoordinate;
+  constexpr int32_t kMin = -kMaxBlockCoordinate;
   for (int32_t side = 1; side <= 2 * kMaxBlockCoordinate; side = 2 * side + 1) {
     SCOPED_TRACE(side);
-    expectSorted(randomRecords(1000, {kLeast, kLeast, kLeast}, side));
+    expectSorted(randomRecords(1000, {kMin, kMin, kMin}, side));
   }
 }
 

@@ -146,8 +146,8 @@ TEST(ContentsOfAMap, NeedRoomForWhatIsFree) {
     contents.free_cubes.push_back({{i % 20, i / 20 % 20, i / 400}, {1}});
   }
   MapperParams params = spaceParams();
-  EXPECT_EQ(leastMemoryMb(contents, params), 12);
-  EXPECT_LT(leastMemoryMb(contents, roomParams(0.04f)), 12) << "a mapper without space drops them";
+  EXPECT_EQ(minMemoryMb(contents, params), 12);
+  EXPECT_LT(minMemoryMb(contents, roomParams(0.04f)), 12) << "a mapper without space drops them";
   params.map.max_memory_mb = 12;
   EXPECT_EQ(errorOf([&] { makeMapper(params, contents); }), "");
   params.map.max_memory_mb = 11;

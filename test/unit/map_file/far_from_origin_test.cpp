@@ -21,10 +21,10 @@ using Eigen::Vector3d;
 /// Divides whole metres, so that a wall shifted by metres has the same place in the grid.
 constexpr float kVoxel_m = 1.0f / 64.0f;
 /// Bound on the additional error of the wall far from the origin.
-constexpr double kMostError_m = 1e-4;
+constexpr double kMaxError_m = 1e-4;
 constexpr double kMapError_m = 1e-3;
 /// Triangles too thin for floats have no area, near the origin, too.
-constexpr size_t kFewTriangles = 5;
+constexpr size_t kMaxThinTriangles = 5;
 
 /// A tilted wall in front of a camera, both shifted.
 struct Wall {
@@ -59,7 +59,7 @@ struct ReadMesh {
 };
 
 /// Assembles the mesh from the chunks of mesh_blocks, as a listener does.
-ReadMesh throughChunks(const MeshStore& store) {
+ReadMesh assembledFromChunks(const MeshStore& store) {
   constexpr int kChunkBlocks = 4;
   const ChunkLattice lattice(store.voxelSize(), kChunkBlocks);
   MeshChunks chunks(kChunkBlocks);
@@ -86,7 +86,7 @@ ReadMesh throughChunks(const MeshStore& store) {
 struct Quality {
   size_t triangles = 0, without_area = 0;  ///< In the whole mesh.
   size_t inner_vertices = 0;
-  double most_m = 0.0, least_cosine = 1.0;
+  double max_m = 0.0, min_cosine = 1.0;
 };
 
 Quality measure(const ReadMesh& mesh, const Wall& wall) {
@@ -101,8 +101,8 @@ Quality measure(const ReadMesh& mesh, const Wall& wall) {
     const Vector3d local = mesh.positions[i] - wall.shift_W;
     if (std::abs(local.y()) > 0.5 || std::abs(local.z()) > 0.4) continue;
     ++quality.inner_vertices;
-    quality.most_m = std::max(quality.most_m, std::abs(wall.distance(mesh.positions[i])));
-    quality.least_cosine = std::min(quality.least_cosine, mesh.normals[i].dot(wall.normal_W));
+    quality.max_m = std::max(quality.max_m, std::abs(wall.distance(mesh.positions[i])));
+    quality.min_cosine = std::min(quality.min_cosine, mesh.normals[i].dot(wall.normal_W));
   }
   return quality;
 }
@@ -110,10 +110,10 @@ Quality measure(const ReadMesh& mesh, const Wall& wall) {
 void expectAsGood(const Quality& far, const Quality& near) {
   EXPECT_EQ(far.triangles, near.triangles);
   EXPECT_GT(far.inner_vertices, 3000u);
-  EXPECT_LT(near.most_m, kMapError_m);
-  EXPECT_LT(far.most_m, near.most_m + kMostError_m);
-  EXPECT_GT(far.least_cosine, near.least_cosine - 1e-3);
-  EXPECT_LE(far.without_area, near.without_area + kFewTriangles);
+  EXPECT_LT(near.max_m, kMapError_m);
+  EXPECT_LT(far.max_m, near.max_m + kMaxError_m);
+  EXPECT_GT(far.min_cosine, near.min_cosine - 1e-3);
+  EXPECT_LE(far.without_area, near.without_area + kMaxThinTriangles);
 }
 
 class FarFromOrigin : public testing::TestWithParam<double> {
@@ -123,7 +123,8 @@ class FarFromOrigin : public testing::TestWithParam<double> {
 
 TEST_P(FarFromOrigin, ChunksAreAsGoodAsNearBy) {
   const Wall far(shift()), near(Vector3d::Zero());
-  expectAsGood(measure(throughChunks(far.map()), far), measure(throughChunks(near.map()), near));
+  expectAsGood(measure(assembledFromChunks(far.map()), far),
+               measure(assembledFromChunks(near.map()), near));
 }
 
 /// The distance changes only the mesh's origin; mesh_file_test covers files.

@@ -48,7 +48,7 @@ bool contains(const std::string& text, const std::string& part) {
 }
 
 /// A file split into records, so that single records can be changed and their checksums corrected.
-struct TakenApart {
+struct SplitMapFile {
   struct Part {
     std::string kind;
     uint32_t flags;
@@ -57,7 +57,7 @@ struct TakenApart {
   std::vector<Part> parts;
   Bytes end_of_content;  ///< End of the last record: content hash and checksums.
 
-  explicit TakenApart(const std::string& path) {
+  explicit SplitMapFile(const std::string& path) {
     const RecordFile file(path, map_format::kPurpose, "map file");
     for (const Record& record : file.records()) {
       parts.push_back({record.name(), record.flags, file.readAny(record, 1 << 30)});
@@ -101,7 +101,7 @@ class MapFile : public testing::Test {
     return errorOf([&] { loadMap(folder_ / "other.dtsdf"); });
   }
 
-  TakenApart takenApart() const { return TakenApart(path_); }
+  SplitMapFile splitMapFile() const { return SplitMapFile(path_); }
 
   TemporaryFolder folder_;
   std::string path_, bytes_;
@@ -130,7 +130,7 @@ TEST_F(MapFile, KeepsALevelInAPartOfItsOwn) {
   ASSERT_TRUE(readMapInfo(path).T_W_M);
   EXPECT_EQ(readMapInfo(path).T_W_M->matrix(), levelled.T_W_M->matrix());
 
-  TakenApart bent(path);
+  SplitMapFile bent(path);
   EXPECT_EQ(bent.get("LEVL").flags, 0u) << "a reader that skips it would fuse in the wrong frame";
   bent.get("LEVL").content[6] ^= 0x10;
   EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "its level is not a pose"));
@@ -301,22 +301,22 @@ TEST_F(MapFile, CutOffIsRefused) {
 }
 
 TEST_F(MapFile, WithoutOneOfItsRecordsIsRefused) {
-  for (size_t i = 0; i < takenApart().parts.size(); ++i) {
-    TakenApart apart = takenApart(), twice = apart, swapped = apart;
+  for (size_t i = 0; i < splitMapFile().parts.size(); ++i) {
+    SplitMapFile apart = splitMapFile(), twice = apart, swapped = apart;
     apart.parts.erase(apart.parts.begin() + static_cast<std::ptrdiff_t>(i));
     EXPECT_TRUE(contains(errorOfBytes(apart.bytes()), "damaged")) << twice.parts[i].kind;
-    const TakenApart::Part part = twice.parts[i];
+    const SplitMapFile::Part part = twice.parts[i];
     twice.parts.insert(twice.parts.begin(), part);
     EXPECT_TRUE(contains(errorOfBytes(twice.bytes()), "damaged")) << part.kind << " twice";
   }
 }
 
 TEST_F(MapFile, KeepsWhatItIsTakenApartInto) {
-  EXPECT_EQ(takenApart().bytes(), bytes_) << "the tests with records would test nothing";
+  EXPECT_EQ(splitMapFile().bytes(), bytes_) << "the tests with records would test nothing";
 }
 
 TEST_F(MapFile, SkipsUnknownRecordsThatItMay) {
-  TakenApart apart = takenApart(), required = apart;
+  SplitMapFile apart = splitMapFile(), required = apart;
   apart.parts.insert(apart.parts.begin() + 2, {"XTRA", kMayBeSkipped, {1, 2, 3}});
   writeBytes(path_, apart.bytes());
   EXPECT_TRUE(sameContents(loadMap(path_), smallMap()));
@@ -336,7 +336,7 @@ TEST_F(MapFile, OfANewerFormatIsRefused) {
 TEST_F(MapFile, WithHugeSizesIsRefused) {
   for (size_t number = 0; number < 4; ++number) {
     for (const uint64_t value : {uint64_t{1} << 60, ~uint64_t{0}, uint64_t{1} << 40, uint64_t{0}}) {
-      TakenApart apart = takenApart();
+      SplitMapFile apart = splitMapFile();
       uint8_t* const at = apart.get("STAT").content.data() + 8 * number;
       if (numberOf<uint64_t>(at) == value) continue;
       const auto bytes = littleEndianBytes(value);
@@ -360,7 +360,7 @@ TEST_F(MapFile, OfABoxSaysWhich) {
   EXPECT_EQ(read->supporting, box.supporting);
   EXPECT_EQ(read->last.z, 3);
   EXPECT_EQ(read->recordings, 2u);
-  TakenApart apart = takenApart();
+  SplitMapFile apart = splitMapFile();
   apart.get("BOX ").content[32] = 200;  // ranges
   EXPECT_TRUE(contains(errorOfBytes(apart.bytes()), "damaged"));
 }
@@ -465,7 +465,7 @@ TEST_F(MapFile, IsWholeAfterASaveThatWasKilled) {
 
 TEST_F(MapFile, WithFreeCellsThatAreNoneIsRefused) {
   const auto expectRefused = [&](const Bytes& content) {
-    TakenApart apart = takenApart();
+    SplitMapFile apart = splitMapFile();
     apart.get("FREE").content = content;
     EXPECT_TRUE(contains(errorOfBytes(apart.bytes()), "damaged")) << content.size();
   };

@@ -35,7 +35,7 @@ Isometry3d cornerPose() { return lookAt({0.3, 0.2, 0.1}, {2.0, 2.0, -1.0}, Vecto
 Isometry3d wallPose() { return lookAt({0.3, 0.2, 0.1}, {2.0, 0.2, 0.1}, Vector3d::UnitZ()); }
 
 /// Maps a scene from one pose, with enough frames.
-void seeFrom(Session& session, const Scene& scene, const Isometry3d& T_W_C) {
+void mapFrom(Session& session, const Scene& scene, const Isometry3d& T_W_C) {
   for (int i = 0; i < 3; ++i) session.integrate(renderFrame(scene, T_W_C, 320, 240));
 }
 
@@ -67,7 +67,7 @@ class Corner : public testing::TestWithParam<Offset> {};
 
 TEST_P(Corner, IsFoundAgain) {
   Session session(makeCpuParams());
-  seeFrom(session, corner(), cornerPose());
+  mapFrom(session, corner(), cornerPose());
   const Isometry3d given = off(cornerPose(), GetParam().shift_m, GetParam().turn_deg);
   const Alignment found = alignAt(session, corner(), cornerPose(), given);
   ASSERT_EQ(found.status, AlignmentStatus::kAligned);
@@ -104,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(
 /// Motions that a wall does not constrain are left alone; the others are found.
 TEST(Align, AWallHoldsOneShiftAndTwoTurns) {
   Session session(makeCpuParams());
-  seeFrom(session, wall(), wallPose());
+  mapFrom(session, wall(), wallPose());
   const PosePrior prior{0.1, 0.15};
   const Alignment found =
       alignAt(session, wall(), wallPose(), off(wallPose(), {0.03, 0.04, -0.03}, 0.0), prior);
@@ -150,7 +150,7 @@ TEST(Align, AnEmptyMapLeavesThePose) {
 
 TEST(Align, AnotherPlaceDoesNotFit) {
   Session session(makeCpuParams());
-  seeFrom(session, corner(), cornerPose());
+  mapFrom(session, corner(), cornerPose());
   Scene other;  // balls close to where the walls are
   for (int i = 0; i < 20; ++i) {
     for (int k = 0; k < 10; ++k) other.add(Sphere{{1.9, 0.3 * i - 1.0, 0.3 * k - 1.5}, 0.12});
@@ -164,8 +164,8 @@ TEST(Align, AnotherPlaceDoesNotFit) {
 
 TEST(Align, LeavesTheMapAndTakesWhatItCannotUse) {
   Session session(makeCpuParams()), untouched(makeCpuParams());
-  seeFrom(session, corner(), cornerPose());
-  seeFrom(untouched, corner(), cornerPose());
+  mapFrom(session, corner(), cornerPose());
+  mapFrom(untouched, corner(), cornerPose());
   alignAt(session, corner(), cornerPose(), off(cornerPose(), {0.02, 0.0, 0.0}, 1.0));
   const SceneFrame image = renderFrame(corner(), cornerPose());
   DepthFrame bad = image.view();
@@ -183,7 +183,7 @@ TEST(Align, LeavesTheMapAndTakesWhatItCannotUse) {
 /// Poses with a constant error plus noise: the map stays consistent.
 TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
   Session session(makeCpuParams());
-  seeFrom(session, corner(), cornerPose());
+  mapFrom(session, corner(), cornerPose());
   PoseParams params;
   params.mode = PoseMode::kRefine;
   params.drift = 2.0;
@@ -208,7 +208,7 @@ TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
 /// Odometry whose origin is not that of the loaded map.
 TEST(PoseRefiner, FindsWhereACameraStands) {
   Session session(makeCpuParams());
-  seeFrom(session, corner(), cornerPose());
+  mapFrom(session, corner(), cornerPose());
   PoseRefiner refiner{PoseParams()};
   const Vector3d offset(0.03, -0.02, 0.02);
   const SceneFrame image = renderFrame(corner(), cornerPose(), 320, 240);
@@ -226,7 +226,7 @@ TEST(PoseRefiner, FindsWhereACameraStands) {
 /// The map's own error does not count as an error of the pose.
 TEST(PoseRefiner, LeavesAPoseThatIsRight) {
   Session session(makeCpuParams());
-  seeFrom(session, corner(), cornerPose());
+  mapFrom(session, corner(), cornerPose());
   PoseRefiner refiner{PoseParams()};
   Isometry3d truth = cornerPose();
   truth.translation() += Vector3d(0.1, 0.05, -0.02);
@@ -242,7 +242,7 @@ TEST(PoseRefiner, LeavesAPoseThatIsRight) {
 /// From this pose the image fits all walls but one, and the alignment slips by 5 cm.
 TEST(PoseRefiner, LooksWhereTheImageBeforeWasAsWell) {
   Session session(makeCpuParams());
-  seeFrom(session, corner(), cornerPose());
+  mapFrom(session, corner(), cornerPose());
   PoseParams params;
   params.sigma_m = 0.1;
   params.sigma_rad = 0.15;
@@ -264,7 +264,7 @@ TEST(PoseRefiner, LooksWhereTheImageBeforeWasAsWell) {
 TEST(PoseRefiner, DoesNotGoBackToWhereTheImageBeforeWas) {
   for (const double turn_deg : {20.0, 180.0}) {
     Session session(makeCpuParams());
-    seeFrom(session, corner(), cornerPose());
+    mapFrom(session, corner(), cornerPose());
     PoseRefiner refiner{PoseParams()};
     const SceneFrame image = renderFrame(corner(), cornerPose(), 320, 240);
     DepthFrame frame = image.view();
@@ -278,7 +278,7 @@ TEST(PoseRefiner, DoesNotGoBackToWhereTheImageBeforeWas) {
 /// The error along the wall's normal is known exactly; along the wall it is that of the given pose.
 TEST(PoseRefiner, KnowsTheErrorOfAPoseThatItLeaves) {
   Session session(makeCpuParams());
-  seeFrom(session, wall(), wallPose());
+  mapFrom(session, wall(), wallPose());
   const PoseParams params;
   PoseRefiner refiner(params);
   const double off_m = 0.003;  // 0.15 voxels
@@ -296,7 +296,7 @@ TEST(PoseRefiner, KnowsTheErrorOfAPoseThatItLeaves) {
 /// A single invalid pose has no effect, at first or later.
 TEST(PoseRefiner, ForgetsAPoseThatIsNotANumber) {
   Session session(makeCpuParams());
-  seeFrom(session, corner(), cornerPose());
+  mapFrom(session, corner(), cornerPose());
   PoseRefiner refiner{PoseParams()}, undisturbed{PoseParams()};
   const Vector3d offset(0.03, -0.02, 0.02);
   const SceneFrame image = renderFrame(corner(), cornerPose(), 320, 240);
@@ -314,7 +314,7 @@ TEST(PoseRefiner, ForgetsAPoseThatIsNotANumber) {
 /// No error is reported along a wall.
 TEST(Align, ReportsByHowMuchAPoseIsOff) {
   Session session(makeCpuParams());
-  seeFrom(session, wall(), wallPose());
+  mapFrom(session, wall(), wallPose());
   const Vector3d shift_m(0.01, 0.02, 0.0);  // towards the wall, and along it
   const Alignment found =
       alignAt(session, wall(), wallPose(), off(wallPose(), shift_m, 0.0), {0.1, 0.001});

@@ -37,7 +37,7 @@ void expectWithin(const SurfaceError& error, const Bounds& bounds) {
 }
 
 /// Checks properties that every mesh must have, with holes or without.
-void expectSound(const Mesh& mesh) {
+void expectValidMesh(const Mesh& mesh) {
   const MeshTopology topology = measureTopology(mesh);
   EXPECT_GT(topology.triangles, 1000u);
   EXPECT_EQ(topology.repeated_corners, 0u) << topology;
@@ -49,7 +49,7 @@ void expectSound(const Mesh& mesh) {
 
 /// Checks that vertex normals point to the scene's free side. Slivers at a border that are smaller
 /// than an anchor's step may stand on end.
-void expectFreeSide(const Mesh& mesh, const Scene& scene) {
+void expectNormalsFaceFreeSpace(const Mesh& mesh, const Scene& scene) {
   size_t wrong = 0;
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     const Vec3f &p = mesh.vertices_m[i], &n = mesh.normals[i];
@@ -79,8 +79,8 @@ TEST_P(AnalyticScenes, TiltedPlane) {
   const Mesh mesh = reconstruct(settings, renderFrames(scene, poses));
   const Bounds rounding = directional() ? Bounds{0.003, 0.087} : Bounds{0.001, 0.01};
   expectWithin(measureError(mesh, scene), projective() ? Bounds{0.15, 0.5} : rounding);
-  expectSound(mesh);
-  expectFreeSide(mesh, scene);
+  expectValidMesh(mesh);
+  expectNormalsFaceFreeSpace(mesh, scene);
 }
 
 /// A ball with a radius of 20 voxels, seen from all sides. At a distance r from its point, a
@@ -93,8 +93,8 @@ TEST_P(AnalyticScenes, Ball) {
   scene.add(Sphere{centre, 0.4});
   const Mesh mesh = reconstruct(params(), renderFrames(scene, sphereOfPoses(centre, 1.1, 24)));
   expectWithin(measureError(mesh, scene), projective() ? Bounds{0.15, 0.75} : Bounds{0.02, 0.05});
-  expectSound(mesh);
-  expectFreeSide(mesh, scene);
+  expectValidMesh(mesh);
+  expectNormalsFaceFreeSpace(mesh, scene);
 }
 
 /// A box rotated against the grid. Its faces are flat, except within one and a half truncation
@@ -104,7 +104,7 @@ TEST_P(AnalyticScenes, TurnedBoxFaces) {
   Scene scene;
   scene.add(makeBox(centre, Vector3d(0.5, 0.4, 0.6), 0.4));
   const Mesh mesh = reconstruct(params(), renderFrames(scene, sphereOfPoses(centre, 1.2, 24)));
-  expectSound(mesh);
+  expectValidMesh(mesh);
   const Eigen::Matrix3d R_B_W = Eigen::AngleAxisd(-0.4, Vector3d::UnitZ()).toRotationMatrix();
   double worst = 0.0;
   size_t on_faces = 0;

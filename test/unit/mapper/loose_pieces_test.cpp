@@ -16,7 +16,7 @@ constexpr double kFront_m = 0.031;
 const Box kSmall = makeBox({0.09, 0.08, kFront_m - 0.01}, {0.04, 0.04, 0.02});
 /// Its near side is in the next block, five voxels from the small box.
 const Box kLarge = makeBox({0.405, 0.08, kFront_m - 0.01}, {0.43, 0.4, 0.02});
-constexpr BlockKey kSmallsBlock{0, 0, 0};
+constexpr BlockKey kSmallBoxBlock{0, 0, 0};
 
 /// Frames of a camera that looks along -z at the box alone.
 std::vector<SceneFrame> framesOf(const Box& box) {
@@ -48,10 +48,10 @@ TEST_F(LoosePiece, GoesOnceALargerOneAppearsBesideIt) {
   MeshStore mesh(params_.map.voxel_size_m), expected(params_.map.voxel_size_m);
   fuse(*grown, small_);
   mesh.apply(grown->updateMesh());
-  EXPECT_GT(trianglesOf(mesh, kSmallsBlock), 0u) << "a single piece stays";
+  EXPECT_GT(trianglesOf(mesh, kSmallBoxBlock), 0u) << "a single piece stays";
   fuse(*grown, large_);
   mesh.apply(grown->updateMesh());
-  EXPECT_EQ(trianglesOf(mesh, kSmallsBlock), 0u);
+  EXPECT_EQ(trianglesOf(mesh, kSmallBoxBlock), 0u);
   fuse(*at_once, small_);
   fuse(*at_once, large_);
   expected.apply(at_once->updateMesh());
@@ -74,7 +74,7 @@ TEST_F(LoosePiece, GoesInAPartOfTheMapToo) {
     fuse(*part, large_);
     MeshStore mesh(params.map.voxel_size_m);
     mesh.apply(part->updateMesh());
-    EXPECT_EQ(trianglesOf(mesh, kSmallsBlock) == 0, params.mesh.loose_voxels > 0);
+    EXPECT_EQ(trianglesOf(mesh, kSmallBoxBlock) == 0, params.mesh.loose_voxels > 0);
   }
 }
 

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 std::unique_ptr<Session> mapOf(const Scene& scene) {
   auto session =
       std::make_unique<Session>(makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f));
-  for (const Isometry3d& T_W_C : looksAround()) {
+  for (const Isometry3d& T_W_C : viewsAround()) {
     session->integrate(renderFrame(scene, T_W_C, 320, 240));
   }
   return session;
@@ -32,12 +32,12 @@ FoundPlace find(Session& map, const SceneFrame& image, int threads = 2) {
 
 /// Also upside down, because the vertical is unknown.
 TEST(PlaceSearch, FindsACameraByItsImageAlone) {
-  const Scene scene = roomOfAllSorts();
+  const Scene scene = variedRoom();
   const auto map = mapOf(scene);
-  Isometry3d rolled = cameraLooking({-0.6, 0.3, 1.5}, 0.2);
+  Isometry3d rolled = cameraTowards({-0.6, 0.3, 1.5}, 0.2);
   rolled.rotate(Eigen::AngleAxisd(2.5, Vector3d::UnitZ()));
   for (const Isometry3d& truth :
-       {cameraLooking({-0.5, 0.4, 1.4}, -0.3), cameraLooking({0.4, -0.5, 1.0}, 2.9), rolled}) {
+       {cameraTowards({-0.5, 0.4, 1.4}, -0.3), cameraTowards({0.4, -0.5, 1.0}, 2.9), rolled}) {
     const FoundPlace found = find(*map, renderFrame(scene, truth, 320, 240));
     ASSERT_EQ(found.alignment.status, AlignmentStatus::kAligned) << found.explained_share;
     EXPECT_LT(shiftBetween_m(found.alignment.T_W_C, truth), 0.02);
@@ -48,9 +48,9 @@ TEST(PlaceSearch, FindsACameraByItsImageAlone) {
 }
 
 TEST(PlaceSearch, FindsTheSameOnAnyNumberOfThreads) {
-  const Scene scene = roomOfAllSorts();
+  const Scene scene = variedRoom();
   const auto map = mapOf(scene);
-  const SceneFrame image = renderFrame(scene, cameraLooking({-0.5, 0.4, 1.4}, -0.3), 320, 240);
+  const SceneFrame image = renderFrame(scene, cameraTowards({-0.5, 0.4, 1.4}, -0.3), 320, 240);
   const FoundPlace one = find(*map, image, 1), three = find(*map, image, 3);
   EXPECT_EQ(one.alignment.T_W_C.matrix(), three.alignment.T_W_C.matrix());
   EXPECT_EQ(one.explained_share, three.explained_share);
@@ -60,7 +60,7 @@ TEST(PlaceSearch, FindsTheSameOnAnyNumberOfThreads) {
 TEST(PlaceSearch, ChoosesNoneOfTwoPlacesThatLookAlike) {
   const Scene scene = emptyRoom();
   const auto map = mapOf(scene);
-  const Isometry3d truth = cameraLooking({0.3, 0.2, 1.3}, 0.6);
+  const Isometry3d truth = cameraTowards({0.3, 0.2, 1.3}, 0.6);
   const FoundPlace found = find(*map, renderFrame(scene, truth, 320, 240));
   ASSERT_EQ(found.alignment.status, AlignmentStatus::kAmbiguous);
   ASSERT_TRUE(found.other_T_W_C);
@@ -68,18 +68,18 @@ TEST(PlaceSearch, ChoosesNoneOfTwoPlacesThatLookAlike) {
 }
 
 TEST(PlaceSearch, FindsNoPlaceThatTheMapDoesNotHold) {
-  const auto map = mapOf(roomOfAllSorts());
+  const auto map = mapOf(variedRoom());
   Scene elsewhere;
   for (int i = 0; i < 12; ++i) {
     for (int k = 0; k < 8; ++k) elsewhere.add(Sphere{{1.5, 0.3 * i - 1.6, 0.3 * k}, 0.13});
   }
-  const SceneFrame image = renderFrame(elsewhere, cameraLooking({-0.5, 0.0, 1.2}, 0.0), 320, 240);
+  const SceneFrame image = renderFrame(elsewhere, cameraTowards({-0.5, 0.0, 1.2}, 0.0), 320, 240);
   EXPECT_NE(find(*map, image).alignment.status, AlignmentStatus::kAligned);
 }
 
 TEST(PlaceSearch, FindsNothingInAnEmptyMapOrByAnEmptyImage) {
   Session empty(makeCpuParams());
-  const SceneFrame image = renderFrame(emptyRoom(), cameraLooking({0.0, 0.0, 1.2}, 0.0), 320, 240);
+  const SceneFrame image = renderFrame(emptyRoom(), cameraTowards({0.0, 0.0, 1.2}, 0.0), 320, 240);
   EXPECT_EQ(find(empty, image).alignment.status, AlignmentStatus::kUnmapped);
   const auto map = mapOf(emptyRoom());
   const SceneFrame nothing = renderFrame(Scene(), Isometry3d::Identity(), 320, 240);

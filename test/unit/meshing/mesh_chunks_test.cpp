@@ -49,14 +49,14 @@ TEST(MeshChunks, AllHaveTheirTurnThoughThereAreMoreAndMore) {
   MeshChunks chunks(1);
   for (int x = 0; x < 10; ++x) chunks.markChanged({x, 0, 0});
   const std::vector<PackedKey> first = chunks.all();
-  for (int circle = 0; circle < 10; ++circle) EXPECT_EQ(chunks.nextInTurn(10), first);
+  for (int circle = 0; circle < 10; ++circle) EXPECT_EQ(chunks.nextRoundRobin(10), first);
   std::set<PackedKey> had_turn;
   for (int round = 0; round < 10; ++round) {
-    for (const PackedKey chunk : chunks.nextInTurn(2)) had_turn.insert(chunk);
+    for (const PackedKey chunk : chunks.nextRoundRobin(2)) had_turn.insert(chunk);
     markChanged(chunks, {{-1 - round, 0, 0}, {10 + round, 0, 0}});
   }
   for (const PackedKey chunk : first) EXPECT_EQ(had_turn.count(chunk), 1u);
-  EXPECT_EQ(chunks.nextInTurn(100), chunks.nextInTurn(30))
+  EXPECT_EQ(chunks.nextRoundRobin(100), chunks.nextRoundRobin(30))
       << "not each once before the first comes again";
 }
 

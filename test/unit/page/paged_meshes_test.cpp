@@ -88,16 +88,16 @@ class PagedMeshesTest : public testing::Test {
   }
 
   /// The bytes of the file that the node saves, written in pieces.
-  std::string savedInPieces() {
+  std::string savedPiecewise() {
     savePagedMesh(meshes_, MeshColour::kAuto, folder_ / "pieces.ply");
     return readBytes(folder_ / "pieces.ply");
   }
-  std::string savedAsAWhole() {
+  std::string savedAtOnce() {
     saveMesh(reference_.assemble(), MeshColour::kAuto, folder_ / "whole.ply");
     return readBytes(folder_ / "whole.ply");
   }
 
-  bool hasFileGivenItsSpaceBack() const {
+  bool isFileSpaceFreed() const {
     return lseek(openFilesIn(pages_.path()).front(), 0, SEEK_END) == 0;
   }
 
@@ -108,10 +108,10 @@ class PagedMeshesTest : public testing::Test {
 
 TEST_F(PagedMeshesTest, AreThoseThatWerePut) {
   ASSERT_NO_FATAL_FAILURE(putAll());
-  EXPECT_LE(meshes_.bytes(), meshes_.mostBytes());
-  EXPECT_GT(meshes_.stats().bytes, 2 * meshes_.mostBytes()) << "otherwise little is tested";
+  EXPECT_LE(meshes_.bytes(), meshes_.maxBytes());
+  EXPECT_GT(meshes_.stats().bytes, 2 * meshes_.maxBytes()) << "otherwise little is tested";
   ASSERT_NO_FATAL_FAILURE(expectSame());
-  EXPECT_TRUE(savedInPieces() == savedAsAWhole());
+  EXPECT_TRUE(savedPiecewise() == savedAtOnce());
   EXPECT_EQ(meshes_.stats().failures + meshes_.stats().lost, 0u);
   EXPECT_EQ(pages_.entryCount(), 0u) << "the file has no name";
 }
@@ -130,11 +130,11 @@ TEST_F(PagedMeshesTest, FollowChanges) {
     } else {
       put(painted(block, static_cast<uint8_t>(i)));
     }
-    ASSERT_LE(meshes_.bytes(), meshes_.mostBytes());
+    ASSERT_LE(meshes_.bytes(), meshes_.maxBytes());
   }
   EXPECT_TRUE(meshes_.isPainted());
   ASSERT_NO_FATAL_FAILURE(expectSame());
-  EXPECT_TRUE(savedInPieces() == savedAsAWhole());
+  EXPECT_TRUE(savedPiecewise() == savedAtOnce());
   for (const PackedKey key : meshes_.keys()) {
     auto none = std::make_shared<BlockMesh>();
     none->key = unpackKey(key);
@@ -142,7 +142,7 @@ TEST_F(PagedMeshesTest, FollowChanges) {
   }
   EXPECT_EQ(meshes_.triangleCount() + meshes_.bytes() + meshes_.stats().bytes, 0u);
   EXPECT_FALSE(meshes_.isPainted());
-  EXPECT_TRUE(hasFileGivenItsSpaceBack());
+  EXPECT_TRUE(isFileSpaceFreed());
 }
 
 TEST_F(PagedMeshesTest, FindDamage) {
@@ -164,12 +164,12 @@ TEST_F(PagedMeshesTest, SurviveADiskThatRefuses) {
     const FileSizeLimit disk(100000);
     for (const SharedBlockMesh& block : meshesOfARoom()) put(block);
   }
-  EXPECT_GT(meshes_.bytes(), meshes_.mostBytes());
+  EXPECT_GT(meshes_.bytes(), meshes_.maxBytes());
   EXPECT_GT(meshes_.stats().failures, 0u);
   EXPECT_NE(meshes_.stats().problem.find("map/page_folder"), std::string::npos);
   ASSERT_NO_FATAL_FAILURE(expectSame());
   for (int i = 0; i < 70; ++i) put(meshesOfARoom().back());  // until the disk is tried again
-  EXPECT_LE(meshes_.bytes(), meshes_.mostBytes());
+  EXPECT_LE(meshes_.bytes(), meshes_.maxBytes());
   expectSame();
 }
 
@@ -179,7 +179,7 @@ TEST_F(PagedMeshesTest, AreForgotten) {
   EXPECT_EQ(meshes_.voxelSize(), 0.1f);
   EXPECT_EQ(meshes_.triangleCount() + meshes_.bytes() + meshes_.stats().bytes, 0u);
   EXPECT_TRUE(meshes_.keys().empty());
-  EXPECT_TRUE(hasFileGivenItsSpaceBack());
+  EXPECT_TRUE(isFileSpaceFreed());
   reference_.clear();
   putAll();
   expectSame();

@@ -156,19 +156,19 @@ TEST_F(PagedSpace, TakesNoMoreMemoryTheFartherItGoes) {
   constexpr int kBudgetMb = 4;
   constexpr size_t kInMemory = (size_t{kBudgetMb} << 20) / 8, kOnItsWay = size_t{1} << 20;
   Walk whole(plainParams()), near(pagedParams(plainParams(), kBudgetMb, folder_.path()));
-  size_t most = 0, most_of_follower = 0;
+  size_t most = 0, max_of_follower = 0;
   for (int i = 0; i < 2 * kStepsOut; i += 3) {
     ASSERT_NO_FATAL_FAILURE(near.go(i, i + 3));
     ASSERT_NO_FATAL_FAILURE(whole.go(i, i + 3));
     most = std::max(most, near.space().bytes());
-    most_of_follower = std::max(most_of_follower, near.followerBytes());
+    max_of_follower = std::max(max_of_follower, near.followerBytes());
   }
   const size_t index = near.mapper().stats().pages.index_bytes;
   EXPECT_LE(most, kInMemory + kOnItsWay + index);
-  EXPECT_LE(most_of_follower, kInMemory + kOnItsWay + near.followerPages().index_bytes);
+  EXPECT_LE(max_of_follower, kInMemory + kOnItsWay + near.followerPages().index_bytes);
   EXPECT_GT(whole.space().bytes(), 3 * (kInMemory + kOnItsWay)) << "otherwise nothing is tested";
   std::cout << "space of the map: " << (most >> 10) << " KiB instead of "
-            << (whole.space().bytes() >> 10) << ", of its follower: " << (most_of_follower >> 10)
+            << (whole.space().bytes() >> 10) << ", of its follower: " << (max_of_follower >> 10)
             << " KiB instead of " << (whole.followerBytes() >> 10) << "\n";
 }
 

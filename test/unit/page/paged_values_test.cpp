@@ -14,7 +14,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr size_t kMostBytes = size_t{1} << 20;
+constexpr size_t kMaxBytes = size_t{1} << 20;
 
 struct Value {
   std::vector<uint32_t> words;
@@ -40,7 +40,7 @@ class PagedValuesTest : public testing::Test {
  protected:
   TemporaryFolder folder_;
   SharedPagedValues pages_ =
-      std::make_shared<PagedValues>(folder_.path(), size_t{64} << 20, kMostBytes);
+      std::make_shared<PagedValues>(folder_.path(), size_t{64} << 20, kMaxBytes);
   std::vector<Paged<Value>> values_;
 
   void keep(uint32_t count) {
@@ -54,11 +54,11 @@ class PagedValuesTest : public testing::Test {
 
 TEST_F(PagedValuesTest, ComeBackAsTheyWere) {
   keep(300);
-  EXPECT_LE(pages_->bytes(), 3 * kMostBytes) << "including values being written";
+  EXPECT_LE(pages_->bytes(), 3 * kMaxBytes) << "including values being written";
   EXPECT_GT(pages_->stats().bytes, size_t{5} << 20) << "otherwise nothing is tested";
   for (uint32_t i = 0; i < 300; ++i) ASSERT_TRUE(isThere(i)) << i;
   for (uint32_t i = 300; i-- > 0;) ASSERT_TRUE(isThere(i)) << i;
-  EXPECT_LE(pages_->bytes(), 3 * kMostBytes);
+  EXPECT_LE(pages_->bytes(), 3 * kMaxBytes);
   EXPECT_FALSE(pages_->isFull());
   EXPECT_EQ(folder_.entryCount(), 0u) << "the file has no name";
   values_.clear();
@@ -86,7 +86,7 @@ TEST_F(PagedValuesTest, AreReadByManyThreads) {
 
 TEST_F(PagedValuesTest, FindDamage) {
   keep(300);
-  while (pages_->bytes() > kMostBytes) std::this_thread::yield();  // until all is written
+  while (pages_->bytes() > kMaxBytes) std::this_thread::yield();  // until all is written
   damagePages(folder_.path(), 60, 40000);
   uint64_t missing = 0;
   for (uint32_t i = 0; i < 300; ++i) {

@@ -134,7 +134,7 @@ class Tour {
       ASSERT_EQ(mapper_->integrate(frame).status, FrameStatus::kFused);
       if (way_.painted) mapper_->paint(tour().colour[n].view());
       if (way_.mesh_every > 0 && i % way_.mesh_every == 0) updateMesh();
-      most_ = std::max(most_, mapper_->stats().map_bytes);
+      max_ = std::max(max_, mapper_->stats().map_bytes);
     }
   }
   void updateMesh() { store_.apply(mapper_->updateMesh()); }
@@ -143,7 +143,7 @@ class Tour {
     mapper_->beginMeshUpdate();
     const MeshUpdate update = mapper_->finishMeshUpdate();
     store_.apply(update);
-    most_made_ = std::max(most_made_, bytesOfMeshes(update));
+    max_made_ = std::max(max_made_, bytesOfMeshes(update));
     return update.is_part;
   }
   /// @return the number of parts.
@@ -152,20 +152,20 @@ class Tour {
     while (updatePart()) ++parts;
     return parts;
   }
-  size_t mostMade() const { return most_made_; }
+  size_t maxMade() const { return max_made_; }
   Mesh mesh() {
     updateMesh();
     return store_.assemble();
   }
   Mesh meshSoFar() const { return store_.assemble(); }
   ProbedMapper& mapper() { return *mapper_; }
-  size_t most() const { return most_; }
+  size_t most() const { return max_; }
 
  private:
   const Way way_;
   std::unique_ptr<ProbedMapper> mapper_;
   MeshStore store_;
-  size_t most_ = 0, most_made_ = 0;
+  size_t max_ = 0, max_made_ = 0;
 };
 
 class Paging : public testing::Test {
@@ -182,7 +182,7 @@ TEST_F(Paging, HandsOutAMeshInParts) {
   ASSERT_NO_FATAL_FAILURE(near.go());
   EXPECT_EQ(whole.updateMeshInParts(), 1) << "the map is in memory";
   EXPECT_GT(near.updateMeshInParts(), 3);
-  EXPECT_LT(near.mostMade(), whole.mostMade() / 3);
+  EXPECT_LT(near.maxMade(), whole.maxMade() / 3);
   EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));
   EXPECT_EQ(near.updateMeshInParts(), 1) << "nothing has changed since";
   EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));

@@ -33,8 +33,8 @@ RecordBytes bytesOf(std::vector<char> record) {
 class RecordStoreTest : public testing::Test {
  protected:
   TemporaryFolder folder_;
-  static constexpr size_t kMostWaiting = size_t{1} << 18;
-  RecordStore store_{folder_.path(), size_t{4} << 20, kMostWaiting};
+  static constexpr size_t kMaxWaiting = size_t{1} << 18;
+  RecordStore store_{folder_.path(), size_t{4} << 20, kMaxWaiting};
   std::vector<StoredRecord> records_;
 
   void write(unsigned count) {
@@ -99,7 +99,7 @@ TEST_F(RecordStoreTest, WaitsForADiskThatIsAway) {
     while (const auto stored = store_.write(bytesOf(recordOf(records_.size())))) {
       records_.push_back(*stored);
       taken += stored->bytes;
-      ASSERT_LE(taken, kMostWaiting);
+      ASSERT_LE(taken, kMaxWaiting);
     }
     EXPECT_GT(records_.size(), 30u) << "memory holds some";
     EXPECT_EQ(store_.waitingBytes(), taken);
@@ -171,7 +171,7 @@ TEST_F(RecordStoreTest, IsReadAndErasedWhileItIsWritten) {
 
 /// The index agrees: a block that the disk refuses is not in it.
 TEST_F(RecordStoreTest, HoldsBlocks) {
-  PagedBlocks blocks(folder_.path(), size_t{1} << 20, kMostWaiting);
+  PagedBlocks blocks(folder_.path(), size_t{1} << 20, kMaxWaiting);
   const auto put = [&](int32_t x) {
     return blocks.put({{{x, 0, 0}, 3, 0}, 7, {{x % 2 == 0, false}, true, false}},
                       bytesOf(recordOf(1)));

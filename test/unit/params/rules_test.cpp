@@ -49,21 +49,21 @@ TEST(Rules, WhatNoRuleCouldWorkWithIsRefused) {
 }
 
 TEST(FusionRules, MostEvidenceIsThatOfTheFramesRemembered) {
-  const auto mostWith = [](int frames) {
+  const auto maxWith = [](int frames) {
     MapperParams params;
     params.fusion.memory_frames = frames;
-    return withMemory(Rules(), params).fusion.most_evidence;
+    return withMemory(Rules(), params).fusion.max_evidence;
   };
-  EXPECT_EQ(mostWith(0), 24);
-  EXPECT_EQ(mostWith(20), 60);
-  EXPECT_EQ(mostWith(42), 126);  // eight bits hold up to 127
+  EXPECT_EQ(maxWith(0), 24);
+  EXPECT_EQ(maxWith(20), 60);
+  EXPECT_EQ(maxWith(42), 126);  // eight bits hold up to 127
 }
 
 /// A nearness of 0 would mean division by 0, and a negative share would mesh unseen surfaces.
 TEST(MeshRules, WhatNoRuleCouldWorkWithIsRefused) {
-  EXPECT_THROW(readRules({{"rules/mesh/least_weight_share", -0.1}}), ParamError);
-  EXPECT_THROW(readRules({{"rules/mesh/least_weight_share", 1.0}}), ParamError);
-  EXPECT_THROW(readRules({{"rules/mesh/least_crossing_share", -0.1}}), ParamError);
+  EXPECT_THROW(readRules({{"rules/mesh/min_weight_share", -0.1}}), ParamError);
+  EXPECT_THROW(readRules({{"rules/mesh/min_weight_share", 1.0}}), ParamError);
+  EXPECT_THROW(readRules({{"rules/mesh/min_crossing_share", -0.1}}), ParamError);
   EXPECT_THROW(readRules({{"rules/mesh/voted_crossing_share", 1.5}}), ParamError);
   EXPECT_THROW(readRules({{"rules/mesh/nearness_voxels", 0.0}}), ParamError);
 }

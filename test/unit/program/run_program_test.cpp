@@ -12,7 +12,7 @@ namespace dtsdf {
 namespace {
 
 /// The output of a program that fails with this text.
-std::string saidOf(const std::string& text) {
+std::string outputOf(const std::string& text) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(runProgram("a_tool", 0, nullptr,
                        [&](const std::vector<std::string>&) { throw std::runtime_error(text); }),
@@ -21,11 +21,11 @@ std::string saidOf(const std::string& text) {
 }
 
 TEST(RunProgram, TellsAnErrorInOneLine) {
-  EXPECT_EQ(saidOf("no file 'a';\ngive one"), "a_tool: error: no file 'a'; give one\n");
+  EXPECT_EQ(outputOf("no file 'a';\ngive one"), "a_tool: error: no file 'a'; give one\n");
 }
 
 TEST(RunProgram, ShowsControlCharactersOfNamesAndKeepsTheCursorWhereItIs) {
-  EXPECT_EQ(saidOf("no file 'a\x1b[2Jb\rü'"), "a_tool: error: no file 'a\\x1b[2Jb\\x0dü'\n");
+  EXPECT_EQ(outputOf("no file 'a\x1b[2Jb\rü'"), "a_tool: error: no file 'a\\x1b[2Jb\\x0dü'\n");
 }
 
 TEST(RunProgramDeathTest, WhatCannotBePrintedIsAnError) {

@@ -93,7 +93,7 @@ TEST(DistanceField, IsExactAfterEachOfManyChanges) {
 }
 
 /// The minimum of the squares along x, for each row within reach.
-uint16_t leastOfRows(const DistanceTask& task, const SectorStack& stack, const Vec3i& cell) {
+uint16_t rowMinimum(const DistanceTask& task, const SectorStack& stack, const Vec3i& cell) {
   int32_t least = kSquaredFar;
   std::vector<uint32_t> words(static_cast<size_t>(windowSide(task.reach)));
   for (int32_t z = -task.reach; z <= task.reach; ++z) {
@@ -110,7 +110,7 @@ uint16_t leastOfRows(const DistanceTask& task, const SectorStack& stack, const V
 constexpr uint16_t kNotAsked = 0xfffe;
 
 /// Computes some of the cells in the way a device computes all.
-void workOutSome(const DistanceTask& task, std::vector<SectorSquares>& squares, int step) {
+void computeSome(const DistanceTask& task, std::vector<SectorSquares>& squares, int step) {
   for (int32_t i = 0; i < task.stack_count; ++i) {
     const SectorStack& stack = task.stacks[i];
     for (int32_t k = 0; k < stack.count; ++k) {
@@ -119,7 +119,7 @@ void workOutSome(const DistanceTask& task, std::vector<SectorSquares>& squares, 
       std::fill_n(sector.get(), kCellsPerSector, kNotAsked);
       for (int cell = step / 2; cell < kCellsPerSector; cell += step) {
         const Vec3i cube = firstCellOfCube(cubeOfSector({0, 0, k}, cell / kCellsPerCube));
-        sector[cell] = leastOfRows(task, stack, cube + voxelOffset(cell % kCellsPerCube));
+        sector[cell] = rowMinimum(task, stack, cube + voxelOffset(cell % kCellsPerCube));
       }
     }
   }
@@ -137,7 +137,7 @@ TEST(DistanceField, HasOthersWorkItOut) {
     field.setBackend(
         [&, every = step](const DistanceTask& task, std::vector<SectorSquares>& squares) {
           if (every == 1 && ++calls % 3 == 2) return false;
-          workOutSome(task, squares, every);
+          computeSome(task, squares, every);
           return true;
         });
     size_t asked = 0;

@@ -100,7 +100,7 @@ TEST(DistanceGrid, IsThatOfAMapWithoutWhatIsCleared) {
 TEST(DistanceGrid, IsRefusedWhereItWouldBeTooLarge) {
   const auto space = spaceOf(randomCells({}));
   BoxRegion box{Eigen::Isometry3d::Identity(), {1.28, 1.28, 1.28}};
-  EXPECT_EQ(gridIn(box, 0.01).count(), kMostGridPoints);
+  EXPECT_EQ(gridIn(box, 0.01).count(), kMaxGridPoints);
   const auto errorAt = [&](double resolution_m) {
     return errorOf([&] { gridIn(box, resolution_m); });
   };

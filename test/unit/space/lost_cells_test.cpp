@@ -167,7 +167,7 @@ class LostLists : public LostCells {
     mesh.triangles = {0, 1, 2};
     surfaces_.apply({mesh}, table_);
   }
-  void putNone(int32_t x) {
+  void putEmpty(int32_t x) {
     BlockMesh mesh;
     mesh.key = {x, 0, 0};
     surfaces_.apply({mesh}, table_);
@@ -180,13 +180,13 @@ TEST_F(LostLists, KeepSurfacesWhileTheDiskIsAway) {
   {
     const DiskOutage outage(folder_.path());
     put(4, 0.5f);
-    putNone(4);
+    putEmpty(4);
     EXPECT_TRUE(isThere());
   }
   put(4, 0.5f);
-  putNone(4);
+  putEmpty(4);
   EXPECT_TRUE(isThere());
-  putNone(3);
+  putEmpty(3);
   EXPECT_FALSE(isThere()) << "the cell stays although nothing was lost";
 }
 
@@ -195,7 +195,7 @@ TEST_F(LostLists, KeepSurfaces) {
   overwritePages(folder_.path());
   put(3, 0.5f);
   put(4, 0.5f);
-  putNone(4);
+  putEmpty(4);
   EXPECT_TRUE(isThere());
 }
 

@@ -217,7 +217,7 @@ SceneFrame randomLook(std::mt19937& random) {
 }
 
 /// The states of all cells in a box, and the distances in it.
-std::string everythingIn(const Space& space, int reach) {
+std::string stateInBox(const Space& space, int reach) {
   std::string bytes;
   for (int z = -reach; z < reach; ++z) {
     for (int y = -reach; y < reach; ++y) {
@@ -260,7 +260,7 @@ TEST(Space, AfterManyRandomUpdatesIsThatFromScratch) {
     scratch->updateMesh();
     scratch->space()->updateDistances();
     ASSERT_EQ(mapper->space()->cells().size(), scratch->space()->cells().size());
-    ASSERT_TRUE(everythingIn(*mapper->space(), kReach) == everythingIn(*scratch->space(), kReach));
+    ASSERT_TRUE(stateInBox(*mapper->space(), kReach) == stateInBox(*scratch->space(), kReach));
   }
   EXPECT_GT(vanished, 500u);
 }

@@ -301,14 +301,14 @@ TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
 /// Images without poses, of a room mapped from another recording.
 TEST_F(ReconstructProgram, FindsTheCameraInAMapThatIsLoaded) {
   TemporaryFolder room, later;
-  const Scene scene = roomOfAllSorts();
-  writeSceneRecording(room.path(), scene, looksAround(), 320, 240);
+  const Scene scene = variedRoom();
+  writeSceneRecording(room.path(), scene, viewsAround(), 320, 240);
   const std::string map = out_ / "room.dtsdf";
   const std::string settings =
       " --backend cpu --set map/voxel_size_m=0.04 --trajectory " + (out_ / "poses.txt");
   ASSERT_EQ(run("--tum " + room.path() + settings + " --poses-mode tf --save-map " + map).exit_code,
             0);
-  const Eigen::Isometry3d truth = cameraLooking({-0.5, 0.4, 1.4}, -0.3);
+  const Eigen::Isometry3d truth = cameraTowards({-0.5, 0.4, 1.4}, -0.3);
   writeSceneRecording(later.path(), scene, std::vector<Eigen::Isometry3d>(4, truth), 320, 240);
   std::filesystem::remove(later / "groundtruth.txt");
   const Outcome outcome = run("--tum " + later.path() + settings + " --poses-mode track" +

@@ -23,7 +23,7 @@ TEST(PaintedColour, FirstIsTakenAsItIs) {
 
 TEST(PaintedColour, FollowsWhatItSees) {
   VoxelColour colour = painted({0, 0, 0, 0}, {200, 0, 0, 0.5f}, 1000);
-  EXPECT_NEAR(colourWeight(colour.weight), 0.5f * kRules.most_views, 0.2f);
+  EXPECT_NEAR(colourWeight(colour.weight), 0.5f * kRules.max_views, 0.2f);
   colour = painted(colour, {0, 0, 0, 0.5f}, 60);
   EXPECT_LT(colour.red, 10);  // a step below half a level changes nothing
 }
@@ -52,7 +52,7 @@ TEST(Exposure, IsTheRatioOfWhatBothShow) {
   EXPECT_EQ(exposure.gain[0], 2.0f);
   EXPECT_EQ(exposure.gain[1], 1.0f);
   EXPECT_EQ(exposure.gain[2], 0.5f);
-  sums.voxels = kRules.least_overlap - 1;
+  sums.voxels = kRules.min_overlap - 1;
   EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kAdaptive).gain[0], 7.0f);
 }
 
@@ -88,7 +88,7 @@ TEST(Exposure, DifferencesForOtherReasonsAreNone) {
 TEST(Exposure, WhatIsCutOffDoesNotTell) {
   const uint8_t weight = colourWeightCode(1.0f);
   const auto tells = [](const VoxelColour& map, const VoxelColour& image) {
-    return tellsExposure(map, image, 1.0f, kRules);
+    return isUsableForExposure(map, image, 1.0f, kRules);
   };
   EXPECT_TRUE(tells({100, 100, 100, weight}, {100, 100, 100, 0}));
   EXPECT_FALSE(tells({100, 100, 100, 0}, {100, 100, 100, 0}));
@@ -98,9 +98,9 @@ TEST(Exposure, WhatIsCutOffDoesNotTell) {
 
 TEST(Exposure, WhatIsSeenMuchBetterOrWorseDoesNotTell) {
   const VoxelColour map{100, 100, 100, colourWeightCode(1.0f)}, image{100, 100, 100, 0};
-  EXPECT_FALSE(tellsExposure(map, image, 0.05f, kRules));
-  EXPECT_TRUE(tellsExposure(map, image, 0.125f, kRules));
-  EXPECT_FALSE(tellsExposure(map, image, 3.0f, kRules));
+  EXPECT_FALSE(isUsableForExposure(map, image, 0.05f, kRules));
+  EXPECT_TRUE(isUsableForExposure(map, image, 0.125f, kRules));
+  EXPECT_FALSE(isUsableForExposure(map, image, 3.0f, kRules));
 }
 
 }  // namespace paint_test

@@ -36,7 +36,7 @@ TEST(LikelyDirection, NoOtherWayAcrossTheSurfaceIsMoreLikely) {
     const auto distance = [&](const Eigen::Vector3d& way) {
       return std::sqrt(way.dot(C.inverse() * way));
     };
-    const Eigen::Vector3d direction = toEigen(likelyDirection(normal, ray, noise_voxels));
+    const Eigen::Vector3d direction = toEigen(castDirection(normal, ray, noise_voxels));
     EXPECT_NEAR(direction.norm(), 1.0, 1e-5);
     const Eigen::Vector3d way = direction / direction.dot(n);
     const Eigen::Vector3d aside = 0.1 * toEigen(randomUnit(random));

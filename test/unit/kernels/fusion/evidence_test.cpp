@@ -63,10 +63,10 @@ TEST(Evidence, OfFreeSpaceIsCountedAndSaturates) {
 /// One frame gives 3; two give 6, or 4 after one contradiction; three give 9, or 7.
 TEST(LeastEvidence, IsThatOfSoManyFramesButForAContradiction) {
   constexpr uint64_t kMany = uint64_t{1} << 40;
-  EXPECT_EQ(leastEvidence(1, kMany, kRules), 1);
-  EXPECT_EQ(leastEvidence(2, kMany, kRules), 4);
-  EXPECT_EQ(leastEvidence(3, kMany, kRules), 7);
-  EXPECT_EQ(leastEvidence(10, kMany, kRules), 24);  // the maximum evidence
+  EXPECT_EQ(minEvidence(1, kMany, kRules), 1);
+  EXPECT_EQ(minEvidence(2, kMany, kRules), 4);
+  EXPECT_EQ(minEvidence(3, kMany, kRules), 7);
+  EXPECT_EQ(minEvidence(10, kMany, kRules), 24);  // the maximum evidence
 }
 
 }  // namespace evidence_test

@@ -42,7 +42,7 @@ TEST(DrawnTriangle, EachPixelOfASheetIsCoveredOnce) {
   const auto near = [&](int at) {  // up to half a pixel away, in quarters
     return (2 * at - 6) * kPixelSteps + (static_cast<int32_t>(random() % 5) - 2) * kPixelSteps / 4;
   };
-  std::vector<SeenVertex> grid;
+  std::vector<ProjectedVertex> grid;
   for (int i = 0; i < kSide * kSide; ++i) {
     const int32_t x = near(i % kSide), y = near(i / kSide);
     grid.push_back({x, y, 0.1f, {0.0f, 0.0f, -1.0f}});

@@ -159,7 +159,7 @@ void SquaresPool::grow() {
   PinnedBuffer<uint16_t> pinned;
   pinned.reserveExactly(kChunkSquares);
   chunks_.emplace_back(std::move(pinned), kChunkSquares);
-  const auto& [host, device] = chunks_.back();
+  auto& [host, device] = chunks_.back();
   for (size_t at = 0; at < kChunkSquares; at += kCellsPerSector) {
     free_.push_back({host.data() + at, device.data() + at, true});
   }

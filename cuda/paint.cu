@@ -46,7 +46,7 @@ __global__ void halveImageKernel(ColourImage image, ColourPixel* pixels, int lev
   }
 }
 
-/// One thread per cell.
+/// One thread per cell of kCellSide x kCellSide pixels.
 __global__ void clearHidingKernel(float* depth_m, size_t cells) {
   const size_t i = globalThread();
   if (i < cells) depth_m[i] = kNoSurface_m;
@@ -73,7 +73,8 @@ __device__ Vec3f firstVoxelOf(const FrameView& frame, const SlotEntry& entry) {
   return toFloat(firstVoxelOfBlock(unpackKey(entry.key) - blockOfVoxel(frame.origin_voxel)));
 }
 
-/// Threads per block, which works on one voxel array: few of its voxels have to be processed.
+/// Size of a block of threads that works on one voxel array at a time. It has fewer threads
+/// than the array has voxels, since few of these have to be processed.
 constexpr int kArrayThreads = 128;
 
 /// A voxel array in view.
@@ -137,8 +138,9 @@ __device__ void listNearSurface(const PointView& view, const ArrayInView& array,
   __syncthreads();
 }
 
-/// Lowers a depth to a value. Depths are above 0, so they sort like their bits. They only decrease,
-/// so a value that is not below an old depth is not below the current one.
+/// Lowers a depth to a value. Depths are above 0, so they sort as their bits do when read as
+/// integers. They only decrease, so a value that is not below an old depth is not below the current
+/// one.
 __device__ void lowerTo(float* depth_m, float value) {
   if (!(value < readShared(depth_m))) return;
   atomicMin(reinterpret_cast<int*>(depth_m), __float_as_int(value));
@@ -181,7 +183,7 @@ __device__ int32_t warpSum(int32_t value) {
   return value;
 }
 
-/// Adds a warp's sum, which fits into 32 bits for one array.
+/// Adds the sum of a warp's parts, which fits in 32 bits because they are of one array.
 __device__ void addWarpSum(int64_t* to, int64_t part) {
   const int32_t sum = warpSum(static_cast<int32_t>(part));
   if (threadIdx.x % warpSize == 0) addAtomically(to, sum);
@@ -189,7 +191,7 @@ __device__ void addWarpSum(int64_t* to, int64_t part) {
 
 /// Adds each thread's sums to `sums`, in shared memory. All threads must call it.
 __device__ void addWarpSums(ExposureSums& sums, const ExposureSums& part) {
-  static_assert(kVoxelsPerBlock * 255 * 255 < (1 << 30), "fits 32 bits");
+  static_assert(kVoxelsPerBlock * 255 * 255 < (1 << 30), "an array's sums fit in 32 bits");
   if (!__any_sync(~0u, part.voxels != 0)) return;
   visitSums(sums, part, [](int64_t& sum, int64_t of_thread) { addWarpSum(&sum, of_thread); });
 }
@@ -207,7 +209,7 @@ __device__ void report(const LookView& look, PackedKey key, const ArrayLook& fou
   look.requests[atomicAdd(&counters.requests, 1u)] = {key, found.lacking};
 }
 
-/// Keeps a sample, if there is room.
+/// Counts a sample, and keeps it if there is room.
 __device__ void keepSample(const LookView& look, const FoundSample& found) {
   const unsigned long long n =
       atomicAdd(reinterpret_cast<unsigned long long*>(&look.counters->samples), 1ull);
@@ -258,7 +260,7 @@ __global__ void __launch_bounds__(kArrayThreads, 8)
   });
 }
 
-/// One thread per sample, after the bricks were added.
+/// One thread per sample. Runs after the missing bricks were added.
 __global__ void paintKernel(ColourRules rules, Exposure exposure, MapView map,
                             const FoundSample* samples, size_t count) {
   waitForPreviousKernel();
@@ -292,8 +294,8 @@ void Painter::reserveImages(int32_t width, int32_t height) {
   sensing_.hiding_m = hiding_m_.data();
 }
 
-/// The data of the previous image is no longer read: its counters were waited for, unless looking
-/// at it failed.
+/// Nothing reads the previous image any longer, since findSamples() waited for its counters. If
+/// that failed, this waits instead.
 void Painter::takeImage(const ColourFrame& frame) {
   if (is_looking_) stream_.synchronize();
   is_looking_ = false;
@@ -329,7 +331,7 @@ void Painter::look(const FrameView& view, int32_t min_evidence, const std::vecto
   }
 }
 
-/// The candidates of the previous image are no longer read: its counters were waited for.
+/// Nothing reads the previous image's candidates any longer, since its counters were waited for.
 void Painter::takeCandidates(const std::vector<int32_t>& in_view) {
   candidate_count_ = static_cast<uint32_t>(in_view.size());
   candidates_.reserve(in_view.size());

@@ -8,11 +8,12 @@ namespace dtsdf {
 
 /// Estimates whether given poses or alignments have the larger random errors. Alignments of coarse
 /// or warped depth, such as a phone's, may scatter by a centimetre while odometry is smooth; then
-/// poses follow alignments on average only.
+/// poses follow alignments only on average.
 ///
-/// Independent errors show in third differences, which smooth motion and drift do not affect. Third
-/// differences of the given poses bound the errors of the given poses. Third differences of the
-/// corrections contain both errors, so their excess is the alignments' error. Not thread safe.
+/// Independent errors show in third differences, which smooth motion and drift hardly affect. Third
+/// differences of the given poses bound their errors. Third differences of the corrections contain
+/// the errors of both; what exceeds those of the given poses comes from the alignments. Not thread
+/// safe.
 class AlignmentGain {
  public:
   /// Adds the next given pose, camera to odometry.
@@ -22,8 +23,8 @@ class AlignmentGain {
   /// correction jumped, which makes earlier corrections worthless.
   bool addAligned(const Eigen::Isometry3d& T_W_C);
 
-  /// Share of the step from the expected to the aligned pose that an image should take: 1 unless
-  /// alignments are known to be noisy and the step is within their noise.
+  /// Share of the step from the expected to the aligned pose that the estimate should take: 1
+  /// unless alignments are known to be noisy. For steps beyond their noise, it grows with the step.
   double share(const Eigen::Isometry3d& expected_T_W_C,
                const Eigen::Isometry3d& aligned_T_W_C) const;
 
@@ -37,7 +38,8 @@ class AlignmentGain {
     int seen = 0;
     std::optional<Step> last, before;
 
-    /// Adds the next step of the trajectory. @return whether it is too long for noise.
+    /// Adds the next step of the trajectory. @return whether it differs from the steps before by
+    /// more than noise explains.
     bool add(const Step& step);
     bool isKnown() const;
   };

@@ -14,15 +14,16 @@ namespace {
 
 using nlohmann::json;
 
-// Constants of the specification.
+// Constants from the glTF specification.
 constexpr uint32_t kGlbMagic = 0x46546c67, kGlbVersion = 2;          // "glTF"
 constexpr uint32_t kJsonChunk = 0x4e4f534a, kBinChunk = 0x004e4942;  // "JSON", "BIN"
 constexpr int kUnsignedInt = 5125, kFloat = 5126;
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 constexpr uint64_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
 
-// A vertex has position, normal and colour as floats; a triangle has its indices. 8 bits of linear
-// light are too few in dark areas, and trimesh reads only the lower 8 of 16 bits.
+// A vertex has a position, a normal and a colour, of three floats each; a triangle has three 32-bit
+// indices. Colours are floats because 8 bits of linear light are too few in dark areas, and trimesh
+// reads only the lower 8 of 16 bits.
 constexpr uint64_t kVectorBytes = 12, kTriangleBytes = 12;
 constexpr uint64_t kMaxJsonBytes = 4096;
 
@@ -74,7 +75,7 @@ json& addView(uint64_t bytes, json& document) {
   return document["bufferViews"].back();
 }
 
-/// Adds vectors of floats. @return their accessor.
+/// Adds an accessor of float vectors, and its buffer view. @return the accessor.
 json& addVectors(uint64_t count, uint64_t dimensions, json& document) {
   document["accessors"].push_back({{"bufferView", document["bufferViews"].size()},
                                    {"count", count},
@@ -108,7 +109,8 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
        {"mode", 4}});
   document["materials"] = json::array({matteMaterial()});
   json& positions = addVectors(vertices, 3, document);
-  const auto [low, high] = boundsOf(mesh);  // rounding keeps their order
+  // Subtracting `origin` rounds, but keeps the order of values, so these bound what is written.
+  const auto [low, high] = boundsOf(mesh);
   positions["min"] = toJson(low - origin);
   positions["max"] = toJson(high - origin);
   addVectors(vertices, 3, document);
@@ -121,7 +123,7 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
   return paddedText(document);
 }
 
-/// glTF allows only normals of length 1; a zero normal becomes up.
+/// glTF allows only normals of length 1; a zero normal is replaced by one that points up.
 Vec3f unitNormal(const Vec3f& n) {
   const float length = norm(n);
   if (std::abs(length - 1.0f) < 1e-4f) return n;
@@ -179,7 +181,8 @@ void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
 
 namespace {
 
-/// The JSON text: positions, normals and texture coordinates of corners, page by page, then images.
+/// The JSON text, for a buffer with the positions, normals and texture coordinates of corners, page
+/// by page, and then the images. Sets `bytes` to the size of the buffer.
 std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t& bytes) {
   json document = documentOf(textured.mesh, origin);
   json& primitives = document["meshes"][0]["primitives"];
@@ -237,7 +240,7 @@ void writeGlb(const TexturedMesh& textured, AtomicFile& file) {
   const std::string text = describe(textured, origin, bytes);
   if (kHeaderBytes + 2 * kChunkHeaderBytes + text.size() + bytes > kMaxGlbBytes) {
     throw std::runtime_error(
-        "the mesh and its textures do not fit into a .glb file (4 GiB); save "
+        "the mesh and its textures do not fit in a .glb file (at most 4 GiB); save "
         "an .obj file, or use larger texels");
   }
   beginGlb(text, bytes, file);

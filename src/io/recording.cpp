@@ -53,7 +53,7 @@ const FolderFormat& formatNamed(const std::string& name) {
     if (name == format.name) return format;
   }
   throw std::runtime_error(
-      "'" + name + "' is not a format of recorded folders; known formats: " + describeFormats());
+      "'" + name + "' is not a known recording format; known formats: " + describeFormats());
 }
 
 const FolderFormat& formatOf(const RecordingOptions& options) {
@@ -72,7 +72,7 @@ void requireFolder(const std::string& path) {
 std::vector<StampedImage> listDepth(const std::string& folder, const FolderFormat& format) {
   std::vector<StampedImage> images = format.listDepth(folder);
   if (!images.empty()) return images;
-  throw std::runtime_error("'" + folder + "' has no depth images " + format.marks);
+  throw std::runtime_error("'" + folder + "' has no depth images; expected " + format.marks);
 }
 
 bool isReadable(const StampedImage& image) try {
@@ -82,7 +82,7 @@ bool isReadable(const StampedImage& image) try {
   return false;
 }
 
-/// The camera that the options or the folder have; none if it is the format's usual one.
+/// The camera that the options or the folder's files give; none if it is the format's usual one.
 std::optional<CameraInfo> givenCamera(const RecordingOptions& options, const FolderFormat& format,
                                       std::vector<StampedImage> images) {
   if (options.skip_bad) {  // the camera's size may come from the first image
@@ -159,7 +159,7 @@ std::string guessRecordingFormat(const std::string& path) {
   if (const FolderFormat* const format = formatIn(path)) return format->name;
   throw std::runtime_error(
       "'" + path + "' is not a recording in a known format" + describeFolders(path) +
-      ". Known formats and their files: " + describeFormats() + "; select one with --format");
+      ". Known formats and their files: " + describeFormats() + "; select a format with --format");
 }
 
 std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {

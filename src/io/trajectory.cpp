@@ -12,14 +12,15 @@
 namespace dtsdf {
 namespace {
 
-/// As doubles, today's stamps in seconds have a resolution of a quarter of a microsecond.
+/// Added to tolerances: as doubles, today's stamps in seconds are only a quarter of a microsecond
+/// precise.
 constexpr double kStampResolution_s = 1e-6;
 
 }  // namespace
 
 Trajectory::Trajectory(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
   const auto byStamp = [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; };
-  if (!std::is_sorted(poses_.begin(), poses_.end(), byStamp)) {  // sorting doubles the memory
+  if (!std::is_sorted(poses_.begin(), poses_.end(), byStamp)) {  // sorting takes extra memory
     std::stable_sort(poses_.begin(), poses_.end(), byStamp);
   }
   poses_.erase(std::unique(poses_.begin(), poses_.end(),

@@ -37,7 +37,7 @@ constexpr std::chrono::milliseconds kWritingAtOnce{1};
 /// Size of the checksum after each record.
 constexpr size_t kSumBytes = sizeof(uint64_t);
 
-constexpr const char* kFull = "map/page_folder has reached map/page_max_gb; raise it";
+constexpr const char* kFull = "a file in map/page_folder has reached map/page_max_gb; raise it";
 
 using Clock = std::chrono::steady_clock;
 
@@ -52,7 +52,7 @@ uint64_t unitsOf(size_t bytes) { return (bytes + kSumBytes + kUnitBytes - 1) / k
 
 std::string textOf(int error) { return std::generic_category().message(error); }
 
-/// Opens a file without a name. If the file system has no such files, a named one is opened and
+/// Opens a file without a name. If the file system does not support that, a named one is opened and
 /// unlinked at once.
 int openUnnamed(const std::string& folder) {
   const int file = open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, S_IRUSR | S_IWUSR);
@@ -63,8 +63,8 @@ int openUnnamed(const std::string& folder) {
   return named;
 }
 
-/// Calls call(address, bytes, offset) until all bytes are done. @return what the last call
-/// returned.
+/// Calls call(address, size, offset) until all bytes are transferred, or a call fails or transfers
+/// none. @return what the last call returned.
 template <class Byte, class Call>
 ssize_t transferAll(Byte* bytes, size_t size, uint64_t offset, const Call& call) {
   ssize_t done = 1;
@@ -142,8 +142,8 @@ void RecordStore::startWriting() {
   if (!std::exchange(is_writing_, true)) helper_.start([this] { writeWaiting(); });
 }
 
-/// Tries each record once. Those that the disk refuses are skipped, since it may take others; after
-/// kWrittenAtOnce refusals in a row it gives up.
+/// Tries to write each waiting record once. Those that the disk refuses are skipped, since it may
+/// accept others; after kWrittenAtOnce refusals in a row, the helper gives up.
 void RecordStore::writeWaiting() {
   Batch batch;
   std::vector<char> buffer;
@@ -176,7 +176,8 @@ void RecordStore::writeWaiting() {
   changed_.notify_all();
 }
 
-/// Finds the next records to write. @pre The mutex is locked. @return their number.
+/// Finds the next records to write, from the first whose number is above `after`.
+/// @pre The mutex is locked. @return how many were found.
 size_t RecordStore::findWaiting(uint64_t after, Batch& batch) const {
   size_t count = 0;
   for (auto next = waiting_.upper_bound(after); next != waiting_.end() && count < batch.size();
@@ -187,7 +188,7 @@ size_t RecordStore::findWaiting(uint64_t after, Batch& batch) const {
 }
 
 /// Removes written records from those that wait. @pre The mutex is locked.
-/// @param batch Null for records that the disk refused.
+/// @param batch Its pointers are null for records that the disk refused.
 void RecordStore::forgetWritten(const Batch& batch, size_t count) {
   for (size_t i = 0; i < count; ++i) {
     const auto& [number, waiting] = batch[i];
@@ -293,7 +294,8 @@ void RecordStore::clear() noexcept {
   shrink();
 }
 
-/// Truncates the file after the last used unit. If the system refuses, the file keeps its length.
+/// Truncates the file after the last used unit, if that frees more than kShrinkBytes or no unit is
+/// used. If the system refuses, the file keeps its length.
 void RecordStore::shrink() noexcept {
   const uint64_t end = runs_.end() * kUnitBytes;
   if (end + (end > 0 ? kShrinkBytes : 0) >= file_end_) return;

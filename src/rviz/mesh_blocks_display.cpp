@@ -31,7 +31,7 @@ using rviz::StatusProperty;
 
 namespace {
 
-/// Messages that may wait while a picture is drawn. None may be lost, since they hold changes.
+/// Messages that may wait while RViz renders. None may be lost, since each holds only changes.
 constexpr uint32_t kQueue = 1000;
 
 constexpr char kTopicStatus[] = "Topic";
@@ -48,7 +48,7 @@ class MeshBlocksDisplay : public rviz::Display {
     topic_ = new rviz::RosTopicProperty("Topic", "", datatype, "Topic of type " + datatype + ".",
                                         this, SLOT(updateTopic()));
     colour_ = new rviz::EnumProperty("Colour", "Auto",
-                                     "Auto: colour images if the map has any, else normals.", this,
+                                     "Auto: Image for chunks with colours, else Normal.", this,
                                      SLOT(updateStyle()));
     colour_->addOption("Auto", static_cast<int>(MeshColour::kAuto));
     colour_->addOption("Image", static_cast<int>(MeshColour::kImage));
@@ -63,14 +63,14 @@ class MeshBlocksDisplay : public rviz::Display {
     alpha_->setMin(0.0f);
     alpha_->setMax(1.0f);
     backfaces_ = new rviz::BoolProperty(
-        "Backfaces", true, "Also show surfaces from behind; drawing is faster without.", this,
+        "Backfaces", true, "Also show surfaces from behind; drawing is faster with this off.", this,
         SLOT(updateStyle()));
     wireframe_ = new rviz::BoolProperty("Wireframe", false, "Show the edges of the triangles only.",
                                         this, SLOT(updateStyle()));
     detail_ =
         new rviz::FloatProperty("Detail", 2.0f,
-                                "Distant parts are drawn with larger triangles, of about this "
-                                "many pixels; 0: always all triangles.",
+                                "Distant parts are drawn with larger triangles, about this many "
+                                "pixels wide at most; 0: all triangles are always drawn.",
                                 this);
     detail_->setMin(0.0f);
     detail_->setMax(20.0f);
@@ -159,7 +159,7 @@ class MeshBlocksDisplay : public rviz::Display {
 
   void showCount() {
     setStatus(StatusProperty::Ok, kMeshStatus,
-              QString("%1 triangles in %2 blocks")
+              QString("%1 triangles in %2 chunks")
                   .arg(static_cast<qulonglong>(visuals_->triangles()))
                   .arg(static_cast<qulonglong>(visuals_->chunks())));
   }

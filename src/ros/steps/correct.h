@@ -1,5 +1,5 @@
-/// The step that corrects the poses of images in the map: makes a second map from the journal,
-/// which then replaces the live one.
+/// The step that corrects the poses of images in the map: makes a second map from the journal, then
+/// replaces the live one with it.
 #pragma once
 
 #include <dtsdf_mapping/CorrectPoses.h>
@@ -42,22 +42,23 @@ using CorrectionResult = dtsdf_mapping::CorrectPoses::Response;
 /// journal and poses/mode tf.
 ///
 /// One correction runs at a time. A thread waits until the journal holds all earlier frames, opens
-/// it and makes the initial map (`opening_`). Then each work() repeats one record, while new frames
-/// are fused and written (`refusion_`). Once this has caught up with the journal, its map replaces
-/// the live one, and the correction is written to the journal.
+/// it and makes the initial map (`opening_`). Then each work() replays one record, while new frames
+/// are fused into the live map and written to the journal (`refusion_`). Once the replay has caught
+/// up with the journal, its map replaces the live one, and the correction is written to the
+/// journal.
 ///
-/// A correction that comes meanwhile waits, until a newer one replaces it.
+/// A correction that arrives meanwhile waits its turn, unless a newer one replaces it.
 class CorrectStep : public Step {
  public:
   struct Request {
-    /// Poses of the first camera in W; after add(), only those of images.
+    /// Poses of the first camera in W; after add(), only those that belong to images.
     journal::Correction correction;
     double least = 0.0;  ///< Nothing is done if no image moves this far, in metres or radians.
     std::function<void(const CorrectionResult&)> answer;  ///< Called once; does not throw.
     SteadyTime came = std::chrono::steady_clock::now();
   };
 
-  /// `journal` must outlive it; if null, all corrections are refused.
+  /// `journal` must outlive the step; if null, all corrections are refused.
   CorrectStep(const Host& host, JournalWriter* journal)
       : host_(host),
         journal_(journal),
@@ -76,14 +77,15 @@ class CorrectStep : public Step {
         });
     if (journal_ == nullptr) return;
     if (!has_tf_poses_) {
-      ROS_WARN_STREAM_NAMED("dtsdf_mapping", "corrected_path is not subscribed: " << kOnlyByTf);
+      ROS_WARN_STREAM_NAMED("dtsdf_mapping", "corrected_path is ignored: " << kOnlyByTf);
       return;
     }
     const boost::function<void(const nav_msgs::Path::ConstPtr&)> callback =
         [this](const nav_msgs::Path::ConstPtr& path) {
           guarded("corrected_path", [&] { followPath(*path); });
         };
-    // A queue of one: only the newest waiting path counts. It may wait for the map's thread.
+    // A queue of one: only the newest waiting path counts. The callback may wait for the map's
+    // thread.
     ros::NodeHandle nh = handles.input;
     nh.setCallbackQueue(handles.waiting.getCallbackQueue());
     path_input_ = nh.subscribe<nav_msgs::Path>(handles.ns + "/corrected_path", 1, callback);
@@ -112,7 +114,7 @@ class CorrectStep : public Step {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (depth == nullptr || frame.camera != 0) return;
     const double stamp_s = frame.stamp.toSec();
-    // Only a working journal limits them.
+    // Once the journal has stopped, these could not be corrected and would grow without limit.
     if (!journal_->report().problem.empty()) return fused_.clear();
     if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) fused_.clear();
     if (fused_.empty() || stamp_s > fused_.back().stamp_s) {
@@ -125,8 +127,8 @@ class CorrectStep : public Step {
   }
   void failed() override { giveUp("the map's backend failed"); }
 
-  /// Goes before a waiting frame, but fuses at most two frames again for each new one. Two are
-  /// enough to catch up for certain.
+  /// Takes precedence over a waiting frame, but fuses at most two frames again for each new one:
+  /// with two, it is sure to catch up.
   bool work(bool frame_waits) override try {
     constexpr int kWorkPerFrame = 4;
     if (refusion_) {
@@ -157,8 +159,8 @@ class CorrectStep : public Step {
     if (bytes_ > 0) addMemory(status, "correction", on_gpu ? kGpu : kHost, bytes_);
   }
 
-  /// Map's thread: queues a correction of the images fused so far. Only poses of images are kept.
-  /// Paths that change nothing are common: a SLAM may publish one every second.
+  /// Map's thread: queues a correction of the images fused so far. Only poses that belong to images
+  /// are kept. Paths that change nothing are common: SLAM may publish one every second.
   void add(Request request) {
     try {
       host_.map.throwIfFailed();
@@ -191,7 +193,7 @@ class CorrectStep : public Step {
   /// A service's thread.
   void followPath(const nav_msgs::Path& path) try {
     if (path.header.frame_id.size() > kLongestName) {
-      throw std::runtime_error("the name of its frame is too long");
+      throw std::runtime_error("the path's frame_id is too long");
     }
     if (path.poses.empty()) return;
     std::vector<StampedPose> poses;
@@ -240,7 +242,7 @@ class CorrectStep : public Step {
   }
 
   /// Converts poses of `child_frame` (empty: the camera) in `frame` to poses of the camera in W. An
-  /// empty `frame` is map_frame, even if the map is levelled.
+  /// empty `frame` is map_frame, which is not W if the map is levelled.
   std::vector<StampedPose> cameraPoses(const std::vector<StampedPose>& given,
                                        const std::string& frame,
                                        const std::string& child_frame) const {
@@ -300,12 +302,14 @@ class CorrectStep : public Step {
 
   void fuseAgain() {
     const bool has_fused = refusion_->step(host_.map.mapBytes());
-    work_since_frame_ += has_fused ? 2 : 1;  // a step without a frame waited for the disk, or ended
+    // A step that did nothing counts as well: it may wait for the disk, in hasCaughtUp().
+    work_since_frame_ += has_fused ? 2 : 1;
     if (!has_fused && hasCaughtUp()) return finish();
     noteProgress();
   }
 
-  /// Waits for the last records to be in the file; nothing is added to the journal meanwhile.
+  /// Whether every record of the journal was replayed. Waits briefly for the last ones to reach the
+  /// file; nothing is added to the journal meanwhile.
   bool hasCaughtUp() {
     std::future<bool> written = journal_->written();
     constexpr std::chrono::milliseconds kJournalWait{20};
@@ -314,7 +318,7 @@ class CorrectStep : public Step {
     return journal_->count() == refusion_->count();
   }
 
-  /// Replaces the live map by the corrected one.
+  /// Replaces the live map with the corrected one.
   void finish() {
     const auto& mesh = refusion_->takeMesh();
     std::unique_ptr<Mapper> before = host_.map.replaceCorrected(refusion_->takeMapper(), mesh);
@@ -331,7 +335,8 @@ class CorrectStep : public Step {
     endCurrent(std::move(before));
   }
 
-  /// Frees maps on another thread, because large ones take long.
+  /// Ends the current correction. Maps are freed on another thread, because large ones take a
+  /// while.
   void endCurrent(std::unique_ptr<Mapper> map = nullptr) {
     current_.reset();
     if (refusion_ == nullptr) return noteProgress();
@@ -381,7 +386,7 @@ class CorrectStep : public Step {
   std::optional<Request> waiting_, current_;
   std::future<std::unique_ptr<Refusion>> opening_;  ///< Opens the journal for `current_`.
   std::unique_ptr<Refusion> refusion_;
-  int work_since_frame_ = 0;  ///< Only with a journal.
+  int work_since_frame_ = 0;  ///< Steps since the last frame, weighted in fuseAgain().
   std::future<void> freeing_;
 
   // The first camera.

@@ -8,7 +8,7 @@ namespace dtsdf {
 
 /// The pose of a camera at a time.
 struct StampedPose {
-  double stamp_s;
+  double stamp_s;           ///< Time, in seconds.
   Eigen::Isometry3d T_W_C;  ///< Optical frame to map frame, in metres.
 };
 

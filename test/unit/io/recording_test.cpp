@@ -34,7 +34,7 @@ TEST_F(Recording, FormatMayBeNamed) {
   options_.format = "scannet";
   EXPECT_NE(readingErrorOf(options_).find("intrinsic_depth.txt"), std::string::npos);
   options_.format = "svo";
-  EXPECT_NE(readingErrorOf(options_).find("'svo' is not a format"), std::string::npos);
+  EXPECT_NE(readingErrorOf(options_).find("'svo' is not a known"), std::string::npos);
 }
 
 TEST_F(Recording, PosesMayComeFromElsewhere) {

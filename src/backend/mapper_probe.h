@@ -1,7 +1,5 @@
-/// A mapper from inside, for benchmarks and tests: what it holds, and where its time goes.
+/// A mapper from inside, for benchmarks, tests and boxes of larger maps.
 #pragma once
-
-#include <vector>
 
 #include "backend/profile.h"
 #include "dtsdf_mapping/map_parts.h"

@@ -1,11 +1,7 @@
-/// Where time and memory go: what a mapper reports to those who ask. Nobody else pays for it.
+/// Time by stages on the host, for those who ask. Nobody else pays for it.
 #pragma once
 
 #include <chrono>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <vector>
 
 namespace dtsdf {
 
@@ -31,7 +27,7 @@ constexpr int kStageCount = static_cast<int>(Stage::kFindCells) + 1;
 
 const char* toString(Stage stage);
 
-/// Times, added up until whoever asked for them sets them back.
+/// Sums of times, until whoever asked for them resets them.
 struct Profile {
   double ms[kStageCount] = {};
 
@@ -39,7 +35,7 @@ struct Profile {
   double of(Stage stage) const { return ms[static_cast<int>(stage)]; }
 };
 
-/// Adds the wall time of its life to a stage; does nothing without a profile.
+/// Adds the wall time of its own lifetime to a stage; does nothing without a profile.
 class StageTimer {
  public:
   StageTimer(Profile* profile, Stage stage) : profile_(profile), stage_(stage) {

@@ -43,11 +43,11 @@ MapInfo saveMapInChunks(const MapContents& head, const ReadChunk& read, const st
 class MapChunks {
  public:
   /// @throws std::runtime_error as loadMap()
-  explicit MapChunks(const std::string& path, size_t most_bytes = kNoMapLimit);
+  explicit MapChunks(const std::string& path, size_t max_bytes = kNoMapLimit);
   /// Limits the map to what a mapper with these settings may hold, in memory and on disk.
   MapChunks(const std::string& path, const MapperParams& params);
   /// Reads a map from the records of a file, from record `first` on.
-  MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t most_bytes = kNoMapLimit);
+  MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t max_bytes = kNoMapLimit);
 
   const std::string& path() const { return file_->path(); }
 

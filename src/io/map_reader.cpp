@@ -27,8 +27,8 @@ bool isKnown(const Record& record) {
 
 }  // namespace
 
-MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t most_bytes)
-    : file_(std::move(file)), max_bytes_(most_bytes), first_(first) {
+MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t max_bytes)
+    : file_(std::move(file)), max_bytes_(max_bytes), first_(first) {
   findRecords();
   checkEnd();
   reportingDamage([&] { readSettings(); });
@@ -185,8 +185,8 @@ void MapChunks::readWords(const Record& record, uint64_t sum, size_t count,
   file_->throwDamaged("the content of a record " + record.name() + " does not match its checksum");
 }
 
-MapChunks::MapChunks(const std::string& path, size_t most_bytes)
-    : MapChunks(std::make_shared<const RecordFile>(path, kPurpose, "map file"), 0, most_bytes) {
+MapChunks::MapChunks(const std::string& path, size_t max_bytes)
+    : MapChunks(std::make_shared<const RecordFile>(path, kPurpose, "map file"), 0, max_bytes) {
   if (file_->end() == file_->bytes() && endRecord() == file_->records().size()) return;
   file_->throwDamaged("there is data after its end");
 }

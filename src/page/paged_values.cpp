@@ -17,8 +17,8 @@ constexpr size_t kEntryBytes = 240;
 
 }  // namespace
 
-PagedValues::PagedValues(const std::string& folder, uint64_t max_bytes, size_t most_bytes)
-    : store_(folder, max_bytes, most_bytes / kFreedShare), max_bytes_(most_bytes) {}
+PagedValues::PagedValues(const std::string& folder, uint64_t max_file_bytes, size_t max_bytes)
+    : store_(folder, max_file_bytes, max_bytes / kFreedShare), max_bytes_(max_bytes) {}
 
 std::shared_ptr<PagedValues::Entry> PagedValues::keep(std::shared_ptr<const void> value,
                                                       const ValueKind& kind) {

@@ -70,10 +70,10 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
     bool is_lost = false;
   };
 
-  /// @param max_bytes Limit of the file's size.
-  /// @param most_bytes Limit of the memory.
+  /// @param max_file_bytes Limit of the file's size.
+  /// @param max_bytes Limit of the memory.
   /// @throws std::runtime_error if the folder cannot be written.
-  PagedValues(const std::string& folder, uint64_t max_bytes, size_t most_bytes);
+  PagedValues(const std::string& folder, uint64_t max_file_bytes, size_t max_bytes);
 
   std::shared_ptr<Entry> keep(std::shared_ptr<const void> value, const ValueKind& kind);
 

@@ -56,10 +56,10 @@ int reachInCells(const MapperParams& params) {
                       static_cast<double>(params.map.voxel_size_m) * params.space.cell_voxels);
 }
 
-SharedPagedValues makePages(const MapperParams& params, size_t most_bytes) {
+SharedPagedValues makePages(const MapperParams& params, size_t max_bytes) {
   const MapParams& map = params.map;
   if (map.page_folder.empty()) return nullptr;
-  return std::make_shared<PagedValues>(map.page_folder, pageBytesOf(map), most_bytes);
+  return std::make_shared<PagedValues>(map.page_folder, pageBytesOf(map), max_bytes);
 }
 
 SpaceMap::SpaceMap(const MapperParams& params, int threads)

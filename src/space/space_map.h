@@ -22,10 +22,10 @@ int32_t cellLog2Of(const MapperParams& params);
 /// The largest distance, in cells.
 int reachInCells(const MapperParams& params);
 
-/// Makes the pages for cells and distances, with `most_bytes` of memory; null without
+/// Makes the pages for cells and distances, with `max_bytes` of memory; null without
 /// map/page_folder.
 /// @throws std::runtime_error if the folder cannot be written.
-SharedPagedValues makePages(const MapperParams& params, size_t most_bytes);
+SharedPagedValues makePages(const MapperParams& params, size_t max_bytes);
 
 class SpaceMap : public Space {
  public:

@@ -110,7 +110,7 @@ void readPoints(const sensor_msgs::PointCloud2& cloud, const Coordinates& xyz, u
 }  // namespace
 
 std::variant<CameraImage, Rejection> CloudImages::convert(const sensor_msgs::PointCloud2& cloud,
-                                                          bool has_info, size_t most_bytes) {
+                                                          bool has_info, size_t max_bytes) {
   Coordinates xyz{};
   if (const auto rejection = checkRows(cloud)) return *rejection;
   if (const auto rejection = findCoordinates(cloud, xyz)) return *rejection;
@@ -121,7 +121,7 @@ std::variant<CameraImage, Rejection> CloudImages::convert(const sensor_msgs::Poi
   image->height = cloud.height;
   image->step = cloud.width * sizeof(float);
   image->data.resize(size_t{image->step} * cloud.height);
-  if (const auto rejection = checkArrival(*image, most_bytes)) return *rejection;
+  if (const auto rejection = checkArrival(*image, max_bytes)) return *rejection;
   const bool is_known = width_ == cloud.width && height_ == cloud.height;
   Sums sums{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
   readPoints(cloud, xyz, image->data.data(), is_known ? nullptr : &sums);

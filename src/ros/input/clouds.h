@@ -22,9 +22,9 @@ class CloudImages {
   explicit CloudImages(std::string topic) : topic_(std::move(topic)) {}
 
   /// The depth image, with the fitted camera unless there is a camera_info (`has_info`); or what is
-  /// wrong with the cloud. `most_bytes`: see checkArrival().
+  /// wrong with the cloud. `max_bytes`: see checkArrival().
   std::variant<CameraImage, Rejection> convert(const sensor_msgs::PointCloud2& cloud, bool has_info,
-                                               size_t most_bytes);
+                                               size_t max_bytes);
 
   /// The fitted camera and its residual, as text; empty before a fit.
   const std::string& camera() const { return camera_; }

@@ -25,7 +25,7 @@ struct PosePrior {
 
 /// Whether an image was aligned.
 enum class AlignmentStatus {
-  kAligned,    ///< `T_W_C` is where the image fits the map best.
+  kAligned,    ///< The image fits the map at `T_W_C`.
   kUnmapped,   ///< The map holds too little of what the image shows.
   kMisfit,     ///< The image does not fit the map: wrong place, or a pose too far off.
   kAmbiguous,  ///< Several places of the map look like it (place_search.h).
@@ -38,26 +38,27 @@ const char* toString(AlignmentStatus status);
 /// Result of aligning an image to the map.
 struct Alignment {
   AlignmentStatus status = AlignmentStatus::kUnmapped;  ///< Whether T_W_C was found.
-  /// Optical frame to map frame, in metres. The frame's own pose unless it was aligned.
+  /// Optical frame to map frame, in metres. If no pose was found, that of the prior.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   double matched_share = 0.0;  ///< Share of the image's points that lie near a surface of the map.
   double inlier_share = 0.0;   ///< Share of the matched points that fit.
-  /// Share of the image's points that fit at PosePrior::compared_T_W_C; 0 without it.
+  /// Share of the image's points that fit at PosePrior::compared_T_W_C; 0 without that pose or
+  /// unless the image was aligned.
   double compared_share = 0.0;
-  /// Enough points fit to rule out that the pose slid along plain surfaces, which fit anywhere.
+  /// Enough points fit to rule out that the pose slid along featureless surfaces.
   bool is_held = false;
   double reach_m = 0.0;     ///< Largest distance to the map at which a point counts, in metres.
   double witnesses = 0.0;   ///< Effective number of points with independent errors.
   double residual_m = 0.0;  ///< Root mean square distance of the points to the surface, in metres.
   double shift_m = 0.0;     ///< Distance from the frame's pose, in metres.
   double turn_rad = 0.0;    ///< Rotation from the frame's pose, in radians.
-  /// Root mean square distance by which the frame's pose puts the points off the map, along their
-  /// normals, in metres: small if the pose is off along a wall only.
+  /// Root mean square distance along the normals, in metres, between the points at the frame's pose
+  /// and at the pose found: small if the frame's pose is only off along a wall.
   double misplacement_m = 0.0;
   bool is_significant = false;  ///< misplacement_m exceeds what the map's own error explains.
   /// Covariance of T_W_C: position along the axes of the map frame in m^2, then small rotations
   /// about these axes in rad^2. Directions that the image does not constrain have the prior's. If
-  /// T_W_C is not the best fit, it includes the square of the offset from the best fit.
+  /// T_W_C is not the best fit, the squared offset from the best fit is added.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 

@@ -12,8 +12,8 @@ namespace dtsdf {
 ///
 /// Independent errors show in third differences, which smooth motion and drift hardly affect. Third
 /// differences of the given poses bound their errors. Third differences of the corrections contain
-/// the errors of both; what exceeds those of the given poses comes from the alignments. Not thread
-/// safe.
+/// the errors of both; any excess over those of the given poses comes from the alignments. Not
+/// thread safe.
 class AlignmentGain {
  public:
   /// Adds the next given pose, camera to odometry.
@@ -32,14 +32,15 @@ class AlignmentGain {
   /// Translation in metres, then a rotation in radians.
   using Step = Eigen::Matrix<double, 6, 1>;
 
-  /// Variance of the independent errors of a trajectory over its last images, summed over axes.
+  /// Variance of a trajectory's independent errors, summed over axes and averaged over recent
+  /// images.
   struct Variance {
     double m2 = 0.0, rad2 = 0.0;
     int seen = 0;
     std::optional<Step> last, before;
 
-    /// Adds the next step of the trajectory. @return whether it differs from the steps before by
-    /// more than noise explains.
+    /// Adds the next step. @return whether the trajectory jumped: the step's third difference
+    /// exceeds what noise explains.
     bool add(const Step& step);
     bool isKnown() const;
   };

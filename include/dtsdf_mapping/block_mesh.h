@@ -8,9 +8,9 @@
 
 namespace dtsdf {
 
-/// A vertex lies on an edge of the grid. `edge` identifies it inside the block:
-/// ((index of the edge's lower corner) * 3 + axis) * 2 + facing. The corners are the 9 x 9 x 9 ones
-/// of the block's mesh units, x fastest; facing 0 has its behind side at the lower end.
+/// A vertex lies on an edge of the grid. `edge` identifies it inside the block: ((index of the
+/// edge's lower corner) * 3 + axis) * 2 + facing. The corners are those of the block's mesh units,
+/// 9 x 9 x 9, x fastest. With facing 0, the lower end is behind the surface.
 ///
 /// A refined mesh (mesh/refine) also has vertices at the midpoints of triangle sides. A midpoint's
 /// `edge` is 4374 + 4374 * a + b, where a < b are the `edge` values of the side's ends.

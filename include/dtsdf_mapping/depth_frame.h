@@ -21,7 +21,7 @@ struct DepthFrame {
   float unit_m = 0.001f;              ///< Metres per unit of the raw value (1 for depth in metres).
   Intrinsics intrinsics{0, 0, 0, 0};  ///< Camera of this rectified image.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Optical frame to map frame, metres.
-  /// Centre of map/keep_radius_m, in the map frame in metres; none: the camera.
+  /// Centre of the ball of radius map/keep_radius_m, in the map frame, in metres; none: the camera.
   std::optional<Eigen::Vector3d> keep_center_W;
 };
 

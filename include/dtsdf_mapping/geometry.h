@@ -19,13 +19,13 @@ struct Vec3i {
   int32_t z;  ///< Third component.
 };
 
-/// Binary logarithm of kBlockSide. Block (i, j, k) begins at voxel (8 i, 8 j, 8 k), that is at
-/// (8 i, 8 j, 8 k) * voxel size in the map frame W.
+/// Binary logarithm of kBlockSide.
 constexpr int kBlockSideLog2 = 3;
 /// Voxels along an edge of a block.
 constexpr int kBlockSide = 1 << kBlockSideLog2;
 
-/// Coordinates of a block, in blocks from the origin of W.
+/// Coordinates of a block, in blocks from the origin of the map frame W: block (i, j, k) begins at
+/// voxel (8 i, 8 j, 8 k).
 using BlockKey = Vec3i;
 
 /// A block's coordinates packed into one number, which sorts by z, then y, then x.

@@ -1,4 +1,4 @@
-/// A whole map outside a mapper: what a map file holds, and a mapper can resume from.
+/// A copy of a whole map, as a map file stores it. A mapper can resume from it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -67,23 +67,23 @@ struct MapSize {
   size_t bytes() const;
 };
 
-/// Facts about a map that its caller knows and the mapper does not.
+/// Facts about a map that the caller supplies. The mapper itself does not use them.
 struct MapOrigin {
   std::string map_frame;  ///< Name of the frame that poses are given in; empty: unnamed.
   /// Transform from the poses' frame M to the frame W of a levelled map; none: it is not levelled.
   std::optional<Eigen::Isometry3d> T_W_M;
   double stamp_s = 0.0;  ///< Stamp of the newest frame fused, in seconds; 0: not known.
-  PoseParams poses;      ///< Settings that the poses of frames were found with.
+  PoseParams poses;      ///< Settings with which the frames' poses were found.
 };
 
 /// A map without its blocks, voxels, colours and free cells.
 struct MapHead : MapOrigin {
-  /// The mapper's settings (except backend, threads, budget and mesh colour) and the numbers of its
-  /// rules (rules/..., except rules/poses/...). In a file also poses/..., unless poses were taken
-  /// as given.
+  /// The mapper's settings (except backend, threads, memory budget, paging and mesh colour) and the
+  /// numbers of its rules (rules/..., except rules/poses/...). In a file also poses/..., unless
+  /// poses were taken as given.
   ParamTree settings;
   uint64_t frames = 0;             ///< Depth frames fused.
-  uint64_t supporting_frames = 0;  ///< Depth frames that did more than clear.
+  uint64_t supporting_frames = 0;  ///< Depth frames that touched a block.
   bool painted = false;            ///< Whether the map was ever painted; meshes then have colours.
   std::array<float, 3> exposure = {1.0f, 1.0f, 1.0f};  ///< Gains of the last colour image.
   int cell_voxels = 0;  ///< Edge of a cell of space, in voxels; 0: without space/enabled.
@@ -93,14 +93,14 @@ struct MapHead : MapOrigin {
 /// contents continues as the original mapper would have, byte for byte, given equal settings and
 /// enough budget.
 struct MapContents : MapHead {
-  std::vector<MapBlock> blocks;  ///< Sorted by packed key, each once; none without voxels.
+  std::vector<MapBlock> blocks;  ///< Sorted by packed key, each once; each has voxels.
   /// 512 words per voxel array, x fastest, in the order of blocks, then of directions. Bits 0 to 15
   /// are the signed distance in 2^-11 voxels (two's complement), 16 to 31 the anchor, 32 to 39 the
   /// evidence, 40 to 63 the weight in 2^-16.
   PlainArray<uint64_t> voxels;
   /// 64 words per brick of 4 x 4 x 4 voxels, x fastest, in the order of blocks, directions and
-  /// bricks. Bits 0 to 7 are red, then green, blue, and the code of the weight, 0 where nothing is
-  /// painted.
+  /// bricks. Bits 0 to 7 are red, 8 to 15 green, 16 to 23 blue, 24 to 31 the code of the weight; 0
+  /// where nothing is painted.
   PlainArray<uint32_t> colours;
 
   std::vector<MapFreeCube> free_cubes;  ///< Sorted by packed key, each once.
@@ -127,8 +127,8 @@ MapSize sizeOf(const std::vector<MapBlock>& blocks);
 /// Checks that contents are valid. @throws std::runtime_error that says what is wrong.
 void checkContents(const MapContents& contents);
 
-/// Takes over the settings that a map is bound to, since its voxels mean nothing without them:
-/// map/voxel_size_m, map/truncation_voxels, map/directional and fusion/mode.
+/// Takes over the settings that a map is bound to: map/voxel_size_m, map/truncation_voxels,
+/// map/directional and fusion/mode.
 /// @return `params` with these settings of the contents.
 /// @throws std::runtime_error if the contents lack one of them or have an invalid value for it.
 MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
@@ -137,21 +137,21 @@ MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
 /// @throws std::runtime_error if the map is in another frame.
 void checkFrame(const MapContents& contents, const std::string& map_frame);
 
-/// Checks that a run can resume from the contents: both level the map or neither does. Contents
+/// Checks that a run can resume from the contents: both must be levelled, or neither. Contents
 /// without frames suit any run. @throws std::runtime_error if not, with what to do.
 void checkLevel(const MapContents& contents, bool is_levelled);
 
 /// Smallest map/max_memory_mb with which a mapper of these settings can resume from the contents.
 int minMemoryMb(const MapContents& contents, MapperParams params);
 
-/// Largest size of a map in bytes, in memory and on disk.
+/// Largest size that a map of these settings can have, in bytes, in memory and on disk together.
 size_t maxMapBytes(const MapperParams& params);
 
 /// Remedy to pass to checkFits() if settings were given together with a map.
 constexpr char kLeaveSettingOut[] = "leave this setting out: it comes from the file";
 
-/// Checks that a mapper of these settings can resume from the contents. With space/enabled it takes
-/// over the free cells, so their size must match.
+/// Checks that a mapper of these settings can resume from the contents. If it takes over free cells
+/// (space/enabled), their size must match too.
 /// @throws std::runtime_error if a bound setting differs, with the first one and `remedy`, which
 /// says what to do about it; if the map is larger than map/max_memory_mb; or if space/cell_voxels
 /// differs.

@@ -11,12 +11,13 @@ namespace dtsdf {
 /// A map whose voxels and colours are delivered in parts.
 struct MapParts {
   std::shared_ptr<const MapContents> head;  ///< The contents without voxels and colours.
-  /// Calls `take` for one part after another, each with the next blocks in the head's order and
-  /// their voxels and colours. Calls may come from several threads, one at a time.
+  /// Calls `take` for one part after another. Each part has the next blocks in the head's order,
+  /// with their voxels and colours. Calls may come from several threads, but one at a time.
   std::function<void(const std::function<void(const MapContents& part)>& take)> visit;
 };
 
-/// Does for a head what checkContents() does. @throws std::runtime_error that says what is wrong.
+/// Like checkContents(), but for contents without voxels and colours. @throws std::runtime_error
+/// that says what is wrong.
 void checkHead(const MapContents& head);
 
 /// Makes a mapper from the contents of another, part by part: with map/page_folder the map may be

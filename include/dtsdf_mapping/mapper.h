@@ -22,8 +22,8 @@ namespace dtsdf {
 /// Outcome of a frame.
 enum class FrameStatus {
   kFused,          ///< It was fused, cleared what it saw through, or painted surfaces.
-  kBadImage,       ///< No data, no pixels, too many pixels, or rows that overlap.
-  kBadIntrinsics,  ///< Focal length not positive, or a value that is not finite.
+  kBadImage,       ///< No data, no pixels, too many pixels, rows that overlap, or a bad unit.
+  kBadIntrinsics,  ///< Not finite, or impossible for the size of the image.
   kBadPose,        ///< Not finite, not a rotation, or outside the coordinates a map can hold.
   kNoMeasurement,  ///< No pixel has a depth in range and a normal, or a depth beyond the range to
                    ///< clear with. For a colour image: it sees no surface of the map.
@@ -37,11 +37,11 @@ const char* toString(FrameStatus status);
 struct IntegrationResult {
   FrameStatus status = FrameStatus::kFused;  ///< The map is unchanged unless this is kFused.
   std::string message;        ///< Why the frame, or part of it, was not fused; or a warning.
-  size_t refused_blocks = 0;  ///< Blocks and arrays of this frame refused by the budget.
+  size_t refused_blocks = 0;  ///< Blocks and arrays that this frame needed and the budget refused.
   double duration_ms = 0.0;   ///< Wall time of the call.
 };
 
-/// The part of a map on disk, with map/page_folder. Counters start at 0 and at each clear().
+/// The part of a map on disk, with map/page_folder. clear() resets the counters.
 struct PageStats {
   size_t blocks = 0;       ///< Blocks on disk now.
   size_t bytes = 0;        ///< Disk space of these blocks.
@@ -51,7 +51,7 @@ struct PageStats {
   uint64_t read = 0;       ///< Blocks read back.
   uint64_t waits = 0;      ///< Calls that had to wait for the disk.
   double wait_ms = 0.0;    ///< Total time of these waits.
-  uint64_t failures = 0;   ///< Reads and writes that failed, or found the folder full.
+  uint64_t failures = 0;   ///< Failed reads and writes; also writes for which the folder was full.
   /// Blocks, and sectors of 32 x 32 x 32 cells, that were damaged when read back.
   uint64_t lost = 0;
   std::string problem;  ///< Description of the last failure; empty: none.
@@ -67,8 +67,8 @@ struct MapStats {
   size_t colour_bytes = 0;      ///< Part of map_bytes that holds colour; 0 before any painting.
   uint64_t dropped_blocks = 0;  ///< Beyond map/keep_radius_m, since the start or the last clear().
   size_t free_bytes = 0;        ///< Bytes of the budget that free cells of space() take.
-  /// How often, since the start or the last clear(), a full budget left a cube of 8 x 8 x 8 cells
-  /// unknown although an image saw some of it free.
+  /// How often, since the start or the last clear(), the budget had no room for a cube of 8 x 8 x 8
+  /// cells that an image saw partly free.
   uint64_t refused_cubes = 0;
   /// Limit of map_bytes: map/max_memory_mb, less an eighth with space/enabled. With map/page_folder
   /// one image that needs more may exceed it.
@@ -108,9 +108,9 @@ class Mapper {
   /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
   virtual IntegrationResult integrate(const DepthFrame& frame) = 0;
 
-  /// Finds the pose at which a frame fits the map best, near its own T_W_C, whose expected error is
-  /// the prior. The map is unchanged; integrate() the frame at the pose found.
-  /// @return kUnmapped with the frame's own pose, for a frame that integrate() would refuse.
+  /// Finds the pose at which a frame fits the map best, near its own T_W_C. The prior describes the
+  /// expected error of T_W_C. The map is unchanged; integrate() the frame at the pose found.
+  /// @return the pose found. For a frame that integrate() would refuse: kUnmapped and its own pose.
   /// @throws std::exception when the backend fails.
   virtual Alignment align(const DepthFrame& frame, const PosePrior& prior) = 0;
 
@@ -154,8 +154,8 @@ class Mapper {
   /// finishMeshUpdate() would return them in parts.
   MeshUpdate updateMesh();
 
-  /// Empties the voxels of all directions whose centres lie in a region, and their colours, and
-  /// frees arrays and blocks that become empty. The next mesh update has the changes; an extraction
+  /// Empties the voxels that lie in a region, in all directions, with their colours. Arrays and
+  /// blocks that become empty are freed. The next mesh update has the changes; an extraction
   /// already under way may still show the region. Later frames may fill the region again.
   /// @throws std::invalid_argument for a region with a problem (see findProblem()), with the map
   /// unchanged; PartlyCleared if blocks on disk cannot be read back; std::exception when the
@@ -181,8 +181,8 @@ class Mapper {
   virtual MapContents part(const std::vector<MapBlock>& blocks) = 0;
 
   /// Free space and distances to surfaces; null without space/enabled. The object lives as long as
-  /// the mapper. Each call adds the frames fused so far, so call it again after a frame. On a GPU
-  /// it waits for the last frame.
+  /// the mapper. Each call adds the free cells of the frames fused so far, so call it again after a
+  /// frame. On a GPU it waits for the last frame.
   /// @throws std::exception when the backend fails.
   virtual Space* space() { return nullptr; }
 

@@ -68,8 +68,8 @@ class MeshStore {
   /// Position of a block's vertex in W, in metres.
   std::array<double, 3> positionInMap(const BlockKey& key, const BlockVertex& vertex) const;
 
-  /// Joins all blocks into one mesh: vertices that neighbouring blocks share appear once. The
-  /// mesh's borders are smoothed.
+  /// Joins all blocks into one mesh: vertices that neighbouring blocks share appear once. Small
+  /// holes are closed, and borders are smoothed.
   Mesh assemble() const;
 
   /// The triangles of assemble() whose corners all lie in a box, with unchanged normals.

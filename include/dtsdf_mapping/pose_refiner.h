@@ -14,7 +14,8 @@ namespace dtsdf {
 /// Its variance grows with the distance travelled, and each aligned pose measures it with the noise
 /// of a given pose, so drift is corrected and noise is averaged. A pose within the map's own error
 /// is not moved, and if alignments are noisier than given poses, poses follow them on average only.
-/// An image that slips is also aligned from the pose of the previous image. Not thread safe.
+/// If an image may have settled at a wrong pose, it is also aligned from the pose of the previous
+/// image. Not thread safe.
 class PoseRefiner {
  public:
   /// @param params Expected errors of given poses, and what to do with frames that do not fit.

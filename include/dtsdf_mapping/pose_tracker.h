@@ -12,9 +12,9 @@ namespace dtsdf {
 
 /// Each image is aligned to the map, starting from the pose that the motion of the last two images
 /// predicts. If an image does not fit, the camera is lost: nothing is fused, and each image is
-/// searched for around earlier poses, until several in a row fit again. A camera that is lost for
-/// two seconds, or was never found in the map, is searched for in the whole map (place_search.h).
-/// Not thread safe.
+/// aligned from guesses around earlier poses, until several images in a row fit. After two seconds,
+/// or if the camera was never found in the map, the whole map is searched (place_search.h). Not
+/// thread safe.
 class PoseTracker {
  public:
   /// @param params The sigmas are the expected errors of predicted poses.
@@ -72,12 +72,12 @@ class PoseTracker {
 
   PoseParams params_;
   int threads_;
-  std::optional<Eigen::Isometry3d> given_T_W_C_;  ///< Where the next frame begins.
-  bool may_begin_ = false;                        ///< The last frame's pose was given.
-  std::optional<StampedPose> last_, before_;      ///< The newest frames that fitted.
-  std::vector<Eigen::Isometry3d> places_T_W_C_;   ///< Earlier poses, spaced, the newest last.
+  std::optional<Eigen::Isometry3d> given_T_W_C_;  ///< Pose of the next frame, if known.
+  bool may_begin_ = false;  ///< The last frame's pose was given and may begin a map.
+  std::optional<StampedPose> last_, before_;     ///< The newest frames that fitted.
+  std::vector<Eigen::Isometry3d> places_T_W_C_;  ///< Earlier poses, the newest last.
   std::optional<double> lost_since_s_;
-  bool was_found_ = false;                ///< Whether the camera was found since seek().
+  bool was_found_ = false;                ///< Whether the camera was ever found in this map.
   std::optional<double> searched_map_s_;  ///< Stamp of the last search of the whole map.
   double reach_m_ = 0.0;                  ///< Alignment::reach_m.
   int fits_in_a_row_ = 0;                 ///< Images that fitted in a row while lost.

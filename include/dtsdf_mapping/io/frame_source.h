@@ -19,7 +19,7 @@ struct SourceFrame {
   DepthFrame depth;                    ///< Its `data` points into what `pixels` owns.
   std::shared_ptr<const void> pixels;  ///< Keeps the image alive, whatever library it came from.
   double stamp_s = 0.0;                ///< Stamp of the depth image.
-  size_t index = 0;                    ///< Its place in the recording, from 0 on.
+  size_t index = 0;                    ///< Its index in the recording, from 0.
 };
 
 /// Selects depth images of a recording by their index: first, first + step, ... up to and including
@@ -64,7 +64,8 @@ class ImageSource {
 
   /// The next usable image, or nothing at the end. Unusable images (no pose, wrong encoding) are
   /// skipped and counted.
-  /// @throws std::runtime_error if the recording is broken, with file, place and what to do.
+  /// @throws std::runtime_error if the recording is damaged; the message names the file and the
+  /// position in it, and says what to do.
   virtual std::optional<Image> next() = 0;
 
   /// Images skipped so far, by reason ("no pose within 20 ms").

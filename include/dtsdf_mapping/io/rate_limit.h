@@ -26,7 +26,7 @@ class RateLimit {
  private:
   double interval_s_;
   double due_s_ =
-      std::numeric_limits<double>::infinity();  ///< Stamp of the next image; at first any will do.
+      std::numeric_limits<double>::infinity();  ///< Stamp of the next image; infinity: any.
 };
 
 }  // namespace dtsdf

@@ -16,8 +16,8 @@ struct RecordingOptions {
   std::string path;    ///< Path of the folder.
   std::string format;  ///< One of recordingFormats(); empty: detected from its files.
   std::optional<double> units_per_metre;  ///< Scale of 16-bit images; empty: the format's.
-  /// Intrinsics to use instead of the format's. A negative fy means that the y axis points up: rows
-  /// are flipped, and points stay where they are.
+  /// Intrinsics to use instead of the format's. A negative fy means that the camera's y axis points
+  /// up: rows are then flipped, and fy becomes positive.
   std::optional<Intrinsics> intrinsics;
   std::string poses_path;  ///< File or folder with poses to use instead of the recording's.
   /// Convention of the poses: "optical" (x right, y down, z forward), "opengl" (y up, z backwards),
@@ -28,8 +28,8 @@ struct RecordingOptions {
   /// For programs that track the camera: depth images need no poses, and all get the pose of the
   /// first selected image, or the identity. Colour images get poses in the depth camera's frame.
   bool first_pose_only = false;
-  /// Images are not decoded: their `data` is null, and only poses and cameras are known. Ignored
-  /// for bags.
+  /// Images are not decoded: their `data` is null, only poses and cameras are set. Ignored for
+  /// bags.
   bool poses_only = false;
   FrameSelection selection;  ///< Selected depth images.
   /// Selected colour images, by SourceColour::index, in rising order; null: all.
@@ -40,8 +40,8 @@ struct RecordingOptions {
 std::vector<std::string> recordingFormats();
 
 /// Detects the format of a recording: a name of recordingFormats(), or "bag".
-/// @throws std::runtime_error that says what was expected, and where below the path a recording
-/// lies.
+/// @throws std::runtime_error that says which files were expected, and names folders below the path
+/// that contain recordings.
 std::string guessRecordingFormat(const std::string& path);
 
 /// Reads the folder's lists; images are decoded one by one.
@@ -49,13 +49,13 @@ std::string guessRecordingFormat(const std::string& path);
 /// which the library does not read.
 std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options);
 
-/// Values that neither the folder nor the options state, so that the format's usual ones are used:
-/// "the camera of the format (--intrinsics), 1000 units per metre (--depth-scale)"; or empty.
+/// Values that neither the folder nor the options give, so the format's defaults are used: "the
+/// camera of the format (--intrinsics), 1000 units per metre (--depth-scale)"; or empty.
 std::string assumptionsOf(const RecordingOptions& options);
 
-/// Colour images of the same folder, one in each `step` of the selection; null if it has none. They
-/// have the colour camera of the format, or else the depth camera, and the poses of their own
-/// stamps or numbers.
+/// Colour images of the same folder, one in each `step` of the selection; null if there are none.
+/// Their camera is the format's colour camera, or else the depth camera; their poses are those at
+/// their own stamps or numbers.
 /// @throws std::runtime_error as openRecording().
 std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& options);
 

@@ -7,8 +7,8 @@ namespace dtsdf {
 
 /// The paper's fusion modes (Sec. IV); each works on the directional and the undirected map.
 enum class FusionMode {
-  kVoxelProjection,   ///< Each voxel takes the projective distance of the pixel that it falls on.
-  kRayCasting,        ///< Samples along the view ray, point-to-plane distance.
+  kVoxelProjection,  ///< Each voxel takes the projective distance of the pixel that it projects to.
+  kRayCasting,       ///< Samples along the view ray, point-to-plane distance.
   kNormalRayCasting,  ///< Samples along the normal; the noisier the depth, the nearer to the ray.
 };
 
@@ -20,7 +20,7 @@ struct FusionParams {
   FusionMode mode = FusionMode::kNormalRayCasting;  ///< Fusion mode.
   float min_depth_m = 0.1f;                         ///< Nearer measurements are ignored.
   float max_depth_m = 10.0f;  ///< Farther measurements only clear space in front of them.
-  int normal_radius_px = 5;   ///< Largest half width of the window of a normal, in pixels.
+  int normal_radius_px = 5;   ///< Largest half width of the window that a normal is fitted in.
   float depth_jump = 0.03f;   ///< Relative difference of depth that separates neighbouring pixels.
   float max_weight = 64.0f;   ///< Cap of a voxel's weight; a frame adds 1 at most.
   bool clearing = true;       ///< Whether surfaces that images see through are removed.

@@ -12,10 +12,10 @@ struct MapParams {
   float voxel_size_m = 0.02f;      ///< Edge of a voxel, in metres.
   float truncation_voxels = 4.0f;  ///< Truncation distance, in voxels.
   bool directional = true;         ///< Six directional volumes; false: one ordinary TSDF.
-  /// Budget of the map in MiB; when it is full, new blocks are refused. With space/enabled an
-  /// eighth of it is for free cells.
+  /// Memory budget of the map in MiB; when it is full, new blocks are refused. With space/enabled,
+  /// free cells get an eighth of it.
   int max_memory_mb = 4096;
-  float keep_radius_m = 0.0f;  ///< Blocks entirely farther from the camera are dropped; 0: none.
+  float keep_radius_m = 0.0f;  ///< Blocks entirely farther from the camera are dropped; 0: off.
   /// Folder for the least recently used blocks: they are written when the budget is full and read
   /// back when needed. Empty: off, the map is limited to the budget.
   std::string page_folder;

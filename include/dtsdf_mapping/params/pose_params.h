@@ -1,4 +1,4 @@
-/// Settings of aligning poses to the map.
+/// Settings of poses: where they come from, and how they are aligned to the map.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
@@ -7,7 +7,7 @@ namespace dtsdf {
 
 /// Where the pose of a depth image comes from.
 enum class PoseMode {
-  kTf,      ///< The given pose is used as it is.
+  kTf,      ///< The given pose is used unchanged.
   kRefine,  ///< The given pose is moved to where the image fits the map.
   kTrack,   ///< Tracked against the map, from image to image; only the first pose may be given.
 };
@@ -19,8 +19,8 @@ struct PoseParams {
   /// from the motion of the last images.
   double sigma_m = 0.05;
   double sigma_rad = 0.035;  ///< Standard deviation of the orientations, in radians.
-  /// Drift of given poses, in metres and radians per metre travelled: errors that persist from
-  /// image to image, whereas the sigmas describe independent errors of each image. 0: none.
+  /// Drift of given poses, in metres and radians per metre travelled. Drift persists from image to
+  /// image; the sigmas describe independent errors of each image. 0: none.
   double drift = 0.05;
   bool drop_misfits = false;  ///< Drops images that do not fit the map; else they are fused at the
                               ///< given pose, with the current correction.

@@ -31,10 +31,10 @@ void resizeView(const FrameView& frame, bool has_colours, RenderedView& view);
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
-/// Largest number of blocks outside keptBallOf() that one frame drops, so that no frame takes long.
+/// Largest number of blocks outside keptBallOf() that one frame drops, to limit its time.
 constexpr size_t kMaxDroppedBlocks = 4096;
 
-/// Ball in units of voxels; after a frame, only blocks that reach into it are kept.
+/// Ball in units of voxels; after a frame, blocks entirely outside it are dropped.
 /// @pre map/keep_radius_m is not 0.
 RegionView keptBallOf(const DepthFrame& frame, const MapParams& params);
 
@@ -45,7 +45,6 @@ RegionView checkedRegionView(const Region& region, const MapParams& params);
 /// Depth of a pixel, in units of the frame.
 float rawDepth(const DepthFrame& frame, int u, int v);
 
-/// Positions of the colour channels in a pixel.
 PixelLayout layoutOf(ColourEncoding encoding);
 
 /// Bytes of an image's row without padding.
@@ -56,10 +55,8 @@ size_t packedRowBytes(const ColourFrame& frame);
 /// that the space in front of it is free.
 bool clearsBeyondRange(const DepthFrame& frame, const MapperParams& params);
 
-/// Result for a refused frame.
 IntegrationResult refuse(FrameStatus status, const std::string& message);
 
-/// Result for a frame with nothing to fuse.
 IntegrationResult noMeasurement(const DepthFrame& frame, const MapperParams& params);
 
 /// Result for a colour frame that sees no surface of the map.

@@ -24,7 +24,7 @@ bool dropMarked(std::vector<uint16_t>& triangles) {
   return true;
 }
 
-/// Drops vertices without triangles. Usually none: triangles next to the gap use them too.
+/// Drops vertices without triangles. Usually there are none, as triangles next to the gap use them.
 void dropUnusedVertices(BlockMesh& mesh) {
   std::vector<uint16_t> number(mesh.vertices.size(), kUnused);
   for (const uint16_t vertex : mesh.triangles) number[vertex] = 0;

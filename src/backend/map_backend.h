@@ -31,14 +31,15 @@ struct TouchedBlocks {
 /// Outcome of a depth image.
 struct FrameOutcome {
   std::vector<EmptyBlock> empty;  ///< Blocks with arrays that are empty now.
-  std::vector<CubeMask> free;     ///< Cells that the image saw through, in the order of seeFree().
+  std::vector<CubeMask> free;     ///< Cells that the image saw through; cubes in the order of
+                                  ///< seeFree(), without empty ones.
 };
 
 /// What a colour image can paint.
 struct SeenColours {
   bool any = false;  ///< Whether there is anything to paint.
   ExposureSums sums{};
-  std::vector<ColourRequest> requests;  ///< Bricks of colours to paint, at least all missing ones.
+  std::vector<ColourRequest> requests;  ///< Bricks to paint: all missing ones, possibly others.
 };
 
 /// A view of the map to render.
@@ -50,14 +51,14 @@ struct ViewRequest {
 
 /// Changes that the engine made to the table, which a backend may mirror.
 struct TableChanges {
-  const std::vector<int32_t>& slots;  ///< Changed slots, each once. Unused ones were released.
-  bool dirty = false;                 ///< Whether to mesh the blocks in use again.
+  const std::vector<int32_t>& slots;  ///< Changed slots, each once. Slots not in use were released.
+  bool dirty = false;                 ///< Whether to mesh the changed blocks again.
   const std::vector<int32_t>* new_arrays = nullptr;   ///< New arrays to zero.
   const std::vector<NewBrick>* new_bricks = nullptr;  ///< New bricks to zero.
 };
 
-/// What meshing knows about some blocks. Of blocks with labels, `labels` has those of all units,
-/// block by block.
+/// Meshing state of some blocks. `labels` has the labels of all units of those blocks that have
+/// labels, block by block.
 struct MeshStates {
   std::vector<MeshState> states;
   PlainArray<UnitLabels> labels;
@@ -71,20 +72,20 @@ struct MemoryDemand {
   size_t changed = 0;        ///< Blocks that change in other ways, or move.
 };
 
-/// Computes the distances of a task's sectors, concurrently with images and meshes. The vector has
-/// one entry per wanted sector: its old array if that may be overwritten, and on return the new
-/// one, or null where no surface is within reach.
+/// Computes the distances of a task's sectors, concurrently with images and meshes. `squares` has
+/// an entry per wanted sector. On entry: its old array if that may be overwritten, else null. On
+/// return: its new array, or null if no surface is within reach.
 /// @return false if the host must compute them.
 using DistanceWork = std::function<bool(const DistanceTask& task,
                                         std::vector<std::shared_ptr<uint16_t[]>>& squares)>;
 
 struct BackendTraits {
   std::string name;
-  /// Images and extractions look up blocks only in the backend's mirror of the table, which itself
-  /// drops what an image leaves empty. So the table may be updated later, and publish() run after.
+  /// The backend looks up blocks in its own mirror of the table, from which it drops blocks that an
+  /// image leaves empty. So the engine may update and publish() the table later.
   bool indexes_blocks_itself = false;
   bool meshes_at_once = false;  ///< Whether beginMesh() does all the work.
-  DistanceWork distance_work;   ///< Replaces the host's work; may outlive the backend. Or null.
+  DistanceWork distance_work;   ///< Null: the host computes distances. May outlive the backend.
 };
 
 /// The loops and the memory of one kind of processor. The stages of an image are called in the
@@ -100,19 +101,19 @@ class MapBackend {
   /// Call this on the thread that uses the backend from now on.
   virtual void enter() = 0;
 
-  /// Stages add their time on the host to the profile from here on, until nullptr is given.
+  /// From now on, stages add their host time to the profile; nullptr ends this.
   virtual void profileTo(Profile* /*profile*/) {}
-  /// Adds what is taken now to the sums; to `indices` also what map_bytes counts of them.
+  /// Adds the memory in use. `indices` includes what map_bytes counts, too.
   virtual void addMemory(MapperMemory& memory) const = 0;
 
   // ---- Stages of a depth image.
 
-  /// For aligning: takePoints() selects points of an image, sumsAt() adds them up at a pose.
+  /// For aligning: takePoints() selects points of an image, sumsAt() computes their sums at a pose.
   virtual void takePoints(const DepthFrame& frame, const FrameView& view) = 0;
   virtual AlignmentSums sumsAt(const FrameView& view, float cutoff) = 0;
 
-  /// The next three stages use only the image, not the map, since they run concurrently with the
-  /// engine's helper, which moves blocks.
+  /// The next three stages must not use the map: they run concurrently with the engine's helper,
+  /// which moves blocks.
   virtual void sense(const DepthFrame& frame, const FrameView& view) = 0;
   virtual void makeSurfels() = 0;
   virtual void findBlocks() = 0;
@@ -123,8 +124,8 @@ class MapBackend {
   /// Finds which cells of these cubes the image sees through. @pre needsFreeDepth()
   virtual void seeFree(std::vector<Vec3i> cubes) = 0;
 
-  /// Allocates what the following stages need for the blocks of lookUpBlocks(), after their
-  /// admission. @throws BackendError without memory.
+  /// Allocates what the following stages need for the blocks of lookUpBlocks(). Called before their
+  /// admission. @throws BackendError if memory runs out.
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
   virtual void reserveFrame(const std::vector<int32_t>& in_view) = 0;
 
@@ -135,7 +136,8 @@ class MapBackend {
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
   virtual void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>& in_view) = 0;
 
-  /// Waits for the last image, if it was fused. @return its outcome, only once.
+  /// Waits for the last image, if it was fused. @return its outcome; later calls return an empty
+  /// one.
   virtual FrameOutcome takeOutcome() = 0;
 
   // ---- Stages of a colour image.
@@ -174,7 +176,7 @@ class MapBackend {
 
   // ---- Memory and copies. Memory for a change is reserved before the table changes.
 
-  /// @throws BackendError without memory, leaving the map intact.
+  /// @throws BackendError if memory runs out; the map is unchanged.
   virtual void reserve(const MemoryDemand& demand) = 0;
 
   /// Applies changes of the table. Call waitForMeshes() first if an extraction is under way.
@@ -186,20 +188,20 @@ class MapBackend {
                                                 const RegionView& region) = 0;
 
   /// Copies voxels and colours into contents.
-  /// @param taken If not null, receives what meshing knows about the slots. Their marks are
+  /// @param taken If not null, receives the meshing states of the slots, and their marks are
   /// removed, so that they can be released.
-  /// @throws BackendError without memory, without changing anything.
+  /// @throws BackendError if memory runs out; nothing is changed.
   virtual void copyOut(const ContentsOrder& order, MapContents& contents,
                        MeshStates* taken = nullptr) = 0;
   /// Copies voxels and colours from contents.
-  /// @param given If not null, what meshing knows about the slots from now on.
+  /// @param given If not null, the new meshing states of the slots.
   virtual void copyIn(const ContentsOrder& order, const MapContents& contents,
                       const MeshStates* given = nullptr) = 0;
 
   // ---- For map/page_folder only.
 
-  /// Blocks that the last depth image touches, in the map or not, and those of a list that it may
-  /// clear without touching them. @pre lookUpBlocks()
+  /// Blocks that the last depth image touches, whether or not they are in the map, and those of
+  /// `others` that it may clear without touching them. @pre lookUpBlocks()
   virtual std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
                                             uint64_t frame_number) = 0;
 
@@ -212,7 +214,7 @@ class MapBackend {
   virtual void setMarks(const std::vector<MarkedSlot>& marked) = 0;
 };
 
-/// Makes a backend for the map of a table, which must outlive it.
+/// Makes a backend for the map of a table. The table must outlive the backend.
 using BackendMaker = std::function<std::unique_ptr<MapBackend>(const BlockTable& table)>;
 
 }  // namespace dtsdf

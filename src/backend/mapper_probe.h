@@ -1,4 +1,4 @@
-/// A mapper from inside, for benchmarks, tests and boxes of larger maps.
+/// Access to a mapper's internals, for benchmarks, tests and tiles of larger maps.
 #pragma once
 
 #include "backend/profile.h"
@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// A mapper with access to its internals, which can also hold one box of a larger map.
+/// A mapper with access to its internals. It can also be a tile of a larger map.
 class ProbedMapper : public Mapper {
  public:
   /// Waits until the begun extraction has computed its meshes. On a GPU their copy to the host may
@@ -23,11 +23,11 @@ class ProbedMapper : public Mapper {
   /// @throws std::exception without memory; the mapper is unusable then.
   virtual void restore(const MapParts& parts) = 0;
 
-  /// Restricts the map to an extent; what lies outside is ignored, and not counted as refused.
-  /// Blocks and cells inside equal those of the whole map, bit for bit, since no depth frame lets
-  /// one block affect another. Colours do too if the extent includes all blocks that may hide
-  /// painted ones from an image and colour/exposure is fixed (adaptive exposure depends on the
-  /// whole map). Call this before the first frame.
+  /// Restricts the map to an extent. Blocks outside are ignored, and do not count as refused.
+  /// Blocks and cells inside equal those of the whole map, bit for bit, since fusion never lets one
+  /// block affect another. For equal colours, colour/exposure must be fixed (adaptive exposure
+  /// depends on the whole map), and the extent must include all blocks that may hide painted ones.
+  /// Call this before the first frame.
   virtual void restrictTo(const MapExtent& extent) = 0;
 
   /// Number of depth frames so far that touched a block, inside or outside the extent.

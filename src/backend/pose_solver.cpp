@@ -13,11 +13,11 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-// The normal equations, in units of one point: rotations about the camera along the axes of the
-// map, then translation in voxels.
+// Unknowns of the normal equations: a rotation about the camera, along the axes of the map, then a
+// translation in voxels. The sums are scaled to points of weight 1.
 
-/// Smaller residuals count as this one: the map's surfaces are no more exact, and a scene without
-/// noise would otherwise outweigh any prior.
+/// Smallest residual assumed: the map's surfaces are not more exact, and a scene without noise
+/// would outweigh any prior.
 constexpr double kMinResidual_voxels = 0.05;
 
 constexpr double kUnit = 1.0 / kAlignmentScale;
@@ -97,7 +97,8 @@ float cutoffAt(int step, const AlignmentRules& rules) {
   return rules.cutoff + std::ldexp(rules.reach - rules.cutoff, -step);
 }
 
-/// Whether a step has converged: it moves points a few metres away far less than the map's error.
+/// Whether the steps have converged: this one moves points a few metres away far less than the
+/// map's error.
 bool isStill(const Vector6d& change) {
   constexpr double kStill_voxels = 1e-2, kStill_rad = 1e-4;
   return change.tail<3>().norm() < kStill_voxels && change.head<3>().norm() < kStill_rad;
@@ -191,7 +192,7 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   return result;
 }
 
-/// Points are in row order, so most read the same blocks as the previous point.
+/// Most points read the same blocks as the previous point, since points are in row order.
 std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff, const AlignedPoint* points,
                                    size_t count) {
   constexpr float kAround = 2.0f;  // samples interpolate between the surrounding voxels

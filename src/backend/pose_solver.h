@@ -1,5 +1,5 @@
-/// Finds the pose at which an image fits the map, by Gauss-Newton over sums from a backend. Both
-/// backends take the same steps to the same pose.
+/// Finds the pose at which an image fits the map, by Gauss-Newton on sums from a backend. The
+/// result is the same on both backends.
 #pragma once
 
 #include <functional>

@@ -1,33 +1,32 @@
-/// Time by stages on the host, for those who ask. Nobody else pays for it.
+/// Measures the host time of each stage. Without a profile, this costs nothing.
 #pragma once
 
 #include <chrono>
 
 namespace dtsdf {
 
-/// The stages of integrate(), of paint(), of render() and of a mesh update on the host, in their
-/// order.
+/// The stages of align(), integrate(), paint(), render() and a mesh update, in this order.
 enum class Stage {
   kAlign,        ///< The pose at which the image fits the map.
   kSense,        ///< Noise of the image, inverse depth and row fits, and how far rays are free.
   kMakeSurfels,  ///< Which pixels are merged, column fits, and surfels.
-  kFindBlocks,   ///< Blocks that surfels touch, and what of them the map lacks.
+  kFindBlocks,   ///< Blocks that surfels touch, and which blocks and arrays the map lacks.
   kSeeFree,      ///< Which cells of space the image sees through.
-  kAdmit,        ///< New blocks and arrays, and their memory; with waiting for the device.
-  kCast,         ///< Surfels into sums; also fold and clear of the blocks that they touch.
-  kClear,        ///< Voxels that were seen as free, what changed, and what is empty.
+  kAdmit,        ///< New blocks and arrays, and their memory.
+  kCast,         ///< Casting; also folding and clearing of the touched blocks.
+  kClear,        ///< Clearing of other blocks in view, and dropping of distant blocks.
   kPaint,        ///< A colour image onto the surfaces that it sees.
   kRender,       ///< A view of the map from a pose.
   kIndex,        ///< Which blocks to mesh again, and the marching cubes indices in them.
   kMake,         ///< Vertices and triangles.
-  kReturn,       ///< Meshes into blocks.
+  kReturn,       ///< Collecting the meshes that changed.
   kFindCells,    ///< Cells of space that the new meshes pass through.
 };
 constexpr int kStageCount = static_cast<int>(Stage::kFindCells) + 1;
 
 const char* toString(Stage stage);
 
-/// Sums of times, until whoever asked for them resets them.
+/// Total time of each stage, in milliseconds.
 struct Profile {
   double ms[kStageCount] = {};
 

@@ -17,7 +17,7 @@ inline bool castsSurfels(const MapperParams& params) {
   return params.fusion.mode != FusionMode::kVoxelProjection;
 }
 
-/// Whether there is a clearing stage; voxel projection clears as it fuses.
+/// Whether there is a clearing stage; voxel projection needs none.
 inline bool clearsFreeSpace(const MapperParams& params) {
   return params.fusion.clearing && castsSurfels(params);
 }
@@ -39,7 +39,7 @@ inline SurfelSettings makeSurfelSettings(const MapperParams& params, const Surfe
 
 /// The rules, with the cap of evidence that follows from fusion/memory_frames.
 inline Rules withMemory(Rules rules, const MapperParams& params) {
-  constexpr int kFrames = 8;  // about as long as drifting poses agree
+  constexpr int kFrames = 8;  // as long as drifting poses agree
   const int frames = params.fusion.memory_frames > 0 ? params.fusion.memory_frames : kFrames;
   const int most = frames * rules.fusion.support_gain;
   rules.fusion.max_evidence = most < kMaxEvidence ? most : kMaxEvidence;

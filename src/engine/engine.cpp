@@ -59,7 +59,7 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
       make_backend_(std::move(make_backend)),
       table_(mapBudgetOf(params)) {
   if (params.space.enabled) space_ = std::make_unique<SpaceMap>(params, threads);
-  ready();  // fails now if the device lacks something
+  ready();  // throws now if the device cannot be used
   if (!params.map.page_folder.empty()) {
     pager_ = std::make_unique<Pager>(params, rules, threads, table_);
   }
@@ -72,7 +72,6 @@ MapBackend& Engine::ready() {
   return made();
 }
 
-/// Makes the backend if clear() removed it; a device never holds two maps.
 MapBackend& Engine::made() {
   if (backend_ == nullptr) {
     backend_ = make_backend_(table_);
@@ -135,8 +134,8 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   return result;
 }
 
-/// Completes the previous frame, whose last work may still have been running.
-/// @return blocksInView() of the resulting map.
+/// Completes the previous frame, and moves blocks between memory and disk.
+/// @return slots of all blocks in view, and possibly others.
 std::vector<int32_t> Engine::prepareForFrame(const FrameView& view) {
   helper_.wait();
   std::vector<int32_t> in_view = blocksInView(view);
@@ -147,8 +146,8 @@ std::vector<int32_t> Engine::prepareForFrame(const FrameView& view) {
   return blocksInView(view);
 }
 
-/// Blocks that the frame may see, if it also clears blocks that it does not touch. Called before
-/// applyPendingWork(), to overlap with the work of a device.
+/// Blocks in view, which a frame may clear without touching them; none without a clearing stage.
+/// Called before applyPendingWork(), to overlap with the work of a device.
 std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
   if (!clearsFreeSpace(params_)) return {};
   const StageTimer timer(profile_, Stage::kClear);
@@ -198,8 +197,8 @@ void Engine::admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view) 
   state_.refused += admission.refused;
 }
 
-/// Records that the frame is part of the map. If a device is not done yet, the pending work waits
-/// until the map is next used, so that nothing waits for the frame.
+/// Records the frame. On a device, its pending work is done when the map is next used, so that this
+/// call does not wait for the device.
 void Engine::keep(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks) {
   if (params_.map.keep_radius_m > 0.0f) state_.kept = keptBallOf(frame, params_.map);
   if (pager_) {
@@ -224,7 +223,7 @@ Space* Engine::space() {
 void Engine::applyPendingWork() {
   table_.publish();  // in case a failure left blocks unpublished
   std::vector<int32_t> changed = takeOutcome();
-  if (pager_ && state_.kept) {  // dropBeyond() may run out of memory
+  if (pager_ && state_.kept) {  // in case dropBeyond() runs out of memory
     sortUnique(changed);
     backend_->follow({changed});
   }
@@ -252,8 +251,8 @@ std::vector<int32_t> Engine::takeOutcome() {
   return slots;
 }
 
-/// Releases blocks that became empty before any extraction. A view may have made labels from them,
-/// so blocks around them are then meshed again. @return the slots.
+/// Releases blocks that became empty before any extraction. After render(), whose labels may depend
+/// on them, the blocks around them are marked for meshing. @return the released slots.
 std::vector<int32_t> Engine::releaseUnseen() {
   const std::vector<int32_t> unseen = table_.takeUnmeshed();
   if (state_.was_viewed && !unseen.empty()) {
@@ -268,7 +267,7 @@ std::vector<int32_t> Engine::releaseUnseen() {
   return table_.releaseVacant(unseen);
 }
 
-/// Drops blocks beyond the kept radius, the farthest ones, in memory or on disk.
+/// Drops the farthest blocks beyond the kept radius, in memory or on disk.
 /// @return slots of the dropped blocks.
 std::vector<int32_t> Engine::dropBeyond() {
   if (!state_.kept) return {};
@@ -318,7 +317,6 @@ IntegrationResult Engine::paint(const ColourFrame& frame) {
   return timed([&] { return paintSurfaces(frame); });
 }
 
-/// Processes a colour image.
 IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   ready();
   state_.changed_in.reset();
@@ -362,7 +360,7 @@ void Engine::admitColours(std::vector<ColourRequest> requests) {
   state_.refused += admission.refused;
 }
 
-/// Turns colours on with the first bricks: blocks already meshed get colours too.
+/// Turns colours on. Blocks that were already meshed get colours too.
 void Engine::keepColours() {
   if (state_.has_colours) return;
   backend_->reserve({0, 0, 0, true});

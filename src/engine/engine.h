@@ -1,5 +1,5 @@
-/// The mapper on top of a backend, which supplies the loops and the memory. The engine decides what
-/// is in the map, enforces the budget and orders the stages.
+/// Implements the mapper on a backend, which supplies the loops and the memory. The engine decides
+/// what is in the map, enforces the budget and calls the stages.
 #pragma once
 
 #include <functional>
@@ -54,21 +54,21 @@ class Engine : public ProbedMapper {
     uint64_t refused = 0, dropped = 0;
     uint64_t frames = 0;                 ///< Frames fused, including those that only clear.
     uint64_t supporting_frames = 0;      ///< Frames that touched a block.
-    std::optional<RegionView> kept;      ///< Set by a frame until dropBeyond() has run.
+    std::optional<RegionView> kept;      ///< Ball to keep; none after dropBeyond().
     Exposure exposure = sameExposure();  ///< Gains of the last colour image.
     bool has_colours = false;            ///< Whether anything was painted.
 
     bool is_meshing = false;      ///< An extraction was begun and not yet fetched.
-    MeshUpdate made;              ///< Meshes of that extraction that are already known.
+    MeshUpdate made;              ///< Meshes of that extraction so far.
     int32_t min_evidence = 0;     ///< Evidence that the last extraction required.
-    std::vector<int32_t> vacant;  ///< Released once all parts of an extraction are fetched.
+    std::vector<int32_t> vacant;  ///< Blocks to release once all parts are fetched.
     bool was_viewed = false;      ///< Whether render() ran since the last extraction.
 
-    /// Depth images whose views contain all marked blocks; none: some may be elsewhere.
+    /// Views that contain all blocks marked for meshing; none: marked blocks may be anywhere.
     std::optional<std::vector<FrameView>> changed_in{std::in_place};
-    std::vector<MarkedKey> waiting;  ///< Blocks left to the next part of an extraction.
-    std::vector<MarkedKey> undone;   ///< Blocks meshed without all they depend on: to mesh again.
-    PackedKey next_turn = 0;         ///< First block of the next part.
+    std::vector<MarkedKey> waiting;        ///< Blocks left to the next part of an extraction.
+    std::vector<MarkedKey> undone;         ///< Blocks to mesh again, once others are loaded.
+    PackedKey next_turn = 0;               ///< First block of the next part.
     bool has_moved_in_background = false;  ///< Whether blocks moved since the last frame.
   };
 
@@ -78,7 +78,7 @@ class Engine : public ProbedMapper {
   IntegrationResult timed(const std::function<IntegrationResult()>& take);
   int32_t minEvidenceNow() const;
 
-  // A depth image, and the pending work that it leaves until the map is next used.
+  // A depth image, and its pending work, which is done when the map is next used.
   IntegrationResult fuse(const DepthFrame& frame);
   std::vector<int32_t> prepareForFrame(const FrameView& view);
   std::vector<int32_t> blocksInView(const FrameView& view) const;
@@ -123,7 +123,7 @@ class Engine : public ProbedMapper {
   PoseConvention convention_;
   MapStats stats_;  ///< After the last call that changes the map.
   Profile* profile_ = nullptr;
-  mutable Helper helper_;  ///< Moves blocks between frames. The last member, as it uses the others.
+  mutable Helper helper_;  ///< Moves blocks between frames. Last, as it uses the other members.
 };
 
 }  // namespace dtsdf

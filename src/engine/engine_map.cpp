@@ -11,7 +11,7 @@ namespace dtsdf {
 void Engine::beginMeshUpdate() {
   ready();
   finishMeshing();
-  // If the meshes do not depend on pending work, that is done while a device is busy.
+  // Pending work that the meshes do not depend on is done while a device is busy.
   const bool prepares_behind =
       traits_.indexes_blocks_itself && !pager_ && !state_.kept && !state_.was_viewed;
   if (!prepares_behind) prepareForMesh();
@@ -77,7 +77,8 @@ void Engine::loadForMesh() {
   if (left > 0) {
     if (!fits || pager_->stats().failures > 0) state_.refused += left;
     state_.undone.insert(state_.undone.end(), marked.begin(), marked.end());
-    // Blocks that stay on disk are marked again with the undone ones, or parts would never end.
+    // Blocks that stay on disk are marked again only after the last part, like all undone blocks.
+    // Otherwise the parts would never end.
     const auto stays = [this](const MarkedKey& one) { return pager_->isPaged(one.first); };
     marked.erase(std::remove_if(marked.begin(), marked.end(), stays), marked.end());
   }
@@ -151,8 +152,8 @@ ClearedRegion Engine::clearRegion(const Region& region) {
   noteStats();
   if (left == 0) return result;
   throw PartlyCleared("the region was only partly cleared: " + std::to_string(left) +
-                      " blocks cannot be read from map/page_folder; " + stats_.pages.problem +
-                      "; then clear the region again");
+                      " blocks cannot be read from map/page_folder (" + stats_.pages.problem +
+                      "); mend this, then clear the region again");
 }
 
 void Engine::clearSlots(const std::vector<int32_t>& slots, const RegionView& view,
@@ -198,8 +199,7 @@ MapContents Engine::outline() {
   return contents;
 }
 
-/// If blocks turn out to be damaged, they are dropped from the map, and it is copied again without
-/// them.
+/// Damaged blocks are dropped from the map, which is then copied again.
 MapContents Engine::contents() {
   for (uint64_t lost = stats_.pages.lost;;) {
     MapContents contents = outline();

@@ -1,4 +1,4 @@
-/// Extraction in parts, for when the blocks that it needs do not fit into memory at once.
+/// Extraction in parts, if the blocks that it needs do not fit into memory together.
 #pragma once
 
 #include <algorithm>
@@ -10,14 +10,13 @@
 
 namespace dtsdf {
 
-/// Largest reach of the rules of meshing, in blocks.
+/// How many blocks away a block may affect a mesh.
 constexpr int32_t kMeshReach = 2;
 
-/// Radius for mayBeInView(), in voxels, around a block that a depth image changes, such that all
-/// blocks that its mesh depends on are within.
+/// Radius for mayBeInView(), in voxels. If a depth image changes a block, all blocks that its mesh
+/// depends on are in view with this radius.
 constexpr float kMeshedRadius = kFootRadius + 1.7321f * kMeshReach * kBlockSide;
 
-/// Sorts values and removes duplicates.
 template <class T>
 void sortUnique(std::vector<T>& values) {
   std::sort(values.begin(), values.end());
@@ -27,16 +26,16 @@ void sortUnique(std::vector<T>& values) {
 /// A block to mesh again.
 using MarkedKey = std::pair<PackedKey, MeshMarks>;
 
-/// All blocks within kMeshReach of these, which their meshes depend on, sorted, each once.
+/// These blocks and all within kMeshReach of them, on which their meshes depend; sorted, each once.
 std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys);
 std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked);
 
-/// Sorts blocks for meshing: cell by cell, beginning at a key and wrapping round, so that all get
-/// their turn, whatever a camera changes meanwhile.
+/// Sorts blocks for meshing, cell by cell, starting at `first` and wrapping round. So every block
+/// gets its turn, even while a camera keeps changing others.
 void sortForTurns(std::vector<MarkedKey>& marked, PackedKey first);
 
-/// Adds the meshes of a part to those of earlier parts. If both contain a block, the later mesh is
-/// kept, since all blocks around it were up to date.
+/// Adds the meshes of a part to those of earlier parts. If both contain a block, its later mesh is
+/// kept.
 void addMeshes(MeshUpdate part, MeshUpdate& made);
 
 }  // namespace dtsdf

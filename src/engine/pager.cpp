@@ -13,18 +13,18 @@
 namespace dtsdf {
 namespace {
 
-/// Approximate size of a batch of moving blocks, which are in memory twice meanwhile.
+/// Approximate size of a batch of blocks to move. Meanwhile, they are in memory twice.
 constexpr size_t kBatchBytes = size_t{8} << 20;
 
-/// Extra room to make, so that not every frame writes, but small enough that the frame that does is
+/// Extra room to make, so that not every frame has to write; small, so that a frame that writes is
 /// not delayed for long.
 size_t spareBytes(size_t budget_bytes) { return std::min(budget_bytes / 16, 4 * kBatchBytes); }
 
-/// Blocks waiting to be written take up to this share of the budget, in addition to it.
+/// Blocks that wait to be written may take 1 / kWaitingShare of the budget, in addition to it.
 constexpr size_t kWaitingShare = 8;
 constexpr size_t kMaxWaitingBytes = 4 * kBatchBytes;
 
-/// Calls after a failure that do not use the disk.
+/// After a failure, nothing is written in this many calls.
 constexpr uint64_t kCallsBetweenTries = 16;
 
 /// Largest size of a block in memory.
@@ -52,7 +52,8 @@ constexpr int kFramesAhead = 24, kFramesBetween = 3;
 /// Blocks are read ahead after one in this many frames, and after frames that moved blocks.
 constexpr uint64_t kFramesBetweenReads = 3;
 
-/// Distance from the middle block of a coarse cell to the cell's corners, in voxels.
+/// Distance from the centre of a coarse cell's middle block to the cell's farthest corner, in
+/// voxels.
 constexpr float kCellReach = 0.8661f * static_cast<float>((BlockCells::kSide + 1) * kBlockSide);
 
 BlockKey middleOf(const BlockCells::Cell& cell) {
@@ -189,8 +190,8 @@ void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   }
 }
 
-/// Blocks to evict, of at least `bytes` in all if possible, except those required last: by coarse
-/// cells, least recently needed first, then by key.
+/// Blocks to evict, at least `bytes` in total if possible, without those required last. Takes the
+/// coarse cells in order of their last need, then of their keys.
 std::vector<int32_t> Pager::leastRecentlyNeeded(size_t bytes, uint64_t before) const {
   std::vector<const BlockCells::Cell*> cells;
   for (const BlockCells::Cell& cell : table_.cells()) {
@@ -311,8 +312,8 @@ void Pager::noteFrame(const DepthFrame& frame, const FrameView& view, bool has_m
   T_W_C_before_ = frame.T_W_C;
 }
 
-/// Blocks on disk near what the camera will see if its motion continues, by coarse cells, in order
-/// of need, possibly more than can be loaded. Notes that those in memory are needed.
+/// Blocks on disk in the coarse cells that the camera will see if its motion continues, in order of
+/// need; possibly more than can be loaded. Notes that these cells are needed in memory, too.
 std::vector<PackedKey> Pager::keysAhead(DepthFrame ahead) {
   const size_t most =
       spareBytes(budget_bytes_) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);
@@ -338,8 +339,7 @@ std::vector<PackedKey> Pager::keysAhead(DepthFrame ahead) {
   return keys;
 }
 
-/// Blocks read ahead are usually in the system's cache by now; otherwise they are read while other
-/// frames are processed.
+/// Blocks that were read ahead are usually in the system's cache by now.
 void Pager::moveBetweenFrames(MapBackend& backend) {
   if (const auto frame = std::exchange(ahead_of_, std::nullopt); frame && !isEmpty()) {
     ahead_ = keysAhead(*frame);

@@ -17,14 +17,14 @@ namespace dtsdf {
 /// Bytes that this many new blocks and arrays take.
 size_t bytesOfNew(const PoolSizes& lack);
 
-/// Adds blocks to a table and its backend in the order of a frame: memory, table, backend.
-/// @param states The blocks' states of meshing; null: new. @return their slots.
+/// Adds blocks to a table and its backend, after reserving memory.
+/// @param states The blocks' meshing states; null: they are new. @return the blocks' slots.
 std::vector<int32_t> addContents(const MapContents& contents, const MeshStates* states,
                                  BlockTable& table, MapBackend& backend);
 
 class Pager {
  public:
-  /// @param threads Threads that read.
+  /// @param threads Number of threads that read blocks.
   /// @throws std::runtime_error if map/page_folder cannot be written.
   Pager(const MapperParams& params, const Rules& rules, int threads, BlockTable& table);
 
@@ -36,7 +36,7 @@ class Pager {
   size_t bytesOf(PackedKey key) const;
   /// Whether these blocks and `other_bytes` fit into the budget together.
   bool fits(const std::vector<PackedKey>& keys, size_t other_bytes) const;
-  /// Removes the last keys, until the rest fits. @return the number removed.
+  /// Removes keys from the end until the rest fits into the budget. @return the number removed.
   size_t trim(std::vector<PackedKey>& keys) const;
 
   // ---- Needed blocks. An extraction under way must be fetched before blocks move.
@@ -45,10 +45,10 @@ class Pager {
   /// Whether require() would read any of these.
   bool isAnyPaged(const std::vector<PackedKey>& keys) const;
 
-  /// Loads those of these blocks that are in the map, and keeps them in memory until the next call.
-  /// They may exceed the budget while they move; then others are evicted.
-  /// @param keys Most important first, in case the disk cannot take others in exchange.
-  /// @return how many of the blocks stay on disk, for lack of room or because reading failed.
+  /// Loads blocks, if they are in the map, and keeps them in memory until the next call. Other
+  /// blocks are evicted for them; meanwhile the budget may be exceeded.
+  /// @param keys Most important first, in case a full disk leaves no room for all of them.
+  /// @return how many of the blocks stay on disk, because there is no room or reading failed.
   size_t require(MapBackend& backend, const std::vector<PackedKey>& keys);
 
   /// Evicts blocks, except those required last, to free `bytes` and some more. If none are left to
@@ -56,11 +56,11 @@ class Pager {
   /// @return whether there is room for `bytes` now.
   bool makeRoom(MapBackend& backend, size_t bytes);
 
-  /// Notes that new blocks are needed like those required last.
+  /// Treats new blocks like those required last.
   void noteNew(const std::vector<int32_t>& slots);
 
-  /// Blocks that a depth image touches or may clear, by key; empty if no block has to move, since
-  /// all are in memory with room for new ones.
+  /// Keys of the blocks that a depth image touches or may clear. Empty if no block has to move: all
+  /// are in memory, with room for new ones.
   std::vector<PackedKey> neededKeys(MapBackend& backend, const FrameView& view,
                                     const TouchedBlocks& touched,
                                     const std::vector<int32_t>& in_view,
@@ -129,15 +129,14 @@ class Pager {
   BlockTable& table_;
   const size_t budget_bytes_, batch_bytes_;
   PagedBlocks blocks_;
-  uint64_t now_ = 1;  ///< Counts the calls of require() and noteFrame().
-  uint64_t no_writing_before_ =
-      0;  ///< Value of now_ before which a failed disk is not tried again.
-  std::vector<uint64_t> last_need_;                ///< Value of now_ at the last need, by slot.
+  uint64_t now_ = 1;                 ///< Counts the calls of require() and noteFrame().
+  uint64_t no_writing_before_ = 0;   ///< Value of now_ until which nothing is written.
+  std::vector<uint64_t> last_need_;  ///< Value of now_ when a block was last needed, by slot.
   std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Pose of the last frame.
-  std::optional<DepthFrame> ahead_of_;       ///< Frame to read ahead of; its pixels may be gone.
+  std::optional<DepthFrame> ahead_of_;       ///< Frame to read ahead from; its pixels are not used.
   std::optional<Eigen::Isometry3d> motion_;  ///< Motion from the previous frame; none after a jump.
   std::vector<PackedKey> ahead_;             ///< Blocks read ahead, in order of need.
-  size_t next_ahead_ = 0, ahead_at_once_ = 0;  ///< Index in ahead_ to load next, and how many.
+  size_t next_ahead_ = 0, ahead_at_once_ = 0;  ///< Next index in ahead_; number per frame.
   uint64_t kept_since_ = 0;  ///< Blocks needed since this value of now_ are not evicted.
   uint64_t ahead_now_ = 0;   ///< Value of now_ when ahead_ was made; the next kept_since_.
   std::vector<PackedKey> dropped_;

@@ -119,7 +119,7 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
   return released.size() == slots.size();
 }
 
-/// Reads blocks. @pre There is room for them. @return how many stay on disk, since reading failed.
+/// Reads blocks. @pre There is room for them. @return how many stay on disk because reading failed.
 size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
   const auto start = std::chrono::steady_clock::now();
   std::sort(numbers.begin(), numbers.end(),

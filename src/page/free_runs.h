@@ -1,5 +1,5 @@
-/// Allocates the space of a file in runs of units. A run comes from the shortest free run that is
-/// long enough, the first one of these; if there is none, the file grows.
+/// Allocates the space of a file in runs of units. A run is taken from the shortest free run that
+/// is long enough (of several, the first); if there is none, the file grows.
 #pragma once
 
 #include <cstddef>
@@ -64,7 +64,6 @@ class FreeRuns {
     }
   }
 
-  /// Gives all runs back.
   void clear() noexcept {
     free_.clear();
     by_length_.clear();

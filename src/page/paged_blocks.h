@@ -26,15 +26,14 @@ struct PagedBlock {
 
 inline size_t isMarked(const PagedBlock& block) { return block.mesh.marks.any() ? 1 : 0; }
 
-/// Blocks on disk. A block keeps its number as long as it is there.
+/// Blocks on disk. A block keeps its number as long as it is on disk.
 class PagedBlocks {
  public:
   /// @throws std::runtime_error if the folder cannot be written.
   PagedBlocks(const std::string& folder, uint64_t max_bytes, size_t max_waiting)
       : store_(folder, max_bytes, max_waiting) {}
 
-  /// Adds a block. @return whether it is there now: false if the store refused it or memory ran
-  /// out.
+  /// Adds a block. @return false if the store refused it or memory ran out.
   bool put(const PagedBlock& block, RecordBytes record) try {
     if (free_numbers_.empty()) {
       if (free_numbers_.capacity() <= blocks_.size()) {
@@ -94,7 +93,6 @@ class PagedBlocks {
   bool isEmpty() const { return index_.size() == 0; }
   size_t count() const { return index_.size(); }
 
-  /// Sets the marks of a block for the next extraction.
   void setMarks(int32_t number, const MeshMarks& marks) {
     PagedBlock& block = blocks_[static_cast<size_t>(number)];
     marked_ -= isMarked(block);

@@ -34,7 +34,8 @@ void visitRecord(Io& io, BlockMesh& mesh) {
   io.array(mesh.colours, sizes[2]);
 }
 
-/// Memory for meshes: a fraction of map/max_memory_mb, in addition to it.
+/// Meshes may take 1 / kMeshShare of map/max_memory_mb, in addition to it, but not over
+/// kMaxMeshBytes.
 constexpr size_t kMeshShare = 8, kMaxMeshBytes = size_t{64} << 20;
 
 inline size_t meshBudgetOf(const MapParams& params) {
@@ -93,8 +94,8 @@ class PagedMeshes {
     if (pages_ != nullptr) pages_->resetCounts();
   }
 
-  /// The mesh of a block, from memory or disk. Null if there is none, or if it cannot be read,
-  /// which missed() counts.
+  /// The mesh of a block, from memory or disk. Null if there is none, or if it cannot be read;
+  /// missed() counts the latter.
   SharedBlockMesh find(PackedKey key) {
     const auto found = meshes_.find(key);
     if (found == meshes_.end()) return nullptr;
@@ -103,7 +104,6 @@ class PagedMeshes {
     return mesh;
   }
 
-  /// A store with the meshes of these blocks.
   MeshStore holding(const std::vector<PackedKey>& keys) {
     MeshStore store(voxel_size_m_);
     for (const PackedKey key : keys) {
@@ -124,7 +124,6 @@ class PagedMeshes {
     stream.finish();
   }
 
-  /// A store with all meshes.
   MeshStore all() { return holding(keys()); }
 
   /// Packed keys of all blocks that have a mesh, in order.
@@ -137,7 +136,6 @@ class PagedMeshes {
 
   /// Whether any mesh is on disk.
   bool isPaged() const { return stats().bytes > 0; }
-  /// Whether any mesh has colours.
   bool isPainted() const { return painted_ > 0; }
   size_t triangleCount() const { return triangles_; }
   uint64_t missed() const { return missed_; }  ///< How often a mesh could not be read.

@@ -32,8 +32,7 @@ void visitRecord(Io& io, T& value) {
   value.visitRecord(io);
 }
 
-/// The kind of a type with bytesOf() and visitRecord(), which lists its members for both
-/// directions.
+/// The kind of a type with bytesOf() and visitRecord(), which both writes and reads the members.
 template <class T>
 const ValueKind& kindOf() {
   static const ValueKind kind{

@@ -31,7 +31,7 @@ constexpr int kTries = 5;
 
 constexpr double kMinWait_ms = 1.0;
 
-/// A batch ends after this time, since anyone who erases one of its records has to wait.
+/// A batch ends after this time, since erase() of one of its records has to wait for it.
 constexpr std::chrono::milliseconds kWritingAtOnce{1};
 
 /// Size of the checksum after each record.

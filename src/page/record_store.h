@@ -1,5 +1,5 @@
-/// Records in a file without a name: nobody else can open it, and the system frees its space
-/// however the process ends. A helper thread writes them, so that callers wait only if it falls
+/// Records in a file without a name: no other process can open it, and the system frees its space
+/// even if the process crashes. A helper thread writes them, so that callers wait only if it falls
 /// behind. A checksum detects damaged records.
 #pragma once
 
@@ -28,7 +28,7 @@ namespace dtsdf {
 struct StoredRecord {
   static constexpr uint64_t kUnitBytes = 256;  ///< A record takes a whole number of these units.
 
-  uint64_t number;  ///< Number of the write. As part of the checksum, it tells older records apart.
+  uint64_t number;  ///< Number of the write. The checksum includes it, to detect older records.
   uint32_t unit;    ///< First unit in the file.
   uint32_t bytes;
 
@@ -74,7 +74,6 @@ class RecordStore {
   /// Asks the system to read a record in the background.
   void readAhead(const StoredRecord& record) const;
 
-  /// Frees the space of a record.
   void erase(const StoredRecord& record) noexcept;
   void clear() noexcept;
 
@@ -83,7 +82,7 @@ class RecordStore {
   /// Count a failure of the caller, or a lost record.
   void fail(std::string problem);
   void countLost();
-  /// Counts a wait for the disk since `start`, if it was long enough to matter.
+  /// Counts a wait for the disk since `start`, if it took at least a millisecond.
   void noteWait(std::chrono::steady_clock::time_point start);
   void resetCounts();
   PageStats stats() const;  ///< Without block counts; index_bytes includes waiting records.
@@ -91,7 +90,6 @@ class RecordStore {
  private:
   using Lock = std::unique_lock<std::mutex>;
 
-  /// A record that waits to be written.
   struct Waiting {
     RecordBytes record;
     uint64_t offset;
@@ -114,7 +112,7 @@ class RecordStore {
   const size_t max_waiting_;
   int file_ = -1;
   std::atomic<bool> disk_responds_{true};
-  std::atomic<uint64_t> written_{0};  ///< No record up to this number waits.
+  std::atomic<uint64_t> written_{0};  ///< Every waiting record has a larger number.
   mutable std::mutex mutex_;          ///< Guards what follows.
   std::condition_variable changed_;
   FreeRuns runs_;

@@ -54,7 +54,7 @@ void BlockCells::erase(const BlockKey& block, int32_t slot) noexcept {
   cells_.pop_back();
 }
 
-/// @pre The new slot is unused, and less than one that was used.
+/// @pre The new slot is unused, and less than some slot that was used.
 void BlockCells::renumber(const BlockKey& block, int32_t slot, int32_t new_slot) noexcept {
   const uint32_t place = places_[static_cast<size_t>(slot)];
   const int32_t number = numbers_.find(packKey(cellOfBlock(block)));
@@ -75,7 +75,7 @@ bool mayBeInView(const FrameView& frame, const Vec3i& cube, int side, float radi
   const auto voxels = static_cast<float>(side * kBlockSide);
   // Largest distance from a block's centre to the cube's: half the root of 3.
   const float reach = 0.8661f * (voxels - static_cast<float>(kBlockSide));
-  // Bounds the rounding error of both tests in single precision, for cameras of any angle.
+  // Bounds the rounding errors of this test and of mayBeInView() for blocks, at any angle of view.
   constexpr float kRounding = 1e-5f, kMinRounding = 0.1f;
   const float half = 0.5f * voxels;
   const Vec3f middle = toFloat(firstVoxelOfBlock(first - blockOfVoxel(frame.origin_voxel))) +

@@ -53,7 +53,7 @@ class BlockCells {
   size_t last_ = 0;                     ///< Index of the cell that cellOf() returned last.
   SlotIndex numbers_;                   ///< Index of each cell, by packed key.
   std::vector<uint32_t> places_;        ///< Position of each block in its cell's list, by slot.
-  std::unique_ptr<BlockCells> groups_;  ///< Cells of cells; null in the groups themselves.
+  std::unique_ptr<BlockCells> groups_;  ///< Coarser cells; null in the groups themselves.
 };
 
 /// Key of the cell that contains a block.
@@ -63,7 +63,7 @@ inline Vec3i cellOfBlock(const BlockKey& block) {
 }
 
 /// Whether a frame may see part of a cube of blocks, each taken as a ball around its centre. True
-/// wherever mayBeInView() is true for one of the blocks.
+/// whenever mayBeInView() is true for one of the blocks.
 /// @param cube Coordinates of the cube's first block, divided by `side`.
 /// @param side Blocks along each edge of the cube.
 /// @param radius Radius of the balls, in voxels.

@@ -27,7 +27,6 @@ inline BlockExtent around(const BlockExtent& a, const BlockExtent& b) {
   return {minOf(a.first, b.first), greatestOf(a.last, b.last)};
 }
 
-/// Intersection of two boxes.
 inline BlockExtent intersectionOf(const BlockExtent& a, const BlockExtent& b) {
   return {greatestOf(a.first, b.first), minOf(a.last, b.last)};
 }
@@ -47,7 +46,6 @@ inline uint64_t volumeOf(const BlockExtent& box) {
          static_cast<uint64_t>(edges.z);
 }
 
-/// An empty box.
 inline BlockExtent noBlocks() { return {BlockExtent().last, BlockExtent().first}; }
 inline bool containsNothing(const BlockExtent& box) { return box.first.x > box.last.x; }
 

@@ -27,7 +27,7 @@ struct BlockEntry {
   BlockKey key;
   int32_t array[kDirectionCount];
   bool in_use;
-  bool is_vacant;        ///< Lost its last array: takeVacant() returns it next, or just did.
+  bool is_vacant;        ///< Lost its last array in vacate(), and is not released yet.
   uint32_t extractions;  ///< Number of extractions begun before the block was created.
 };
 
@@ -113,12 +113,12 @@ class BlockTable {
   size_t arrayCount() const { return array_count_; }
   size_t colourCount() const { return colour_count_; }
 
-  /// Creates the requested blocks and arrays by ascending key, in whatever order they are given,
-  /// until the budget is full. A request is admitted or refused as a whole.
+  /// Creates the requested blocks and arrays in the order of their keys. A request that the budget
+  /// has no room for is refused as a whole.
   Admission admit(std::vector<BlockRequest> requests);
 
-  /// Splits admit() in two halves of about equal time, for a device that waits for the first:
-  /// neither find() nor slotsInView() returns the new blocks before publish().
+  /// The two halves of admit(). A device needs only the first; find() and slotsInView() return the
+  /// new blocks only after publish().
   Admission allocate(std::vector<BlockRequest> requests);
   void publish();
 
@@ -161,14 +161,14 @@ class BlockTable {
   }
 
   /// Blocks that lost their last array since the last call and were in no extraction. No mesh shows
-  /// them, so they can be released without notice.
+  /// them, so they can be released before the next mesh update.
   std::vector<int32_t> takeUnmeshed() { return std::exchange(unmeshed_, {}); }
 
   /// Blocks that lost their last array since the last call. They stay in the table until a mesh
   /// update has reported that their meshes are gone.
   std::vector<int32_t> takeVacant();
 
-  /// Blocks with arrays that may have voxels in a region in units of voxels, by slot.
+  /// Blocks with arrays that may have voxels in a region, which is in units of voxels; by slot.
   std::vector<int32_t> slotsIn(const RegionView& region) const;
 
   /// Blocks in view of a frame, each taken as a ball of `radius` voxels, and others near them, in
@@ -208,7 +208,7 @@ class BlockTable {
   /// Bytes of the budget that a block takes, with its arrays and colours.
   size_t bytesOf(int32_t slot) const;
 
-  /// What is left of memory that is reserved for voxels and colours.
+  /// Unused part of the memory that is reserved for voxels and colours.
   size_t spareOf(size_t reserved_bytes) const {
     return reserved_bytes - std::min(reserved_bytes, bytesInUse() - blocksInUse() * kBlockBytes);
   }

@@ -39,7 +39,7 @@ class ByteWriter {
   void operator()(const Values&... values) {
     (put(values), ...);
   }
-  /// Appends `count` values as they are in memory.
+  /// Appends `count` values with their layout in memory.
   template <class T>
   void array(const T* values, size_t count) {
     static_assert(std::is_trivially_copyable_v<T>);

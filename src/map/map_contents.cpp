@@ -38,7 +38,7 @@ void checkFreeCubes(const MapContents& contents) {
   if (cell != 0 && cell != 1 && cell != 2 && cell != 4 && cell != 8) {
     refuse("the cell size is invalid");
   }
-  if (cell == 0 && !contents.free_cubes.empty()) refuse("free cells without a cell size");
+  if (cell == 0 && !contents.free_cubes.empty()) refuse("it has free cells, but no cell size");
   const MapFreeCube* before = nullptr;
   for (const MapFreeCube& cube : contents.free_cubes) {
     if (!isRepresentable(cube.key)) refuse("a free cell lies outside the coordinates of a map");
@@ -136,13 +136,14 @@ void checkHead(const MapContents& contents) {
   const MapSize size = sizeOf(contents.blocks);
   if (contents.supporting_frames > contents.frames) refuse("the frame counts are inconsistent");
   if (!std::isfinite(contents.stamp_s)) refuse("the stamp of the newest frame is not a number");
-  if (size.bricks > 0 && !contents.painted) refuse("colour without painted blocks");
+  if (size.bricks > 0 && !contents.painted) refuse("it has colours, but was never painted");
   for (const float gain : contents.exposure) {
     if (!std::isfinite(gain) || gain < 0.001f || gain > 1000.0f) {
       refuse("the gains of the last colour image are out of range");
     }
   }
-  if (contents.T_W_M && !isRigid(*contents.T_W_M)) refuse("its level is not a pose");
+  if (contents.T_W_M && !isRigid(*contents.T_W_M))
+    refuse("its level is not a rotation and a translation");
   checkFreeCubes(contents);
 }
 
@@ -170,7 +171,7 @@ void checkFrame(const MapContents& contents, const std::string& map_frame) {
 void checkLevel(const MapContents& contents, bool is_levelled) {
   if (contents.frames == 0 || contents.T_W_M.has_value() == is_levelled) return;
   throw std::runtime_error(
-      is_levelled ? "the saved map is not levelled, but map/level asks for a level one; set "
+      is_levelled ? "the saved map is not levelled, but map/level is floor or imu; set "
                     "map/level to none, or start a new map"
                   : "the saved map was levelled; set map/level to floor or imu: it keeps the level "
                     "that it was saved with");

@@ -7,19 +7,19 @@
 
 namespace dtsdf {
 
-/// Bytes of the budget that a cube with free cells takes: its bits, and its share of an index at
-/// the lowest load.
+/// Bytes of the budget that a cube with free cells takes: its bits, and its share of the index at
+/// the lowest load factor.
 constexpr size_t kFreeCubeBudgetBytes = 256;
 
-/// Bytes that may lie on disk in addition.
+/// Limit of a file in map/page_folder, in bytes; 0 without the folder.
 inline size_t pageBytesOf(const MapParams& params) {
   if (params.page_folder.empty()) return 0;
   return static_cast<size_t>(static_cast<double>(params.page_max_gb) * (size_t{1} << 30));
 }
 
 /// With space/enabled, cubes with free cells get an eighth of the budget; blocks, voxels and
-/// colours get the rest. The limits are separate so that what is refused depends on the frames
-/// alone, not on how full the other part happens to be.
+/// colours get the rest. The limits are separate, so that free cells do not affect which blocks are
+/// refused.
 inline size_t freeBudgetOf(const MapperParams& params) {
   constexpr size_t kFreeShare = 8;
   return params.space.enabled ? (static_cast<size_t>(params.map.max_memory_mb) << 20) / kFreeShare

@@ -21,7 +21,7 @@ struct MarkedSlot {
   MeshMarks marks;
 };
 
-/// What meshing knows about a block, apart from the labels of its units.
+/// Meshing state of a block, without the labels of its units.
 struct MeshState {
   MeshMarks marks;
   bool has_mesh = false;    ///< The last mesh delivered has triangles.

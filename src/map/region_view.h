@@ -11,8 +11,8 @@ namespace dtsdf {
 /// @pre findProblem(region) is empty.
 RegionView makeRegionView(const Region& region, double unit_m);
 
-/// Whether a block may shape the mesh in a region in units of voxels: vertices of its mesh may lie
-/// there, or affect the smoothing of outlines there.
+/// Whether a block may affect the mesh in a region, which is in units of voxels: its vertices may
+/// lie there, or affect the smoothing of outlines there.
 inline bool mayAffectMeshIn(const RegionView& region, const BlockKey& block) {
   constexpr double kMiddle = 4.0;
   // Vertices lie in [-2, 10] from the first voxel. Smoothing an outline uses vertices up to three

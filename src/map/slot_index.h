@@ -1,5 +1,5 @@
 /// Slots of blocks by key: a hash table of cubes of blocks. Neighbouring keys are adjacent in
-/// memory, and the table is small enough that no frame notices when it grows.
+/// memory, and the table is so small that growing it does not delay a frame.
 #pragma once
 
 #include <algorithm>
@@ -94,7 +94,7 @@ class SlotIndex {
     return at;
   }
 
-  /// Makes room for twice as many cubes.
+  /// Rebuilds the table with at least four positions per cube, without the names of removed cubes.
   void grow() {
     size_t size = 64;  // the smallest table
     while (size < 4 * cubes_) size *= 2;

@@ -133,7 +133,8 @@ TEST_F(MapFile, KeepsALevelInAPartOfItsOwn) {
   SplitMapFile bent(path);
   EXPECT_EQ(bent.get("LEVL").flags, 0u) << "a reader that skips it would fuse in the wrong frame";
   bent.get("LEVL").content[6] ^= 0x10;
-  EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "its level is not a pose"));
+  EXPECT_TRUE(
+      contains(errorOfBytes(bent.bytes()), "its level is not a rotation and a translation"));
   bent.get("LEVL").content.resize(88);
   EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "LEVL has the wrong size"));
 }

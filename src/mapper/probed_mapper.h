@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Makes a mapper with access to its internals, and other constants in its rules for experiments.
+/// Makes a mapper with access to its internals; experiments pass rules with other constants.
 /// @throws std::runtime_error like makeMapper().
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params,
                                                const Rules& rules = Rules());

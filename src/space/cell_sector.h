@@ -107,7 +107,7 @@ class CellSector {
 using CellSectors = Sectors<CellSector>;
 
 /// The surfaces in a sector, for distances; null: none. A sector that was lost or cannot be read
-/// has surfaces everywhere, so that no distance is too large.
+/// counts as full of surfaces, so that no distance is too large.
 inline std::shared_ptr<const CellSector> surfacesIn(const CellSectors& sectors, PackedKey key) {
   static const auto everywhere = [] {
     const auto sector = std::make_shared<CellSector>();
@@ -120,7 +120,6 @@ inline std::shared_ptr<const CellSector> surfacesIn(const CellSectors& sectors, 
   return sector == nullptr || sector->isLost() ? everywhere : sector;
 }
 
-/// The state of a cell.
 inline CellState stateIn(const CellSectors& sectors, const Vec3i& cell) {
   const auto place = sectors.find(packKey(sectorOfCell(cell)));
   const auto sector = place == sectors.end() ? nullptr : place->second.get();
@@ -128,7 +127,6 @@ inline CellState stateIn(const CellSectors& sectors, const Vec3i& cell) {
   return stateIn(sector->at(cubeInSector(cubeOfCell(cell))), indexInCube(cell));
 }
 
-/// The known cubes of a sector.
 inline std::vector<SpaceCube> cubesOf(const CellSectors::value_type& sector_entry) {
   std::vector<SpaceCube> cubes;
   if (const auto cells = sector_entry.second.get()) {

@@ -16,7 +16,6 @@ class CellTable {
  public:
   explicit CellTable(SharedPagedValues pages = nullptr) : sectors_(std::move(pages)) {}
 
-  /// The cells of a cube.
   CubeCells find(const Vec3i& cube) const {
     const std::shared_ptr<const CellSector> sector = sectors_.find(packKey(sectorOfCube(cube)));
     return sector == nullptr ? CubeCells() : sector->at(cubeInSector(cube));

@@ -10,8 +10,8 @@
 namespace dtsdf {
 namespace {
 
-/// Up to this reach twice a squared distance fits into a signed 16-bit number; a vector register
-/// holds more of these.
+/// Up to this reach, twice a squared distance fits into a signed 16-bit number. These are faster: a
+/// vector register holds more of them.
 constexpr int kMaxReachOf16Bits = 127;
 
 /// Sectors computed at once: 16 MiB of values in addition to the stored ones, fewer for a long
@@ -97,7 +97,7 @@ size_t DistanceField::batchSize(const std::vector<Vec3i>& keys, size_t first) co
   return most;
 }
 
-/// Whether a sector is in memory and nobody else uses it.
+/// Whether a sector is in memory and has no other users.
 bool DistanceField::mayOverwrite(const std::shared_ptr<const DistanceSector>& sector) const {
   constexpr int kOwnersIfUnshared = 2;
   return pages_ == nullptr && sector.use_count() == kOwnersIfUnshared;

@@ -41,7 +41,7 @@ void clear(const RegionView& region, const Vec3i& sector, CellSector& cells) {
   }
 }
 
-/// The cells of the axis-aligned box around `box`.
+/// The cells in the axis-aligned box around `box`.
 BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_t reach) {
   const Eigen::Vector3d half_m = 0.5 * (box.T_W_B.linear().cwiseAbs() * box.size_m);
   const Eigen::Vector3d middle_m = box.T_W_B.translation();
@@ -50,7 +50,7 @@ BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_
   if (!((middle_m.cwiseAbs() + half_m).maxCoeff() < kMaxCell * cell_m)) {
     throw std::runtime_error("the box is beyond the coordinates of a map");
   }
-  // A flat box has few cells, but as many sectors around them as a thick one.
+  // Even a flat box of few cells may have many sectors within reach.
   const Eigen::Array3d sectors =
       (2.0 * (half_m / cell_m).array() + 2.0 * reach) / kSectorSide + 2.0;
   constexpr double kMaxSectors = 4096.0;

@@ -91,8 +91,8 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2) {
   for (const BlockVertex& vertex : mesh.vertices) {
     corners.push_back(cornerAt(per_voxel * vertex.position));
   }
-  // A bit for each cell in and around the block, which has at most 8 cells along an edge; no
-  // triangle reaches farther.
+  // A bit for each cell in and around the block, which has at most 8 cells along an edge. Its
+  // triangles reach no farther.
   constexpr int32_t kSide = 16;
   constexpr Vec3i kFirst{-4, -4, -4};
   std::bitset<kSide * kSide * kSide> is_in;
@@ -148,7 +148,6 @@ std::shared_ptr<const std::vector<Vec3i>> SurfaceCells::cellsOf(const BlockKey& 
   return {sector, &cells->second};
 }
 
-/// Replaces the cells of a block.
 void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTable& cells) {
   SurfaceSector& sector = sectors_.open(sectorOf(block));
   const std::vector<Vec3i> before = std::exchange(sector.cells_of_block[packKey(block)], now);

@@ -17,14 +17,14 @@ using Eigen::Vector3d;
 using Point = FloorView::Point;
 
 constexpr double kMinCosine = 0.70710678118654752;  // cosine of 45 degrees, between normal and up
-constexpr double kMinShare = 0.05;                  // share of points on the floor
-constexpr size_t kMinPoints = 100;                  // points on the floor
-constexpr double kMaxBelow = 0.02;   // share of points far below the floor, such as reflections
-constexpr double kFarBelow = 3.0;    // tolerances
-constexpr double kMinWidth_m = 0.3;  // width that 80 % of its points need in every direction
-constexpr int kWidths = 18;          // directions in which the width is measured
-/// If a tenth of the points below the camera are on the floor, 2999 of 3000 searches draw three of
-/// these points.
+constexpr double kMinShare = 0.05;   // smallest share of all points that are on the floor
+constexpr size_t kMinPoints = 100;   // smallest number of points on the floor
+constexpr double kMaxBelow = 0.02;   // largest share of points far below it (reflections)
+constexpr double kFarBelow = 3.0;    // smallest distance of these below the floor, in tolerances
+constexpr double kMinWidth_m = 0.3;  // smallest width of 80 % of its points, in any direction
+constexpr int kWidths = 18;          // directions in which that width is measured
+/// If a tenth of the points below the camera are on the floor, only one search in 3000 never draws
+/// three of these.
 constexpr int kDraws = 8000;
 constexpr double kMinArea_m2 = 0.01;  // area of the parallelogram of three points
 constexpr unsigned kSeed = 1;
@@ -33,7 +33,6 @@ constexpr int kRounds = 8;        // rounds of the refinement
 /// Smallest share of the tolerance that the refinement narrows to, even without noise.
 constexpr double kMinScale = 0.1;
 
-/// Number of points on a plane.
 size_t countOn(const FloorPlane& plane, const std::vector<Point>& points) {
   const auto on = std::count_if(points.begin(), points.end(), [&](const Point& point) {
     return std::abs(plane.signedDistance(point.p)) <= point.tolerance_m;

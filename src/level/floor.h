@@ -18,16 +18,16 @@ using FloorPlane = Eigen::Hyperplane<double, 3>;
 struct FloorView {
   struct Point {
     Eigen::Vector3d p;
-    double tolerance_m;  ///< Largest distance from its surface that noise explains.
+    double tolerance_m;  ///< Largest distance from its surface that noise can cause.
   };
   Eigen::Vector3d camera;     ///< Position of the camera.
   Eigen::Vector3d camera_up;  ///< Unit vector opposite to y of the optical frame.
   std::vector<Point> points;
 };
 
-/// Finds the floor: the plane with the most points whose normal is within 45 degrees of the
-/// cameras' mean up, with a twentieth of all points on it, over more than a strip, and hardly any
-/// below it. The same points always give the same plane.
+/// Finds the floor: the plane with the most points among those tilted by less than 45 degrees from
+/// the cameras' mean up. It must have a twentieth of all points, not only in a strip, and hardly
+/// any below it. The same points always give the same plane.
 /// @param problem Why there is no floor; the caller adds what to do.
 std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::string& problem);
 

@@ -14,8 +14,9 @@ double depthAt(const DepthFrame& frame, int u, int v);
 /// Points in the camera's frame for a grid of pixels; pixels without a measurement are left out.
 std::vector<Eigen::Vector3d> thinnedPoints(const DepthFrame& frame, int columns, int rows);
 
-/// Converts a frame's depth from along each pixel's ray to along the optical axis, as floats in
-/// `pixels`, which must have room for the image and outlive the frame.
+/// Converts depth that was measured along each pixel's ray to depth along the optical axis. The
+/// frame then refers to the floats in `pixels`, which must have room for the image and outlive the
+/// frame.
 void turnToAxis(DepthFrame& frame, float* pixels);
 
 }  // namespace dtsdf

@@ -21,7 +21,6 @@ inline Eigen::Isometry3d levelPose(const FloorPlane& floor) {
 /// Angle between z of M and up, in degrees.
 double tiltOf(const Eigen::Isometry3d& T_W_M);
 
-/// Describes T_W_M for users.
 std::string describeLevel(const Eigen::Isometry3d& T_W_M);
 
 }  // namespace dtsdf

@@ -15,8 +15,8 @@ constexpr int kSamples = 24;
 constexpr double kMinMotion_m = 0.05, kMinTurn_rad = 0.1;
 /// Largest relative difference of depths on the same surface.
 constexpr double kSameDepth = 0.03;
-/// A pair of images counts if the best convention finds this share of the points in view, and its
-/// rival less by this difference.
+/// A pair of images counts if the best convention finds at least kFound of the points in view, and
+/// more than its rival by at least kLess.
 constexpr double kFound = 0.65, kLess = 0.25;
 constexpr int kMinInView = 60;
 /// Pairs needed for a verdict, and how many of them must agree.

@@ -1,4 +1,4 @@
-/// Checks, from depth and poses, that poses are from the optical frame to the map frame.
+/// Checks with depth images that poses map the optical frame to the map frame.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -28,10 +28,9 @@ class PoseConvention {
 
   void judge(const DepthFrame& frame);
 
-  std::vector<Eigen::Vector3d> points_;  ///< Points of a thinned earlier image.
+  std::vector<Eigen::Vector3d> points_;  ///< Some points of an earlier image.
   Eigen::Isometry3d T_W_C_ = Eigen::Isometry3d::Identity();
-  std::array<int, kConventions>
-      pairs_{};  ///< Number of image pairs that each convention fits best.
+  std::array<int, kConventions> pairs_{};  ///< Image pairs that each convention fits best.
   bool is_done_ = false;
   std::string doubt_;
 };

@@ -6,11 +6,12 @@ namespace dtsdf {
 namespace {
 
 constexpr size_t kMinSamples = 20, kMaxSamples = 4000;
-/// Largest error of a second's mean from standard gravity; cheap sensors are off by a few percent.
+/// Largest difference between the mean and standard gravity; cheap sensors are off by a few
+/// percent.
 constexpr double kMaxScaleError_m_s2 = 0.5;
 /// Largest root mean square deviation from the mean; vibration of a robot at rest is less.
 constexpr double kMaxNoise_m_s2 = 0.3;
-/// Slower turns are taken for the sensor's bias.
+/// Slower turns are attributed to the sensor's bias.
 constexpr double kMaxTurn_rad_s = 0.1;
 constexpr double kGravity_m_s2 = 9.80665;
 

@@ -8,9 +8,9 @@
 namespace dtsdf {
 namespace {
 
-/// A mean square of kRemembered third differences is correct to within this factor: these share
-/// images, so 8 of them on three axes say as much as 10 independent numbers, whose mean square has
-/// a standard deviation of 0.44. More would come from other places and motions.
+/// The mean square of kRemembered third differences may be off by this factor. Third differences
+/// share images, so 8 of them on three axes are worth 10 independent numbers, whose mean square has
+/// a relative standard deviation of 0.44. More images would include other places and motions.
 constexpr double kUncertainty = 2.0;
 constexpr int kRemembered = 8;
 

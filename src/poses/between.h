@@ -7,8 +7,8 @@
 
 namespace dtsdf {
 
-/// Random errors are within this many standard deviations, as are 997 of 1000 of a normal
-/// distribution. Larger errors have another cause.
+/// Errors of more standard deviations are not random: of a normal distribution, 3 in 1000 are
+/// larger.
 constexpr double kMaxDeviations = 3.0;
 
 /// Share of the image's points that lie on surfaces of the map.

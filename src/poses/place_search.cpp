@@ -26,7 +26,7 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 using Eigen::Vector3i;
 
-/// Maximum number of standpoints; larger maps are searched in larger steps.
+/// Maximum number of standpoints; larger maps get larger cells.
 constexpr double kMaxStandpoints = 200000.0;
 
 /// Edge of a cell, in voxels: an alignment can correct a pose that is one cell off.
@@ -41,7 +41,7 @@ constexpr int kMargin_cells = 16;
 /// Number of evenly spread orientations, some twenty degrees apart.
 constexpr int kOrientations = 2048;
 
-/// Points of the image for a look from a standpoint, and for fitting a pose.
+/// Points of the image that are compared from a standpoint, and that a pose is fitted to.
 constexpr int kLookPoints = 64, kFitPoints = 512;
 
 /// Poses that are fitted to the coarse map; of these, the poses that are aligned; and of these, the
@@ -61,7 +61,7 @@ constexpr float kFarthest_cells = 64.0f;
 /// Rays along an edge of the cube around a standpoint, and on all its faces.
 constexpr int kFaceSide = 14, kRays = 6 * kFaceSide * kFaceSide;
 
-/// Index of the ray, a cell of the cube's faces, for a direction.
+/// Index of the ray nearest to a direction: a cell on a face of the cube.
 int rayOf(const Vector3f& way) {
   int axis = 0;
   way.cwiseAbs().maxCoeff(&axis);
@@ -116,7 +116,7 @@ int agreement(Octaves in_map, Octaves measured) {
   return std::abs(apart) <= 3 ? 4 : 2;
 }
 
-/// Whether the image can be searched for; mappers report what is wrong with it.
+/// Whether the image is usable. If not, Mapper::integrate() reports why.
 bool isImage(const DepthFrame& frame) {
   const size_t pixel = frame.encoding == DepthEncoding::kFloat32 ? sizeof(float) : sizeof(uint16_t);
   const Intrinsics& K = frame.intrinsics;
@@ -125,8 +125,8 @@ bool isImage(const DepthFrame& frame) {
          K.fy > 0.0f && std::isfinite(K.fx + K.fy + K.cx + K.cy);
 }
 
-/// Points spread over the image, as is every part of the list; in cells, in the camera's optical
-/// frame. Skips edges of depth.
+/// Points of the image, in cells, in the camera's optical frame. The first n are spread over the
+/// image, for any n. Skips depth edges.
 std::vector<Vector3f> imagePoints(const DepthFrame& frame, double cell_m) {
   const Intrinsics& K = frame.intrinsics;
   const int aside = std::max(1, frame.width / 160);
@@ -214,7 +214,7 @@ std::optional<Isometry3d> slidPose(const Alignment& alignment) {
 /// Alignments of an image, sorted by the share of its depths that match the map.
 using Looks = std::multimap<double, const Alignment*, std::greater<>>;
 
-/// Chooses the place that looks like the image, or reports another that does as well.
+/// Chooses the place that looks most like the image, and reports another that looks as good.
 FoundPlace choose(const Looks& looks, double same_place_m) {
   const auto& [best_share, first] = *looks.begin();
   const Isometry3d there = first->T_W_C;
@@ -251,8 +251,8 @@ struct CoarseMap {
     uint8_t faces = 0;  ///< Directions that it faces, one bit each.
   };
 
-  /// Orientations to try, the rays on which the image's first points lie in each, and the score of
-  /// each point by the distance that its ray sees.
+  /// The orientations to try; for each, the rays of the image's first points; and for each point,
+  /// the score for each distance along its ray.
   struct LookTable {
     size_t points = 0;
     std::vector<Matrix3f> R_W_C;
@@ -266,7 +266,7 @@ struct CoarseMap {
   std::vector<int32_t> surface_of;  ///< Index of each cell's surface; negative: none.
   std::vector<CellSurface> surfaces;
   std::vector<float> distance;      ///< From each cell to the nearest one with a surface, in cells.
-  std::vector<uint8_t> free_steps;  ///< Radius around each cell without surfaces, in cells.
+  std::vector<uint8_t> free_steps;  ///< Whole cells around each cell without surfaces.
 
   struct Candidate {
     Isometry3d T_W_C = Isometry3d::Identity();  ///< In cells.
@@ -442,7 +442,7 @@ float CoarseMap::distanceAt(const Vector3f& p, Vector3f& gradient) const {
   return mix(y0, y1, f.z());
 }
 
-/// Whether a ray sees the front of a surface, from the directions that it faces.
+/// Whether a ray sees the front of a surface that faces these directions.
 bool CoarseMap::isSeenFrom(const Vector3f& way, uint8_t facing) const {
   for (int axis = 0; axis < 3; ++axis) {
     if ((facing >> (2 * axis) & 1) != 0 && way[axis] < 0.1f) return true;
@@ -522,7 +522,7 @@ CoarseMap::LookTable CoarseMap::looksOf(const std::vector<Vector3f>& points) {
   return table;
 }
 
-/// Finds the best looks from a standpoint, in order.
+/// Finds the best orientations at a standpoint, the best first.
 void CoarseMap::lookFrom(const Vector3f& from, const LookTable& table, BestLooks& best) const {
   const Vector3i cell = from.array().floor().cast<int>();
   constexpr float kMinRoom_cells = 1.5f;
@@ -546,7 +546,7 @@ void CoarseMap::lookFrom(const Vector3f& from, const LookTable& table, BestLooks
   }
 }
 
-/// The best looks from all standpoints.
+/// The best poses at all standpoints.
 std::vector<CoarseMap::Candidate> CoarseMap::lookAround(const std::vector<Vector3f>& points) const {
   const LookTable table = looksOf(points);
   const Vector3i steps = (size.cast<double>() / kStep_cells).array().ceil().cast<int>();

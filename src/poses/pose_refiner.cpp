@@ -9,27 +9,25 @@ namespace {
 
 double square(double a) { return a * a; }
 
-/// Moves an alignment away from the best pose. The mean square error there is the covariance about
-/// the best pose plus the square of the step from it.
+/// Moves an alignment away from its best pose, and adds the square of the step to the covariance.
 void put(Alignment& alignment, const Eigen::Isometry3d& T_W_C) {
   const Eigen::Matrix<double, 6, 1> way = stepBetween(alignment.T_W_C, T_W_C);
   alignment.covariance += way * way.transpose();
   alignment.T_W_C = T_W_C;
 }
 
-/// Whether a share of `witnesses` is less than another by more than chance.
+/// Whether a share of `witnesses` points is lower than another by more than its standard deviation.
 bool isLess(double share, double other, double witnesses) {
   const double gap = other - share;
   return gap > 0.0 && gap * gap * witnesses > share * (1.0 - share);
 }
 
-/// Whether the prior's errors can reach as far as the alignment moved.
+/// Whether an alignment is within kMaxDeviations of the prior.
 bool isLikely(const Alignment& alignment, const PosePrior& prior) {
   return alignment.shift_m <= kMaxDeviations * prior.sigma_m &&
          alignment.turn_rad <= kMaxDeviations * prior.sigma_rad;
 }
 
-/// A share of a rotation.
 Eigen::Quaterniond shareOf(const Eigen::Quaterniond& rotation, double share) {
   return Eigen::Quaterniond::Identity().slerp(share, rotation);
 }
@@ -49,7 +47,7 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   prior.compared_T_W_C = expected.T_W_C;
   Alignment alignment = align(mapper, expected, prior);
   if (alignment.status != AlignmentStatus::kAligned) {
-    // The image that begins a map makes W the frame of the given poses.
+    // The image that begins a map defines W, so its correction is exact.
     const bool begins_map = alignment.status == AlignmentStatus::kUnmapped && !has_aligned_;
     if (begins_map) variance_m2_ = variance_rad2_ = 0.0;
     return alignment;
@@ -64,9 +62,9 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   return alignment;
 }
 
-/// An image may converge to a second pose, which fits all but the part that would have held it. If
-/// it explains less than the previous image, it is also aligned from that image's pose, and the
-/// better result is used if the prior allows it: other places may look alike.
+/// An image may converge to a wrong pose that fits most of it. If the map explains less of it than
+/// of the previous image, it is also aligned from that image's pose. The better result is used,
+/// unless the prior makes it unlikely: other places may look alike.
 Alignment PoseRefiner::align(Mapper& mapper, const DepthFrame& expected, PosePrior prior) {
   Alignment found = mapper.align(expected, prior);
   if (found.status != AlignmentStatus::kAligned) {
@@ -99,13 +97,14 @@ void PoseRefiner::drift(const Eigen::Isometry3d& T_O_C) {
   last_T_O_C_ = T_O_C;
 }
 
-/// Errors of alignments are small compared with sigma, or averaged out with it.
+/// The update of the Kalman filter. An aligned pose measures the correction with the noise of a
+/// given pose, sigma; the error of the alignment is neglected.
 void PoseRefiner::correct(const Eigen::Isometry3d& T_W_C, const Eigen::Isometry3d& expected_T_W_C) {
   const double gain_m = variance_m2_ / (variance_m2_ + square(params_.sigma_m));
   const double gain_rad = variance_rad2_ / (variance_rad2_ + square(params_.sigma_rad));
   variance_m2_ *= 1.0 - gain_m;
   variance_rad2_ *= 1.0 - gain_rad;
-  // An exact pose stays bit-identical.
+  // If nothing changes, T_W_O_ must stay bit-identical.
   if (T_W_C.matrix() == expected_T_W_C.matrix()) return;
   const Eigen::Quaterniond turn(T_W_C.linear() * expected_T_W_C.linear().transpose());
   // The turn is about the camera, so that it does not move the expected position.

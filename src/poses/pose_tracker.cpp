@@ -23,23 +23,23 @@ constexpr int kFitsToTrust = 3;
 /// Guesses per place: two rings of six turns and six shifts, and the place itself.
 constexpr int kGuessesPerPlace = 1 + 4 * 6;
 
-/// Guesses per lost image, in addition to the last pose: on a CPU, seven alignments take hardly
-/// longer than aligning once and fusing, so a lost camera keeps its frame rate.
+/// Guesses per lost image, in addition to the predicted pose: on a CPU, seven alignments take
+/// hardly longer than aligning once and fusing, so a lost camera keeps its frame rate.
 constexpr int kGuessesPerImage = 6;
 
-/// Places to search around: at 30 images per second, all their guesses take two seconds, so a
-/// camera that is held still for that long is found.
+/// Places to search around: at 30 images per second, all their guesses are tried in two seconds.
 constexpr size_t kMaxPlaces = 16;
 
 /// A camera that is lost for kLostFor_s may be anywhere: the whole map is searched, at most every
-/// kLookEvery_s. For a camera that was never in the map, this starts at once.
+/// kLookEvery_s. For a camera that was never found in the map, this starts at once.
 constexpr double kLostFor_s = 2.0, kLookEvery_s = 1.0;
 
 double turnBetween(const Isometry3d& a, const Isometry3d& b) {
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
 }
 
-/// Continues the motion from one pose to another by a share of it, about the camera.
+/// Continues the motion from one pose to another by a share of it; the rotation is about the
+/// camera.
 Isometry3d continued(const Isometry3d& from, const Isometry3d& to, double share) {
   const Eigen::AngleAxisd turn(from.linear().transpose() * to.linear());
   const Vector3d way = from.linear().transpose() * (to.translation() - from.translation());
@@ -50,14 +50,15 @@ Isometry3d continued(const Isometry3d& from, const Isometry3d& to, double share)
   return T_W_C;
 }
 
-/// The larger of a shift in metres and a turn in radians, which is the shift at a distance of 1 m.
+/// The larger of the shift in metres and the turn in radians. A turn shifts points 1 m away by as
+/// many metres.
 double motionBetween(const Isometry3d& a, const Isometry3d& b) {
   return std::max((b.translation() - a.translation()).norm(), turnBetween(a, b));
 }
 
 /// A guess around a pose: turned about or moved along one of its axes, by one or two steps, or the
-/// pose itself. A step is as far as an alignment reaches, but at least kMinShift_m, which matters
-/// with fine voxels, and no larger a turn than an alignment spans.
+/// pose itself. A step is as long as the reach of an alignment. With fine voxels that is short, so
+/// it is at least kMinShift_m. Turns are limited to what an alignment can correct.
 Isometry3d guessAround(const Isometry3d& T_W_C, double reach_m, size_t guess) {
   constexpr double kMinShift_m = 0.15, kMaxTurn_rad = 0.3;
   if (guess + 1 == kGuessesPerPlace) return T_W_C;
@@ -114,8 +115,8 @@ std::optional<Isometry3d> PoseTracker::poseAt(double stamp_s) const {
 
 Alignment PoseTracker::begin(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
   Alignment alignment = alignAt(mapper, frame, *given_T_W_C_);
-  // A frame that shows nothing cannot begin a map; the next one may. Once the map has begun, the
-  // pose of the next frame is unknown.
+  // The given pose holds until the map has voxels, since a frame that shows nothing does not begin
+  // the map.
   const bool map_is_empty = mapper.stats().voxel_arrays == 0;
   may_begin_ = map_is_empty || !last_;
   last_ = StampedPose{stamp_s, alignment.T_W_C};
@@ -142,7 +143,7 @@ Alignment PoseTracker::follow(Mapper& mapper, const DepthFrame& frame, double st
   return search(mapper, frame, stamp_s);
 }
 
-/// Searches at the predicted pose, around earlier places, and if need be all over the map.
+/// Searches at the predicted pose, around earlier places, and if necessary in the whole map.
 Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
   Alignment found = alignAt(mapper, frame, predict(stamp_s));
   const bool goes_on = explainedBy(found) >= kFoundShare;
@@ -196,8 +197,8 @@ void PoseTracker::keep(const Isometry3d& T_W_C, double stamp_s) {
   last_ = StampedPose{stamp_s, T_W_C};
 }
 
-/// The newest place follows the last pose until it is far enough from the place before it, around
-/// which nearer poses are searched.
+/// Moves the newest place along with the camera. Once the camera is twice the reach of an alignment
+/// away from the place before it, adds a place.
 void PoseTracker::rememberPlace(const Isometry3d& T_W_C) {
   const size_t count = places_T_W_C_.size();
   if (count > 1 && motionBetween(places_T_W_C_[count - 2], T_W_C) < 2.0 * reach_m_) {

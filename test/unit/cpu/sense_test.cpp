@@ -52,7 +52,7 @@ std::vector<float> weightedAlong(const std::vector<float>& image, bool columns,
   return sums;
 }
 
-/// Scaled to a standard deviation of 0.001.
+/// Smooths an image and scales it to a standard deviation of 0.001.
 std::vector<float> smoothed(std::vector<float> image, const std::vector<float>& weights,
                             Along along = Along::kBoth) {
   if (along != Along::kColumns) image = weightedAlong(image, false, weights);
@@ -93,7 +93,7 @@ TEST(SensedNoise, IsThatOfRowsOrColumns) {
   }
 }
 
-/// An object 20 pixels wide has only a few lines.
+/// Only a few lines lie on an object 20 pixels wide.
 TEST(SensedNoise, IsThatOfASmallObject) {
   std::vector<float> offsets = whiteNoise(0.001f);
   for (int i = 0; i < kWidth * kHeight; ++i) {

@@ -17,7 +17,7 @@ TriangleMesh colouredRectangle(const Rgb8& colour) {
   return mesh;
 }
 
-/// Values from the CIE's definition, as found in any table.
+/// Values from the definition of the CIE.
 TEST(Lab, KnownColours) {
   const auto expectLab = [](const Eigen::Vector3d& rgb, const Eigen::Vector3d& lab) {
     EXPECT_LT((toLab(rgb) - lab).norm(), 0.05) << toLab(rgb).transpose();
@@ -38,7 +38,7 @@ TEST(ColourEvaluation, IsTheDifferenceOfAChannel) {
   EXPECT_NEAR(result.median_lab, result.rmse_lab, 1e-3);
 }
 
-/// A vertex with exactly the colour of its texture has no error.
+/// Vertices with the colours of a texture have hardly any error.
 TEST(ColourEvaluation, TexturesAreThoseOfPictures) {
   TriangleMesh mesh = makeRectangle(-0.005f, -0.005f, 0.005f, 0.005f, 0);
   for (const Eigen::Vector3f& p : mesh.vertices) {
@@ -51,7 +51,7 @@ TEST(ColourEvaluation, TexturesAreThoseOfPictures) {
   EXPECT_GT(rmseOf(Texture::kChecker), 10.0);
 }
 
-/// reconstruct reads what render_colours writes: pixels and the pose of the colour camera.
+/// Pixels and poses of the colour camera are read back from a written recording.
 TEST(RenderColours, GoThroughAFolder) {
   const TriangleMesh mesh = colouredRectangle({200, 100, 50});
   const MeshScene scene(mesh);
@@ -75,7 +75,7 @@ TEST(RenderColours, GoThroughAFolder) {
   const size_t middle = 3 * (12 * 32 + 16);
   EXPECT_EQ(std::vector<int>(pixels + middle, pixels + middle + 3),
             (std::vector<int>{200, 100, 50}));
-  EXPECT_EQ(pixels[0], 127);  // outside of the rectangle
+  EXPECT_EQ(pixels[0], 127);  // outside the rectangle
 }
 
 }  // namespace

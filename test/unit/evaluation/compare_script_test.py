@@ -47,7 +47,7 @@ class Compare(unittest.TestCase):
             self.assertEqual([row[1] for row in rows], mappers + mappers)
             self.assertEqual(rows[2][2:], ["2.50", "–", "40.0", "7.00", "0.00", "0.00", "–"])
             self.assertEqual(rows[5][2:], ["0.00", "0.00", "100.0", "0.00", "100.0", "100.0"])
-            self.assertLess(float(rows[0][2]), float(rows[0][3]))  # fusion; with mesh
+            self.assertLess(float(rows[0][2]), float(rows[0][3]))  # without and with meshing
             self.assertLess(float(rows[0][6]), 2.0)
 
 

@@ -9,9 +9,10 @@ namespace {
 
 ViewCamera smallCamera() { return {{4, 4, 1.5f, 0.5f}, 4, 2}; }
 
-/// One of the first eight pixels is not measured, and one shows a hole; the mesh is off by -70 and
-/// -40 mm at 1 m, by -70 and +70 mm at 2 m, by +60 mm at 1 m and by +300 mm at 10 m, which is 3 %.
-/// One pixel of the second image is measured, and is off by half a metre.
+/// In the first image, one pixel is not measured and one looks into a hole of the mesh. At the
+/// others, the mesh is off by -70 and -40 mm at 1 m, -70 and +70 mm at 2 m, +60 mm at 1 m, and
+/// +300 mm (3 %) at 10 m. In the second image, one pixel is measured, and the mesh is off by half a
+/// metre.
 TEST(DepthComparison, TellsInFrontFromBehindAlsoOfMergedImages) {
   DepthComparison all(1), other(1);
   all.add({1, 1, 2, 2, 1, 10, 1, 0}, {0.93f, 0.96f, 1.93f, 2.07f, 1.06f, 10.3f, 0, 1},

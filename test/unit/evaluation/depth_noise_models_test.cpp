@@ -53,7 +53,7 @@ TEST(DepthNoiseModels, SameSeedSameNoise) {
   }
 }
 
-/// The published figures: 1.3 mm at 1 m, 1.7 mm at 2 m, 4.3 mm at 4 m, all frontal.
+/// The published figures at frontal incidence: 1.3 mm at 1 m, 1.7 mm at 2 m, 4.3 mm at 4 m.
 TEST(DepthNoiseModels, TimeOfFlightFollowsTheCitedFormula) {
   EXPECT_NEAR(tofAxialSigma(1.0, 0.0), 0.0013, 1e-12);
   EXPECT_NEAR(tofAxialSigma(2.0, 0.0), 0.0017, 1e-12);
@@ -64,7 +64,7 @@ TEST(DepthNoiseModels, TimeOfFlightFollowsTheCitedFormula) {
   EXPECT_NEAR(sigmaOf(DepthNoise::kTof, 2.0f), 0.0017, 5e-5);
 }
 
-/// Half the light from 1 m, half from 3 m with a ninth of the amplitude: (1 + 3 / 9) / (1 + 1 / 9).
+/// Half the pixel sees 1 m, half sees 3 m with a ninth of the amplitude: (1 + 3 / 9) / (1 + 1 / 9).
 TEST(DepthNoiseModels, MixedDepthsAreWeightedByAmplitude) {
   EXPECT_NEAR(mixDepths(1.0f, 3.0f, 0.5f), 1.2f, 1e-6f);
   EXPECT_NEAR(mixDepths(3.0f, 1.0f, 0.5f), 1.2f, 1e-6f);
@@ -89,7 +89,7 @@ TEST(DepthNoiseModels, PixelsMixAtEdgesOnly) {
   EXPECT_GT(in_between, 40u) << "of 80";
 }
 
-/// 0.08 pixels at 2 m: 4 * 0.08 / 26.25 = 12.2 mm.
+/// A deviation of 0.08 pixels at 2 m is 2^2 * 0.08 / 26.25 = 12.2 mm.
 TEST(DepthNoiseModels, DisparityNoiseGrowsWithTheSquareOfTheDepth) {
   EXPECT_NEAR(sigmaOf(DepthNoise::kStereo, 2.0f), 0.0122, 0.0015);
   EXPECT_NEAR(sigmaOf(DepthNoise::kStereo, 1.0f), 0.00305, 0.0004);
@@ -104,10 +104,9 @@ TEST(DepthNoiseModels, SubpixelsAreStepsOfTheDisparity) {
   }
 }
 
-/// An object with a disparity of 20 pixels at columns 100 to 199, before a wall with a disparity of
-/// 5. In the right image the object is at columns 80 to 179, where the wall's columns 85 to 184
-/// would be. Of these, 85 to 99 are hidden; the wall's first five columns are outside of the right
-/// image.
+/// An object at columns 100 to 199 with a disparity of 20 pixels, in front of a wall with 5. In the
+/// right image, the object is at columns 80 to 179, where it hides the wall's columns 85 to 99. The
+/// wall's first five columns are outside the right image.
 TEST(DepthNoiseModels, WhatTheSecondCameraDoesNotSeeIsLost) {
   const float near_m = 26.25f / 20.0f, far_m = 26.25f / 5.0f;
   const DepthView view = viewOf([=](int u) { return u >= 100 && u < 200 ? near_m : far_m; });

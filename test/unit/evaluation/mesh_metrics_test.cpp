@@ -107,7 +107,7 @@ TEST(SeenByViews, NotWhatIsHiddenOrOutsideTheImage) {
   EXPECT_NEAR(static_cast<double>(count), 20000.0 * 1.0 / 12.0, 100.0);
 }
 
-/// Surfaces out of range and lost pixels do not count against the reconstruction.
+/// A surface counts as seen only where the recorded depth image measured it.
 TEST(SeenByViews, NotWhereNothingWasMeasured) {
   const TemporaryFolder folder;
   const MeshScene sheet(makeRectangle(-0.5f, -0.5f, 0.5f, 0.5f, 0));
@@ -138,8 +138,8 @@ TEST(MeshTopology, ClosedAndOpen) {
   EXPECT_EQ(meshTopology(makeSphere(0.5f, 12)).boundary_edges, 0u);
 }
 
-/// A sheet of separate squares of 0.1 m, which share no vertices, without the squares at the given
-/// columns and rows.
+/// A sheet of squares of 0.1 m that share no vertices, without those at the `missing` columns and
+/// rows.
 TriangleMesh makePiercedSheet(int side, const std::set<std::pair<int, int>>& missing) {
   TriangleMesh sheet;
   const auto at = [](int i) { return 0.1f * static_cast<float>(i); };

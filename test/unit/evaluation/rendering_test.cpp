@@ -30,7 +30,7 @@ DepthStats statsOf(const std::vector<float>& depth_m) {
           count / static_cast<double>(depth_m.size())};
 }
 
-/// A view straight down on a large rectangle, two metres below.
+/// A view straight down at a large rectangle, two metres below.
 DepthView frontalView() {
   return renderView(MeshScene(makeRectangle(-5, -5, 5, 5, 0)), ViewCamera{},
                     lookAt({0, 0, 2}, {0, 0, 0}, Eigen::Vector3d::UnitY()));
@@ -127,7 +127,8 @@ TEST(TumDepth, RoundsAndRefusesWhatDoesNotFit) {
             (std::vector<uint16_t>{0, 5000, 5001, 0, 0}));
 }
 
-/// The paper's figures: 1.2 mm at 0.4 m, 6.1 mm at 2 m, both frontal; 0.8 pixels laterally.
+/// Figures of Nguyen et al.: 1.2 mm at 0.4 m, 6.1 mm at 2 m (also at an angle of 0.5 rad), 0.8
+/// pixels laterally.
 TEST(DepthNoise, FollowsTheCitedFormulas) {
   EXPECT_NEAR(axialSigma(0.4, 0.0), 0.0012, 1e-12);
   EXPECT_NEAR(axialSigma(2.0, 0.5), 0.0012 + 0.0019 * 2.56, 1e-12);

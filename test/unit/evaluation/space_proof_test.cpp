@@ -71,7 +71,7 @@ TEST(SpaceFigures, HoldForShapesSeenFromAllRound) {
   EXPECT_GT(figures.truly_free, 100u);
   EXPECT_GT(figures.found_free, 0.6 * figures.truly_free);
 
-  // The comparison detects another scene: distances are off, and free cells are not free.
+  // Compared with another scene, distances are wrong and free cells are not free.
   Scene other = viewed.scene;
   other.add(makeBox({0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}));
   const SpaceFigures wrong =

@@ -1,4 +1,4 @@
-/// Meshes with exactly known figures.
+/// Simple meshes whose figures are known exactly.
 #pragma once
 
 #include <cmath>

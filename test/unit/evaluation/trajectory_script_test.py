@@ -31,7 +31,7 @@ def evaluate(*arguments):
 
 
 def helix(offset_m=0.0):
-    """A transformed helix with poses alternately `offset_m` above and below it."""
+    """Pairs of a pose on a helix and one on its transform, alternately `offset_m` above and below."""
     turn = math.radians(30.0)
     for i in range(40):
         x, y = math.cos(0.3 * i), math.sin(0.3 * i)
@@ -68,7 +68,7 @@ class EvaluateTrajectory(unittest.TestCase):
         # Alternately 0.04 m up and down.
         self.assertAlmostEqual(float(figures["rpe_image_m"]), 0.04, delta=1e-5)
         self.assertAlmostEqual(float(figures["rpe_image_deg"]), 0.0, delta=1e-3)
-        self.assertLess(float(figures["rpe_second_m"]), 1e-5)  # 30 images, an even number
+        self.assertLess(float(figures["rpe_second_m"]), 1e-5)  # 30 images later: on the same side
 
     def test_wrong_files_are_named(self):
         write(self.truth, (true for true, _ in helix()))
@@ -79,7 +79,7 @@ class EvaluateTrajectory(unittest.TestCase):
 
 
 def pose_of(step):
-    """The camera moves by 25 mm and turns by one degree per image."""
+    """The pose of an image; the camera moves by 25 mm and turns by one degree per image."""
     turn = math.radians(step)
     return np.array([[math.cos(turn), 0, math.sin(turn), 0.02 * step], [0, 1, 0, 0.01 * step],
                      [-math.sin(turn), 0, math.cos(turn), 0.01 * step], [0, 0, 0, 1]])

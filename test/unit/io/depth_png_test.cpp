@@ -23,7 +23,7 @@ TEST(DepthPng, ShortBytesAreAnError) {
   }
 }
 
-/// Gamma is for brightness; depth ignores it, even if a program writes it.
+/// Gamma corrects brightness, so it must not change depths.
 TEST(DepthPng, AGammaChangesNothing) {
   std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, CV_16UC1, cv::Scalar(1234)));
   const std::string gamma("\0\0\0\4gAMA\0\0\xb1\x8f\x0b\xfc\x61\x05", 16);
@@ -33,7 +33,7 @@ TEST(DepthPng, AGammaChangesNothing) {
 }
 
 TEST(DepthPng, SizesAreCheckedBeforeMemoryIsTaken) {
-  // All black, so that a file of one row too many is small.
+  // One row too many. All pixels are 0, so the file is small.
   std::vector<uint8_t> bytes = encode(cv::Mat(4097, 2048, CV_16UC1, cv::Scalar(0)));
   bytes.resize(1000);  // the size is checked before the missing rest
   EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), bytes.size()); }).find("2048 x 4097"),

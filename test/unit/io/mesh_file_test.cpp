@@ -134,7 +134,7 @@ TEST_F(MeshFile, PositionsFarAwayAreHeldAsTheFormatCan) {
   EXPECT_NE(loss.find(".ply"), std::string::npos) << loss;
 }
 
-/// Colours from images, in both formats that support colours.
+/// Colours from images, in .ply and .obj.
 TEST_F(MeshFile, ColoursOfImagesAreSaved) {
   mesh_.colours = {{255, 0, 51, 255}, {1, 2, 3, 255}, {4, 5, 6, 255}, {0, 0, 0, 0}};
   saveMesh(mesh_, MeshColour::kAuto, folder_ / "mesh.ply");
@@ -197,8 +197,7 @@ TEST_F(MeshFile, ExtensionChoosesTheFormatInAnyCase) {
   }
 }
 
-/// An independent reader in another language, written from the specification alone, compares the
-/// files.
+/// A reader in Python, written from the specification alone, compares the files.
 TEST_F(MeshFile, GlbKeepsToItsRulesAndShowsWhatPlyShows) {
   const auto expectAlike = [&](MeshColour colour) {
     const std::string glb = folder_ / "mesh.glb", ply = folder_ / "mesh.ply";
@@ -217,13 +216,13 @@ TEST_F(MeshFile, GlbKeepsToItsRulesAndShowsWhatPlyShows) {
   mesh_.origin_m = {4.0e5, -3.0e6, 0.1};
   for (Vec3f& p : mesh_.vertices_m) p = {p.x + 5000.3f, p.y - 77.7f, p.z};
   expectAlike(MeshColour::kImage);
-  // The mean of opposite normals, where a surface is as thin as a voxel.
+  // A normal of length 0, as the mean of opposite normals is, and one of length 5.
   mesh_.normals[0] = {0, 0, 0};
   mesh_.normals[1] = {0, 3, 4};
   expectAlike(MeshColour::kImage);
 }
 
-/// The size check before writing; no such file is made.
+/// Tests only the limit of the size; no such file is written.
 TEST(Glb, HoldsFourGibibytes) {
   EXPECT_LT(maxGlbBytes(60'000'000, 120'000'000), kMaxGlbBytes);
   EXPECT_GT(maxGlbBytes(80'000'000, 160'000'000), kMaxGlbBytes);

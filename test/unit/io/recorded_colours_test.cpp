@@ -94,7 +94,7 @@ TEST_F(RecordedColoursTest, ADamagedFileIsAnErrorAndAMissingOneIsCounted) {
   EXPECT_EQ(source->skipped().at("colour images: no such file"), 1u);
 }
 
-/// All pixel types of PNG and JPEG become 8 bits of red, green and blue.
+/// Other pixel types of PNG and JPEG become 8 bits of red, green and blue as well.
 TEST_F(RecordedColoursTest, OtherKindsOfPixels) {
   const auto first = [&](const std::string& name, const cv::Mat& image) {
     cv::imwrite(folder_ / name, image);
@@ -119,7 +119,7 @@ TEST_F(RecordedColoursTest, InterlacedImagesOf16BitsAreRefused) {
   EXPECT_NE(error.find("without interlace"), std::string::npos) << error;
 }
 
-/// TurboJPEG supports only the usual ones.
+/// TurboJPEG supports only the common kinds of subsampling.
 TEST_F(RecordedColoursTest, UnusualSubsamplingIsNamed) {
   std::string file = readBytes(folder_ / "rgb/b.jpg");
   const size_t frame = file.find("\xff\xc0");

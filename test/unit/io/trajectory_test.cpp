@@ -53,8 +53,8 @@ TEST(Trajectory, SortsAndKeepsTheFirstOfEqualStamps) {
   EXPECT_EQ(trajectory.poseAt(2.0, 0.0)->translation().x(), 2.0);
 }
 
-/// As doubles, today's stamps are off by up to a quarter of a microsecond, which nine decimals
-/// show.
+/// In doubles, today's stamps have steps of a quarter of a microsecond. Nine decimals would show
+/// the rounding.
 TEST(Trajectory, StampsAreThoseOfTheImages) {
   for (const char* text : {"1600000000.600000", "1311868164.363181", "0.300000", "7.000000"}) {
     EXPECT_EQ(stampOfList(std::stod(text)), text);

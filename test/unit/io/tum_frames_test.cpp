@@ -15,7 +15,7 @@ class TumFramesTest : public testing::Test {
     options_.format = "tum";
   }
 
-  /// First pixels of all frames; writeTumFolder() stores the index there.
+  /// Indices of all frames, which writeTumFolder() stores in their first pixels.
   std::vector<int> readIndices(FrameSource& source) const {
     std::vector<int> indices;
     while (const auto frame = source.next()) {

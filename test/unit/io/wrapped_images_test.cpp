@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-/// Frames with stamps 0, 1, ...; one was skipped before each; may end in an error.
+/// Frames with stamps 0, 1, ..., each after a skipped one. Optionally, reading ends with an error.
 class CountingFrames : public FrameSource {
  public:
   CountingFrames(int count, bool breaks) : count_(count), breaks_(breaks) {}

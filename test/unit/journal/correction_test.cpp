@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kCount = 8;
 
-/// The error of a lap's poses: zero at first, then growing sideways.
+/// The error of a pose of the lap: a turn and a sideways shift that grow with i.
 Eigen::Isometry3d drift(int i) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.002 * i, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(0.0, 0.01 * i, 0.0);
@@ -37,7 +37,7 @@ class JournalOfALap : public testing::Test {
     return poses;
   }
 
-  /// Waits until all added records are in the file.
+  /// Waits until all added records are in the file, then starts.
   Refusion refusionOf(const std::vector<StampedPose>& poses) {
     EXPECT_TRUE(journal_.written().get());
     return Refusion(journal_.path(), journaledParams(), {journal_.count(), poses});
@@ -82,7 +82,7 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileItIsWritten) {
   Refusion refusion(journal_.path(), journaledParams(), {journal_.count(), truePoses()});
   EXPECT_EQ(refusion.effect().moved, size_t{kCount - 1});
   EXPECT_TRUE(refusion.step(0));
-  // An image that arrives meanwhile is moved like the last of the poses.
+  // An image that arrives meanwhile is moved like the last image.
   fuse(kCount, refusion.motion().inverse());
   ASSERT_TRUE(journal_.written().get());
   while (refusion.step(0)) {
@@ -96,8 +96,8 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileItIsWritten) {
     offline.correct({refusion.correction().before, truePoses()});
     EXPECT_TRUE(mapOf(offline, journaledParams()) == corrected);
   }
-  // After the swap is in the journal, its map is the corrected one, and the same poses move
-  // nothing.
+  // Once the correction is in the journal, the journal gives the corrected map, and the same poses
+  // move nothing.
   journal_.add(refusion.correction());
   ASSERT_TRUE(journal_.written().get());
   EXPECT_TRUE(mapOf(journal_.path(), journaledParams()) == corrected);
@@ -140,7 +140,7 @@ TEST_F(CorrectedJournal, IsAsItWasWhereACorrectionIsRefused) {
   EXPECT_TRUE(mapOf(replay, journaledParams()) == fileOf(map_.mapper()));
 }
 
-// A SLAM adopts a correction with its next poses, which are no longer moved.
+// Once a SLAM system adopts a correction, its poses are no longer moved.
 TEST_F(JournalOfALap, MovesWhatFollowsUntilTheSourceOfPosesJumps) {
   for (int i = 0; i < kCount; ++i) fuse(i, drift(11));
   Refusion refusion = refusionOf(truePoses());
@@ -159,7 +159,7 @@ TEST_F(JournalOfALap, MovesWhatFollowsUntilTheSourceOfPosesJumps) {
   EXPECT_TRUE(mapOf(journal_.path(), journaledParams()) == corrected);
 }
 
-// Odometry never jumps: its poses are moved for good, both by the journal and by motion().
+// Odometry never adopts a correction, so all its later poses are moved.
 TEST_F(JournalOfALap, MovesWhatFollowsForGoodIfTheSourceDoesNotJump) {
   for (int i = 0; i < kCount; ++i) fuse(i, drift(11));
   Refusion refusion = refusionOf(truePoses());
@@ -177,7 +177,7 @@ TEST_F(CorrectedJournal, CorrectionsFollowEachOther) {
   }
   Refusion first = refusionOf(halfway);
   journal_.add(first.correction());
-  // Where the second path names no image, the first path's poses stay.
+  // From image 5 on, the second path keeps the poses of the first one.
   std::vector<StampedPose> rest = truePoses(5);
   rest.push_back(halfway[5]);
   Refusion second = refusionOf(rest);
@@ -189,7 +189,7 @@ TEST_F(CorrectedJournal, CorrectionsFollowEachOther) {
   EXPECT_TRUE(finish(second) == fileOf(*expected));
 }
 
-// A recording played twice has each stamp twice: only the newest is corrected.
+// A recording played twice has each stamp twice: only the second pass is corrected.
 TEST_F(JournalOfALap, CorrectsOnlyTheNewestAfterStampsWentBack) {
   for (int i = 0; i < kCount; ++i) fuse(i, Eigen::Isometry3d::Identity());
   for (int i = 0; i < kCount; ++i) fuse(i, drift(20));
@@ -200,7 +200,7 @@ TEST_F(JournalOfALap, CorrectsOnlyTheNewestAfterStampsWentBack) {
   EXPECT_TRUE(finish(refusion) == fileOf(*twice));
 }
 
-// Blocks far from a place beside the camera are dropped; the place moves with the camera.
+// Blocks far from a point that moves with the camera are dropped.
 TEST(CorrectedJournalWithKeepRadius, ForgetsWhatIsFarFromWhereTheCameraWas) {
   const TemporaryFolder folder;
   MapperParams near = journaledParams();
@@ -228,7 +228,8 @@ TEST(CorrectedJournalWithKeepRadius, ForgetsWhatIsFarFromWhereTheCameraWas) {
   EXPECT_TRUE(mapOf(replay, near) == fileOf(*expected));
 }
 
-/// Corrected poses of a levelled map are in the map frame, so it stays level.
+/// correctGiven() levels the poses like those of the journal, so the map stays level; correct()
+/// takes levelled poses.
 TEST(LevelledJournal, StaysLevel) {
   const TemporaryFolder folder;
   JournalWriter journal(journalOptions(folder.path()));

@@ -1,4 +1,5 @@
-// Tests whether a source of poses has adopted a correction, on motions in closed form.
+// Tests how it is detected that a source of poses has adopted a correction, on motions in closed
+// form.
 #include "journal/pose_correction.h"
 
 #include <gtest/gtest.h>
@@ -21,8 +22,7 @@ GivenMotion seenUpTo(int count) {
   return motion;
 }
 
-// A jump along the motion itself, by an image's step or far less, is recognised by comparison with
-// the motion so far.
+// Jumps along the path are detected as well, even by half the step between two images.
 TEST(GivenMotion, AJumpIsSeenWhateverItsDirection) {
   const GivenMotion motion = seenUpTo(10);
   for (const double x : {-0.5, -0.1, -0.05, 0.05, 0.1, 0.5}) {
@@ -50,9 +50,8 @@ TEST(GivenMotion, WithoutMotionItIsTheNearerOne) {
   EXPECT_FALSE(motion.isMovedBy(T, {0.1, Eigen::Isometry3d::Identity()}));
 }
 
-// After half a minute without images, a camera that moved may be anywhere: no correction counts as
-// adopted, not even if it moved on in the direction of the correction. A camera that stood still is
-// known to stand still.
+// After a pause, a camera that was moving may be anywhere, so no correction counts as adopted. A
+// camera that stood still is assumed to stand still.
 TEST(GivenMotion, AfterAPauseOnlyACameraThatStoodIsSeenToJump) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.2, 0.0, 0.0));
   for (double next_s = 1.5; next_s < 31.0; next_s += 0.1) {
@@ -67,8 +66,7 @@ TEST(GivenMotion, AfterAPauseOnlyACameraThatStoodIsSeenToJump) {
   }
 }
 
-// A correction of 1 cm, for a hand that trembles by 2 cm and stops at times, does not count as
-// adopted.
+// While a hand trembles by 2 cm and stops at times, a correction of 1 cm does not count as adopted.
 TEST(GivenMotion, ATremblingHandHasNotTakenASmallCorrectionOver) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 0.01, 0.0));
   GivenMotion hand;
@@ -79,7 +77,7 @@ TEST(GivenMotion, ATremblingHandHasNotTakenASmallCorrectionOver) {
   }
 }
 
-// The jump itself does not count as uneven motion, so the next correction is recognised as well.
+// A jump does not count as uneven motion, so the next correction is detected as well.
 TEST(GivenMotion, OneJumpMayFollowAnother) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 0.05, 0.0));
   GivenMotion motion = seenUpTo(10);
@@ -92,7 +90,7 @@ TEST(GivenMotion, OneJumpMayFollowAnother) {
 
 TEST(GivenMotion, StampsThatGoBackBeginAnew) {
   const GivenMotion motion = seenUpTo(10);
-  EXPECT_FALSE(motion.isNewRecording({0.5, poseAtTime(0.5)})) << "disorder";
+  EXPECT_FALSE(motion.isNewRecording({0.5, poseAtTime(0.5)})) << "only out of order";
   EXPECT_TRUE(motion.isNewRecording({0.3, poseAtTime(0.3)}));
 }
 
@@ -102,9 +100,9 @@ TEST(GivenMotion, IsTakenOverByAJumpOrANewRecordingAndNotSeenTwice) {
   EXPECT_FALSE(motion.adoptsCorrection(T, {1.0, poseAtTime(1.0)}));
   EXPECT_TRUE(motion.adoptsCorrection(T, {1.1, T * poseAtTime(1.1)}));
   EXPECT_FALSE(motion.adoptsCorrection(T, {1.2, T * poseAtTime(1.2)}))
-      << "the source already gives this pose";
+      << "the correction was already adopted";
   EXPECT_TRUE(motion.adoptsCorrection(T, {0.3, poseAtTime(0.3)}));
-  EXPECT_FALSE(motion.isNewRecording({0.3, poseAtTime(0.3)})) << "the stamp was added";
+  EXPECT_FALSE(motion.isNewRecording({0.3, poseAtTime(0.3)})) << "its stamp was not added";
 }
 
 }  // namespace

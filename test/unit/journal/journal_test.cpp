@@ -27,7 +27,7 @@ class Journal : public testing::Test {
 
   const SceneFrame& image(int i) const { return images_[static_cast<size_t>(i)]; }
 
-  /// Writes a journal of all images, colours and a region; returns the bytes of its map.
+  /// Records all images, a colour image and a cleared region. @return the bytes of the map's file.
   std::string write(JournalWriter& journal) {
     JournaledMap map(journaledParams(), journal);
     for (int i = 0; i < kCount; ++i) {
@@ -85,7 +85,7 @@ TEST_F(Journal, KeepsEveryBitOfAnImage) {
   frame.intrinsics = {1.0f, 2.0f, 3.0f, 4.0f};
   frame.keep_center_W = Eigen::Vector3d(1.0, 2.0, 3.0);
   frame.data = whole.data();
-  frame.row_bytes = 6;  // one pixel more than the image is wide
+  frame.row_bytes = 6;  // a row has one pixel of padding
   journal.add(journal::Image{0.0, 2, frame.T_W_C, frame, nullptr});
   frame.encoding = DepthEncoding::kFloat32;
   frame.data = parts.data();
@@ -170,7 +170,7 @@ TEST_F(Journal, OnAFullDiskStopsAndSaysSinceWhen) {
   }
 }
 
-/// The writer leaves files of others alone, and does not count files that are not journals.
+/// The writer does not touch other files, and counts only journals.
 TEST_F(Journal, LeavesAllOtherFilesAlone) {
   const std::string folder = folder_ / "journals", outside = folder_ / "outside";
   fs::create_directories(folder + "/000001");

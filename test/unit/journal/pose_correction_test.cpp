@@ -1,4 +1,4 @@
-// Tests the correction of poses from a few known ones, on motions in closed form.
+// Tests how corrected poses of some images move all poses, on paths in closed form.
 #include "journal/pose_correction.h"
 
 #include <gtest/gtest.h>
@@ -27,8 +27,8 @@ double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm() + (a.linear() - b.linear()).norm();
 }
 
-// If all given poses move by one rigid motion, so do all images, also between them and beyond both
-// ends.
+// If all corrected poses move by one rigid motion, so do all images: before, between and after
+// them.
 TEST(PoseCorrection, ARigidMotionOfSomeMovesAll) {
   const std::vector<StampedPose> fused = straightPath(40);
   const Eigen::Isometry3d T = pose(0.3, -2.0, 0.4);
@@ -38,7 +38,7 @@ TEST(PoseCorrection, ARigidMotionOfSomeMovesAll) {
     const Eigen::Isometry3d moved = correction.correct(image.stamp_s, image.T_W_C);
     if (image.stamp_s < 1.05 || image.stamp_s > 1.95) {
       EXPECT_LT(distance(moved, T * image.T_W_C), 1e-12) << image.stamp_s;
-    } else {  // the mean of two equal places, up to the rounding of a slerp
+    } else {  // interpolated, so a slerp rounds
       EXPECT_LT(distance(moved, T * image.T_W_C), 1e-9) << image.stamp_s;
     }
   }
@@ -51,8 +51,7 @@ TEST(PoseCorrection, NamedImagesAreExactlyWhereTheyAreSaidToBe) {
   EXPECT_EQ(correction.correct(1.0, fused[10].T_W_C).matrix(), to.matrix());
 }
 
-// Sideways drift that grows with time, from 0 at 1 s to 20 cm at 2 s, is removed in proportion to
-// time, whatever the odometry did between.
+// Sideways drift, from 0 at 1 s to 20 cm at 2 s, is removed in proportion to time.
 TEST(PoseCorrection, BetweenTwoDriftIsSharedOutByTime) {
   const std::vector<StampedPose> fused = straightPath(40);
   Eigen::Isometry3d to = fused[20].T_W_C;
@@ -68,7 +67,8 @@ TEST(PoseCorrection, BetweenTwoDriftIsSharedOutByTime) {
   }
 }
 
-// Images before the first corrected pose keep their poses relative to it: here, to one that stays.
+// A pose that differs only by the rounding of a file counts as unmoved. Images up to it stay, bit
+// for bit.
 TEST(PoseCorrection, WhatDoesNotMoveKeepsItsVeryBits) {
   const std::vector<StampedPose> fused = straightPath(40);
   Eigen::Isometry3d rounded = fused[10].T_W_C;
@@ -81,7 +81,7 @@ TEST(PoseCorrection, WhatDoesNotMoveKeepsItsVeryBits) {
   EXPECT_NE(correction.correct(1.1, fused[11].T_W_C).matrix(), fused[11].T_W_C.matrix());
 }
 
-// A SLAM may give poses between images: here 0.04 s after one, when the camera has moved 4 cm.
+// A SLAM system may give poses between images: here, 0.04 s (4 cm) after one.
 TEST(PoseCorrection, AStampBetweenImagesIsPlacedByTheOdometry) {
   const std::vector<StampedPose> fused = straightPath(20);
   Eigen::Isometry3d T_W_C = pose(0.54, 0.0, 0.27);
@@ -92,7 +92,7 @@ TEST(PoseCorrection, AStampBetweenImagesIsPlacedByTheOdometry) {
   EXPECT_LT(distance(correction.correct(1.2, fused[12].T_W_C), expected), 1e-9);
 }
 
-// A second camera, rigidly mounted on the first, has other poses at other stamps.
+// A second camera, rigidly mounted on the first, takes images at other times.
 TEST(PoseCorrection, ACameraThatMovesWithItFollows) {
   const std::vector<StampedPose> fused = straightPath(20);
   const Eigen::Isometry3d T = pose(0.0, 0.1, 0.02), mount = pose(0.2, 0.1, 1.5);
@@ -131,8 +131,8 @@ TEST(PoseCorrection, RefusesWhatIsNoCorrection) {
   EXPECT_NE(errorOf([&] { PoseCorrection({{0.0, fused[0].T_W_C}}, {}); }), "");
 }
 
-// The path may name dropped images. The motion between their neighbours is unknown, here round a
-// bend; a path that moves no other image leaves the images after it alone.
+// The corrected path may contain an image that was not fused. Its pose is not used, since the
+// motion there is unknown (here, a zigzag).
 TEST(PoseCorrection, APoseOfADroppedImageMovesNone) {
   std::vector<StampedPose> way;
   for (int i = 0; i < 20; ++i) way.push_back({0.1 * i, pose(0.1 * i, 0.2 * (i % 2), 0.05 * i)});
@@ -150,7 +150,7 @@ TEST(PoseCorrection, APoseOfADroppedImageMovesNone) {
   }
 }
 
-// The motion across a gap between images is unknown.
+// The motion in a long gap between images is unknown, so a pose there cannot be used.
 TEST(PoseCorrection, AGapBetweenImagesIsNotBridged) {
   std::vector<StampedPose> fused = straightPath(10);
   fused.push_back({5.0, pose(5.0, 0.0, 0.0)});

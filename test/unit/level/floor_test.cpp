@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = 0.017453292519943295;
 
-/// The pose in M of the room's frame, which has z up and the floor at 0.
+/// T_M_R, where R is the room's frame (z up, floor at z = 0) and M that of the given poses.
 Eigen::Isometry3d tilted(double tilt_deg, const Vector3d& axis, const Vector3d& shift_m) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = Eigen::AngleAxisd(tilt_deg * kDegree, axis.normalized()).toRotationMatrix();
@@ -39,7 +39,7 @@ std::vector<SceneFrame> lapFrames(const Eigen::Isometry3d& T_M_R,
   return frames;
 }
 
-/// The result of searching all frames together for the floor.
+/// Searches all frames together.
 FloorSearch searched(const std::vector<SceneFrame>& frames) {
   FloorSearch search;
   for (const SceneFrame& frame : frames) search.add(frame.view());
@@ -47,7 +47,7 @@ FloorSearch searched(const std::vector<SceneFrame>& frames) {
   return search;
 }
 
-/// Checks where the room's z axis and its floor are in W after levelling.
+/// Checks that levelling turns the room's z axis to that of W and puts its floor at z = 0.
 void expectLevel(const FloorPlane& floor, const Eigen::Isometry3d& T_M_R, double max_deg,
                  double max_m) {
   const Eigen::Isometry3d T_W_R = levelPose(floor.normal(), -floor.offset()) * T_M_R;
@@ -89,7 +89,7 @@ TEST(Floor, IsFoundInNoise) {
   expectLevel(*search.floor(), T_M_R, 0.3, 0.005);
 }
 
-/// Frames of a stationary camera in a scene with z up.
+/// Searches images of a stationary camera in a scene with z up.
 FloorSearch searchResultFrom(const Scene& scene, const Vector3d& eye, const Vector3d& target,
                              const Vector3d& up = Vector3d::UnitZ()) {
   return searched(
@@ -125,8 +125,8 @@ TEST(Floor, IsNeitherWallNorCeilingNorAStrip) {
   EXPECT_FALSE(searchResultFrom(beam, Vector3d(0.0, 0.0, 1.0), Vector3d(1.5, 0.0, 0.6)).floor());
 }
 
-/// A camera at 1 m with `on_floor` points of a floor of this width, and `on_wall` points of a wall
-/// behind it.
+/// A camera 1 m above the floor sees `on_floor` points of a floor `width_m` wide, and `on_wall`
+/// points of a wall behind it.
 FloorView viewOfStrip(double width_m, int on_floor, int on_wall) {
   FloorView view{Vector3d(0.0, 0.0, 1.0), Vector3d::UnitZ(), {}};
   std::mt19937 random(5);
@@ -164,7 +164,7 @@ TEST(Floor, NeedsACameraThatIsUpright) {
   EXPECT_TRUE(searchResultFrom(makeRoomScene(), eye, target, Vector3d(0.0, 0.4, 1.0)).floor());
   const FloorSearch portrait =
       searchResultFrom(makeRoomScene(), eye, target, Vector3d(0.0, 1.0, 0.0));
-  if (portrait.floor()) {  // finds something else, never the floor
+  if (portrait.floor()) {  // another plane, not the floor
     EXPECT_LT(portrait.floor()->normal().z(), 0.8);
   }
 }

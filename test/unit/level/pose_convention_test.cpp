@@ -10,14 +10,14 @@ namespace {
 constexpr int kViewWidth = 96, kViewHeight = 72;
 const Intrinsics kIntrinsics{80.0f, 80.0f, 47.5f, 35.5f};
 
-/// The axes of the camera's body frame (x forward, z up) in its optical frame.
+/// From the camera's body frame (x forward, z up) to its optical frame.
 Eigen::Isometry3d opticalFromBody() {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() << 0, -1, 0, 0, 0, -1, 1, 0, 0;
   return T;
 }
 
-/// The verdict on a path through the room, for poses derived from the camera's.
+/// The doubt about a path through the room. @param poseOf Makes the given pose from the true one.
 template <class PoseOf>
 std::string doubtAbout(const PoseOf& poseOf, double lap_s = 6.0,
                        DepthEncoding encoding = DepthEncoding::kFloat32) {

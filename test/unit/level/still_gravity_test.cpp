@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 const Vector3d kUp = Vector3d(0.3, -0.9, 0.2).normalized();
 constexpr double kGravity = 9.80665;
 
-/// Adds samples at rate_hz and returns the last answer.
+/// Adds samples at rate_hz and returns the last result.
 std::optional<Vector3d> feed(StillGravity& gravity, double from_s, double seconds, double rate_hz,
                              const Vector3d& acceleration) {
   std::optional<Vector3d> up;

@@ -76,7 +76,8 @@ TEST(BlockTable, PassesOverWhatLiesOutsideOfItsExtent) {
   EXPECT_TRUE(table.admit({{keyOf(7), 1}}).changed_slots.empty()) << "clear() removed the extent";
 }
 
-/// The results are equal even if some blocks exist already and the budget runs out.
+/// allocate() and publish() together give the same as admit(), even if some blocks exist already
+/// and the budget runs out.
 TEST(BlockTable, HandsOutTheSameBeforeBlocksAreListed) {
   std::mt19937 random(11);
   BlockTable at_once(300 * kArray), behind(300 * kArray);
@@ -123,7 +124,7 @@ TEST(BlockTable, ARefusedRequestLeavesNothingBehind) {
   expectConsistent(table);
 }
 
-/// Arrays are released at once; the block stays until displays of its mesh know that it is gone.
+/// Arrays are released at once; the block stays until a mesh update has reported that it is empty.
 TEST(BlockTable, AVacatedBlockStaysUntilItIsReleased) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x23}, {keyOf(2), 0x01}});
@@ -176,8 +177,8 @@ TEST(BlockTable, TellsVacantBlocksThatNoMeshHasSeenApart) {
   EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{seen});
 }
 
-/// A block emptied and refilled before an extraction is in its mesh: if it is emptied during the
-/// extraction, it waits for the next one.
+/// A block that was emptied and refilled before an extraction is in that mesh. If it is emptied
+/// again during the extraction, it stays until the next one.
 TEST(BlockTable, ABlockFilledAgainIsToldAnewWhenItIsEmptied) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x01}});
@@ -194,7 +195,7 @@ TEST(BlockTable, ABlockFilledAgainIsToldAnewWhenItIsEmptied) {
 
 TEST(BlockTable, FindsWhatLiesBeyondABall) {
   BlockTable table(kPlenty);
-  // Nearest points, in voxels from (4, 4, 4): 0, 4, 12, 20 along x; 12 the other way; 12 root 2.
+  // Distances of the nearest points from (4, 4, 4), in voxels: 0, 4, 12, 20; 12; 12 sqrt(2).
   table.admit({{keyOf(0), 1},
                {keyOf(1), 1},
                {keyOf(2), 1},
@@ -202,7 +203,7 @@ TEST(BlockTable, FindsWhatLiesBeyondABall) {
                {keyOf(-2), 1},
                {keyOf(2, 2), 1},
                {keyOf(9), 1}});
-  table.vacate(table.find(keyOf(9)), 1);  // has no arrays, so is already gone
+  table.vacate(table.find(keyOf(9)), 1);  // has no arrays left, so it does not count
   const auto slots = [&](const std::vector<PackedKey>& keys) {
     std::vector<int32_t> found;
     for (const PackedKey key : keys) found.push_back(table.find(key));
@@ -221,7 +222,7 @@ TEST(BlockTable, FindsWhatLiesBeyondABall) {
   EXPECT_EQ(beyond(12.0), slots({keyOf(3), keyOf(2, 2)})) << "a touching block is included";
 }
 
-/// Memory of these sizes must be enough, whatever the budget refuses.
+/// Memory is allocated for these sizes beforehand, so it must suffice.
 TEST(BlockTable, PoolsStayWithinTheSizesToldBefore) {
   std::mt19937 random(25);
   for (const size_t budget : {kPlenty, 40 * BlockTable::kArrayBytes}) {

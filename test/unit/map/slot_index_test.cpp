@@ -16,7 +16,7 @@ TEST(SlotIndex, FindsTheKeyWhoseBitsAreAllZero) {
   EXPECT_EQ(index.find(0), -1);
 }
 
-/// Key by number along x, y and z, far enough apart that cubes of the index hold only a few.
+/// Numbered keys of a grid so coarse that each cube of the index holds only a few of them.
 PackedKey numberedKey(unsigned number) {
   constexpr int kApart = 5;
   return packKey({static_cast<int32_t>(number % 17) * kApart - 40,
@@ -34,8 +34,7 @@ void expectEqual(const SlotIndex& index, const std::unordered_map<PackedKey, int
   }
 }
 
-/// Compared with a standard library table, also while growing ahead and with more keys erased than
-/// kept.
+/// Compared with a standard library table, with few or many erasures.
 TEST(SlotIndex, FollowsInsertionsAndErasures) {
   constexpr unsigned kLastKey = 6000;
   std::mt19937 random(7);
@@ -62,7 +61,7 @@ TEST(SlotIndex, FollowsInsertionsAndErasures) {
   }
 }
 
-/// A moving camera that keeps only nearby blocks.
+/// As for a moving camera that keeps only nearby blocks.
 TEST(SlotIndex, TakesNoMoreMemoryForWhatHasGone) {
   constexpr int32_t kKept = 20, kApart = 8;
   const auto key_at = [](int32_t step) { return packKey({step * kApart, 0, 0}); };

@@ -22,8 +22,8 @@ class Contents : public testing::TestWithParam<Mode> {
   }
 };
 
-/// Fuses the rest of the recording after moving the map: everything that later bytes depend on
-/// moves, too.
+/// Moves a map to another mapper during a recording: everything that later frames depend on moves,
+/// too.
 TEST_P(Contents, GoOnAsIfNothingHadHappened) {
   const size_t frames = roomRecording().depth.size();
   for (const bool painted : {false, true}) {
@@ -91,7 +91,7 @@ TEST(ContentsOfAMap, AreRefusedWhereSettingsDiffer) {
       << "the setting affects future frames, not the map";
 }
 
-/// Limits that suit the node's voxels may be too large for the finer voxels of a file.
+/// A distance limit that suits the node's voxels may be too many cells of a map with finer voxels.
 TEST(ContentsOfAMap, LimitsInCellsAreThoseOfItsVoxels) {
   const MapContents fine = makeMapper(roomParams(0.005f))->contents();
   MapperParams params = roomParams(0.02f);
@@ -187,7 +187,7 @@ TEST(ContentsOfAMap, AreRefusedWhereNoMapHasThem) {
   refused([](MapContents& c) { c.settings["fusion/mode"] = std::string("none"); });
 }
 
-/// Words composed of the bits in docs/map_format.md.
+/// Words composed bit by bit after docs/map_format.md.
 TEST(Voxels, AreDecodedAsTheFormatSays) {
   const auto word = [](int distance, uint64_t anchor, int evidence, uint64_t weight) {
     return uint64_t{static_cast<uint16_t>(distance)} | anchor << 16 |

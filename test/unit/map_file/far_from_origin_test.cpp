@@ -1,5 +1,5 @@
-// The mesh of a wall tens of kilometres from the map's origin is as good as near the origin, also
-// in chunks as sent.
+// A wall up to 100 km from the map's origin gets as good a mesh as near it, also in the chunks that
+// are published.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,12 +18,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Divides whole metres, so that a wall shifted by metres has the same place in the grid.
+/// A metre is a whole number of voxels, so a shift by metres does not move a wall within the grid.
 constexpr float kVoxel_m = 1.0f / 64.0f;
 /// Bound on the additional error of the wall far from the origin.
 constexpr double kMaxError_m = 1e-4;
 constexpr double kMapError_m = 1e-3;
-/// Triangles too thin for floats have no area, near the origin, too.
+/// Some more triangles than near the origin may be too thin to have an area in floats.
 constexpr size_t kMaxThinTriangles = 5;
 
 /// A tilted wall in front of a camera, both shifted.
@@ -52,7 +52,7 @@ struct Wall {
   Vector3d shift_W, normal_W, point_W;
 };
 
-/// A mesh as received by a listener, in double precision.
+/// A mesh as a listener receives it, in double precision.
 struct ReadMesh {
   std::vector<Vector3d> positions, normals;
   std::vector<std::array<uint32_t, 3>> triangles;
@@ -82,7 +82,7 @@ ReadMesh assembledFromChunks(const MeshStore& store) {
   return mesh;
 }
 
-/// The errors of the mesh of the wall, away from the border of the measured part.
+/// Errors of the wall's mesh, away from the border of the measured part.
 struct Quality {
   size_t triangles = 0, without_area = 0;  ///< In the whole mesh.
   size_t inner_vertices = 0;
@@ -127,7 +127,7 @@ TEST_P(FarFromOrigin, ChunksAreAsGoodAsNearBy) {
                measure(assembledFromChunks(near.map()), near));
 }
 
-/// The distance changes only the mesh's origin; mesh_file_test covers files.
+/// A mesh far from the map's origin differs from one near it only in its own origin.
 TEST_P(FarFromOrigin, NormalsAndTrianglesAreThoseNearBy) {
   const Mesh near = Wall(Vector3d::Zero()).map().assemble();
   const Mesh far = Wall(shift()).map().assemble();

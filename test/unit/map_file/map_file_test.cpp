@@ -73,7 +73,7 @@ struct SplitMapFile {
     throw std::runtime_error("no such record");
   }
 
-  /// The file with all checksums corrected, except for the map's own.
+  /// The file with corrected checksums of all records, but with the old `end_of_content`.
   std::string bytes() const {
     const Bytes head = fileHead(map_format::kPurpose);
     std::string text(head.begin(), head.end());
@@ -112,7 +112,7 @@ TEST_F(MapFile, GivesBackWhatWasSaved) {
   EXPECT_TRUE(sameContents(loadMap(path_), smallMap()));
   EXPECT_EQ(saved_.file_bytes, bytes_.size());
   EXPECT_EQ(saved_.size.blocks, smallMap().blocks.size());
-  EXPECT_LT(bytes_.size(), saved_.size.bytes() / 2) << "compressed";
+  EXPECT_LT(bytes_.size(), saved_.size.bytes() / 2) << "not compressed";
 }
 
 TEST_F(MapFile, KeepsALevelInAPartOfItsOwn) {
@@ -205,7 +205,7 @@ TEST_F(MapFile, OfAnEmptyMapIsOneToo) {
   EXPECT_EQ(readMapInfo(path_).size.blocks, 0u);
 }
 
-/// Many sections, the last one not full.
+/// Several chunks of blocks, the last one not full.
 TEST_F(MapFile, OfManyChunksComesBack) {
   const MapContents contents = roomContents(true, roomParams(0.015f));
   ASSERT_GT(contents.blocks.size(), 3 * kBlocksPerChunk);
@@ -248,7 +248,7 @@ TEST_F(MapFile, SaysHowPosesWereFound) {
   EXPECT_TRUE(readBytes(path_) == bytes);
 }
 
-/// The writer refuses what the reader refuses, and then leaves the file as it was.
+/// The writer refuses what the reader would refuse, and leaves the old file unchanged.
 TEST_F(MapFile, IsNotWrittenWhereItCouldNotBeRead) {
   const auto expectRefused = [&](const std::function<void(MapContents&)>& change) {
     MapContents contents = copyOf(smallMap());
@@ -282,7 +282,7 @@ TEST_F(MapFile, ToldWithoutReadingTheVoxels) {
 }
 
 TEST_F(MapFile, WithABitFlippedIsRefused) {
-  // All bytes of the headers and of the small sections, and a sample of the others.
+  // All bytes of the headers and of the small records, and a sample of the others.
   const size_t step = std::max<size_t>(1, bytes_.size() / 3000);
   for (size_t i = 0; i < bytes_.size(); i += i < 6000 || i + 200 > bytes_.size() ? 1 : step) {
     std::string spoilt = bytes_;
@@ -313,7 +313,7 @@ TEST_F(MapFile, WithoutOneOfItsRecordsIsRefused) {
 }
 
 TEST_F(MapFile, KeepsWhatItIsTakenApartInto) {
-  EXPECT_EQ(splitMapFile().bytes(), bytes_) << "the tests with records would test nothing";
+  EXPECT_EQ(splitMapFile().bytes(), bytes_) << "tests that change records test nothing";
 }
 
 TEST_F(MapFile, SkipsUnknownRecordsThatItMay) {
@@ -362,7 +362,7 @@ TEST_F(MapFile, OfABoxSaysWhich) {
   EXPECT_EQ(read->last.z, 3);
   EXPECT_EQ(read->recordings, 2u);
   SplitMapFile apart = splitMapFile();
-  apart.get("BOX ").content[32] = 200;  // ranges
+  apart.get("BOX ").content[32] = 200;  // the number of ranges
   EXPECT_TRUE(contains(errorOfBytes(apart.bytes()), "damaged"));
 }
 
@@ -388,7 +388,7 @@ TEST_F(MapFile, FreeCellsCount) {
   EXPECT_EQ(errorOf([&] { EXPECT_TRUE(sameContents(loadMap(path_, params), contents)); }), "");
 }
 
-/// Zeros take almost no space in a file.
+/// A small file may need much memory, since zeros take almost no space in it.
 TEST_F(MapFile, AskingForMoreThanThereIsRoomForTakesNoMemory) {
   constexpr int kSide = 36;  // 46656 blocks of six arrays: 1.1 GiB
   MapContents head;
@@ -433,7 +433,7 @@ TEST_F(MapFile, HasToBeOne) {
   EXPECT_TRUE(contains(errorOf([&] { loadMap(folder_ / "fifo"); }), "cannot read"));
 }
 
-/// DTSDF_KILLS sets the number of kills.
+/// DTSDF_KILLS sets the number of kills (default: 10).
 TEST_F(MapFile, IsWholeAfterASaveThatWasKilled) {
   const MapContents larger = roomContents(true, roomParams(0.015f));
   const auto start = std::chrono::steady_clock::now();
@@ -482,7 +482,7 @@ TEST_F(MapFile, WithFreeCellsThatAreNoneIsRefused) {
   }
 }
 
-/// Runs examples/read_map.py on a file and returns its exit code.
+/// Runs examples/read_map.py on a file and appends what it prints. @return its exit code.
 int readByExample(const std::string& path, std::string& output) {
   FILE* pipe = popen((std::string(DTSDF_READ_MAP) + " " + path + " 2>&1").c_str(), "r");
   if (pipe == nullptr) return -1;

@@ -16,7 +16,7 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Three walls that meet in a corner of a room, seen from inside.
+/// Two walls and the floor in a corner of a room.
 Scene corner() {
   Scene scene;
   scene.add(Plane{{2.0, 0.0, 0.0}, -Vector3d::UnitX()});
@@ -34,7 +34,7 @@ Scene wall() {
 Isometry3d cornerPose() { return lookAt({0.3, 0.2, 0.1}, {2.0, 2.0, -1.0}, Vector3d::UnitZ()); }
 Isometry3d wallPose() { return lookAt({0.3, 0.2, 0.1}, {2.0, 0.2, 0.1}, Vector3d::UnitZ()); }
 
-/// Maps a scene from one pose, with enough frames.
+/// Maps a scene with three frames from one pose.
 void mapFrom(Session& session, const Scene& scene, const Isometry3d& T_W_C) {
   for (int i = 0; i < 3; ++i) session.integrate(renderFrame(scene, T_W_C, 320, 240));
 }
@@ -61,8 +61,8 @@ struct Offset {
   double turn_deg;
 };
 
-/// The map itself is off by some 0.2 mm here, with voxels of 20 mm; all starting points lead to the
-/// same pose.
+/// With voxels of 20 mm, the map itself is off by some 0.2 mm. All starting points lead to the same
+/// pose.
 class Corner : public testing::TestWithParam<Offset> {};
 
 TEST_P(Corner, IsFoundAgain) {
@@ -82,7 +82,7 @@ TEST_P(Corner, IsFoundAgain) {
   EXPECT_LT(turnBetween_rad(found.T_W_C, from_truth.T_W_C), 0.1e-3);
 }
 
-/// 10 cm towards each corner of a cube, and 8 degrees.
+/// 10 cm towards each corner of a cube, and 8 degrees to either side.
 std::vector<Offset> farOffsets() {
   std::vector<Offset> offsets;
   for (int i = 0; i < 16; ++i) {
@@ -101,7 +101,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Offset{{0.06, 0.06, -0.05}, 4.0}, Offset{{-0.06, 0.06, 0.053}, 0.0},
                     Offset{{0.0, 0.0, 0.0}, 8.0}, Offset{{0.0, 0.0, 0.0}, -8.0}));
 
-/// Motions that a wall does not constrain are left alone; the others are found.
+/// Errors that a wall does not constrain remain; the others are corrected.
 TEST(Align, AWallHoldsOneShiftAndTwoTurns) {
   Session session(makeCpuParams());
   mapFrom(session, wall(), wallPose());
@@ -121,7 +121,7 @@ TEST(Align, AWallHoldsOneShiftAndTwoTurns) {
   EXPECT_LT(std::sqrt(found.covariance(4, 4)), 0.1 * prior.sigma_rad);
 }
 
-/// A sheet half a voxel thin, seen from both sides: each side is aligned to itself.
+/// A sheet half a voxel thick, seen from both sides: images of each side are aligned to that side.
 TEST(Align, BothSidesOfASheetStayApart) {
   Scene plate;
   plate.add(Box{Isometry3d(Eigen::Translation3d(1.0, 0.0, 0.0)), {0.005, 0.4, 0.4}});
@@ -180,7 +180,7 @@ TEST(Align, LeavesTheMapAndTakesWhatItCannotUse) {
   EXPECT_TRUE(sameMaps(untouched.mapper(), session.mapper()));
 }
 
-/// Poses with a constant error plus noise: the map stays consistent.
+/// All poses have the same error: images are corrected, and the correction learns most of it.
 TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
@@ -205,7 +205,7 @@ TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
   EXPECT_LT((refiner.T_W_O().translation() + constant).norm(), 0.5 * constant.norm());
 }
 
-/// Odometry whose origin is not that of the loaded map.
+/// The odometry has another origin than the map.
 TEST(PoseRefiner, FindsWhereACameraStands) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
@@ -275,7 +275,8 @@ TEST(PoseRefiner, DoesNotGoBackToWhereTheImageBeforeWas) {
   }
 }
 
-/// The error along the wall's normal is known exactly; along the wall it is that of the given pose.
+/// Along the wall's normal, the covariance is that of the remaining error; along the wall, it is
+/// that of the given pose.
 TEST(PoseRefiner, KnowsTheErrorOfAPoseThatItLeaves) {
   Session session(makeCpuParams());
   mapFrom(session, wall(), wallPose());
@@ -293,7 +294,7 @@ TEST(PoseRefiner, KnowsTheErrorOfAPoseThatItLeaves) {
   EXPECT_GE(std::sqrt(found.covariance(1, 1)), params.sigma_m);
 }
 
-/// A single invalid pose has no effect, at first or later.
+/// Invalid poses have no effect, neither at first nor later.
 TEST(PoseRefiner, ForgetsAPoseThatIsNotANumber) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
@@ -311,7 +312,7 @@ TEST(PoseRefiner, ForgetsAPoseThatIsNotANumber) {
   EXPECT_EQ(refiner.T_W_O().matrix(), undisturbed.T_W_O().matrix());
 }
 
-/// No error is reported along a wall.
+/// An error along the wall does not count.
 TEST(Align, ReportsByHowMuchAPoseIsOff) {
   Session session(makeCpuParams());
   mapFrom(session, wall(), wallPose());

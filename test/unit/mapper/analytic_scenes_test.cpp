@@ -60,11 +60,10 @@ void expectNormalsFaceFreeSpace(const Mesh& mesh, const Scene& scene) {
   EXPECT_LE(wrong, mesh.vertices_m.size() / 5000) << "of " << mesh.vertices_m.size();
 }
 
-/// Six views of a tilted plane, up to 1.6 m away. Point-to-plane distances of a plane are exact, so
-/// only rounding remains. In a directional map, anchors are rounded to 1/20 of a voxel along each
-/// axis, and attract the vertices at the end of a view. Projective distances are off by up to half
-/// a pixel's step in depth: pixels are 6 mm wide at 1.6 m, half of it along two axes, times the
-/// tangent of an obliqueness of 60 degrees, is 8 mm; 0.5 voxels leave room for the interpolation.
+/// Six views of a tilted plane, up to 1.6 m away. Point-to-plane distances are exact, so only
+/// rounding remains; in a directional map, also that of anchors, which attract vertices at the end
+/// of a view. Projective distances are off by up to half a pixel's step in depth, 8 mm for pixels
+/// 6 mm wide and a plane inclined by 60 degrees. Bounds leave room for the interpolation.
 TEST_P(AnalyticScenes, TiltedPlane) {
   Scene scene;
   scene.add(Plane{Vector3d(0.1, 0.05, 0.02), Vector3d(0.3, -0.4, 1.0).normalized()});
@@ -83,10 +82,10 @@ TEST_P(AnalyticScenes, TiltedPlane) {
   expectNormalsFaceFreeSpace(mesh, scene);
 }
 
-/// A ball with a radius of 20 voxels, seen from all sides. At a distance r from its point, a
+/// A ball with a radius R of 20 voxels, seen from all sides. At a distance r from its point, a
 /// tangent plane is off by r^2 / (2 R): 0.05 at sqrt(2) voxels, where the weight has fallen to 0.
-/// Projective distances grow without bound where rays graze the ball; the undirected map uses no
-/// normals, so all 24 views count alike and the oblique ones show.
+/// Projective distances grow without bound where rays graze the ball, and the undirected map uses
+/// no normals that would lower the weights of such views.
 TEST_P(AnalyticScenes, Ball) {
   const Vector3d centre(0.13, -0.07, 0.21);
   Scene scene;
@@ -150,15 +149,15 @@ TEST(GrazingView, LeavesNoHolesInAFloor) {
   EXPECT_NEAR(areaWithin(mesh, part), 0.56, 0.02);
 }
 
-/// A wall in one image, with pixels narrower and wider than a voxel: no width leaves holes, and nor
-/// do the empty lines of registered depth images.
+/// A wall in one image, with pixels narrower and wider than a voxel. Neither their width nor the
+/// empty lines of registered depth images leave holes.
 TEST(Wall, HasNoHolesAtAnyWidthOfPixels) {
   Scene scene;
   scene.add(Plane{Vector3d(2.0, 0.0, 0.0), Vector3d(-1.0, 0.3, 0.1).normalized()});
   const auto T_W_C = lookAt(Vector3d::Zero(), Vector3d(2.0, 0.0, 0.0), Vector3d::UnitZ());
   const Eigen::AlignedBox3d part(Vector3d(0.0, -0.4, -0.3), Vector3d(4.0, 0.4, 0.3));
   const double whole_m2 = 0.8 * 0.6 * std::sqrt(1.0 + 0.3 * 0.3 + 0.1 * 0.1);
-  for (const int width : {80, 120, 144, 160, 192, 240, 320}) {  // 1.6 to 0.4 voxels
+  for (const int width : {80, 120, 144, 160, 192, 240, 320}) {  // pixels of 1.6 to 0.4 voxels
     std::vector<SceneFrame> frames = renderFrames(scene, {T_W_C}, width, width * 3 / 4);
     const Mesh mesh = reconstruct(makeCpuParams(), frames);
     EXPECT_NEAR(areaWithin(mesh, part), whole_m2, 0.01 * whole_m2) << width;
@@ -184,10 +183,10 @@ TEST(ThinWire, IsMappedFromOneColumnOfPixels) {
   const auto& depth_m = frames[0].depth_m;
   const auto hits = std::count_if(depth_m.begin(), depth_m.end(), [](float z) { return z < 2; });
   ASSERT_GT(hits, 60);
-  ASSERT_LT(hits, 120);  // rows of the image
+  ASSERT_LT(hits, 120);  // the rows of the image
   const Mesh mesh = reconstruct(makeCpuParams(), frames);
   const Eigen::AlignedBox3d around(Vector3d(1.4, -0.05, -0.25), Vector3d(1.6, 0.05, 0.25));
-  // Anchoring attracts vertices next to the column to it.
+  // The wire is narrower in the mesh, as anchoring attracts vertices to the column.
   EXPECT_GT(areaWithin(mesh, around), 0.4 * wire_m);
   EXPECT_LT(measureError(mesh, scene).max_m, 1.5 * kSceneVoxel_m);
 }
@@ -201,9 +200,9 @@ INSTANTIATE_TEST_SUITE_P(All, AnalyticScenes,
                            return modeName(std::get<0>(info.param), std::get<1>(info.param));
                          });
 
-/// Seen from all sides, the surface of a ball is closed, and each side of a triangle joins two that
-/// agree on the free side. With support from one frame 24 views are enough; if each sample needs
-/// support from two, twice as many, because view rays miss some far samples.
+/// Seen from all sides, a ball is a closed surface with one orientation. With support from one
+/// frame, 24 views are enough. If each sample needs support from two frames, it takes twice as
+/// many, because view rays miss some far samples.
 class ClosedBall : public testing::TestWithParam<Mode> {};
 
 TEST_P(ClosedBall, HasNoBoundary) {
@@ -223,8 +222,8 @@ TEST_P(ClosedBall, HasNoBoundary) {
   }
 }
 
-/// Excludes ray casting along the view ray into the directional map, which misses some 0.6 per cent
-/// of the triangles with any number of views.
+/// Casting along view rays into the directional map is left out: it misses some 0.6 % of the
+/// triangles with any number of views.
 INSTANTIATE_TEST_SUITE_P(Modes, ClosedBall,
                          testing::Values(Mode{FusionMode::kVoxelProjection, true},
                                          Mode{FusionMode::kVoxelProjection, false},

@@ -220,7 +220,7 @@ TEST(OddFrames, EncodingsAgree) {
 TEST(OddFrames, AnAlmostRotationIsTaken) {
   const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(testParams());
   SceneFrame frame = goodFrame();
-  frame.frame.T_W_C.linear() *= 1.0 + 1e-5;  // a rotation that was rounded on its way
+  frame.frame.T_W_C.linear() *= 1.0 + 1e-5;  // as from rounding
   EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kFused);
 }
 

@@ -61,7 +61,7 @@ TEST_P(Budget, WhatIsBesideTheMapIsTold) {
   mapper->integrate(frame.view());
   mapper->updateMesh();
   const MapperMemory after = mapper->memory();
-  // At least inverse depth and free depth of each pixel; voxels come in slabs.
+  // At least inverse depth and free depth of each pixel.
   EXPECT_GE(after.scratch, before.scratch + 2 * sizeof(float) * frame.depth_m.size());
   EXPECT_EQ(after.meshes + after.staging, 0u);
 }

@@ -1,4 +1,4 @@
-// Changing scenes: objects that go away, move, come back, or were seen only once.
+// Changing scenes: objects that disappear, come back, or were seen only once.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -38,7 +38,7 @@ void see(Session& session, const SceneFrame& frame, int times) {
   for (int i = 0; i < times; ++i) session.integrate(frame);
 }
 
-/// Mesh triangles on or near the ball.
+/// Counts the mesh triangles on or near the ball.
 size_t trianglesOfBall(Session& session) {
   const Mesh mesh = session.mesh();
   return static_cast<size_t>(
@@ -58,7 +58,7 @@ class Change : public testing::TestWithParam<bool> {
   MapperParams params() const { return makeCpuParams(FusionMode::kNormalRayCasting, GetParam()); }
 };
 
-/// However long it was there, at most three rounds of clearing remove it.
+/// However long an object was there, 24 frames remove it.
 TEST_P(Change, WhatGoesAwayGoesFromTheMap) {
   for (const int frames : {2, 60}) {
     Session session(params());
@@ -69,7 +69,7 @@ TEST_P(Change, WhatGoesAwayGoesFromTheMap) {
   }
 }
 
-/// A frame that only clears does not count as a fused frame.
+/// Frames that only clear do not raise the required support.
 TEST_P(Change, AFrameFromAfarAsksForNoMoreSupport) {
   Session session(params());
   Scene far;
@@ -79,7 +79,7 @@ TEST_P(Change, AFrameFromAfarAsksForNoMoreSupport) {
   EXPECT_GT(trianglesOfBallNow(session), 300u);
 }
 
-/// It comes back while the update that removes it is in progress.
+/// An object comes back while the mesh update that removes it is in progress.
 TEST_P(Change, WhatComesBackMeanwhileIsNotLost) {
   Session session(params()), fresh(params());
   see(session, look(wallAndBall()), 3);

@@ -1,4 +1,4 @@
-// Clearing a region empties exactly the voxels inside, and leaves the mesh of a map without them.
+// Clearing a region empties exactly the voxels inside.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 constexpr float kRegionVoxel_m = 0.02f;
 
-/// A ball in front of a wall, seen from three sides.
+/// A ball in front of a wall.
 Scene ballAndWall() {
   Scene scene;
   scene.add(Plane{{1.6, 0.0, 0.0}, -Vector3d::UnitX()});
@@ -73,8 +73,7 @@ class ClearRegion : public testing::TestWithParam<RegionCase> {
   }
 };
 
-/// Voxels inside are empty, voxels outside are unchanged, and the counts are those of the removed
-/// voxels.
+/// Voxels inside are empty, voxels outside are unchanged, and the removed voxels are counted.
 TEST_P(ClearRegion, EmptiesExactlyTheVoxelsInside) {
   Session session(params());
   seeAll(session);

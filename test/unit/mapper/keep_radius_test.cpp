@@ -23,7 +23,7 @@ MapperParams params(float keep_radius_m) {
   return params;
 }
 
-/// A view of a wall along x, from a place along it.
+/// A view of a wall that runs along x, from a place at this x.
 SceneFrame lookFrom(double x, int width = 80) {
   Scene scene;
   scene.add(Plane{{0.0, 1.5, 0.0}, -Vector3d::UnitY()});
@@ -37,7 +37,7 @@ double distanceOf(const BlockKey& block, const Vector3d& p_W) {
   return Eigen::AlignedBox3d(low, low + Vector3d::Constant(edge)).exteriorDistance(p_W);
 }
 
-/// After a walk along the wall, the map equals the part within the radius of a map without a
+/// After a walk along the wall, the map equals an unlimited map without the blocks beyond the
 /// radius.
 TEST(KeepRadius, KeepsExactlyTheBlocksThatReachInto) {
   Session all(params(0.0f)), near(params(kKeptRadius_m));
@@ -80,7 +80,8 @@ TEST(KeepRadius, KeepsExactlyTheBlocksThatReachInto) {
   EXPECT_EQ(near.mapper().stats().dropped_blocks, 0u);
 }
 
-/// The meshes of dropped blocks are withdrawn; the rest equals that of a map that was never meshed.
+/// Meshes of dropped blocks are removed: meshing after every frame or once at the end gives the
+/// same mesh.
 TEST(KeepRadius, MeshesFollow) {
   Session often(params(kKeptRadius_m)), once(params(kKeptRadius_m));
   for (int i = 0; i < 40; ++i) {
@@ -95,8 +96,8 @@ TEST(KeepRadius, MeshesFollow) {
   EXPECT_GT(once.mesh().triangles.size(), 100u);
 }
 
-/// A flight far longer than the budget allows: nothing is refused, with meshes, without meshes, and
-/// after the user of meshes has left.
+/// A flight far longer than the budget allows: nothing is refused, whether meshes are updated
+/// always, never or only at first.
 TEST(KeepRadius, HoldsTheBudgetHoweverLongTheWay) {
   for (const int meshed_frames : {0, 40, 1000}) {
     MapperParams settings = params(kKeptRadius_m);
@@ -116,7 +117,7 @@ TEST(KeepRadius, HoldsTheBudgetHoweverLongTheWay) {
   }
 }
 
-/// The radius is around another point than the camera.
+/// The kept ball may have another centre than the camera.
 TEST(KeepRadius, GoesByTheCenterThatAFrameGives) {
   Session session(params(kKeptRadius_m));
   session.integrate(lookFrom(0.0));

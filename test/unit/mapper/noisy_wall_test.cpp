@@ -26,9 +26,8 @@ std::vector<SceneFrame> noisyFrames(const Scene& scene, const Vector3d& eye_W, i
   return frames;
 }
 
-/// Noise of 6 mm at 1 m that grows with z^2, with voxels of 5 mm. Without averaging, the samples
-/// beyond the reach of 1.75 voxels, 15 %, would form surfaces of their own, and vertices were off
-/// by 0.85 voxels RMS. The few beyond the truncation distance of four voxels still do.
+/// Noise of 6 mm, with voxels of 5 mm. If the reach stayed at 1.75 voxels, the 15 % of depths
+/// beyond it would form surfaces of their own. The few beyond the truncation distance still do.
 TEST(NoisyWall, AveragesToOneSurface) {
   constexpr float kVoxel_m = 0.005f, kNoise = 0.006f;
   Scene scene;
@@ -41,8 +40,8 @@ TEST(NoisyWall, AveragesToOneSurface) {
   EXPECT_LT(found.rms_m, 0.5 * kVoxel_m);
 }
 
-/// With noise of 8 mm more samples of the same wall lie beyond the truncation distance: they form
-/// small isolated pieces near the wall.
+/// With noise of 8 mm, more depths lie beyond the truncation distance. They form small isolated
+/// pieces near the wall.
 TEST(NoisyWall, LosesSmallPiecesBesideIt) {
   constexpr float kVoxel_m = 0.005f, kNoise = 0.008f;
   Scene scene;
@@ -68,9 +67,9 @@ TEST(NoisyWall, LosesSmallPiecesBesideIt) {
   EXPECT_GT(held.near, all.near * 49 / 50) << "of " << all.near;
 }
 
-/// Two walls that meet in front of the camera at 4 m, with noise of 48 mm there. Windows large
-/// enough for this noise mix the normals of both walls; casting along these would shift the edge
-/// (11 mm RMS).
+/// Two walls that meet 4 m in front of the camera, with noise of 48 mm. Windows large enough for
+/// this noise mix the normals of both walls. Casting along such normals would shift the edge (11 mm
+/// RMS).
 TEST(NoisyWall, LeavesAnEdgeWhereItIs) {
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(0.8, 0.1, 1.0).normalized()});

@@ -99,7 +99,7 @@ TEST_P(PackedBall, IsHalfAStepFromTheMeshAtMost) {
     for (const PackedKey key : chunks.all()) {
       const PackedChunk packed =
           packChunk(store, lattice, chunks.cornerOf(key), chunks.blocksOf(key));
-      // A closed mesh has no outline, and stays unchanged where a chunk ends.
+      // A closed mesh has no outline to smooth, and vertices where chunks meet stay.
       const Mesh mesh = rawMesh(store, chunks.blocksOf(key));
       ASSERT_EQ(packed.vertexCount(), mesh.vertices_m.size());
       ASSERT_EQ(packed.triangleCount(), mesh.triangles.size());
@@ -125,7 +125,7 @@ TEST_P(PackedBall, IsHalfAStepFromTheMeshAtMost) {
 INSTANTIATE_TEST_SUITE_P(, PackedBall, testing::Values(0, 1),
                          [](const auto& info) { return info.param == 0 ? "plain" : "refined"; });
 
-/// Closes the holes that chunks leave open, those that span several chunks.
+/// Closes the holes that span several chunks, which the chunks themselves leave open.
 Mesh closeHoles(Mesh mesh) {
   Outline outline;
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) outline.addVertex(Outline::Kind::kPlain);
@@ -141,8 +141,7 @@ Mesh closeHoles(Mesh mesh) {
   return mesh;
 }
 
-/// Neighbouring chunks smooth their parts of an outline independently: it stays where it crosses
-/// between them.
+/// Neighbouring chunks smooth their parts of an outline independently, except where they meet.
 TEST(PackedChunks, MeetWhereTheMeshEnds) {
   const Vector3d centre(0.01, 0.02, 0.033);
   Scene scene;
@@ -200,7 +199,7 @@ BlockMesh squareIn(const BlockKey& key) {
 }
 
 TEST(PackedChunks, TakeWideIndicesOnlyWhereTheyHaveTo) {
-  // Each block has its vertices on other edges, so that no two blocks share one.
+  // Blocks have no vertices on their upper faces, so they share none.
   const auto chunkWith = [](uint32_t vertices) {
     MeshStore store(kVoxelSize);
     MeshUpdate update;

@@ -39,7 +39,7 @@ Colour plateColour(const Vector3d& p_W) {
   return p_W.x() > 0.0033 ? kRed : kBlue;
 }
 
-/// Around the plate at `radius_m`, alternately above and below it.
+/// Poses around the plate at `radius_m`, alternately above and below it.
 std::vector<Eigen::Isometry3d> orbit(int count, double radius_m) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < count; ++i) {
@@ -123,7 +123,7 @@ INSTANTIATE_TEST_SUITE_P(Voxels, PaintedPlate, testing::Values(0.01f, 0.02f),
                            return std::to_string(std::lround(1000.0f * info.param)) + "mm";
                          });
 
-/// As in the pictures of the docs: one array cannot store two colours.
+/// One array cannot store two colours.
 TEST(Paint, UndirectedMapMixesTheSides) {
   const PlateColours judged = judgePlate(paintedPlate(0.02f, false), 0.02);
   EXPECT_GT(judged.other_side + judged.background + judged.unpainted, 0.05);
@@ -181,8 +181,8 @@ WallColours wallColours(const Mesh& mesh, const Choose& choose) {
 
 bool anywhere(const Vec3f&) { return true; }
 
-/// A board 0.3 m wide, 0.7 m in front of the wall. The depth camera moves, so that the whole wall
-/// is mapped; the colour camera does not, so that it does not see what the board hides.
+/// A board 0.3 m wide, 0.7 m in front of the wall. The depth camera moves and maps the whole wall.
+/// The colour camera stands still and does not see what the board hides.
 TEST(Paint, WhatTheMapHidesIsLeftAlone) {
   Scene scene = wallScene();
   scene.add(makeBox(Vector3d(0.0, 0.8, 0.0), Vector3d(0.3, 0.02, 2.0)));
@@ -311,8 +311,8 @@ TEST(Paint, StaysWithinTheBudget) {
   EXPECT_EQ(small->stats().refused_blocks, refused_before + result.refused_blocks);
 }
 
-/// Clearing a surface removes its colour, and a new surface at the same place gets its own: a part
-/// of a board is removed, in the middle of a block, and put back.
+/// Clearing a surface removes its colour, so a new surface at the same place is unpainted. Here, a
+/// part of a board is removed and put back.
 TEST(Paint, ColourGoesWithTheSurface) {
   Scene whole = wallScene(), part = wallScene();
   whole.add(makeBox(Vector3d(0.0, 1.0, 0.0), Vector3d(0.6, 0.02, 0.6)));

@@ -1,4 +1,4 @@
-// Tests the localisation of a camera in a map without any pose.
+// Tests how a camera is found in a map without any given pose.
 #include "dtsdf_mapping/place_search.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ FoundPlace find(Session& map, const SceneFrame& image, int threads = 2) {
   return findPlace(map.mapper(), frame, threads);
 }
 
-/// Also upside down, because the vertical is unknown.
+/// One camera is rolled by 2.5 rad, since the vertical is unknown.
 TEST(PlaceSearch, FindsACameraByItsImageAlone) {
   const Scene scene = variedRoom();
   const auto map = mapOf(scene);

@@ -1,4 +1,4 @@
-// Tests the tracking of a camera through analytic scenes with the map that it builds.
+// Tests how a camera is tracked through analytic scenes in the map that its images build.
 #include "dtsdf_mapping/pose_tracker.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,6 @@ using Eigen::Vector3d;
 
 constexpr double kPeriod_s = 1.0 / 30.0;
 
-/// A room with furniture.
 Scene furnishedRoom() {
   Scene scene;
   scene.add(Room{Eigen::Vector3d(-2.0, -1.5, 0.0), Eigen::Vector3d(2.0, 1.5, 2.4)});
@@ -94,7 +93,7 @@ TEST(PoseTracker, FollowsACameraWhosePosesItDoesNotRead) {
   EXPECT_LT(shiftBetween_m(*expected, handAt(next_s)), 5e-3) << "not extrapolated";
 }
 
-/// Accelerates to the side, up to 0.2 m per image.
+/// The camera accelerates sideways, up to 0.2 m per image.
 TEST(PoseTracker, ContinuesFastMotionOverOneMissingImageThoughStampsAreUneven) {
   constexpr int kImages = 9;
   const auto poseAt = [](int image) {
@@ -120,7 +119,7 @@ TEST(PoseTracker, ContinuesFastMotionOverOneMissingImageThoughStampsAreUneven) {
   EXPECT_EQ(aheadAt(3.0), 0.0) << "extrapolated beyond the reach of an alignment";
 }
 
-/// Where the camera is found after two seconds in the dark.
+/// How far the camera moves during two seconds in the dark.
 struct Away {
   Vector3d shift_m;
   double turn_rad;
@@ -221,7 +220,7 @@ TEST(PoseTracker, FusesNothingBeforeItIsFoundInAMap) {
   EXPECT_LT(shiftBetween_m(*tracking.tracker().poseAt(34 * kPeriod_s), truth), 5e-3);
 }
 
-/// Far from everywhere that it has been, after two seconds in the dark.
+/// After two seconds in the dark, the camera is far from every place where it has been.
 TEST(PoseTracker, FindsALostCameraAllOverTheMap) {
   const Scene scene = furnishedRoom();
   Tracking tracking;

@@ -1,5 +1,4 @@
-// Tests refined meshes of whole maps: vertex positions, topology, and that they depend on nothing
-// but the map.
+// Tests refined meshes of whole maps: their topology and the positions of their vertices.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -44,7 +43,7 @@ MeshUpdate fuseAndMesh(const MapperParams& params, const std::vector<SceneFrame>
   return mapper->updateMesh();
 }
 
-/// A mesh with vertices at the midpoints of its straight sides only.
+/// Vertices at the midpoints of the straight sides of a mesh.
 Mesh straightMiddles(const Mesh& mesh) {
   Mesh middles;
   for (const Triangle& t : mesh.triangles) {

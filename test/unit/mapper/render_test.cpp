@@ -1,4 +1,4 @@
-// Tests rendered views of maps of analytic scenes against rays cast at the scenes.
+// Compares rendered views of maps with rays cast at the analytic scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ RenderCamera cameraOf(const DepthFrame& frame) {
   return {frame.width, frame.height, frame.intrinsics};
 }
 
-/// Maps a scene from some poses, with enough frames.
+/// Maps a scene, with three frames from each pose.
 void see(Session& session, const Scene& scene, const std::vector<Isometry3d>& T_W_C) {
   for (int i = 0; i < 3; ++i) {
     for (const Isometry3d& pose : T_W_C) {
@@ -39,7 +39,7 @@ void see(Session& session, const Scene& scene, const std::vector<Isometry3d>& T_
 /// Differences between a view and the scene's own depth.
 struct Differences {
   double median_voxels = 0.0, p95_voxels = 0.0;
-  size_t missing = 0, extra = 0, pixels = 0;  ///< Surface only in the scene, only in the view.
+  size_t missing = 0, extra = 0, pixels = 0;  ///< Surface only in the scene; only in the view.
 };
 
 Differences compare(const RenderedView& view, const SceneFrame& truth) {
@@ -123,7 +123,7 @@ TEST(Render, NormalsAreThoseOfTheWall) {
 constexpr Colour kFront{220, 30, 30}, kBack{30, 30, 220};
 constexpr double kHalfThickness_m = 0.0025;
 
-/// An eighth of a voxel thin, red in front and blue behind.
+/// A plate a quarter of a voxel thick.
 Scene plate() {
   Scene scene;
   scene.add(Box{Isometry3d(Eigen::Translation3d(1.0, 0.0, 0.0)), {kHalfThickness_m, 0.4, 0.4}});
@@ -224,8 +224,8 @@ TEST_P(KeptViews, FollowTheMap) {
 
 INSTANTIATE_TEST_SUITE_P(Refined, KeptViews, testing::Values(0, 1));
 
-/// Blocks that were rendered but never extracted, and are then cleared: their neighbours, otherwise
-/// unchanged, must look as if those had never existed.
+/// Blocks are rendered but not extracted, then cleared. Their neighbours, otherwise unchanged, must
+/// look as if those blocks had never existed.
 TEST(Render, WhatGoesBeforeItIsExtractedLeavesNothingBehind) {
   for (const int refine : {0, 1}) {
     MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m);

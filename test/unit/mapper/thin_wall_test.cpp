@@ -86,15 +86,16 @@ TEST_P(ThinWall, TheDirectionalMapKeepsBothSidesInPlace) {
     SCOPED_TRACE(modeName(mode, true));
     const WallSides sides = mapWall(thickness(), yaw(), mode, true);
     for (const WallSide& side : {sides.front, sides.back}) {
-      EXPECT_NEAR(side.coverage, 1.0, 0.05);  // triangles are cut at the border of the square
+      EXPECT_NEAR(side.coverage, 1.0,
+                  0.05);  // triangles at the border of the square count wholly or not at all
       EXPECT_LT(side.worst, 0.05);
     }
   }
 }
 
-/// The baseline mixes the distances of both sides and makes the wall too thick: by 0.35 to 0.48
-/// voxels on each side of a wall of half a voxel, 0.17 to 0.30 at one voxel, 0.11 to 0.16 at one
-/// and a half.
+/// The undirected map mixes the distances of both sides, so the wall becomes too thick on each
+/// side: by 0.35 to 0.48 voxels if it is half a voxel thick, 0.17 to 0.30 at one voxel, 0.11 to
+/// 0.16 at one and a half.
 TEST_P(ThinWall, TheUndirectedMapThickensIt) {
   const WallSides sides = mapWall(thickness(), yaw(), FusionMode::kNormalRayCasting, false);
   const double too_thick = sides.front.outwards + sides.back.outwards;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kVoxel_m = 0.05f;
 
-/// A block of a surface that rises along x in steps of whole layers, with free space above.
+/// A block of a surface that is wavy along x, with free space above.
 BlockMesh slopeBlock(const BlockKey& key, float height) {
   BlockMesh mesh;
   mesh.key = key;

@@ -65,7 +65,7 @@ TEST(MeshStore, AddsReplacesAndDeletes) {
   store.apply(updateOf({vanished}));
   EXPECT_EQ(store.blocks().size(), 1u);
   EXPECT_EQ(store.triangleCount(), kTriangles);
-  store.apply(updateOf({vanished}));  // already unknown
+  store.apply(updateOf({vanished}));  // no longer in the store
   EXPECT_EQ(store.triangleCount(), kTriangles);
 
   store.clear();
@@ -107,11 +107,12 @@ TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
     return most;
   };
   EXPECT_LE(farthest(rawMesh(store)), 8 * kVoxelSize);
-  EXPECT_FLOAT_EQ(farthest(mesh), (8.0f + 1.0f / 16.0f) * kVoxelSize) << "not next to a corner";
+  EXPECT_FLOAT_EQ(farthest(mesh), (8.0f + 1.0f / 16.0f) * kVoxelSize)
+      << "smoothing moves vertices next to corners outwards";
 }
 
-/// Stacked sheets with more vertices than one piece holds, so that pieces end within a sheet, and
-/// holes everywhere: outlines continue from piece to piece.
+/// Stacked sheets with holes everywhere, and with more vertices than one piece holds: outlines
+/// continue from piece to piece.
 TEST(MeshStore, IsTheSameInPieces) {
   MeshStore store(kVoxelSize);
   BlockExtent bounds = noBlocks();
@@ -273,8 +274,7 @@ TEST(VertexColour, NormalsAreRedGreenBlue) {
   EXPECT_EQ(colourOf(MeshColour::kNormal, origin, {0, 0, 1}), (Rgb{128, 128, 255}));
 }
 
-/// Each height has a saturated hue; neighbouring heights differ without steps, and enough hues
-/// differ for a user to tell the floor from a table.
+/// Each height has a saturated hue, and hues change without steps.
 TEST(VertexColour, HeightsAreAContinuousRainbow) {
   std::set<std::array<uint8_t, 3>> colours;
   auto previous = colourOf(MeshColour::kHeight, {0, 0, -5.0f}, {0, 0, 1});

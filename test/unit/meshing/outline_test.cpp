@@ -98,7 +98,7 @@ struct Sheet {
 
 float distance(const Vec3f& a, const Vec3f& b) { return norm(a - b); }
 
-/// The filter computed by hand: lines, bends and inner vertices stay, teeth go.
+/// Compares outline vertices with the weighted mean; inner vertices stay.
 TEST(Outline, GoesToAWeightedMean) {
   Sheet sheet;
   std::mt19937 random(2);
@@ -183,8 +183,8 @@ TEST(Outline, GoesOnWhereTheFirstVerticesAreForgotten) {
   }
 }
 
-/// The ends that the sums of two fans at the last vertex imply, at 0.3 and 0.4 of the way, are not
-/// its neighbours.
+/// Two fans meet at the last vertex. The vertices that its sums seem to name as its neighbours, at
+/// 0.3 and 0.4 of the way, are not.
 TEST(Outline, StaysWhereTwoFansSeemToLeadToForgottenVertices) {
   Outline outline;
   constexpr uint32_t kTenth = 100000;

@@ -15,7 +15,7 @@
 namespace dtsdf {
 namespace {
 
-/// A height field over a square of `side_m`, in steps of `step_m`, facing up or down.
+/// Adds a height field over a square of `side_m`, in steps of `step_m`, facing up or down.
 template <class Height>
 void addSheet(Mesh& mesh, float side_m, float step_m, bool up, const Height& height) {
   const auto first = static_cast<uint32_t>(mesh.vertices_m.size());
@@ -38,7 +38,7 @@ void addSheet(Mesh& mesh, float side_m, float step_m, bool up, const Height& hei
 
 class Simplify : public testing::Test {};
 
-/// Largest distance of a vertex from the other mesh, by brute force.
+/// Largest distance of a vertex of one mesh from the other mesh.
 double largestDistance(const Mesh& from, const Mesh& to) {
   const SurfaceTree tree(to.vertices_m, to.triangles);
   double largest = 0.0;
@@ -66,7 +66,7 @@ TEST_F(Simplify, APlaneLosesItsInside) {
   }
 }
 
-/// The reported error equals that of an independent measurement, and never exceeds the limit.
+/// The reported error equals the measured one and does not exceed the limit.
 TEST_F(Simplify, KeepsToTheErrorAndTellsIt) {
   Mesh mesh;
   addSheet(mesh, 2.0f, 0.02f, true,
@@ -86,8 +86,7 @@ TEST_F(Simplify, KeepsToTheErrorAndTellsIt) {
   }
 }
 
-/// Two noisy sides of a plate of 5 mm, with a larger error limit: neither side may approach the
-/// other.
+/// A plate of 5 mm with noisy sides, and a larger error limit: the sides must not touch.
 TEST_F(Simplify, SidesOfAThinPlateStayApart) {
   constexpr float kThickness_m = 0.005f;
   std::mt19937 random(11);
@@ -142,7 +141,7 @@ TEST_F(Simplify, TheSameMeshGivesTheSameBytes) {
   EXPECT_EQ(a.mesh.normals.size(), a.mesh.vertices_m.size());
 }
 
-/// A larger error never leaves more triangles, even where single vertices cannot be removed.
+/// A larger error limit never leaves more triangles, even where single vertices cannot be removed.
 TEST_F(Simplify, ALargerErrorLeavesNoMoreTriangles) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> noise(-0.002f, 0.002f);

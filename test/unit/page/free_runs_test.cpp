@@ -1,4 +1,4 @@
-// Runs of units in a file: none is allocated twice, and freed runs are used again.
+// Allocates runs of units in a file: no unit is allocated twice, and freed runs are reused.
 #include "page/free_runs.h"
 
 #include <gtest/gtest.h>

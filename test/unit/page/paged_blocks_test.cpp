@@ -1,4 +1,4 @@
-// A block is refused if memory runs out: it is on disk completely or not at all.
+// If memory runs out, a block is refused, never stored in part.
 #include "page/paged_blocks.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ TEST(PagedBlocks, RefusesBlocksWithoutMemory) {
     std::vector<BlockKey> there;
     there.reserve(kBlocks);
     for (int32_t i = 0; i < kBlocks; ++i) {
-      const BlockKey key{10 * i, 0, 0};  // in a coarse cell of its own
+      const BlockKey key{10 * i, 0, 0};  // each in another coarse cell
       RecordBytes record{nullptr, {{words.data(), words.size()}}};
       allocations_left = i == kBlocks / 2 ? allocations : -1;
       const bool is_put = blocks.put({{key, 0, 0}, 0, {}}, std::move(record));

@@ -1,4 +1,4 @@
-// Tests meshes of blocks that are partly in a file against a store with all of them in memory.
+// Compares block meshes that are partly on disk with a store that keeps all in memory.
 #include "page/paged_meshes.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr float kPagedVoxel_m = 0.04f;
 
-/// Meshes of a room from a few views of it, in order.
+/// Block meshes of a room, in the order of eight mesh updates.
 const std::vector<SharedBlockMesh>& meshesOfARoom() {
   static const std::vector<SharedBlockMesh> meshes = [] {
     Scene scene;
@@ -87,7 +87,7 @@ class PagedMeshesTest : public testing::Test {
     EXPECT_EQ(meshes_.triangleCount(), reference_.triangleCount());
   }
 
-  /// The bytes of the file that the node saves, written in pieces.
+  /// Bytes of the mesh file as the node writes it, in pieces.
   std::string savedPiecewise() {
     savePagedMesh(meshes_, MeshColour::kAuto, folder_ / "pieces.ply");
     return readBytes(folder_ / "pieces.ply");
@@ -116,7 +116,7 @@ TEST_F(PagedMeshesTest, AreThoseThatWerePut) {
   EXPECT_EQ(pages_.entryCount(), 0u) << "the file has no name";
 }
 
-/// Any change, in memory or on disk, with colours or without.
+/// Random meshes, in memory or on disk, are painted or removed.
 TEST_F(PagedMeshesTest, FollowChanges) {
   ASSERT_NO_FATAL_FAILURE(putAll());
   std::mt19937 random(3);

@@ -1,5 +1,5 @@
-// Space is paged to disk with the map and comes back: all answers equal those of a map without
-// paging, and memory does not grow with the distance.
+// Space is paged to disk with the map: all answers equal those without paging, and memory does not
+// grow with the distance travelled.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 
 constexpr int kStepsOut = 45;  ///< Frames on the way out, and as many on the way back.
 
-/// Moves along a corridor, looking ahead, alternately to the left and right.
+/// Moves along a corridor and back, looking ahead, alternately to the left and right.
 Eigen::Isometry3d poseInCorridor(int i) {
   const int step = i < kStepsOut ? i : 2 * kStepsOut - i;
   const Vector3d eye(1.0 * step, 0.2 * (i % 3) - 0.2, 0.1 * (i % 2));
@@ -40,7 +40,7 @@ const std::vector<SceneFrame>& corridor() {
       scene.add(
           Room{Eigen::Vector3d(-2.0, -1.5, -1.2), Eigen::Vector3d(kStepsOut + 3.0, 1.5, 1.2)});
       for (int k = 0; k < kStepsOut / 5; ++k) {
-        if (i > kStepsOut && k % 2 == 0) continue;  // some disappear on the way back
+        if (i > kStepsOut && k % 2 == 0) continue;  // these boxes disappear on the way back
         scene.add(makeBox({5.0 * k, k % 2 == 0 ? 1.0 : -1.0, -0.4}, {0.4, 0.3, 0.9}, 0.4));
       }
       made.push_back(renderFrame(scene, poseInCorridor(i), 80, 60));
@@ -151,7 +151,6 @@ TEST_F(PagedSpace, IsThatOfAMapThatNeverPaged) {
   }
 }
 
-/// On the way out, and out and back.
 TEST_F(PagedSpace, TakesNoMoreMemoryTheFartherItGoes) {
   constexpr int kBudgetMb = 4;
   constexpr size_t kInMemory = (size_t{kBudgetMb} << 20) / 8, kOnItsWay = size_t{1} << 20;
@@ -191,7 +190,7 @@ TEST_F(PagedSpace, IsLoadedBeyondTheBudget) {
   ASSERT_NO_FATAL_FAILURE(expectSameAnswers(*whole.known(), *follower.snapshot()));
 }
 
-/// A large map is published in parts while it changes, and saved unchanged.
+/// A large map is published in parts while it changes. In the end, the follower has all cells.
 TEST_F(PagedSpace, IsToldInParts) {
   MapContents contents = makeMapper(plainParams())->contents();
   for (int32_t i = 0; i < 70000; ++i) {
@@ -230,7 +229,7 @@ TEST_F(PagedSpace, IsToldInParts) {
   }
 }
 
-/// Otherwise lost cubes would use up the budget.
+/// Cubes lost on the disk must not use up the budget.
 TEST_F(PagedSpace, CountsNoCubesThatTheDiskLost) {
   MapContents contents = makeMapper(plainParams())->contents();
   for (int32_t i = 0; i < 70000; ++i) {
@@ -258,7 +257,7 @@ TEST_F(PagedSpace, GoesOnWithWhatFitsWhereTheDiskIsFull) {
   params.map.page_max_gb = 0.002f;
   Walk whole(plainParams());
   ASSERT_NO_FATAL_FAILURE(whole.go(0, kStepsOut));
-  params.map.max_memory_mb = 16;  // 2 MB for cells, and as much on the disk
+  params.map.max_memory_mb = 16;  // 2 MB for cells, and as much on disk
   Walk near(params);
   ASSERT_NO_FATAL_FAILURE(near.go(0, kStepsOut));
   const MapStats stats = near.mapper().stats();

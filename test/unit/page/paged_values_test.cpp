@@ -1,4 +1,4 @@
-// Values that are in a file while not in use: they come back unchanged, or their loss is reported.
+// Values written to a file while unused are read back unchanged, or their loss is reported.
 #include "page/paged_values.h"
 
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ TEST_F(PagedValuesTest, ComeBackAsTheyWere) {
   EXPECT_EQ(pages_->bytes(), 0u);
 }
 
-/// As planners do, from threads of their own.
+/// Like planners that query a snapshot from their own threads while the space changes.
 TEST_F(PagedValuesTest, AreReadByManyThreads) {
   keep(100);
   std::atomic<int> wrong{0};
@@ -108,7 +108,7 @@ TEST_F(PagedValuesTest, StayInMemoryWhereTheDiskTakesNone) {
     EXPECT_TRUE(pages_->isFull());
     const PagedValues::Stats stats = pages_->stats();
     EXPECT_GT(stats.failures, 0u);
-    EXPECT_LT(stats.failures, 40u) << "the disk was tried all the time";
+    EXPECT_LT(stats.failures, 40u) << "the disk was tried for every value";
     EXPECT_NE(stats.problem.find("map/page_folder"), std::string::npos);
     for (uint32_t i = 0; i < 200; ++i) ASSERT_TRUE(isThere(i)) << i;
   }

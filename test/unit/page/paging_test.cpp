@@ -1,5 +1,4 @@
-// A map pages to disk when its budget is used up: with any budget it equals the map with more
-// memory, to the last bit.
+// A map that pages to disk equals, bit for bit, the same map with enough memory.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/syscall.h>
@@ -25,7 +24,7 @@ namespace {
 /// Speed of the disk, for reading and writing; 0: unlimited.
 std::atomic<double> disk_bytes_per_s{0.0};
 
-/// Each n-th sector cannot be read; 0: all can.
+/// Every n-th sector is unreadable; 0: none is.
 std::atomic<off_t> bad_sectors{0};
 
 void takeTimeOfDisk(size_t bytes) {
@@ -64,7 +63,7 @@ namespace {
 constexpr float kVoxel_m = 0.03f;
 constexpr int kWayOut = 18, kFlightFrames = 36;
 
-/// Out along a corridor and back; a box disappears meanwhile.
+/// Moves along a corridor and back.
 Eigen::Isometry3d poseAt(int i) {
   const int step = i < kWayOut ? i : 2 * kWayOut - i;
   const Eigen::Vector3d eye(0.7 * step, 0.2 * (i % 3) - 0.2, 0.1 * (i % 2));
@@ -88,7 +87,7 @@ const RoomRecording& tour() {
   return recording;
 }
 
-/// Operations on the tour besides fusing.
+/// What happens on the tour besides fusing.
 struct Way {
   int mesh_every = 3;  ///< In frames; 0: once, at the end.
   bool painted = false;
@@ -189,7 +188,7 @@ TEST_F(Paging, HandsOutAMeshInParts) {
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
-/// All blocks get their turn, even while a camera changes the first ones in the order.
+/// All blocks are meshed in the end, even if a camera keeps changing those that are first in order.
 TEST_F(Paging, HandsOutAMeshInPartsWhileACameraLooksOn) {
   Way way;
   way.mesh_every = 0;
@@ -213,7 +212,8 @@ TEST_F(Paging, HandsOutAMeshInPartsThatLosesBlocks) {
   for (Tour* const map : {&whole, &near}) {
     ASSERT_NO_FATAL_FAILURE(map->go());
     map->updateMeshInParts();
-    map->mapper().paint(tour().colour[kFlightFrames - 1].view());  // from now on all have colours
+    map->mapper().paint(
+        tour().colour[kFlightFrames - 1].view());  // from now on, meshes have colours
     EXPECT_GT(map->mapper().clearRegion(boxInTheRoom()).blocks, 0u);
     EXPECT_TRUE(map->updateMeshInParts() > 3 || map == &whole);
   }
@@ -271,7 +271,8 @@ TEST_F(Paging, LoadsMapsBeyondTheBudget) {
   EXPECT_EQ(resumed->stats().refused_blocks, 0u);
 }
 
-/// Views of both walls across the corridor at two places, and then one step further.
+/// Two places fit in memory. For a third, blocks of the first place are written to disk, not those
+/// of the second.
 TEST_F(Paging, WritesWhatIsOldestFirst) {
   const auto see = [](ProbedMapper& mapper, double x_m, double aside) {
     const Eigen::Vector3d eye(x_m, 0.0, 0.0);
@@ -282,7 +283,7 @@ TEST_F(Paging, WritesWhatIsOldestFirst) {
     const SceneFrame image = renderFrame(scene, pose, 96, 72);
     ASSERT_EQ(mapper.integrate(image.view()).status, FrameStatus::kFused);
   };
-  for (const double way : {1.0, -1.0}) {  // the keys mapped second are greater or smaller
+  for (const double way : {1.0, -1.0}) {  // the second place has greater or smaller keys
     const auto mapper = makeProbedMapper(pagedParams(paramsOf(Way()), 2, folder_.path()));
     for (const double x_m : {6.0 - 4.0 * way, 6.0 + 4.0 * way}) {
       for (const double aside : {1.0, -1.0}) ASSERT_NO_FATAL_FAILURE(see(*mapper, x_m, aside));
@@ -342,7 +343,7 @@ TEST_F(Paging, ExceedsABudgetThatIsTooSmallForAnImage) {
   }
 }
 
-/// When the disk is full, blocks are refused and counted; what was fused stays.
+/// When the disk is full, new blocks are refused and counted; fused blocks stay.
 TEST_F(Paging, GoesOnWithWhatFits) {
   const Way way;
   MapperParams params = pagedParams(paramsOf(way), 4, folder_.path());
@@ -360,8 +361,8 @@ TEST_F(Paging, GoesOnWithWhatFits) {
   EXPECT_EQ(near.mapper().contents().blocks.size(), stats.blocks + stats.pages.blocks);
 }
 
-/// When memory and disk are full, far blocks are still dropped from the disk. Blocks with meshes
-/// need memory for that: others are paged out for them.
+/// When memory and disk are full, far blocks are still dropped from the disk, whether or not they
+/// have meshes.
 TEST_F(Paging, DropsWhatIsFarFromAFullDisk) {
   for (const bool meshed : {false, true}) {
     SCOPED_TRACE(meshed);
@@ -387,7 +388,7 @@ TEST_F(Paging, DropsWhatIsFarFromAFullDisk) {
   }
 }
 
-/// With a disk of 20 MB/s frames wait, which is counted, and the map is the same.
+/// With a disk of 20 MB/s, frames wait, which is counted. The map stays the same.
 TEST_F(Paging, WaitsForASlowDisk) {
   Way way;
   way.space = true;
@@ -407,7 +408,8 @@ TEST_F(Paging, WaitsForASlowDisk) {
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
-/// Blocks that can be read are cleared, with their space; the exception says that others remain.
+/// Blocks that can be read are cleared, and so is all space inside. The exception says that other
+/// blocks remain.
 TEST_F(Paging, ClearsInPartWhereTheDiskRefuses) {
   Way way;
   way.space = true;
@@ -469,7 +471,7 @@ TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
   const uint64_t counted = near.mapper().stats().refused_blocks;
   EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m)))
       << "including meshes made meanwhile";
-  EXPECT_EQ(near.mapper().stats().refused_blocks, counted) << "not all came back";
+  EXPECT_EQ(near.mapper().stats().refused_blocks, counted) << "some blocks cannot be read";
   near.go(14, kFlightFrames);
   near.go(kWayOut, kFlightFrames);
   const uint64_t refused = near.mapper().stats().refused_blocks;
@@ -478,7 +480,7 @@ TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
   EXPECT_EQ(stats.refused_blocks, refused) << "the disk is not used again";
 }
 
-/// Blocks that cannot be read at the moment are not lost: they come back with the disk.
+/// Blocks that cannot be read for a while are not lost.
 TEST_F(Paging, OutlivesADiskThatCannotBeReadForAWhile) {
   Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, kWayOut);
@@ -494,15 +496,15 @@ TEST_F(Paging, OutlivesADiskThatCannotBeReadForAWhile) {
   EXPECT_GE(near.mapper().contents().blocks.size(), blocks);
 }
 
-/// If single sectors cannot be read, their blocks are lost and the rest of the map is saved; if
-/// nothing can be read, nothing is lost and nothing is saved.
+/// If a few sectors cannot be read, their blocks are lost and the rest of the map is saved. If none
+/// can be read, saving fails and nothing is lost.
 TEST_F(Paging, IsSavedWithoutBadSectors) {
   Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, kWayOut);
   near.updateMesh();
   const size_t before = near.mapper().contents().blocks.size();
   bad_sectors = 1;
-  EXPECT_NE(errorOf([&] { near.mapper().contents(); }), "") << "some blocks could be read";
+  EXPECT_NE(errorOf([&] { near.mapper().contents(); }), "") << "did not fail";
   EXPECT_EQ(near.mapper().stats().pages.lost, 0u);
   bad_sectors = 499;
   saveMapOf(near.mapper(), {}, folder_ / "saved.dtsdf");
@@ -513,7 +515,8 @@ TEST_F(Paging, IsSavedWithoutBadSectors) {
   EXPECT_TRUE(sameContents(loadMap(folder_ / "saved.dtsdf"), near.mapper().contents()));
 }
 
-/// A damaged page is lost, which is counted; its mesh is removed, and frames map its place again.
+/// Damaged blocks are lost and counted. Their meshes are removed, and later frames map their places
+/// again.
 TEST_F(Paging, OutlivesDamage) {
   Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, kWayOut);
@@ -535,14 +538,14 @@ TEST_F(Paging, OutlivesDamage) {
   EXPECT_TRUE(sameMeshes(mesh, meshOf(*anew, kVoxel_m))) << "not the mesh of the remaining blocks";
 }
 
-/// After a block was found damaged, copying the part again gives the same other blocks.
+/// Copying a part again, after damage was found in it, gives the same intact blocks.
 TEST_F(Paging, CopiesAPartAgainWithoutWhatIsDamaged) {
   Way way;
   way.painted = true;
   Tour near(way, pagedParams(paramsOf(way), 5, folder_.path()));
   near.go(0, kWayOut);
   near.updateMesh();
-  near.go(kWayOut, kWayOut + 1);  // now an extraction has seen all blocks on disk
+  near.go(kWayOut, kWayOut + 1);  // updates the mesh once more
   damagePages(folder_.path(), 20, 100000);
   const std::vector<MapBlock> blocks = near.mapper().outline().blocks;
   const MapContents first = near.mapper().part(blocks);

@@ -1,4 +1,4 @@
-// Records in a file, and map blocks stored as such: they come back unchanged, or their loss is
+// Records in a file, and blocks stored as records, are read back unchanged, or their loss is
 // reported.
 #include "page/record_store.h"
 
@@ -86,7 +86,7 @@ TEST_F(RecordStoreTest, FindsDamage) {
   EXPECT_EQ(read(3), RecordStore::Reading::kDamaged);
   EXPECT_EQ(store_.stats().lost, 1u);
   EXPECT_EQ(ftruncate(openFilesIn(folder_.path()).front(), 100), 0);
-  EXPECT_EQ(read(20), RecordStore::Reading::kDamaged) << "a retry does not help";
+  EXPECT_EQ(read(20), RecordStore::Reading::kDamaged) << "the file is too short";
 }
 
 TEST_F(RecordStoreTest, WaitsForADiskThatIsAway) {
@@ -101,7 +101,7 @@ TEST_F(RecordStoreTest, WaitsForADiskThatIsAway) {
       taken += stored->bytes;
       ASSERT_LE(taken, kMaxWaiting);
     }
-    EXPECT_GT(records_.size(), 30u) << "memory holds some";
+    EXPECT_GT(records_.size(), 30u) << "memory took none";
     EXPECT_EQ(store_.waitingBytes(), taken);
     EXPECT_GT(store_.stats().failures, 1u);
     EXPECT_EQ(read(30), RecordStore::Reading::kIntact) << "not read from memory";
@@ -150,7 +150,7 @@ TEST_F(RecordStoreTest, PutsIntoAFullDiskWhatFits) {
   expectAll();
 }
 
-/// Reads and erasures meet the helper thread that writes.
+/// Two threads read and erase records while the helper thread writes.
 TEST_F(RecordStoreTest, IsReadAndErasedWhileItIsWritten) {
   for (unsigned round = 0; round < 5; ++round) {
     records_.clear();
@@ -169,7 +169,7 @@ TEST_F(RecordStoreTest, IsReadAndErasedWhileItIsWritten) {
   EXPECT_EQ(store_.waitingBytes(), 0u);
 }
 
-/// The index agrees: a block that the disk refuses is not in it.
+/// A block that the store refuses is not in the index.
 TEST_F(RecordStoreTest, HoldsBlocks) {
   PagedBlocks blocks(folder_.path(), size_t{1} << 20, kMaxWaiting);
   const auto put = [&](int32_t x) {

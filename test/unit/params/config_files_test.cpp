@@ -1,5 +1,4 @@
-/// Keeps config/ correct: default.yaml equals the structs' defaults, and every other file can be
-/// loaded.
+/// Tests config/: default.yaml equals the defaults of the structs, and every file can be loaded.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -21,8 +21,8 @@ ParamTree treeOf(Rules rules) {
   return writer.tree;
 }
 
-/// Each key sets a number of its own: changing it changes one number. There are as many keys as
-/// numbers, all of four bytes, except for one that a setting determines.
+/// Each key sets exactly one number. Numbers have four bytes; one has no key, as a setting
+/// determines it.
 TEST(Rules, EachKeySetsItsOwn) {
   const ParamTree defaults = treeOf(Rules());
   EXPECT_EQ(defaults.size() + 1, sizeof(Rules) / sizeof(float));
@@ -38,8 +38,7 @@ TEST(Rules, EachKeySetsItsOwn) {
   }
 }
 
-/// A depth, a turn or a number of turns of 0 would mean division by 0; a surface that gains no
-/// evidence never appears.
+/// Zeros would cause a division by 0. A surface that gains no evidence would never appear.
 TEST(Rules, WhatNoRuleCouldWorkWithIsRefused) {
   EXPECT_THROW(readRules({{"rules/surfels/largest_noise_turn", 0.0}}), ParamError);
   EXPECT_THROW(readRules({{"rules/fusion/sample_reach", 0.0}}), ParamError);
@@ -59,7 +58,7 @@ TEST(FusionRules, MostEvidenceIsThatOfTheFramesRemembered) {
   EXPECT_EQ(maxWith(42), 126);  // eight bits hold up to 127
 }
 
-/// A nearness of 0 would mean division by 0, and a negative share would mesh unseen surfaces.
+/// A nearness of 0 would cause a division by 0, and a negative share would mesh unseen surfaces.
 TEST(MeshRules, WhatNoRuleCouldWorkWithIsRefused) {
   EXPECT_THROW(readRules({{"rules/mesh/min_weight_share", -0.1}}), ParamError);
   EXPECT_THROW(readRules({{"rules/mesh/min_weight_share", 1.0}}), ParamError);

@@ -15,7 +15,7 @@ using Pending = GroundGrid::Pending;
 
 constexpr double kCell_m = 0.1;
 
-/// Cells, set one by one, and the cubes that contain them.
+/// Cells that are set one by one, and the cubes that contain them.
 class Cells {
  public:
   void set(int x, int y, int z, CellState state) {
@@ -108,14 +108,13 @@ TEST(GroundGrid, LayersAreTheCellsThatReachBetweenTheHeights) {
   EXPECT_EQ(layers(0.1, 0.3, 0.1), std::make_pair(1, 2));
   EXPECT_EQ(layers(-0.05, 0.05, 0.1), std::make_pair(-1, 0));
   EXPECT_EQ(layers(0.0, 0.01, 0.1), std::make_pair(0, 0));
-  // Cell sizes as they result from settings.
+  // A cell size from a setting in float is not exactly 0.08 m.
   const double cell_m = 4.0 * static_cast<double>(0.02f);
   EXPECT_EQ(layers(0.08, 0.8, cell_m), std::make_pair(1, 9));
   EXPECT_EQ(layers(-0.8, -0.08, cell_m), std::make_pair(-10, -2));
 }
 
-/// Layers 1 to 3: two of the three free are at least half, one is not; a surface in any of them
-/// counts, and layers above and below do not.
+/// Layers 1 to 3 count. Two free layers are at least half of them, one is not.
 TEST(GroundGrid, AColumnIsWhatIsInIt) {
   double share = 0.5;
   const auto valueOf = [&](std::vector<CellState> layers) {
@@ -147,8 +146,7 @@ TEST(GroundGrid, AColumnIsWhatIsInIt) {
   EXPECT_EQ(valueOf({u, u, f, u, u}), kColumnFree);
 }
 
-/// Cells change at random, near and far: the follower has the current values, in the smallest
-/// window that held them all when the grid was sent.
+/// Cells change at random, near and far. The follower always has the current values.
 TEST(GroundGrid, AFollowerHasWhatIsThere) {
   std::mt19937 random(7);
   const auto pick = [&](int low, int high) {
@@ -194,7 +192,7 @@ TEST(GroundGrid, CellsOfAnotherSizeAreAnotherGrid) {
   EXPECT_EQ(grid.next(), Pending::kGrid) << "an empty grid is sent, too";
 }
 
-/// A single remote cell must not cost the memory of everything between.
+/// A single remote cell must not cost memory for the whole area in between.
 TEST(GroundGrid, WhatIsTooLargeIsSaid) {
   GroundGrid grid(0.0, 0.4, 1.0);
   Cells cells;

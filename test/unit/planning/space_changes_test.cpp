@@ -1,4 +1,4 @@
-// Slices of space are its known cells at a height.
+// A slice of space contains its known cells at a height, with their distances.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -74,7 +74,7 @@ TEST(CommandLine, NamesWhatIsWrong) {
   const std::pair<Arguments, std::string> cases[] = {
       {{}, "IN.ply"},
       {{"a.ply", "b.ply"}, "'b.ply' is not expected here"},
-      {{"--unknown"}, "'--unknown'"},  // reported before missing ones
+      {{"--unknown"}, "'--unknown'"},  // reported before the missing input
       {{"a.ply", "-u"}, "-u"},
       {{"a.ply", "--text"}, "--text"},
       {{"a.ply", "--text", "--flag"}, "--text"},

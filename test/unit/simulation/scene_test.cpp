@@ -18,7 +18,7 @@ Scene sceneOf(const Shape& shape) {
   return scene;
 }
 
-/// Each shape at a place of its own, rotated against the axes where possible.
+/// One of each shape, rotated against the axes where possible.
 std::vector<Shape> someShapes() {
   return {Plane{Vector3d(0.0, 0.0, -2.0), Vector3d(0.6, 0.0, 0.8)},
           Sphere{Vector3d(0.5, -0.3, 0.2), 0.7},
@@ -96,7 +96,7 @@ TEST(SceneProperty, HitsLieOnTheSurface) {
   }
 }
 
-/// No surface is closer than the distance, and one is at it: a step of that length finds it.
+/// No surface is nearer than the distance, and a step of that length leads to one.
 TEST(SceneProperty, DistancesAreTight) {
   std::mt19937 random(8);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5);

@@ -1,4 +1,4 @@
-// Tests distances between cells against all pairs.
+// Compares distances to the nearest surface cell with the minimum over all surface cells.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -92,7 +92,7 @@ TEST(DistanceField, IsExactAfterEachOfManyChanges) {
   }
 }
 
-/// The minimum of the squares along x, for each row within reach.
+/// The squared distance of a cell, as the minimum over all rows within reach.
 uint16_t rowMinimum(const DistanceTask& task, const SectorStack& stack, const Vec3i& cell) {
   int32_t least = kSquaredFar;
   std::vector<uint32_t> words(static_cast<size_t>(windowSide(task.reach)));
@@ -109,7 +109,7 @@ uint16_t rowMinimum(const DistanceTask& task, const SectorStack& stack, const Ve
 
 constexpr uint16_t kNotAsked = 0xfffe;
 
-/// Computes some of the cells in the way a device computes all.
+/// Computes every step-th cell of each sector, as a device computes all.
 void computeSome(const DistanceTask& task, std::vector<SectorSquares>& squares, int step) {
   for (int32_t i = 0; i < task.stack_count; ++i) {
     const SectorStack& stack = task.stacks[i];
@@ -125,7 +125,7 @@ void computeSome(const DistanceTask& task, std::vector<SectorSquares>& squares, 
   }
 }
 
-/// The backend declines now and then, and the host continues.
+/// If the backend declines, as it does with a reach of 1, the host computes the distances.
 TEST(DistanceField, HasOthersWorkItOut) {
   std::mt19937 random(caseSeed(0));
   for (const auto& [reach, step] :
@@ -159,7 +159,8 @@ TEST(DistanceField, HasOthersWorkItOut) {
   }
 }
 
-/// As after losing a device: the surfaces are known by then, but the distances are not.
+/// After an update failed, for example because the device was lost, the next one computes its
+/// distances.
 TEST(DistanceField, WhatFailedIsWorkedOutByTheNextUpdate) {
   DistanceField field(25, 1), undisturbed(25, 1);
   bool fails = false;

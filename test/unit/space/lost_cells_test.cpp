@@ -1,4 +1,4 @@
-// Cells that the disk cannot return are unknown: distances never become too large.
+// Cells that cannot be read from disk are unknown, but distances never become too large.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kWalls = 64, kReach = 10;
 
-/// In sectors of their own, at the border to the next ones.
+/// Each wall has its own sector and lies at the border to the next one.
 Vec3i cubeOfWall(int i) { return {8 * i + 3, 0, 0}; }
 CellMask wall() {
   CellMask mask{};
@@ -28,7 +28,7 @@ CellMask wall() {
 /// A cell three cells in front of a wall.
 Vec3i cellBefore(int i) { return firstCellOfCube(cubeOfWall(i)) + Vec3i{4, 4, 4}; }
 
-/// In the sector behind, within reach.
+/// A cell behind a wall, in the next sector but within reach.
 CubeMask cubeBehind(int i) {
   CubeMask behind{cubeOfWall(i) + Vec3i{1, 0, 0}, {}};
   add(behind.cells, cellIndex(4, 4, 4));
@@ -115,7 +115,7 @@ class LostCubes : public LostCells {
     table_.close();
     waitUntilWritten();
   }
-  /// @return the number of cubes taken, all of them walls.
+  /// Checks that all taken cubes are walls. @return their number.
   int take(bool all) {
     const SpaceChanges taken = table_.takeTouched(all, 1000);
     for (const SpaceCube& cube : taken.cubes) {
@@ -147,8 +147,8 @@ TEST_F(LostCubes, AreUnknown) {
   EXPECT_FALSE(isEmpty(table_.find(beside))) << "cells added later are unknown";
 }
 
-/// Two blocks in sectors of their own may have a triangle in the same cell: the cell stays when one
-/// of them removes its triangle, even if the other's list is lost.
+/// Two blocks in different sectors may have a triangle in the same cell. The cell stays when one of
+/// them removes its triangle, even if the list of the other one is lost.
 class LostLists : public LostCells {
  protected:
   const Vec3i cell_{32, 1, 1};

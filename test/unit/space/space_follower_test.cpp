@@ -1,4 +1,4 @@
-// Tests the knowledge of a follower of a map's space against the map.
+// A follower of a map's space gives the same answers as the map.
 #include "space/space_follower.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ void expectSameCubes(const std::vector<SpaceCube>& a, const std::vector<SpaceCub
   }
 }
 
-/// In the scene, around it, and far outside of any map.
+/// Points in the scene and around it, and two that are in no map.
 std::vector<Vector3d> somePoints(size_t count) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<double> any(-2.4, 2.4);

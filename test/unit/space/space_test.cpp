@@ -1,4 +1,4 @@
-// Tests a map's knowledge of space on analytic scenes.
+// Tests the space of maps of analytic scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -71,7 +71,7 @@ TEST_P(SpaceCells, WhatIsCalledFreeIsFree) {
     ++free_cells;
     EXPECT_GT(scene.signedDistance(middleOf(space, known.cell)), 0.5 * half);
   }
-  // Many cameras pass through the middle of the room.
+  // Points in the middle of the room, away from surfaces.
   size_t inside = 0, found = 0;
   for (double x = -0.8; x < 0.8; x += 0.1) {
     for (double y = -0.6; y < 0.6; y += 0.1) {
@@ -120,7 +120,7 @@ TEST_P(SpaceCells, DistancesAreThoseToTheMesh) {
   EXPECT_LT(worst, 1.5 * space.cellSize_m());
 }
 
-/// Gradients point away from the wall, with the slope of its distance.
+/// Above the floor, the gradient points up and has the length 1.
 TEST(Space, GradientsPointAwayFromSurfaces) {
   const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams(2));
   const Space& space = *mapper->space();
@@ -132,7 +132,7 @@ TEST(Space, GradientsPointAwayFromSurfaces) {
   EXPECT_NEAR(beside_floor.gradient.y, 0.0, 0.1);
 }
 
-/// There, distances are negative and grow towards 0 at the surface: upwards below the floor.
+/// Distances in unknown space are negative and rise to 0 at the surface: below the floor, upwards.
 TEST(Space, InTheUnknownGradientsPointToTheNearestSurface) {
   const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams(2));
   const Space& space = *mapper->space();
@@ -205,7 +205,7 @@ TEST(Space, AThinPlateStopsAPath) {
   }
 }
 
-/// A room in which a box comes and goes.
+/// A random view of a room, with or without a box.
 SceneFrame randomLook(std::mt19937& random) {
   std::uniform_real_distribution<double> any(-1.0, 1.0);
   Scene scene;
@@ -216,7 +216,7 @@ SceneFrame randomLook(std::mt19937& random) {
   return renderFrame(scene, lookAt(eye, at, Vector3d::UnitZ()), 48, 36);
 }
 
-/// The states of all cells in a box, and the distances in it.
+/// States and distances of all cells in a cube.
 std::string stateInBox(const Space& space, int reach) {
   std::string bytes;
   for (int z = -reach; z < reach; ++z) {
@@ -231,8 +231,8 @@ std::string stateInBox(const Space& space, int reach) {
   return bytes;
 }
 
-/// Objects come and go, regions are cleared, and meshes and distances are updated now and then, in
-/// random order: the resulting space equals that of a new mapper with the same map, byte for byte.
+/// In random order, a box comes and goes, regions are cleared, and mesh and distances are updated.
+/// The resulting space equals that of a new mapper with the same map.
 TEST(Space, AfterManyRandomUpdatesIsThatFromScratch) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<double> any(-0.8, 0.8);
@@ -286,7 +286,7 @@ TEST(Space, KeepsItsPartOfTheBudget) {
   EXPECT_EQ(mapper->stats().refused_cubes, 0u);
 }
 
-/// The map does not depend on space.
+/// The mesh does not depend on space.
 TEST(Space, LeavesTheMeshAsItIs) {
   const std::vector<SceneFrame> frames = renderFrames(makeBallRoom(), posesIn());
   MapperParams without = spaceParams();

@@ -25,8 +25,8 @@ bool has(const std::vector<Vec3i>& cells, const Vec3i& cell) {
   return std::find(cells.begin(), cells.end(), cell) != cells.end();
 }
 
-/// Points of random triangles lie in their cells; each cell contains a point of the triangle, or
-/// nearly: points are at most a tenth of a cell apart.
+/// All points of random triangles lie in the listed cells, and each listed cell contains such a
+/// point or is about a tenth of its edge away from one.
 TEST(CellsOfMesh, AreThoseThatPointsOfTheTriangleLieIn) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<float> any(-1.9f, 9.9f);

@@ -39,7 +39,7 @@ TEST(ParallelFor, NothingIsLostBetweenLoops) {
   }
 }
 
-/// Each thread waits until all are in the body.
+/// Each thread waits until all three are in the body.
 TEST(ParallelFor, AllThreadsTakePart) {
   std::mutex mutex;
   std::condition_variable changed;

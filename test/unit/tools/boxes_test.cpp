@@ -1,4 +1,4 @@
-// Maps of boxes, joined, are byte-equal to the map of one process.
+// Joined maps of boxes equal the map of one process, byte for byte.
 #include "tools/boxes.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST(BoxText, ReadsBackAsItWas) {
   }
 }
 
-/// Boxes as in a plan: space cut repeatedly.
+/// Cuts space into boxes at random, as a plan does.
 std::vector<BlockExtent> cutAtRandom(size_t count, std::mt19937& random) {
   std::vector<BlockExtent> boxes{BlockExtent()};
   constexpr int32_t BlockKey::*kAxes[] = {&BlockKey::x, &BlockKey::y, &BlockKey::z};
@@ -78,7 +78,7 @@ TEST(IndexRanges, CountEachNumberOnce) {
   EXPECT_EQ(countOfUnion({}), 0u);
 }
 
-/// A lap through the room, with one empty frame, then another room far away.
+/// A lap through the room, with one empty frame. The second half is 60 m away.
 class Boxes : public testing::Test {
  protected:
   static constexpr int kFrames = 14;

@@ -1,5 +1,4 @@
-/// Tests map/level as users meet it: reconstruct on recordings whose map frame is the first
-/// camera's.
+/// Tests map/level in reconstruct, on a recording with poses in its first camera's frame.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +19,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Each pose along the lap, in the room's level frame.
+/// Poses along the lap, in the room's level frame.
 std::vector<Eigen::Isometry3d> lapPoses(size_t count) {
   std::vector<Eigen::Isometry3d> poses;
   for (size_t i = 0; i < count; ++i) poses.push_back(roomCameraPose(0.1 * static_cast<double>(i)));
@@ -29,7 +28,8 @@ std::vector<Eigen::Isometry3d> lapPoses(size_t count) {
 
 class LevelProgram : public testing::Test {
  protected:
-  /// Writes a recording of the room in its first camera's frame, and the same with level poses.
+  /// Writes a recording of the room, with poses in its first camera's frame, and one of a wall
+  /// only.
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
     const std::vector<Eigen::Isometry3d> poses = lapPoses(20);
@@ -77,7 +77,7 @@ TEST_F(LevelProgram, PutsTheFloorAtZero) {
   const Vector3d up_W = T_W_R.linear().col(2);
   EXPECT_LT(std::hypot(up_W.x(), up_W.y()), 0.1 * M_PI / 180.0);
   EXPECT_NEAR((T_W_R * Vector3d::Zero()).z(), 0.0, 0.002);
-  // The map is level, too: no blocks lie below the floor or above the ceiling.
+  // The map is level, too: its blocks reach from the floor to the ceiling.
   const double block_m = 0.04 * kBlockSide;
   int lowest = 1000, highest = -1000;
   for (const MapBlock& block : map.blocks) {

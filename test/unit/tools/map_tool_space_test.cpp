@@ -87,7 +87,7 @@ TEST_F(MapToolSpace, ATreeHasTheCells) {
 #endif
 }
 
-/// A rendered view is a recording with its pose, and shows the map.
+/// `render` writes a recording with the given pose, and its images show the map.
 TEST_F(MapToolSpace, RendersARecording) {
   const auto T_W_C = lookAt(Vector3d(1.0, 0.2, 0.2), Vector3d(0.0, 0.0, -0.1), Vector3d::UnitZ());
   saveTrajectory({{2.5, T_W_C}}, out_ / "poses.txt");

@@ -81,7 +81,8 @@ class MapToolTexture : public testing::Test {
                const std::vector<Eigen::Isometry3d>& poses) {
     writeSceneRecording(out_ / "room", scene, poses, 320, 240);
     writeSceneColours(out_ / "room", scene, colour, poses, 320, 240);
-    std::string list = readBytes(out_ / "room/depth.txt");  // gives images the poses' stamps
+    std::string list =
+        readBytes(out_ / "room/depth.txt");  // gives colour images the stamps of the poses
     for (size_t at = 0; (at = list.find("depth/")) != std::string::npos;) {
       list.replace(at, 5, "rgb");
     }
@@ -109,7 +110,7 @@ class MapToolTexture : public testing::Test {
   RgbImage texture_;
 };
 
-/// Waves finer than a voxel.
+/// Waves of 0.1 m, too fine for voxels of 0.04 m.
 Colour fineWavesAt(const Vector3d& p_W) {
   const auto wave = [](double x) { return static_cast<uint8_t>(128.0 + 100.0 * std::sin(x)); };
   return {wave(2.0 * M_PI * (p_W.x() + p_W.y()) / 0.1), wave(2.0 * M_PI * p_W.z() / 0.1), 90};
@@ -192,7 +193,7 @@ TEST_F(MapToolTexture, AGlbHoldsTheSame) {
     ASSERT_NEAR(shares[i], corner.u, 1e-6);
     ASSERT_NEAR(shares[i + 1], 1.0 - corner.v, 1e-6);
   }
-  // Poses of another recording.
+  // A pose far from the map, as of another recording.
   const std::string list = readBytes(out_ / "room/depth.txt");
   const std::string stamp = list.substr(0, list.find(' '));
   writeBytes(out_ / "far.txt", stamp + " 100 0 0 0 0 0 1\n");

@@ -113,8 +113,8 @@ TEST_F(ReconstructProgram, SaysThatTheFolderOfPagesIsFullAndThatNothingIsLost) {
   EXPECT_EQ(outcome.err.find("lost"), std::string::npos) << outcome.err;
 }
 
-/// An eighth of the budget holds meshes in memory, the rest is on disk; whole or simplified, the
-/// file is the same.
+/// Meshes that do not fit into an eighth of the budget are on disk. The saved file, simplified or
+/// not, is the same as without paging.
 TEST_F(ReconstructProgram, SavesAMeshThatLiesOnDisk) {
   const TemporaryFolder room;
   std::vector<Eigen::Isometry3d> poses;
@@ -239,7 +239,8 @@ TEST_F(ReconstructProgram, SimplifiesAndTellsTheError) {
   expectError(arguments + " --simplify-error 1000", 2, "more than the whole mesh");
 }
 
-/// The corner of a room from a slowly moving camera, with poses that are 30 mm off and jump.
+/// The corner of a room from a slowly moving camera, with poses that are 45 mm off, to alternate
+/// sides.
 TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
   Scene corner;
   corner.add(Plane{{2.0, 0.0, 0.0}, -Eigen::Vector3d::UnitX()});

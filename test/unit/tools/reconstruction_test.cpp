@@ -86,7 +86,8 @@ TEST_F(ReconstructionTest, PaintsBetweenTheFramesInTheOrderOfStamps) {
   EXPECT_EQ(result.skipped.at("colour without pose"), 1u);
 }
 
-/// Two runs that share the frames paint like one: the image between them belongs to the second.
+/// The map contains all images up to its stamp of -1. Later ones are painted, even before the first
+/// frame.
 TEST_F(ReconstructionTest, PaintsBeforeTheFirstFrameWhatTheMapHasNotSeen) {
   FakeSource source({1, 1});
   FakeColours colours({-2.0, -1.0, 0.5, 1.5});

@@ -1,5 +1,5 @@
-/// Each number of the surfel, fusion and mesh rules has an effect: at an end of its range the mesh
-/// differs.
+/// Each number of the surfel, fusion and mesh rules has an effect: at one end of its range at
+/// least, the mesh differs.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -12,8 +12,8 @@ namespace {
 
 constexpr size_t kWidth = 160;  // of renderFrame()
 
-/// A wall at 2.2 m, with a box, a ball and a rod one pixel wide in front, and noise both of single
-/// pixels and of neighbours together.
+/// A wall at 2.2 m, with a box, a ball and a rod one pixel wide in front. One part of the noise is
+/// independent between pixels, another is shared by neighbours.
 SceneFrame renderView(double x_m, bool with_small_ball, double noise) {
   Scene scene;
   scene.add(Plane{{0.0, 0.0, 2.2}, Eigen::Vector3d(0.2, -0.1, -1.0).normalized()});

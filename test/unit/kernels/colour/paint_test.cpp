@@ -68,7 +68,8 @@ TEST(Exposure, IsOneWhereCamerasHaveItFixed) {
   }
 }
 
-/// The image shows voxels of level 100 alternately brighter and darker, with a factor on average.
+/// The image shows voxels of level 100 multiplied by `factor`, alternately brighter and darker by
+/// `spread`.
 TEST(Exposure, DifferencesForOtherReasonsAreNone) {
   const auto gain = [](double factor, int spread) {
     ExposureSums sums = {};

@@ -1,4 +1,4 @@
-// Tests anchors and keys of measured points against offsets and distances in double precision.
+// Tests the rounding of anchors and the order of the keys of measured points.
 #include "kernels/core/anchor.h"
 
 #include <gtest/gtest.h>
@@ -44,8 +44,8 @@ TEST(Anchor, DitheredIsRightOnAverage) {
   }
 }
 
-/// The distance along the surface decides, not the one across it: for a corner half a voxel in
-/// front of a plane, its own foot there is nearer than any other point on the plane.
+/// The distance along the surface decides, not the one across it: the foot of a corner 0.9 voxels
+/// in front of a surface counts as nearer than a point 0.4 voxels beside the corner.
 TEST(PointKey, TheGreatestIsNearestToTheFoot) {
   const uint32_t foot = keyOf({0.0f, 0.0f, -0.9f}, 0.9f), beside = keyOf({0.4f, 0.0f, 0.0f}, 0.0f);
   EXPECT_GT(foot, beside);

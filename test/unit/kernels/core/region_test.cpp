@@ -12,7 +12,7 @@ namespace region_test {
 
 using Eigen::Vector3d;
 
-/// Regions near a point; Eigen's geometry gives the expected results.
+/// A random box and ball near a point. Eigen's geometry gives the expected results.
 struct RandomRegion {
   explicit RandomRegion(std::mt19937& random, const Vector3d& near) {
     const auto number = [&](double low, double high) {
@@ -41,7 +41,7 @@ struct RandomRegion {
   SphereRegion sphere;
 };
 
-/// Voxels of 1 m, compared with Eigen on the same points, also far from the origin.
+/// Voxels of 1 m, near the origin and far from it.
 TEST(Region, HoldsThePointsThatLieInIt) {
   std::mt19937 random(7);
   for (const Vector3d& near : {Vector3d(0, 0, 0), Vector3d(8e6, -7e6, 5e6)}) {

@@ -22,7 +22,7 @@ TEST(Voxel, HoldsDistanceWeightAndEvidence) {
   EXPECT_EQ(sizeof(Voxel), 8u);
 }
 
-/// To the mesh, a voxel with too little evidence is a voxel without a measurement.
+/// For the mesh, a voxel with too little evidence is not measured.
 TEST(Voxel, IsKnownFromItsEvidenceOn) {
   const Voxel voxel = makeVoxel(-1.25f, 98304, 4);
   EXPECT_EQ(sampleOf(voxel, 4).sdf, -1.25f);
@@ -40,8 +40,8 @@ TEST(VoxelSums, FixedPointStaysWithinItsBounds) {
   }
 }
 
-/// The worst case in one voxel: the largest image, each pixel with the greatest distance and with
-/// the bound on the weight of a pixel's rounded subpixels.
+/// The worst case in one voxel: each pixel of the largest image has the greatest distance and twice
+/// the greatest weight, the bound for rounded subpixels.
 TEST(VoxelSums, TheWorstFrameFits) {
   const int64_t weight = 2 * quantiseWeight(1.0f), sdf = quantiseSdf(1.0f);
   const int64_t limit = std::numeric_limits<int64_t>::max();

@@ -29,8 +29,8 @@ TEST(Evidence, AContradictionCostsEvidenceOnly) {
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 9), 1, kUncovered, dear)), 5);
 }
 
-/// A voxel that loses its evidence also loses its distance and weight: neither mixes with later
-/// frames.
+/// A voxel that loses its evidence also loses its distance and weight, so they do not mix with
+/// later frames.
 TEST(Evidence, WithoutItTheVoxelIsEmpty) {
   for (const int32_t evidence : {0, 1, 2}) {
     const Voxel voxel =

@@ -43,7 +43,7 @@ class FreeSpaceImage {
   std::vector<float> free_depth_;
 };
 
-/// The margin is measured across the plane at any tilt: half a voxel and three standard deviations.
+/// The margin is half a voxel and three standard deviations, along the normal of the plane.
 TEST(FreeDepth, EndsAMarginBeforeThePlane) {
   for (const float sigma : {0.0f, 0.005f}) {
     for (const auto& n :
@@ -82,7 +82,7 @@ TEST(FreeDepth, ReachesBeyondWhatIsFused) {
   }
 }
 
-/// A plane 5 mm from the camera, closer than the margin: nothing is free there.
+/// The camera is 5 mm from the plane, less than the margin of 10 mm, so nothing is free.
 TEST(FreeDepth, IsZeroWhereTheMarginLeavesNothing) {
   const FreeSpaceImage image(plane(0, 1, 0, 0.005));
   for (const int v : {40, 43, 46}) EXPECT_EQ(image.freeDepthAt(30, v), 0.0f);
@@ -104,7 +104,7 @@ struct Array {
   }
 };
 
-/// Voxels hold distances of up to 16, in steps of 2^-11.
+/// Farther distances are not tested; a voxel holds up to 16.
 constexpr float kFarthest = 12.0f;
 
 void expectNear(const Vec3f& a, const Vec3f& b) {
@@ -112,7 +112,8 @@ void expectNear(const Vec3f& a, const Vec3f& b) {
                                 << " " << b.z;
 }
 
-/// The foot of the perpendicular, for all directions and voxels, also at the corners of the block.
+/// The foot is that of the perpendicular, in each direction of a plane and even at the block's
+/// corners.
 TEST(Foot, OfRandomPlanes) {
   std::mt19937 random(31);
   std::uniform_real_distribution<double> offset(-3.0, 12.0);
@@ -147,7 +148,8 @@ TEST(Foot, WithNeighboursMissing) {
   expectNear(lonely.foot(3, 4, 5, 5), {3, 4, 3.5f});
 }
 
-/// 9 x 9 pixels that all see 2 m; a point straight ahead at 1 m projects to the middle pixel.
+/// 9 x 9 pixels that are free up to 2 m. A point straight ahead at 1 m projects to the middle
+/// pixel.
 class SeesThrough : public testing::Test {
  protected:
   bool sees(const Vec3f& p_L, const Voxel& voxel = makeVoxel(0.0f, 1 << 16, 3)) const {
@@ -175,8 +177,8 @@ TEST_F(SeesThrough, EndsWhereTheFreeDepthDoes) {
   EXPECT_FALSE(sees({0, 0, 0}));
 }
 
-/// A nearer or unmeasured pixel among the 3 x 3 around the point leaves doubt; one outside of them
-/// does not.
+/// A nearer or unmeasured pixel among the 3 x 3 around the point leaves doubt; one outside does
+/// not.
 TEST_F(SeesThrough, DoubtsWhatHasSomethingBesideIt) {
   for (int i = 0; i < 81; ++i) {
     const int u = i % 9, v = i / 9;
@@ -188,7 +190,7 @@ TEST_F(SeesThrough, DoubtsWhatHasSomethingBesideIt) {
   }
 }
 
-/// The pixel of a point decides on which side of an outline it lies, even if a neighbouring pixel
+/// A point's own pixel decides on which side of an outline it lies, even if a neighbouring pixel
 /// shows the surface.
 TEST_F(SeesThrough, KnowsItsSideOfAnOutline) {
   for (int v = 0; v < 9; ++v) {
@@ -202,8 +204,8 @@ TEST_F(SeesThrough, KnowsItsSideOfAnOutline) {
   EXPECT_EQ(observationAt(5), Observation::kFree);
 }
 
-/// A wall at 51.2 voxels, 1.024 m, in block (0, 0, 6), seen from the front.
 constexpr int kZMinus = 5;
+/// Counts the voxels of block (0, 0, 6) that the image contradicts.
 size_t contradicted(const FreeSpaceImage& image, const Array& array) {
   size_t count = 0;
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
@@ -212,10 +214,11 @@ size_t contradicted(const FreeSpaceImage& image, const Array& array) {
   }
   return count;
 }
+/// A wall at 51.2 voxels, 1.024 m, in this block.
 const Array kWall([](const Vec3f& p) { return 3.2 - p.z; });
 
-/// Voxels before and behind the wall stand for the same surface: all of them are contradicted or
-/// none is. (An image of 1.05 m sees nothing free behind them, up to 1.1 m.)
+/// Voxels on both sides of the wall stand for the same surface: either all or none are
+/// contradicted, even by an image of 1.05 m, although some of them lie behind that.
 TEST(Judge, WhereTheSurfaceIsSeenThrough) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), kWall), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.05)), kWall), 512u);
@@ -225,8 +228,8 @@ TEST(Judge, WhereTheSurfaceIsSeenThrough) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 0.5)), kWall), 0u);  // hidden
 }
 
-/// The feet of empty voxels are their own positions, with their cells: those a voxel before 1.04 m,
-/// less 10 mm, are seen past. The block begins at 0.96 m; its third layer is at 1.00 m.
+/// An empty voxel is contradicted if it and the voxel beyond are free, here up to 1.04 m less 10
+/// mm. So those up to 1.01 m are: the layers at 0.96, 0.98 and 1.00 m.
 TEST(Judge, EmptyVoxelsWhereTheyAre) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), Array()), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.04)), Array()), 3u * 64u);
@@ -260,8 +263,8 @@ FrameView randomFrame(std::mt19937& random) {
   return frame;
 }
 
-/// Feet are as far from their voxels as distances allow, 16 voxels at the greatest truncation. Most
-/// cases put the foot at the very border of the image.
+/// Feet are up to 16 voxels from their voxels, the greatest distance that a voxel holds. Two of
+/// three lie at the very border of the image.
 TEST(MayBeInView, NeverLosesAFootInTheImage) {
   std::mt19937 random(32);
   std::uniform_real_distribution<float> share(0.0f, 1.0f);
@@ -289,7 +292,8 @@ TEST(MayBeInView, NeverLosesAFootInTheImage) {
   EXPECT_GT(in_image, 30000);
 }
 
-/// The image is 64 voxels wide at a distance of 100 voxels: most blocks are left out.
+/// At a distance of 100 voxels, the image is 64 voxels wide. Blocks 24 voxels beside it are left
+/// out.
 TEST(MayBeInView, LeavesOutWhatIsFarOutside) {
   const FrameView frame = frontalFrame(kWidth, kHeight, kIntrinsics, kVoxel_m);
   EXPECT_TRUE(mayBeInView(frame, {0, 0, 12}));

@@ -1,4 +1,4 @@
-// Tests the sample line of a surfel against its rule, applied to every voxel around it.
+// Compares the sample line of a surfel with its rule, applied to every voxel around the surfel.
 #include "kernels/fusion/sample_line.h"
 
 #include <gtest/gtest.h>
@@ -64,8 +64,8 @@ std::map<VoxelId, LineSample> samplesOf(const SampleLine& line) {
   return samples;
 }
 
-/// The rule for a voxel in double precision: the voxel's bilinear share where the line meets the
-/// plane through the voxel across its dominant axis, times its closeness to the measured plane.
+/// The rule for a voxel in double precision: the square of its bilinear share where the line meets
+/// its grid plane across the dominant axis, times its closeness to the measured plane.
 double expectedShare(const Cast& cast, const Vec3i& voxel) {
   const double d[3] = {cast.direction.x, cast.direction.y, cast.direction.z};
   const double offset[3] = {voxel.x - double(cast.p.x), voxel.y - double(cast.p.y),

@@ -114,7 +114,8 @@ TEST(FoldSums, LittleCoverAveragesButSupportsNothing) {
   EXPECT_EQ(evidenceOf(fold(before, 0.5f, 1.1f * least)), 9);
 }
 
-/// Samples that only noise reaches are averaged on both sides, but give no evidence of a surface.
+/// Samples beyond the reach without noise, in front or behind, are averaged, but give no evidence
+/// of a surface.
 TEST(FoldSums, FarFromItsSurfaceAFrameAveragesButSupportsNothing) {
   const float reach = kFusion.rules.sample_reach;
   for (const float side : {-1.0f, 1.0f}) {

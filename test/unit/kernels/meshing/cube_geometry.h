@@ -1,4 +1,4 @@
-/// An independent description of the unit cube of the mesh tables, for the tests.
+/// Describes the unit cube of the mesh tables independently of them.
 #pragma once
 
 #include <Eigen/Core>
@@ -58,7 +58,7 @@ inline std::vector<std::array<int, 3>> trianglesOf(int index) {
   return triangles;
 }
 
-/// Sides of the triangles of an index that no other of them traverses in the opposite direction.
+/// Triangle sides of an index that no other of its triangles traverses in the opposite direction.
 inline std::set<Segment> rimOf(int index) {
   std::set<Segment> sides;
   for (const auto& t : trianglesOf(index)) {

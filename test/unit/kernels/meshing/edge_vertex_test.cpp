@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace edge_vertex_test {
 
-/// The samples of an edge, in the form that kernels/meshing/edge_vertex.h takes.
+/// The samples at the ends of an edge and beyond, as edgeOffset() takes them.
 struct EdgeSamples {
   Sample lower[kDirectionCount], upper[kDirectionCount];
   Sample below[kDirectionCount], above[kDirectionCount];
@@ -69,8 +69,8 @@ TEST(EdgeVertex, IsExactWhereDistancesAreQuadratic) {
   }
 }
 
-/// The distance is 0 at the lower end, rises, and falls to -0.1 at the other: this used to give
-/// 0/0. The mean with a direction that crosses in the middle is a quarter.
+/// The distance is 0 at the lower end, rises, and falls to -0.1 at the upper end. With a second
+/// direction that crosses in the middle, the mean is a quarter.
 TEST(EdgeVertex, IsANumberWhereADirectionTouchesTheLowerEnd) {
   EdgeSamples edge = {};
   edge.below[5] = {-0.9f, 1.0f};
@@ -82,7 +82,7 @@ TEST(EdgeVertex, IsANumberWhereADirectionTouchesTheLowerEnd) {
   EXPECT_NEAR(offsetOn(edge, 2, 1), 0.25f, 1e-6f);
 }
 
-/// A wall that crosses the edge: each side has its own facing.
+/// The edge crosses a wall, whose sides have opposite facings.
 TEST(EdgeVertex, TellsTheTwoSidesOfAWallApart) {
   EdgeSamples edge = {};
   edge.lower[0] = {-0.7f, 2.0f};  // X+ sees the side at 0.7

@@ -1,5 +1,4 @@
-// Tests the derived tables against the properties of a correct surface in a cube. An independent
-// description of the cube is in cube_geometry.h.
+// Tests that the tables have the properties of a correct surface in a cube.
 #include "kernels/meshing/mesh_tables.h"
 
 #include <gtest/gtest.h>

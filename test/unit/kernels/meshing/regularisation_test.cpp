@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace regularisation_test {
 
-/// A cube of units; units outside of it are unknown.
+/// A cube of units; units outside it have no index.
 class Units {
  public:
   explicit Units(int side) : side_(side), labels_(static_cast<size_t>(side * side * side)) {}
@@ -40,8 +40,8 @@ UnitLabels single(int index) {
   return labelsOfSheets(static_cast<unsigned>(index), static_cast<unsigned>(index));
 }
 
-/// The units around one corner: for `behind` of them it is behind the surface, for `in_front` in
-/// front of it, and the others do not know. Each unit that knows takes the majority's decision.
+/// Of the units around a corner, `behind` have it behind the surface, `in_front` have it in front,
+/// and the others have no index. Each unit with an index takes the decision of the majority.
 TEST(Regularisation, TheMajorityDecidesACorner) {
   for (int behind = 0; behind <= 8; ++behind) {
     for (int in_front = 0; behind + in_front <= 8; ++in_front) {

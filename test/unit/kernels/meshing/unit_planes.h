@@ -1,4 +1,4 @@
-/// The samples that fusion gives a mesh unit for a plane, for the tests.
+/// Samples of a mesh unit for a plane, as fusion makes them.
 #pragma once
 
 #include <random>

@@ -10,13 +10,14 @@
 namespace dtsdf {
 namespace vertex_normal_test {
 
-/// Distance fields of all directions, known inside a box; checks where they are read.
+/// Distance fields of all directions. Checks that no sample is read beyond the reach of incremental
+/// meshing.
 struct Fields {
   std::function<float(const Vec3f&, int direction)> distance;
   std::function<float(const Vec3i&, int direction)> weight;
 
   Sample sample(const Vec3i& corner, int direction) const {
-    int beyond = 0;  // at most one corner outside, along one axis: the reach of incremental meshing
+    int beyond = 0;  // axes along which the corner is outside the block, by one step
     for (int axis = 0; axis < 3; ++axis) {
       const int at = component(corner, axis);
       EXPECT_TRUE(at >= -1 && at <= kCornerGridSide);

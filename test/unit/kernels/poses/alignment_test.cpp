@@ -20,8 +20,8 @@ FrameView camera() {
   return view;
 }
 
-/// The distance field of a plane, with smaller z in front of it, in the direction Z- alone. Known
-/// only between two values of z.
+/// The distance field of a plane in direction Z-, with smaller z in front. It is known up to `band`
+/// from the plane.
 struct PlaneField {
   float z = 50.0f, band = 3.0f;
   Voxel operator()(int direction, const Vec3i& at) const {
@@ -58,14 +58,14 @@ TEST(FindSurface, TheBackOfASheetDoesNotAttractItsFront) {
   EXPECT_FALSE(findSurface({0.5f, 0.5f, 50.0f}, to_the_back, true, 8.0f, PlaneField()).known);
 }
 
-/// The lookup that addPoint() needs, in the plane's map.
+/// The lookup that addPoint() takes, in PlaneField.
 auto findIn(float cutoff) {
   return [=](const Vec3f& p_L, const Vec3f& normal) {
     return findSurface(p_L, normal, true, cutoff, PlaneField());
   };
 }
 
-/// Compares the sums of one point with the numerical derivative of its residual.
+/// Compares the sums for one point with the numerical derivative of its residual.
 TEST(AddPoint, HasTheDerivativeOfTheResidual) {
   const FrameView view = camera();
   const AlignedPoint point{{8.0f, -5.0f, 49.6f}, {0.0f, 0.0f, -1.0f}, 1.0f};

@@ -25,7 +25,7 @@ TEST(InverseDepth, TellsWhatIsNoMeasurement) {
 
 constexpr int kSide = 7;
 
-/// A small image of inverse depths, with the values that the map uses.
+/// A small image of inverse depths.
 struct Image {
   std::array<float, kSide * kSide> inverse_depth{};
 
@@ -63,11 +63,11 @@ TEST(DepthGap, OfRegisteredImagesHoldsThePlaneAround) {
   EXPECT_EQ(image.filledAt(1, 0), -onPlane(2, 0)) << "at the border, next to a crossing of gaps";
 }
 
-/// An unfilled pixel is free up to the nearest depth around it.
+/// An unfilled pixel gets minus the nearest inverse depth around it: it is free up to there.
 TEST(DepthGap, IsNoSurfaceAcrossADepthEdge) {
   Image image;
   image.setColumn(2, 1.0f);
-  image.setColumn(4, 0.96f);  // 4 per cent, as large as the distance between two surfaces
+  image.setColumn(4, 0.96f);  // a jump of 4 %, more than depth_jump
   EXPECT_EQ(image.filledAt(3, 3), -1.0f);
   image.setColumn(4, 0.98f);
   EXPECT_NEAR(image.filledAt(3, 3), 0.99f, 1e-6f);

@@ -1,4 +1,4 @@
-// Tests which neighbours are linked at steps, sides and mixed pixels computed by hand.
+// Tests which neighbours are linked, on steps, slanted sides and mixed pixels computed by hand.
 #include "kernels/surfels/links.h"
 
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@ namespace links_test {
 
 constexpr float kFocal = 500.0f;
 
-/// Links from each pixel of the middle row to its right neighbour. With `down`, rows are columns
-/// and links go down.
+/// Whether each pixel of the middle row is linked to its right neighbour. With `down`, rows become
+/// columns and links go down.
 std::vector<bool> linksAlong(const std::vector<std::vector<float>>& rows, float sigma = 0.0f,
                              int32_t in_depth = 0, bool down = false, float voxel_m = 0.0f) {
   const int length = static_cast<int>(rows[0].size()), lines = static_cast<int>(rows.size());
@@ -40,14 +40,14 @@ std::vector<bool> linksAlong(const std::vector<std::vector<float>>& rows, float 
 
 using Links = std::vector<bool>;
 
-/// Small enough that it hides none of the steps below, only rounding.
+/// The allowance for this voxel covers rounding, but none of the steps below.
 constexpr float kSmallVoxel_m = 0.002f;
 Links linksWithSmallVoxels(const std::vector<std::vector<float>>& rows, bool down = false) {
   return linksAlong(rows, 0.0f, 0, down, kSmallVoxel_m);
 }
 
-/// A step of 0.02 1/m at 2 m is much larger than the voxel, but within a noise of 0.005 1/m; for
-/// time of flight that noise is 5 mm at 1 m, a quarter of it in inverse depth at 2 m.
+/// A step of 0.02 1/m is within 3 sqrt(2) deviations of 0.005 1/m. For time of flight, a deviation
+/// of 5 mm is only a quarter of that in inverse depth at 2 m.
 TEST(Links, NoisePartsNothing) {
   const std::vector<float> step{0.5f, 0.5f, 0.48f, 0.48f};
   EXPECT_EQ(linksAlong({step}), Links({true, false, true, false}));
@@ -56,8 +56,8 @@ TEST(Links, NoisePartsNothing) {
   EXPECT_EQ(linksAlong({step}, 0.02f, 1), Links({true, true, true, false}));
 }
 
-/// Equal steps of 0.05 1/m from pixel to pixel, the same in each row: a real side at any steepness.
-/// The steps at its ends are less than half of that, and its plane does not predict them.
+/// Equal steps of 0.05 1/m in all rows are a real side, however steep. The steps at its ends are
+/// less than half as large, so its plane does not predict them.
 TEST(Links, SteepSidesAreOneSurface) {
   for (const float nearest : {1.0f, 0.05f}) {  // also at 20 m
     std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
@@ -70,7 +70,7 @@ TEST(Links, SteepSidesAreOneSurface) {
   }
 }
 
-/// The same side in one row only: the next rows have other depths above or below.
+/// The same side, but the row above or below has other depths.
 TEST(Links, StepsThatTheRowsBesideDoNotShareAreNone) {
   const std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
   const std::vector<float> other{1.0f, 1.0f, 0.99f, 0.90f, 0.875f, 0.87f, 0.87f};

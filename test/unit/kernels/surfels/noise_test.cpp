@@ -1,4 +1,4 @@
-/// Tests the noise estimate of a depth image with known noise.
+/// Tests the noise of single lines of depths, and the window and reach that follow from it.
 #include "kernels/surfels/noise.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ TEST(Noise, IsThatOfDepthForTimeOfFlight) {
   EXPECT_FLOAT_EQ(noiseInVoxels(sensing, 4.0f), 4.8f);
 }
 
-/// Lines across an edge cannot show noise; steps that noise can explain are not edges.
+/// Lines across a depth edge do not count; those across a smaller step do.
 TEST(Noise, LinesAcrossEdgesDoNotCount) {
   SurfelSettings settings = kSurfels;
   settings.depth_jump = 0.1f;
@@ -44,8 +44,7 @@ TEST(Noise, LinesAcrossEdgesDoNotCount) {
   }
 }
 
-/// The windows chosen from the noise: fits to noise show that the slope of a plane scatters less
-/// than the limit, in an image with a focal length of 525 pixels, at 2 m.
+/// The window is the smallest in which the normal scatters by at most the limit, give or take 5 %.
 TEST(Noise, WindowsKeepNormalsStill) {
   constexpr float kNoise = 0.0019f, kDepth_m = 2.0f, kFocal = 525.0f;
   FrameView frame{};
@@ -54,12 +53,12 @@ TEST(Noise, WindowsKeepNormalsStill) {
   const WindowRadius found = windowRadius(1.0f / kDepth_m, window);
   const int radius = found.both;
   EXPECT_EQ(found.one_side, radius);
-  const auto slopeDeviation = [](int r) {  // of the slope along a row, per noise
+  const auto slopeDeviation = [](int r) {  // of the slope along a row, for a noise of 1
     double spread = 0.0;
     for (int k = -r; k <= r; ++k) spread += static_cast<double>(k) * k * (2 * r + 1);
     return 1.0 / std::sqrt(spread);
   };
-  const double turn = kNoise * kDepth_m * kFocal;  // turn of the normal per pixel's slope
+  const double turn = kNoise * kDepth_m * kFocal;  // of the normal, per unit of slopeDeviation
   EXPECT_LE(turn * slopeDeviation(radius), 1.05 * kSurfels.rules.largest_noise_turn);
   EXPECT_GT(turn * slopeDeviation(radius - 1), kSurfels.rules.largest_noise_turn);
 }

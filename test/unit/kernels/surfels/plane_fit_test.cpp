@@ -78,7 +78,7 @@ std::vector<PixelPlane> planesOf(const Image& image, const SurfelSettings& surfe
   return planes;
 }
 
-/// Normals of the pixels that have both fits.
+/// Normals of all pixels; 0 where a pixel lacks one of its two fits.
 std::vector<Vec3f> fitAll(const Image& image, const SurfelSettings& surfels = kSurfels) {
   std::vector<Vec3f> normals;
   for (const PixelPlane& plane : planesOf(image, surfels)) {
@@ -97,8 +97,8 @@ FreePlane makePlane(double x, double y, double z, double delta) {
   return {{x / length, y / length, z / length}, delta};
 }
 
-/// Every pixel of the image, including borders and corners. No jump limit, because at this focal
-/// length neighbouring depths of a tilted plane exceed it.
+/// Every pixel of the image, including borders and corners. There is no jump limit, as neighbouring
+/// depths of a tilted plane would exceed it at this short focal length.
 TEST(NormalFit, IsExactOnPlanesOfAnyTilt) {
   std::mt19937 random(12);
   std::uniform_real_distribution<double> tilt(-0.75, 0.75), distance(0.3, 8.0);
@@ -116,7 +116,7 @@ TEST(NormalFit, IsExactOnPlanesOfAnyTilt) {
   }
 }
 
-/// Two planes with a gap in depth: no normal mixes them, in whatever direction the border runs.
+/// Two planes with a jump in depth along a slanted border: no normal mixes them.
 TEST(NormalFit, DoesNotMixAcrossADepthJump) {
   const FreePlane near = makePlane(0.2, -0.1, -1.0, -2.0), far = makePlane(-0.4, 0.3, -1.0, -3.8);
   const auto onNear = [](int u, int v) { return 3 * u + 5 * v < 120; };

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
-"""Checks that small maps of every kind read as always, and give the same meshes.
+"""Checks that small maps of every kind are still read correctly and give the same meshes.
 
 check.py MAP_TOOL [--reconstruct RECONSTRUCT] [--backend cpu|cuda] [--write]
 
-For each file in maps/: the content hash, against which all of its bytes were checked; the sha256 of the
-mesh that map_tool makes of it; that of the output of examples/python/read_map.py; and, if the package's
-Python module can be imported, the content hash of the map after loading and saving. Differences from
-conformance.txt are printed, and the exit code is 1. With --reconstruct, fusion is compared as well: the
-content hash and the mesh of each map that make_maps makes with that program. --write rewrites the list:
-only for intended changes of the format or of meshes. Without numpy and zstandard read_map.py is skipped.
+Each file in maps/ has these figures:
+- the content hash, after map_tool has verified the file;
+- the sha256 (its first half) of the mesh that map_tool makes;
+- that of the output of examples/python/read_map.py, which is skipped without numpy or zstandard;
+- the content hash after loading and saving with the Python module, if it can be imported.
+Differences from conformance.txt are printed, and the exit code is 1. With --reconstruct, the maps that
+make_maps makes with that program must have the same content hashes and meshes. --write rewrites
+conformance.txt: only for intended changes of the format, of fusion or of meshes.
 """
 import argparse
 import hashlib
@@ -40,14 +42,14 @@ def content_hash(tool, path):
 
 
 def figures(tool, backend, path, folder):
-    """The figures that do not depend on where a map is read or made."""
+    """Content hash and mesh, which are the same on every backend and machine."""
     mesh = folder / "mesh.ply"
     run(tool, "mesh", path, mesh, "--set", f"backend={backend}", "threads=1")
     return {"hash": content_hash(tool, path), "mesh": sha256(mesh.read_bytes())}
 
 
 def figures_of_readers(tool, backend, path, folder):
-    """The figures of optional programs; missing programs give none."""
+    """The figures of readers in Python, as far as their modules are installed."""
     found = {}
     read = subprocess.run([sys.executable, "-B", str(READ_MAP), str(path)], capture_output=True)
     if read.returncode == 0:

@@ -74,7 +74,7 @@ void fuseWall(Mapper& mapper) {
   require(mapper.integrate(frame).status == FrameStatus::kFused, "a frame is fused");
 }
 
-/// A mapper keeps the given contents, makes a mesh of them, and continues.
+/// Checks that a mapper keeps the given contents, makes a mesh of them, and continues.
 void continueFrom(const MapContents& contents) {
   const auto mapper = makeMapper(paramsOf(contents), contents);
   const MapContents held = mapper->contents();
@@ -100,6 +100,6 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   expectAnswer([&] { readMapInfo(file.path()); });
   std::optional<MapContents> contents;
   expectAnswer([&] { contents = loadMap(file.path(), size_t{kMax_mb} << 20, 1); });
-  if (contents) continueFrom(*contents);  // anything loaded is accepted
+  if (contents) continueFrom(*contents);  // a mapper must accept every map that loads
   return 0;
 }

@@ -1,5 +1,5 @@
-/// Makes map files from short recipes, with correct sizes and checksums, so that readers get to
-/// their contents. Follows docs/map_format.md as a writer, independently of the package's writer.
+/// Makes map files with correct sizes and checksums from short recipes, so that fuzzed files pass
+/// the first checks of a reader.
 #pragma once
 
 #include <algorithm>
@@ -48,7 +48,7 @@ class MapRecipe {
   enum How : uint8_t {
     kSkipped = 1,  ///< Readers may skip it.
     kCompressed = 2,
-    kAsTold = 4,       ///< Neither counted nor repeated to the required length.
+    kAsTold = 4,       ///< Keeps counts and length of the recipe, even if they are wrong.
     kBrokenFrame = 8,  ///< Flagged as compressed, but not compressed.
     kWrongSum = 32,
     kLengthened = 128,  ///< Declares a greater length than it stores.

@@ -24,7 +24,7 @@ inline void checkMesh(const Mesh& mesh) {
   }
 }
 
-/// Invariants of the chunks of a mesh, as sent.
+/// Invariants of the chunks of a mesh, as published.
 inline void checkChunks(const MeshStore& store) {
   constexpr int kChunkBlocks = 2;
   const ChunkLattice lattice(store.voxelSize(), kChunkBlocks);

@@ -10,7 +10,7 @@ using namespace dtsdf;
 
 namespace {
 
-/// An array after its length, or as much of it as exists.
+/// Takes a length and an array of that length, or as much of it as is left.
 template <class Number>
 std::vector<Number> takeArray(InputBytes& bytes) {
   const size_t length = bytes.take<uint32_t>();
@@ -58,7 +58,7 @@ void coarsenAndShow(const PackedChunk& chunk, double step_m) {
     require(coarse.vertexCount() <= chunk.vertexCount(), "no more vertices");
     require(coarse.triangleCount() <= chunk.triangleCount(), "no more triangles");
     require(coarse.colours.empty() == (chunk.colours.empty() || coarse.vertexCount() == 0),
-            "painted if it is");
+            "colours if the chunk has them");
     show(coarse, step_m);
   }
 }

@@ -1,4 +1,4 @@
-/// PNG images with correct checksums, so that decoders get to their contents.
+/// Corrects the checksums of PNG images, so that fuzzed images pass the first checks of a decoder.
 #pragma once
 
 #include <zlib.h>

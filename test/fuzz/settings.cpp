@@ -1,4 +1,4 @@
-// Fuzzes settings in YAML, up to the node's parameters, and those of a command line.
+// Fuzzes settings: YAML, up to the node's parameters, and assignments as on a command line.
 #include "dtsdf_mapping/io/yaml_params.h"
 #include "fuzz/fuzz_input.h"
 #include "params/node_params.h"

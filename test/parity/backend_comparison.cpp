@@ -111,7 +111,7 @@ void BackendPair::integrate(const DepthFrame& frame) {
 }
 
 void BackendPair::compareStats() {
-  reference_->outline();  // counts the blocks that the last frame left empty
+  reference_->outline();  // brings the stats up to date: the last frame may have left blocks empty
   candidate_->outline();
   const MapStats expected_stats = reference_->stats(), actual_stats = candidate_->stats();
   ASSERT_EQ(actual_stats.blocks, expected_stats.blocks);

@@ -27,7 +27,7 @@ class BackendPair {
 
   /// Compares the result and the map's counts.
   void integrate(const DepthFrame& frame);
-  /// Does not read the map, which would make a GPU finish the frame.
+  /// Compares the result only, as reading the map would make a GPU finish the frame.
   void integrateUnchecked(const DepthFrame& frame);
   /// Compares like integrate().
   void paint(const ColourFrame& frame);
@@ -47,7 +47,7 @@ class BackendPair {
   /// Compares all voxels and colours, the meshes assembled from all updates, and spaces.
   void compareMaps();
 
-  /// Compares free space, and the distances once they are up to date.
+  /// Compares the cells and, after updating them, the distances.
   void compareSpaces();
 
   ProbedMapper& reference() { return *reference_; }
@@ -72,8 +72,8 @@ size_t countCells(Mapper& mapper, CellState state);
 /// Checks that free cells and surface cells exist, so that equal does not just mean empty.
 void expectSpace(Mapper& mapper);
 
-/// Whether a failure is of a call that may run out of memory. Tests also fail other calls, which
-/// never fail in practice: the state after those is not compared.
+/// Whether the failed call allocates memory. Tests also let other calls fail, which do not run out
+/// of memory in practice: the state after these is not compared.
 bool isAllocation(const std::string& message);
 
 }  // namespace dtsdf

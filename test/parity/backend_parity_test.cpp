@@ -231,7 +231,7 @@ TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
   }
 }
 
-/// Adjacent rooms, until the hash table of blocks and their slots have to grow.
+/// One room after the other, until the hash table of blocks and the slots have to grow.
 TEST(CudaParity, ManyBlocksOutgrowTheTable) {
   const std::string reason = reasonToSkip(Candidate::kCuda);
   if (!reason.empty()) GTEST_SKIP() << reason;
@@ -278,7 +278,7 @@ TEST_P(BackendParity, AlignedImages) {
   }
 }
 
-/// Finds a camera without any pose in the map of a room.
+/// Finds a camera in the map of a room without a given pose.
 TEST_P(BackendParity, ACameraThatIsSearchedFor) {
   const Scene scene = variedRoom();
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.04f), GetParam());
@@ -353,8 +353,7 @@ TEST_P(BackendParity, PaintedLaterAndInOtherSizes) {
   pair.compareMaps();
 }
 
-/// Colours compete with voxels for the budget, and are removed with cleared blocks; also after a
-/// second start.
+/// Colours compete with voxels for the budget, also after clear().
 TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
   MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.02f);
   params.map.max_memory_mb = 6;
@@ -373,7 +372,7 @@ TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
   }
 }
 
-/// A tile of a painted map: unpainted blocks hide painted ones; blocks beyond the depth do not.
+/// A tile of a painted map: the blocks around it are mapped and hide others, but are not painted.
 TEST_P(BackendParity, PaintedInPartAsItIs) {
   MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.03f);
   params.adapt_exposure = false;
@@ -455,8 +454,8 @@ TEST_P(BackendParity, ClearForgetsEverything) {
   pair.compareMaps();
 }
 
-/// Random boxes and balls in a painted map, with or without an unfinished frame and extraction;
-/// freed arrays are reused, and are not known as free space.
+/// Boxes and balls in a painted map, with or without an unfinished frame and extraction. Freed
+/// arrays are reused, and cleared space is not free.
 TEST_P(BackendParity, RegionsAreCleared) {
   BackendPair pair(withSpace(makeParams(FusionMode::kNormalRayCasting, true, 0.03f)), GetParam());
   TestFrameSettings settings;
@@ -503,8 +502,8 @@ TEST_P(BackendParity, RegionsAreCleared) {
   pair.compareMaps();
 }
 
-/// A camera that jumps, each time out of the last room's radius: with and without meshes, and
-/// beyond the budget if nothing were dropped.
+/// The camera jumps from room to room, each time beyond the radius. If nothing were dropped, the
+/// map would exceed the budget.
 TEST_P(BackendParity, WhatIsFarIsDropped) {
   for (const int mesh_every : {0, 1, 3}) {
     MapperParams params = withSpace(makeParams(FusionMode::kNormalRayCasting, true, 0.03f));
@@ -534,7 +533,7 @@ TEST_P(BackendParity, WhatIsFarIsDropped) {
   }
 }
 
-/// At depths within and beyond the fusion range: an image gives more space than it maps.
+/// Depths lie within and beyond the fusion range, so an image shows more free space than surfaces.
 TEST_P(BackendParity, FarFromTheOrigin) {
   MapperParams params = withSpace(makeParams(FusionMode::kNormalRayCasting, true, 0.03f));
   params.fusion.max_depth_m = 2.0f;
@@ -549,7 +548,7 @@ TEST_P(BackendParity, FarFromTheOrigin) {
   pair.compareMaps();
 }
 
-/// Images from one pixel to higher than any grid of threads, and refused ones.
+/// Images from a single pixel to more rows than any grid of threads has, and bad ones.
 TEST_P(BackendParity, FramesOfChangingSizeAndBadFrames) {
   BackendPair pair(withSpace(makeParams(FusionMode::kRayCasting, true, 0.03f)), GetParam());
   std::vector<TestFrame> frames;

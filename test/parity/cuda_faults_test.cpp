@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kFrames = 3;
 
-/// Resets the injected failure.
+/// Lets the n-th CUDA call fail, until it goes out of scope.
 struct Failure {
   Failure(uint64_t n, cudaError_t code) { gpu::failCall(n, code); }
   ~Failure() { gpu::failCall(0, cudaSuccess); }
@@ -58,8 +58,8 @@ class CudaFaults : public testing::Test {
 TEST_F(CudaFaults, NoCallThatLacksMemoryLeavesAnythingBehind) {
   BackendPair pair(params_, Candidate::kCuda);
   int met = 0, refused = 0;
-  // Some failures are recovered at once, so an unreported one does not mean that all calls were
-  // tried.
+  // The mapper recovers from some failures without a report. So all calls have failed once only
+  // after 30 runs in a row without a report.
   for (uint64_t n = 1, untold = 0; untold < 30; ++n) {
     SCOPED_TRACE("call " + std::to_string(n));
     pair.clear();
@@ -84,7 +84,7 @@ TEST_F(CudaFaults, NoCallThatLacksMemoryLeavesAnythingBehind) {
   EXPECT_GT(refused, 0) << "no blocks were refused for lack of memory";
 }
 
-/// The map continues without the frame that ran out of memory, as if the frame had never come.
+/// The map continues as if the frame that ran out of memory had never come.
 TEST_F(CudaFaults, AFrameWithoutMemoryLeavesNothingBehind) {
   BackendPair pair(params_, Candidate::kCuda);
   int compared = 0;

@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// Each key occurs once.
+/// Each key occurs once, in ascending order.
 void expectAscendingKeys(const MapContents& contents) {
   for (size_t i = 1; i < contents.blocks.size(); ++i) {
     ASSERT_LT(packKey(contents.blocks[i - 1].key), packKey(contents.blocks[i].key));
@@ -59,8 +59,8 @@ class CudaPagingFaults : public testing::Test {
     return result;
   }
 
-  /// Fuses the rooms `before`, lets each call of the next frame fail, and compares the rest with a
-  /// mapper without failures.
+  /// Fuses the rooms `before`, then lets each call of the next frame fail, and compares the maps
+  /// with those of a run without failures.
   void compare(const std::vector<size_t>& before, size_t room, const std::vector<size_t>& after) {
     const auto mapper = makeProbedMapper(params_);
     ASSERT_NO_FATAL_FAILURE(go(*mapper, before));

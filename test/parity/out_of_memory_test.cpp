@@ -47,10 +47,10 @@ TEST(OutOfDeviceMemory, BlocksAreRefusedMapStays) {
   {
     const std::vector<gpu::DeviceBuffer<char>> taken = takeDeviceMemory();
     bool failed = false;
-    for (int i = 0; i < 4 && !failed; ++i) {  // remaining memory may do for a frame or two
+    for (int i = 0; i < 4 && !failed; ++i) {  // the remaining memory may suffice for a frame or two
       DepthFrame elsewhere = frames[1].view();
       elsewhere.T_W_C.pretranslate(Eigen::Vector3d(50.0 * (i + 1), 0.0, 0.0));
-      pair.candidate().outline();  // counts the blocks that the last frame left empty
+      pair.candidate().outline();  // brings the stats up to date
       const MapStats before = pair.candidate().stats();
       const IntegrationResult result = pair.candidate().integrate(elsewhere);
       failed = result.status == FrameStatus::kNoMemory || result.refused_blocks > 0;

@@ -1,5 +1,5 @@
-// On every backend, a map that pages to disk equals the map of the CPU on one thread without
-// paging, to the last bit.
+// On every backend, a map that pages to disk equals, bit for bit, the map of the CPU on one thread
+// without paging.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct Way {
   int budget_mb = 4;
   int mesh_every = 3;  ///< In frames; 0: once, at the end.
   bool painted = false, aligned = false, cleared = false, space = false, refined = false;
-  bool turns = false;  ///< Rooms image by image, for BlocksThatGoWithinAFrame.
+  bool turns = false;  ///< Visits rooms in turns; see BlocksThatGoWithinAFrame.
   float keep_radius_m = 0.0f;
 };
 
@@ -77,7 +77,8 @@ class Traveller {
     if (way_.mesh_every > 0 && count_ % way_.mesh_every == 0) updateMesh();
     if (way_.turns) meshWithoutSome();
   }
-  /// The next image, which sees this place, arrives during the mesh update.
+  /// Clears a part of the next room and begins a mesh update. The next image, which sees that part,
+  /// arrives during the update.
   void meshWithoutSome() {
     if (count_ > 1) mesh_.apply(mapper_->finishMeshUpdate());
     mapper_->clearRegion(
@@ -156,7 +157,7 @@ TEST_P(PagingParity, OtherModes) {
   }
 }
 
-/// Images exceed them, and meshes are made in parts.
+/// Images exceed the budget, and meshes are made in parts.
 TEST_P(PagingParity, SmallBudgets) {
   for (const int mesh_every : {0, 2}) {
     Way way;
@@ -203,8 +204,8 @@ TEST_P(PagingParity, WhatIsFarIsDropped) {
   }
 }
 
-/// A room, then two others alternately. A part of the next room is emptied before an extraction
-/// begins: its image meets blocks without arrays, which are removed as soon as their neighbours are
+/// A room, then two others alternately. Before each extraction, a part of the next room is emptied.
+/// The next image meets blocks without arrays, which are removed as soon as their neighbours are
 /// paged in.
 TEST_P(PagingParity, BlocksThatGoWithinAFrame) {
   Way way;

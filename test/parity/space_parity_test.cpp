@@ -1,4 +1,4 @@
-// Space is the same on every backend, cell by cell, with the distances.
+// On every backend, space has the same cells and distances.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ class SpaceCellParity : public testing::TestWithParam<CellCase> {
   void SetUp() override { skipWithout(std::get<0>(GetParam())); }
 };
 
-/// Only space makes a GPU finish the frame before a query.
+/// Frames are not read back, so the query of space itself must make the GPU finish them.
 TEST_P(SpaceCellParity, MovingCamera) {
   const auto [candidate, cell_voxels, clearing] = GetParam();
   MapperParams params = spaceParams();
@@ -59,7 +59,7 @@ TEST_P(SpaceCellParity, MovingCamera) {
   pair.compareMaps();
 }
 
-/// A tile knows only its own cubes, and knows them as the whole map does.
+/// A tile has only its own cubes, and they are those of the whole map.
 TEST_P(SpaceCellParity, OfATile) {
   const auto [candidate, cell_voxels, clearing] = GetParam();
   MapperParams params = spaceParams();
@@ -105,7 +105,8 @@ class SpaceParity : public testing::TestWithParam<Candidate> {
   void SetUp() override { skipWithout(GetParam()); }
 };
 
-/// Free space has its own part of the budget: the same cubes are refused whenever the mesh is made.
+/// Free space has its own part of the budget, so the same cubes are refused however often the mesh
+/// is made.
 TEST_P(SpaceParity, UpToTheBudget) {
   for (const int mesh_every : {0, 2}) {
     MapperParams params = spaceParams(0.02f);
@@ -131,7 +132,7 @@ TEST_P(SpaceParity, UpToTheBudget) {
   }
 }
 
-/// Compares squared distances with all pairs of cells.
+/// Compares squared distances with the minimum over all surface cells.
 void expectExactDistances(const Space& space, int reach) {
   std::vector<Vec3i> surfaces;
   for (const SpaceCell& known : space.cells()) {
@@ -152,7 +153,7 @@ void expectExactDistances(const Space& space, int reach) {
   }
 }
 
-/// Within one sector and over many, also beyond their reach, after each of several frames.
+/// Distances within a sector, over many sectors, and beyond the reach.
 TEST_P(SpaceParity, DistancesAreExactHoweverFarTheyReach) {
   for (const int reach : {1, 25, 33, 130}) {
     SCOPED_TRACE(reach);

@@ -11,8 +11,8 @@
 namespace dtsdf {
 namespace {
 
-/// Mostly samples as fused from a plane through the unit, with gaps in each direction, so that many
-/// corners have at most one observer; some directions have the plane's back, or noise.
+/// Mostly samples as fused from a plane through the unit, with gaps, so that many corners are known
+/// to at most one direction. Some directions have the back of the plane, or noise.
 UnitSamples randomUnitSamples(std::mt19937& random) {
   std::normal_distribution<float> normal;
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);

@@ -1,4 +1,4 @@
-// Properties of all maps, on random scenes, cameras and settings.
+// Properties that every map must have, on random scenes, cameras and settings.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -91,8 +91,8 @@ class RandomScenes : public testing::TestWithParam<int> {
   uint32_t seed() const { return caseSeed(GetParam()); }
 };
 
-/// Meshing after every frame on one thread equals meshing once on several; clearing in between
-/// changes nothing.
+/// Meshing after most frames on one thread equals meshing once on two threads. What was before
+/// clear() has no effect.
 TEST_P(RandomScenes, WorkMayBeCutUpAnyWay) {
   SCOPED_TRACE(describeSeed(seed()));
   RandomCase c = drawCase(seed());
@@ -134,8 +134,8 @@ TEST_P(RandomScenes, MeshesAreSound) {
   for (const Vec3f& n : mesh.normals) ASSERT_NEAR(norm(n), 1.0f, 1e-4f);
 }
 
-/// Every sample has a finite distance within the truncation distance, and weight and evidence that
-/// five frames can give; a sample without weight is all zero.
+/// Every voxel has a distance up to the truncation distance, and weight and evidence that five
+/// frames can give. An empty voxel has the distance 0.
 TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());
@@ -158,8 +158,8 @@ TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   }
 }
 
-/// With regions cleared between frames, meshes updated throughout equal one made at the end;
-/// clearing everything leaves nothing.
+/// Regions are cleared between frames: updating the mesh throughout or once at the end gives the
+/// same mesh. Clearing everything leaves nothing.
 TEST_P(RandomScenes, RegionsMayBeClearedAtAnyTime) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());

@@ -32,7 +32,7 @@ std::vector<SceneCase> casesAt10mm() {
   return cases;
 }
 
-/// gtest accepts letters, digits and underscores.
+/// gtest accepts only letters, digits and underscores.
 std::string testName(const testing::TestParamInfo<std::tuple<SceneCase, int>>& info) {
   std::string name;
   for (const char letter : std::get<0>(info.param).name()) {

@@ -1,4 +1,5 @@
-/// The stage "align" on the CPU: an image's points, and their sums for a pose.
+/// The stage "align" on the CPU: picks an image's points, and adds up their normal equations at a
+/// pose.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +18,7 @@
 
 namespace dtsdf {
 
-/// Points per batch of a thread.
+/// Points that a thread processes at a time.
 constexpr size_t kPointsAtOnce = 256;
 
 inline void add(AlignmentSums& sums, const AlignmentSums& part) {
@@ -35,7 +36,7 @@ class PoseAligner {
   PoseAligner(const AlignmentSettings& settings, bool directional, int threads)
       : settings_(settings), directional_(directional), threads_(threads) {}
 
-  /// Finds the points of an image.
+  /// Picks the points of an image, for sumsAt().
   void takePoints(const DepthFrame& frame, const FrameView& view, const DepthRange& range) {
     const AlignmentGrid grid = alignmentGrid(view, settings_.rules);
     points_.resize(static_cast<size_t>(grid.columns) * grid.rows);
@@ -50,7 +51,7 @@ class PoseAligner {
     });
   }
 
-  /// Sums over these points at a pose of the same image.
+  /// The sums over these points. @param view The same image, at any pose.
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const CpuMap& map) const {
     AlignmentSums sums{};
     std::mutex mutex;
@@ -76,7 +77,7 @@ class PoseAligner {
     return sums;
   }
 
-  /// Keys of the blocks that these sums may read, each once.
+  /// Keys of the blocks that sumsAt() may read, each once.
   std::vector<PackedKey> keysAt(const FrameView& view, float cutoff) const {
     return alignedKeys(view, cutoff, points_.data(), points_.size());
   }

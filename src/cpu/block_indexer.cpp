@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace {
 
-/// The units of a row along x, from the one that starts at a corner.
+/// The eight units of a row along x; the first one starts at `first_corner`.
 struct UnitsOfRow {
   using Real = LaneFloats;
   using Bits = LaneInts;
@@ -21,7 +21,7 @@ struct UnitsOfRow {
   const float (*sdf_at)[kGridCorners];
   const float (*weight_at)[kGridCorners];
   int first_corner;
-  uint32_t observed, speaking;  ///< Directions in any unit, bit d for direction d.
+  uint32_t observed, speaking;  ///< Bit d: direction d is in some unit.
 
   static int offset(int c) { return cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1); }
   LaneFloats sdf(int d, int c) const {
@@ -36,18 +36,19 @@ struct UnitsOfRow {
 
 const Voxel kNothing[kVoxelsPerBlock] = {};
 
-/// Number of rows of units along x in a block, and the corner that a row starts at.
+/// Rows of units along x in a block.
 constexpr int kRows = kBlockSide * kBlockSide;
+/// The first corner of a row.
 int cornerOfRow(int row) { return cornerIndex(0, row % kBlockSide, row / kBlockSide); }
 
-/// Splits a row of voxels into distances and weights, as sampleOf() does.
+/// Splits a row of voxels into distances and weights; the same as sampleOf().
 void copyRow(const Voxel* from, int32_t min_evidence, float* sdf, float* weight) {
   const VoxelRow row(from);
   row.sdf().store(sdf);
   row.knownWeight(min_evidence).store(weight);
 }
 
-/// Copies the part of a voxel array that is in the corner grid's n-th block.
+/// Copies those samples of the n-th corner block that are in the corner grid.
 void copyPart(const Voxel* voxels, int n, int32_t min_evidence, float* sdf, float* weight) {
   const Vec3i at = cornerBlockOffset(n);
   const int rows = at.y ? 1 : kBlockSide, layers = at.z ? 1 : kBlockSide;
@@ -84,7 +85,7 @@ inline void BlockIndexer::collect(int32_t min_evidence) {
     for (int n = 0; n < kCornerBlocks; ++n) {
       const Voxel* voxels = corner_arrays_[n][d];
       const uint32_t bit = 1u << d;
-      if (voxels == nullptr && !(held_[n] & bit)) continue;  // as most: it was empty before
+      if (voxels == nullptr && !(held_[n] & bit)) continue;  // most are still all 0
       held_[n] = voxels == nullptr ? held_[n] & ~bit : held_[n] | bit;
       copyPart(voxels == nullptr ? kNothing : voxels, n, min_evidence, sdf_[d], weight_[d]);
     }
@@ -111,8 +112,8 @@ inline void BlockIndexer::findCandidates() {
   for (int i = 0; i < kGridCorners; ++i) candidate_[i] = possibleLeaders(unit[i]) != 0;
 }
 
-/// Labels the units of the rows that can hold a surface, a row at a time. Directions observed only
-/// by the row's other units are left out; those units hold no surface without them either.
+/// Labels the rows with a unit that can hold a surface. Directions that only other units of the row
+/// observe are left out: these units hold no surface in any case.
 inline void BlockIndexer::labelRows(const MeshSettings& rules, bool directional,
                                     UnitLabels* labels) {
   static_assert(kLanes == kBlockSide, "a row must fill the lanes");
@@ -144,7 +145,7 @@ bool BlockIndexer::hasCandidates() const {
   return row < kRows;
 }
 
-/// The directions to read for a vertex; most edges are crossed by few.
+/// The directions that placeVertex() has to read on an edge; few directions cross most edges.
 uint32_t BlockIndexer::directionsOn(int edge) const {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const uint32_t crossing =
@@ -154,7 +155,7 @@ uint32_t BlockIndexer::directionsOn(int edge) const {
 
 void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, bool directional,
                          std::vector<UnitLabels>& labels, std::vector<BlockVertex>& vertices) {
-  labels = std::vector<UnitLabels>();  // kept for long, so without spare capacity
+  labels = std::vector<UnitLabels>();  // stored for long, so without spare capacity
   vertices = std::vector<BlockVertex>();
   findArrays(arrays);
   withWidestVectors([&] {

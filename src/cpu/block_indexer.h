@@ -1,4 +1,4 @@
-/// The index stage of a block on the CPU: labels of its units, and vertices on their edges.
+/// The stage "index" for one block on the CPU: labels its units and places vertices on their edges.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace dtsdf {
 
-/// A set of edges of a block's corner grid, visited in ascending order.
+/// A set of edges of a block's corner grid. forEach() visits them in ascending order.
 class EdgeSet {
  public:
   void clear() {
@@ -22,7 +22,7 @@ class EdgeSet {
 
   void add(int edge) { bits_[edge / kWordBits] |= uint64_t{1} << edge % kWordBits; }
 
-  /// Adds the edges that carry the corners of a unit's triangles.
+  /// Adds the edges on which a unit's triangles have their corners.
   void addUnit(const UnitIndices& indices, const Vec3i& unit) {
     visitTriangleEdges(kMeshTables, indices, unit, [this](int edge) { add(edge); });
   }
@@ -48,18 +48,18 @@ class EdgeSet {
   uint64_t bits_[kWords] = {};
 };
 
-/// Buffers for indexing blocks; one per thread.
+/// Indexes blocks one by one. Each thread needs its own, as it holds buffers.
 class BlockIndexer {
  public:
-  /// Indexes a block's units before regularisation.
-  /// @param arrays The voxel arrays around the block.
-  /// @param labels One per unit; empty if all are.
-  /// @param vertices The vertices on the edges of their sheets, sorted by edge.
+  /// Labels a block's units, before regularisation.
+  /// @param arrays The voxel arrays of the block and its neighbours.
+  /// @param labels One per unit; none if all units are empty.
+  /// @param vertices The vertices on the edges that the units' sheets cross, sorted by edge.
   void index(const MeshSettings& rules, const ArraysAround& arrays, bool directional,
              std::vector<UnitLabels>& labels, std::vector<BlockVertex>& vertices);
 
  private:
-  /// Extends beyond the last corner by its neighbours, so that loops need no special cases.
+  /// Corners with padding, as loops also read the neighbours past the last corner.
   static constexpr int kRoom = kGridCorners + kCornerGridSide * kCornerGridSide;
 
   void findArrays(const ArraysAround& arrays);
@@ -71,15 +71,16 @@ class BlockIndexer {
   bool hasCandidates() const;
   uint32_t directionsOn(int edge) const;
 
-  const Voxel* const* corner_arrays_[kCornerBlocks] = {};  ///< Per corner block, by direction.
-  uint32_t present_ = 0;  ///< Bit d: some corner has samples of direction d.
-  /// Bit d: the block's part of direction d's samples may not be all 0.
+  /// Per corner block, its voxel arrays by direction.
+  const Voxel* const* corner_arrays_[kCornerBlocks] = {};
+  uint32_t present_ = 0;  ///< Bit d: some corner block has an array of direction d.
+  /// Per corner block, bit d: its samples of direction d may not all be 0.
   uint32_t held_[kCornerBlocks] = {};
   float sdf_[kDirectionCount][kGridCorners] = {};
   float weight_[kDirectionCount][kGridCorners] = {};
   uint32_t sides_[kRoom] = {};       ///< Per corner, see sidesOfCorner().
-  uint32_t unit_sides_[kRoom] = {};  ///< Sides of the unit that starts at a corner.
-  uint8_t candidate_[kGridCorners];  ///< Whether that unit can hold a surface.
+  uint32_t unit_sides_[kRoom] = {};  ///< Union over the unit that starts at a corner.
+  uint8_t candidate_[kGridCorners];  ///< Whether this unit can hold a surface.
   EdgeSet edges_;
 };
 

@@ -13,7 +13,8 @@
 namespace dtsdf {
 namespace {
 
-/// The slots of a block and of those around it, by aroundOffset(); -1 for a missing block.
+/// The slots of a block and its neighbours, in the order of aroundOffset(); -1 if there is no
+/// block.
 using SlotsAround = std::array<int32_t, kBlocksAround>;
 
 SlotsAround slotsAround(const BlockTable& table, const BlockKey& key) {
@@ -22,7 +23,7 @@ SlotsAround slotsAround(const BlockTable& table, const BlockKey& key) {
   return slots;
 }
 
-/// The voxel arrays of these blocks, for voxels with at least this evidence.
+/// The voxel arrays of these blocks. Voxels with less evidence will count as unknown.
 ArraysAround arraysAround(const CpuMap& map, const SlotsAround& slots, int32_t min_evidence) {
   ArraysAround around;
   around.min_evidence = min_evidence;
@@ -131,7 +132,8 @@ void BlockMesher::restoreStates(const std::vector<int32_t>& slots, const MeshSta
   if (painted_.size() > 2 * state_.size()) dropClearedMarks(painted_, &SlotState::painted);
 }
 
-/// Drops slots whose marks were cleared, as blocks that come and go are listed each time.
+/// Drops slots whose marks were cleared; without this, the list would grow whenever blocks leave
+/// memory and return.
 void BlockMesher::dropClearedMarks(std::vector<int32_t>& list, bool SlotState::*mark) {
   list = takeMarked(list, state_, mark);
   for (const int32_t slot : list) state_[slot].*mark = true;
@@ -144,7 +146,7 @@ void BlockMesher::select(const BlockKey& key, std::vector<int32_t>& slots) {
   slots.push_back(slot);
 }
 
-/// If the vertices are known, only colours need voxels.
+/// Vertices that were made while indexing need no voxels; colours do.
 bool BlockMesher::makingReadsVoxels(int32_t slot) const {
   const SlotState& state = state_[slot];
   return !state.labels.empty() && (has_colours_ || state.vertices.empty());
@@ -175,7 +177,7 @@ void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
     indexer.index(rules_, arrays, directional_, state.labels, state.vertices);
     if (!with_vertices) state.vertices.clear();
     if (refined_) state.normals = vertexNormals(arrays, state.vertices, directional_);
-    held_bytes_ += bytesOf(state.labels) - before;  // wraps around and back
+    held_bytes_ += bytesOf(state.labels) - before;  // right even if the difference wraps around
     state.indexed = indexings_;
     state.min_evidence = min_evidence_;
   });
@@ -229,7 +231,7 @@ bool BlockMesher::isOutdated(int32_t slot) const {
 
 void BlockMesher::show(int32_t slot, std::unique_ptr<const BlockMesh> mesh) {
   SlotState& state = state_[slot];
-  held_bytes_ += bytesOf(mesh.get()) - bytesOf(state.shown.get());  // wraps around and back
+  held_bytes_ += bytesOf(mesh.get()) - bytesOf(state.shown.get());  // may wrap, as above
   state.shown = std::move(mesh);
   state.made = indexings_;
 }
@@ -262,7 +264,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
     mesh.colours = coloursOf(mesh);
     if (renders_views_ && !refined_) show(slots[i], std::make_unique<BlockMesh>(mesh));
   });
-  // In a separate loop, as other threads still read these.
+  // In a separate loop, as makingReadsVoxels() may read them in another thread.
   constexpr size_t kBlocksAtATime = 64;
   parallelFor<kBlocksAtATime>(slots.size(), threads_, [&](size_t i) {
     state_[slots[i]].vertices = std::vector<BlockVertex>();
@@ -314,8 +316,8 @@ MeshUpdate BlockMesher::update(int32_t min_evidence) {
   std::vector<int32_t> slots;  // first, blocks whose units have a corner in a changed block
   selectAround(dirty, kUnitReach, unitReachOffset, slots);
   indexBlocks(slots, true);
-  // Next, blocks whose vertices depend on changed voxels or whose surface depends on changed
-  // labels; and those with vertices whose edges end at painted voxels.
+  // Next, all neighbours of changed blocks, as vertices and surfaces depend on voxels and labels
+  // around them; and blocks with vertices on edges that end at painted voxels.
   selectAround(dirty, kBlocksAround, aroundOffset, slots);
   if (has_colours_) {
     selectAround(takeMarked(painted_, state_, &SlotState::painted), kUnitReach, unitReachOffset,

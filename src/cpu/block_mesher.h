@@ -1,4 +1,4 @@
-/// Incremental meshing on the CPU: selects the blocks to mesh again, and runs the rules over them.
+/// Incremental meshing on the CPU: selects the blocks to mesh again, and meshes them.
 #pragma once
 
 #include <atomic>
@@ -21,12 +21,12 @@ class BlockMesher {
   BlockMesher(const CpuMap& map, const MeshSettings& rules, bool directional, int threads,
               bool refined);
 
-  /// Makes room for the states of `slots` slots. @throws std::bad_alloc
+  /// Makes room for `slots` slots. @throws std::bad_alloc
   void resize(size_t slots) {
     if (state_.size() < slots) state_.resize(slots);
   }
 
-  /// Call this when the block's voxels change.
+  /// Call this when voxels of the block change.
   void markDirty(int32_t slot) {
     if (!state_[slot].dirty) dirty_.push_back(slot);
     state_[slot].dirty = true;
@@ -34,10 +34,10 @@ class BlockMesher {
   }
   void markAllDirty();
 
-  /// From now on, all meshes have colours.
+  /// From the next update() on, all meshes have colours.
   void keepColours();
 
-  /// Call this when colours of the block change; its vertices stay as they are.
+  /// Call this when only colours of the block change.
   void markPainted(int32_t slot) {
     if (!state_[slot].painted) painted_.push_back(slot);
     state_[slot].painted = true;
@@ -58,23 +58,22 @@ class BlockMesher {
   MeshMarks takeMarks(int32_t slot);
   void setMarks(int32_t slot, const MeshMarks& marks);
 
-  /// Takes the states of blocks that leave memory, or enters those of blocks that return.
+  /// Removes and returns the states of blocks that leave memory.
   MeshStates takeStates(const std::vector<int32_t>& slots);
+  /// Restores the states of blocks that return to memory.
   void restoreStates(const std::vector<int32_t>& slots, const MeshStates& states);
 
-  /// Memory of the units' labels and the state of each slot.
   size_t bytes() const;
 
-  /// Meshes the blocks that were marked since the last call. @return the changed blocks, by packed
-  /// key. Voxels with less than `min_evidence` count as unknown.
+  /// Meshes the blocks that were marked since the last call. Voxels with less evidence than
+  /// `min_evidence` count as unknown. @return the changed blocks, sorted by packed key.
   MeshUpdate update(int32_t min_evidence);
 
-  /// Updates the labels of blocks, as the next update() would; marks stay.
+  /// Updates the labels of blocks where they are out of date. Does not clear marks.
   void labelBlocks(std::vector<int32_t> slots, int32_t min_evidence);
 
-  /// The unrefined mesh of a block; null if it has none. It is cached until it changes. Thread-safe
-  /// for different blocks and surfaces.
-  /// @pre labelBlocks() was called for the block and those around it.
+  /// The unrefined mesh of a block, cached until it changes; null if there is none. Thread-safe for
+  /// different blocks and surfaces. @pre labelBlocks() was called for the block and its neighbours.
   const BlockMesh* viewMesh(int32_t slot, BlockSurface& surface);
 
  private:
@@ -82,13 +81,13 @@ class BlockMesher {
     bool dirty = false, painted = false;
     bool has_mesh = false;
     uint32_t update = 0;  ///< Number of the latest update() that selected the block.
-    /// Value of indexings_ when voxels, colours, labels and `shown` last changed.
+    /// Values of indexings_ when voxels, colours, labels and `shown` were last written.
     uint64_t changed = 0, repainted = 0, indexed = 0, made = 0;
-    int32_t min_evidence = 0;                ///< Minimum evidence that the labels were made with.
-    std::vector<UnitLabels> labels;          ///< One per unit; empty if all are.
-    std::vector<BlockVertex> vertices;       ///< On the sheets' edges, during an update only.
+    int32_t min_evidence = 0;                ///< With which the labels were made.
+    std::vector<UnitLabels> labels;          ///< One per unit; none if all are empty.
+    std::vector<BlockVertex> vertices;       ///< On the edges of sheets, only during an update.
     std::vector<Vec3f> normals;              ///< One per vertex, if meshes are refined.
-    std::unique_ptr<const BlockMesh> shown;  ///< See viewMesh(); null: none or not made yet.
+    std::unique_ptr<const BlockMesh> shown;  ///< For viewMesh(); null: none, or not yet made.
   };
 
   static size_t bytesOf(const std::vector<UnitLabels>& labels) {
@@ -98,16 +97,16 @@ class BlockMesher {
 
   void dropClearedMarks(std::vector<int32_t>& list, bool SlotState::*mark);
 
-  /// Adds the block to this update's slots, if it exists and was not added before.
+  /// Adds the block to `slots` if it exists and this update has not selected it yet.
   void select(const BlockKey& key, std::vector<int32_t>& slots);
 
-  /// Whether voxels that a block's labels depend on changed since these were made.
+  /// Whether a block's labels are out of date.
   bool isStale(int32_t slot) const;
 
-  /// Whether labels or colours that a block's shown mesh depends on changed since it was made.
+  /// Whether a block's `shown` is out of date.
   bool isOutdated(int32_t slot) const;
 
-  /// Makes the mesh of a block without colours. @return whether it has a surface.
+  /// Makes a block's mesh, without colours. @return false if all its units are empty.
   bool makeSurface(int32_t slot, BlockSurface& surface, bool refined, BlockMesh& mesh) const;
   std::vector<VertexColour> coloursOf(const BlockMesh& mesh) const {
     if (!has_colours_) return {};
@@ -116,10 +115,11 @@ class BlockMesher {
   }
   void show(int32_t slot, std::unique_ptr<const BlockMesh> mesh);
 
-  /// The index stage, for blocks whose labels are stale.
+  /// Indexes those blocks whose labels are out of date.
   void indexBlocks(std::vector<int32_t> slots, bool with_vertices);
 
-  /// Adds the blocks at `count` offsets around those that changed, and sorts all by key.
+  /// Adds the blocks around each changed one, at offset(0) to offset(count - 1), to `slots` and
+  /// sorts these by key.
   void selectAround(const std::vector<int32_t>& changed, int count, Vec3i (*offset)(int),
                     std::vector<int32_t>& slots);
 
@@ -129,10 +129,10 @@ class BlockMesher {
 
   void sortByKey(std::vector<int32_t>& slots) const;
 
-  /// The make stage. @pre The labels around the blocks are up to date.
+  /// Makes the meshes of blocks. @pre Labels of the blocks and their neighbours are up to date.
   std::vector<BlockMesh> makeMeshes(const std::vector<int32_t>& slots);
 
-  /// Whether makeMeshes() will read a block's voxels.
+  /// Whether makeMeshes() will probably read many of a block's voxels.
   bool makingReadsVoxels(int32_t slot) const;
 
   const CpuMap& map_;
@@ -142,14 +142,14 @@ class BlockMesher {
   int threads_;
   bool refined_;
   std::vector<SlotState> state_;
-  /// Slots with these marks; their blocks may have been removed since.
+  /// Slots that got these marks; since then they may have lost them, or their block.
   std::vector<int32_t> dirty_, painted_;
   std::atomic<size_t> held_bytes_{0};  ///< Memory of all slots' labels and shown meshes.
   uint32_t update_ = 0;                ///< Number of the latest update().
   uint64_t indexings_ = 0;
   int32_t min_evidence_ = 0;
-  bool has_colours_ = false;    ///< Something was painted.
-  bool renders_views_ = false;  ///< Views are rendered: updates keep meshes for them.
+  bool has_colours_ = false;    ///< See keepColours().
+  bool renders_views_ = false;  ///< Views were rendered, so updates maintain `shown`.
   Profile* profile_ = nullptr;
 };
 

@@ -15,14 +15,14 @@ bool anySpeaks(const UnitLabels* row) {
   return (words[0] | words[1]) != 0;
 }
 
-/// The range, along an axis, of the units of a block at this offset that have corners in the
-/// block's grid.
+/// The units of a neighbouring block that share corners with the block, as a range along an axis;
+/// `offset` is the neighbour's.
 int firstBeside(int offset) { return offset < 0 ? kBlockSide - 1 : 0; }
 int endBeside(int offset) { return offset > 0 ? 1 : kBlockSide; }
 
 }  // namespace
 
-/// Computes cornerBalance() of each corner by adding up over units, as most are empty.
+/// Computes cornerBalance() of all corners in a loop over units, as most are empty.
 void BlockSurface::computeBalances(const LabelNeighbourhood& labels) {
   std::fill(balance_, balance_ + kGridCorners, int8_t{0});
   for (int n = 0; n < kBlocksAround; ++n) {
@@ -41,12 +41,12 @@ void BlockSurface::computeBalances(const LabelNeighbourhood& labels) {
   }
 }
 
-/// Adds the sides that a unit gives those of its corners that are in the block's grid.
+/// Adds a unit's sideOfCorner() to the balances of its corners in the block's grid.
 void BlockSurface::addSides(const UnitLabels& labels, const Vec3i& unit) {
   const auto add = [&](int c, int corner) {
     balance_[corner] = static_cast<int8_t>(balance_[corner] + sideOfCorner(labels, c));
   };
-  if (blockOfVoxel(unit) == BlockKey{0, 0, 0}) {  // as most units: all corners are
+  if (blockOfVoxel(unit) == BlockKey{0, 0, 0}) {  // all its corners are in the grid
     const int first = cornerIndex(unit.x, unit.y, unit.z);
     for (int c = 0; c < kCubeCorners; ++c) {
       add(c, first + cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1));
@@ -107,7 +107,7 @@ void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
     while (next != known.end() && next->edge < static_cast<uint32_t>(edge)) ++next;
     const bool is_known = next != known.end() && next->edge == static_cast<uint32_t>(edge);
     const uint32_t may_cross = speakingOnEdge(edgeAxis(edge), edgeFacing(edge));
-    BlockVertex& vertex = mesh.vertices.emplace_back();  // written in place, member by member
+    BlockVertex& vertex = mesh.vertices.emplace_back();
     vertex.edge = static_cast<uint32_t>(edge);
     vertex.position =
         is_known ? next->position : placeVertex(rules, arrays, edge, directional, may_cross);

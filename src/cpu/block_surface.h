@@ -1,5 +1,5 @@
-/// The make stage of a block on the CPU: its mesh, from the labels of its units and of those around
-/// it.
+/// The stage "make" for one block on the CPU: makes its mesh from the labels of its units and their
+/// neighbours.
 #pragma once
 
 #include <cstdint>
@@ -20,20 +20,21 @@ namespace dtsdf {
 std::vector<Vec3f> vertexNormals(const ArraysAround& arrays,
                                  const std::vector<BlockVertex>& vertices, bool directional);
 
-/// Buffers for meshing blocks; one per thread.
+/// Meshes blocks one by one. Each thread needs its own, as it holds buffers.
 class BlockSurface {
  public:
-  /// Regularises the block's units and finds the edges of their triangles, except for loose pieces
-  /// of up to max_loose_units. @pre Some unit of the block is not empty.
+  /// Regularises the block's units and finds the edges of their triangles. Leaves out loose pieces
+  /// of at most max_loose_units along each axis. @pre Some unit of the block is not empty.
   void regularise(const LabelNeighbourhood& labels, int max_loose_units);
 
-  /// Makes the vertices and triangles of the regularised units, with those in gaps marked. `known`
-  /// holds vertices made before, sorted by edge; most are among them.
+  /// Makes the vertices and triangles of the regularised units. Triangles that span a gap get the
+  /// corners kGapVertex.
+  /// @param known Vertices that were made while indexing, sorted by edge; few others are needed.
   void emit(const MeshSettings& rules, const ArraysAround& arrays,
             const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);
 
-  /// Refines the mesh from emit(): each triangle becomes four. `normals` are those of the known
-  /// vertices.
+  /// Refines the mesh from emit(): each triangle becomes four.
+  /// @param normals Those of the known vertices.
   void refine(const MeshSettings& rules, const ArraysAround& arrays,
               const std::vector<BlockVertex>& known, const std::vector<Vec3f>& normals,
               bool directional, BlockMesh& mesh);
@@ -53,7 +54,7 @@ class BlockSurface {
   std::vector<std::pair<Vec3i, UnitIndices>> surface_units_;
   EdgeSet edges_;  ///< Edges that carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
-  bool is_pulled_far_[kGridEdges];  ///< isPulledFar() of each vertex; others are not at a gap.
+  bool is_pulled_far_[kGridEdges];  ///< isPulledFar() of each vertex; gaps have such a corner.
   std::vector<Vec3f> normals_;      ///< One per edge vertex, if meshes are refined.
 };
 

@@ -8,8 +8,8 @@
 namespace dtsdf {
 namespace {
 
-/// The samples of two planes of a line in a block, four corners each, computed in a loop that
-/// compilers vectorise. Same bits as castSurfel().
+/// The samples of a line on two grid planes of a block, four corners each. They are computed in a
+/// loop that compilers vectorise, with the same bits as castSurfel().
 class PlanePair {
  public:
   static constexpr int kPlanes = 2;
@@ -18,14 +18,14 @@ class PlanePair {
   template <bool kHasSides>
   void compute(const SampleLine& line, const MeasuredSides& sides, const float (&weights)[3],
                const BlockFrame& frame, int first, float sdf_scale) {
-    const BlockFrame block = frame;  // a local copy, which the results cannot alias
+    const BlockFrame block = frame;  // a copy, as stores may alias the reference
     const Vec3i shifts = pointShifts(line.axis);
     for (int i = 0; i < kCount; ++i) {
       const int plane = first + (i >> 2), du = i & 1, dv = i >> 1 & 1;
       const CellCrossing crossing = crossCell(line, plane);
       const CornerSample sample = sampleCorner<kHasSides>(line, sides, shifts, crossing, du, dv);
       const int u = crossing.u + du - block.u0, v = crossing.v + dv - block.v0;
-      // A corner outside the block becomes any of its voxels, with weight 0, as a branch would be
+      // A corner outside the block adds weight 0 to some voxel inside: a branch would be
       // unpredictable.
       constexpr uint32_t kLast = kBlockSide - 1;
       const bool is_held =
@@ -59,7 +59,7 @@ class PlanePair {
   uint32_t nearest_[3][kCount];
 };
 
-/// Adds the part of a line that is in a block to the block's sums.
+/// Adds the samples of a line that lie in a block to its sums.
 template <bool kHasSides>
 void castLine(const StoredLine& kept, const MeasuredSides& sides, const BlockFrame& block,
               float sdf_scale, BlockSums& sums) {
@@ -79,7 +79,7 @@ void castLine(const StoredLine& kept, const MeasuredSides& sides, const BlockFra
 
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums) {
-  constexpr int kAhead = 6;  // lines to prefetch, as they are scattered in memory
+  constexpr int kAhead = 6;  // lines prefetched ahead, as they are scattered in memory
   withWidestVectors([&] {
     const BlockFrame frames[3] = {blockFrameOf(0, block.block_L), blockFrameOf(1, block.block_L),
                                   blockFrameOf(2, block.block_L)};

@@ -1,5 +1,5 @@
-/// The stages "cast" and "fold" on the CPU: cast a frame's surfels into the sums of a block, and
-/// fold these into its voxels.
+/// The stages "cast" and "fold" for one block on the CPU: add a frame's surfels to its sums, and
+/// merge these into its voxels.
 #pragma once
 
 #include "cpu/find_blocks.h"
@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// A set of a block's voxels, a bit each.
+/// A set of a block's voxels, one bit each.
 struct VoxelSet {
   static constexpr int kWordBits = 64, kWords = kVoxelsPerBlock / kWordBits;
   uint64_t word[kWords];
@@ -27,25 +27,26 @@ struct VoxelSet {
   }
 };
 
-/// A frame's sums for one block; one per thread. Folding resets them to zero for the next block.
+/// A frame's sums for one block. Each thread has one; fold() resets the sums to zero for the next
+/// block.
 struct BlockSums {
   VoxelSums voxel[kDirectionCount][kVoxelsPerBlock];
   VoxelSet covered[kDirectionCount];  ///< Voxels with a weight; see findCovered().
 };
 
-/// Finds the covered voxels of a direction. @pre Its sums are complete.
+/// Finds the covered voxels of a direction from its sums.
 void findCovered(BlockSums& sums, int direction);
 
-/// Adds the parts of surfels that are in the block to its sums.
+/// Adds the samples of surfels that lie in the block to its sums.
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums);
 
-/// Voxel projection: each voxel uses the pixel that it falls on.
+/// The same for voxel projection: each voxel takes the surfel of the pixel that it projects to.
 void project(const TouchedBlock& block, const std::vector<Surfel>& surfels, const FrameView& frame,
              const FusionSettings& fusion, BlockSums& sums);
 
-/// Folds the sums of `directions` (a bit each) for which the block has an array, and resets the
-/// sums of all of them.
+/// Folds the sums of those `directions` (one bit each) for which the block has an array, and resets
+/// the sums of all `directions`.
 /// @return the directions whose arrays are empty afterwards.
 uint32_t fold(BlockSums& sums, uint32_t directions, const BlockEntry& entry, float depth_weight,
               const FusionSettings& fusion, VoxelStore& voxels);

@@ -19,8 +19,8 @@ struct ContradictedVoxel {
 
 constexpr int kRows = kBlockSide * kBlockSide;
 
-/// Distances of an array, and a 1 for each voxel that has one; both are 0 for others and around the
-/// array.
+/// The distances of an array, with 1 for voxels that have one and 0 for others. Voxels without a
+/// distance surround the array.
 class DistanceGrid {
  public:
   void take(const Voxel* voxels) {
@@ -49,7 +49,7 @@ class DistanceGrid {
   float sdf_[kSide * kSide * kSide] = {}, known_[kSide * kSide * kSide] = {};
 };
 
-/// Judges the voxels of an array row by row, in loops that compilers vectorise. Same bits as
+/// Judges the voxels of an array row by row, in loops that compilers vectorise. Same results as
 /// judge().
 class RowJudge {
  public:
@@ -82,7 +82,7 @@ class RowJudge {
   }
 
  private:
-  /// @return whether any voxel of the row is judged.
+  /// Finds the voxels of the row to judge. @return whether there are any.
   bool findJudged(const VoxelRow& voxels, const LaneInts& covered) {
     const LaneInts nothing(0);
     const LaneInts is_empty = voxels.weightUnits() == nothing;
@@ -96,7 +96,7 @@ class RowJudge {
     return any(judged);
   }
 
-  /// The same as judgedOrigin(). Rows without covered voxels have no anchors to unpack.
+  /// Computes judgedOrigin() of each voxel; without covered voxels, no anchor has to be unpacked.
   void findOrigins(const VoxelRow& voxels, int row, const LaneInts& covered) {
     const auto put = [&](int x, const Vec3f& origin) {
       place_x_[x] = origin.x;
@@ -115,7 +115,7 @@ class RowJudge {
     }
   }
 
-  /// Moves from the origins to the feet; covered and empty voxels stay.
+  /// Moves the places from the origins to the feet, except for covered and empty voxels.
   void moveToFeet(const VoxelRow& voxels, int row, const LaneInts& covered) {
     const LaneFloats judged_sdf = select(covered, LaneFloats(0.0f), voxels.sdf());
     if (!any(bitsOf(judged_sdf))) return;
@@ -146,8 +146,8 @@ class RowJudge {
     }
   }
 
-  /// The judged voxels whose own pixels look through their places, a bit each. Branch-free, as
-  /// branches would be unpredictable.
+  /// The judged voxels whose places are free in the pixels that they project to, one bit each.
+  /// Branch-free, as branches would be unpredictable.
   uint32_t lookedThrough() const {
     uint32_t through = 0;
     for (int x = 0; x < kBlockSide; ++x) {
@@ -157,12 +157,12 @@ class RowJudge {
     return through;
   }
 
-  const FrameSensing sensing_;  // local copies, which the results cannot alias
+  const FrameSensing sensing_;  // copies, as stores may alias references
   const Facing facing_;
   const Vec3f first_voxel_L_;
   const bool in_turn_;
   const FusionRules rules_;
-  const std::optional<DistanceGrid>& distances_;  ///< The array's distances, if it is its turn.
+  const std::optional<DistanceGrid>& distances_;  ///< Of the array, if the block is in turn.
   int32_t covered_[kBlockSide], judged_[kBlockSide], is_empty_[kBlockSide];
   float place_x_[kBlockSide], place_y_[kBlockSide], place_z_[kBlockSide];
   float depth_m_[kBlockSide], u_[kBlockSide], v_[kBlockSide];
@@ -170,8 +170,8 @@ class RowJudge {
   float pixel_depth_m_[kBlockSide];
 };
 
-/// Finds the contradicted voxels of an array. All are judged before any changes, as they depend on
-/// their neighbours.
+/// Finds the contradicted voxels of an array, before any of them changes: a voxel's foot depends on
+/// its neighbours.
 /// @return their number.
 int findContradicted(const BlockLook& look, int direction, const FrameSensing& sensing,
                      const FusionRules& rules, const Voxel* voxels,
@@ -200,7 +200,7 @@ int findContradicted(const BlockLook& look, int direction, const FrameSensing& s
 ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing,
                         const FusionRules& rules, VoxelStore& voxels) {
   ClearedBlock result{false, 0, 0};
-  std::optional<DistanceGrid> distances;  // most blocks need none, and it is large
+  std::optional<DistanceGrid> distances;  // large, and most blocks need none
   if (look.in_turn) distances.emplace();
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;

@@ -9,20 +9,20 @@
 
 namespace dtsdf {
 
-/// A frame's check of a block.
+/// How to check a block against a frame.
 struct BlockLook {
   Vec3i block_L;          ///< Coordinates relative to the frame's origin.
-  bool in_turn;           ///< Whether it is the block's turn.
-  const BlockSums* sums;  ///< Folded sums of the frame; null if it does not touch the block.
+  bool in_turn;           ///< Whether to check uncovered voxels, too.
+  const BlockSums* sums;  ///< After fold(); null if the frame does not touch the block.
   uint32_t directions;    ///< Bit d: the frame has sums of direction d.
-  bool directional;       ///< False: the only array holds surfaces of any direction.
+  bool directional;       ///< False: the only array holds surfaces of all directions.
 };
 
 /// How a block changed.
 struct ClearedBlock {
   bool changed;                 ///< Some voxel with a distance lost evidence.
   uint32_t emptied_directions;  ///< Bit d: some voxel of direction d lost its distance.
-  uint32_t empty_directions;    ///< Bit d: the whole array is empty.
+  uint32_t empty_directions;    ///< Bit d: the array of direction d has become empty.
 };
 
 ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing,

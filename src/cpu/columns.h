@@ -1,4 +1,4 @@
-/// Records stored by columns, for vector instructions.
+/// Records stored in columns, for vector instructions.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace dtsdf {
 
-/// Up to kMax records of 32-bit numbers, stored member by member, so that compilers can vectorise
-/// loops over records. This requires that all words are named individually, not in a loop.
+/// Up to kMax records of 32-bit words, with one array per word, so that compilers can vectorise
+/// loops over records. They cannot if set() and get() loop over words, hence the fold expressions.
 template <class Record, int kMax>
 class Columns {
   static_assert(std::is_trivially_copyable<Record>::value, "");

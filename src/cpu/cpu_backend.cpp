@@ -35,7 +35,7 @@ namespace {
 
 constexpr size_t kArraysAtATime = 64;  ///< Arrays that a thread clears or copies at a time.
 
-/// Empties a block's voxels, but not their colours, in a region given in voxels.
+/// Empties the voxels of a block that lie in a region. Their colours stay.
 EmptiedBlock emptyBlock(const BlockEntry& entry, const RegionView& region, VoxelStore& voxels) {
   const Vec3i first = firstVoxelOfBlock(entry.key);
   bool inside[kVoxelsPerBlock];
@@ -58,7 +58,7 @@ EmptiedBlock emptyBlock(const BlockEntry& entry, const RegionView& region, Voxel
   return result;
 }
 
-/// A map in the host's memory, with all that fusing and meshing need.
+/// A map in host memory, and the stages that fuse, mesh and render it.
 class CpuBackend : public MapBackend {
  public:
   CpuBackend(const MapperParams& params, const Rules& rules, const BlockTable& table)
@@ -142,8 +142,8 @@ class CpuBackend : public MapBackend {
 
   void reserveFrame(const std::vector<int32_t>&) override {}
 
-  /// Runs three stages in one loop over the blocks, so that a block's sums stay in a thread's
-  /// cache. The profile counts all of it as "cast".
+  /// Casts, folds and clears in one loop over the touched blocks, so that a block's sums stay in a
+  /// thread's cache. The profile counts this loop as "cast".
   void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>& in_view) override {
     const std::vector<TouchedBlock>& blocks = block_finder_.touched();
     std::vector<EmptyBlock> outcome(blocks.size(), EmptyBlock{-1, 0});
@@ -307,12 +307,13 @@ class CpuBackend : public MapBackend {
                               fusion_.truncation_voxels);
   }
 
-  /// Thread-safe for different blocks. @return the directions left empty.
+  /// Casts, folds and clears a touched block. Thread-safe for different blocks. @return the
+  /// directions whose arrays are empty afterwards, one bit each.
   uint32_t fuseBlock(const TouchedBlock& block, const BlockEntry& entry, uint64_t frame_number,
                      BlockSums& sums) {
     const FrameView& frame = sensing_.image.frame;
     const bool casts = castsSurfels(params_);
-    // A voxel may project to a surfel that touches other blocks.
+    // In voxel projection, a voxel may take a surfel that does not touch its block.
     const uint32_t directions = casts ? block.directions : kAllDirections;
     prefetchBlock(entry, map_, directions);
     if (casts) {
@@ -377,7 +378,7 @@ class CpuBackend : public MapBackend {
   FreeCellFinder free_cell_finder_;
   FrameSensing sensing_ = {};           ///< From the last depth image.
   std::vector<uint64_t> last_touched_;  ///< Per slot, the last frame that touched it; 0: none.
-  std::vector<CubeMask> free_cubes_;    ///< From an image that is not fused yet.
+  std::vector<CubeMask> free_cubes_;    ///< Seen free by an image that is not fused yet.
   FrameOutcome outcome_;
   MeshUpdate meshes_;
   Profile* profile_ = nullptr;
@@ -385,7 +386,6 @@ class CpuBackend : public MapBackend {
 
 }  // namespace
 
-/// With params.threads = 0, one per core that this process may use.
 int cpuThreads(const MapperParams& params) {
   cpu_set_t cores;
   const bool asks = params.threads == 0 && sched_getaffinity(0, sizeof(cores), &cores) == 0;

@@ -1,4 +1,4 @@
-/// The CPU backend, on all cores.
+/// The CPU backend.
 #pragma once
 
 #include "backend/map_backend.h"
@@ -7,10 +7,11 @@
 
 namespace dtsdf {
 
-/// Number of threads of a mapper on the CPU.
+/// Number of threads of a mapper on the CPU: `threads`, or if that is 0, the number of cores that
+/// this process may use.
 int cpuThreads(const MapperParams& params);
 
-/// Makes CPU backends with this many threads.
+/// Returns a function that makes a CPU backend for a block table.
 BackendMaker cpuBackends(const MapperParams& params, const Rules& rules);
 
 }  // namespace dtsdf

@@ -21,7 +21,8 @@ class LineBatch {
     numbers_[count_++] = number;
   }
 
-  /// Computes the lines of all surfels in the batch, in loops that compilers vectorise.
+  /// Computes the lines and directions of all surfels in the batch, in loops that compilers
+  /// vectorise.
   void compute(const FrameSensing& sensing, const FusionSettings& fusion) {
     withWidestVectors([&] { computeAll(sensing, fusion); });
   }
@@ -33,7 +34,7 @@ class LineBatch {
 
  private:
   void computeAll(const FrameSensing& of_frame, const FusionSettings& of_fusion) {
-    const FrameSensing sensing = of_frame;  // local copies, which the results cannot alias
+    const FrameSensing sensing = of_frame;  // copies, as stores may alias references
     const FusionSettings fusion = of_fusion;
     const int count = count_;
     for (int i = 0; i < count; ++i) lines_.set(i, sampleLineOf(surfels_[i], sensing, fusion));
@@ -109,7 +110,7 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
     share.reset();
     LineBatch batch;
     const size_t first = count * part / shares_.size(), end = count * (part + 1) / shares_.size();
-    size_t begin = 0;  // first surfel of the list
+    size_t begin = 0;  // number of the list's first surfel
     for (const std::vector<Surfel>& list : lists) {
       const size_t last = std::min(begin + list.size(), end);
       for (size_t i = std::max(begin, first); i < last; ++i) {

@@ -11,13 +11,13 @@
 
 namespace dtsdf {
 
-/// A surfel's line as casting needs it, in one cache line, as the surfels of a block are scattered
-/// in memory.
+/// What casting needs of a surfel. It fills one cache line, as a block's surfels are scattered in
+/// memory.
 struct alignas(64) StoredLine {
   SampleLine line;
   float weight[3];     ///< One per direction.
-  uint8_t directions;  ///< A bit each.
-  bool has_sides;      ///< Sides are stored separately; those of narrow pixels have none.
+  uint8_t directions;  ///< One bit each.
+  bool has_sides;      ///< See BlockFinder::sides(); narrow pixels have none.
 };
 static_assert(sizeof(StoredLine) == 64, "");
 
@@ -26,7 +26,7 @@ struct TouchedBlock {
   Vec3i block_L;        ///< Coordinates relative to the frame's origin.
   PackedKey key;        ///< Coordinates in the map.
   uint32_t directions;  ///< Bit d: a surfel belongs to direction d.
-  std::vector<const std::vector<uint32_t>*> surfels;  ///< Lists of surfel numbers.
+  std::vector<const std::vector<uint32_t>*> surfels;  ///< Lists of the numbers of its surfels.
 };
 
 class LineBatch;
@@ -39,15 +39,15 @@ class BlockFinder {
   /// through all lists.
   void findBlocks(const std::vector<std::vector<Surfel>>& lists, const FrameSensing& sensing);
 
-  /// The blocks that were found last.
+  /// The blocks from the last findBlocks().
   const std::vector<TouchedBlock>& touched() const { return touched_; }
 
-  /// The line of a surfel, and its sides; undefined for a surfel without a weight, or without
-  /// sides.
+  /// The line of a surfel; undefined if the surfel has no weight.
   const StoredLine& line(uint32_t surfel) const { return lines_[surfel]; }
+  /// The sides of a surfel; undefined unless line(surfel).has_sides.
   const MeasuredSides& sides(uint32_t surfel) const { return sides_[surfel]; }
 
-  /// Memory of the lists of surfels and of the lines, which is most of it.
+  /// Memory of lines, sides and lists of surfels; the rest is small.
   size_t bytes() const;
 
  private:
@@ -57,13 +57,13 @@ class BlockFinder {
     uint32_t directions;
     std::vector<uint32_t> surfels;
   };
-  /// One thread's share of the surfels; buffers are reused for each frame.
+  /// The bins of one thread's share of the surfels, reused for each frame.
   class Share {
    public:
     void reset();
     Bin& find(const Vec3i& block_L, const Vec3i& origin_block);
 
-    std::vector<Bin> bins;  ///< The last frame's come first.
+    std::vector<Bin> bins;  ///< Those of the last frame come first.
     size_t used = 0;        ///< Number of bins of the last frame.
 
    private:

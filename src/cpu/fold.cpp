@@ -30,7 +30,7 @@ class FoldBatch {
     nearest_[i] = rounded.nearest;
   }
 
-  /// Stores the folded voxels in their array, and empties the batch.
+  /// Folds the sums into the voxels, stores these in their array, and empties the batch.
   void foldInto(Voxel* voxels, float depth_weight, const FusionSettings& fusion) {
     withWidestVectors([&] { compute(depth_weight, fusion); });
     for (int i = 0; i < count_; ++i) voxels[index_[i]] = voxelAt(i);
@@ -44,9 +44,9 @@ class FoldBatch {
     return {static_cast<int16_t>(sdf_units_[i]), static_cast<uint16_t>(anchor_[i]), state_[i]};
   }
 
-  /// Computes up to a multiple of kTogether; the rest are old values.
+  /// Also computes leftovers of earlier batches, up to a multiple of kTogether.
   void compute(float depth_weight, const FusionSettings& settings) {
-    const FusionSettings fusion = settings;  // a local copy, which the results cannot alias
+    const FusionSettings fusion = settings;  // a copy, as stores may alias the reference
     const int count = (count_ + kTogether - 1) / kTogether * kTogether;
     for (int i = 0; i < count; ++i) {
       const RoundedSums sums{weighted_sdf_[i], weight_[i], dither_[i], nearest_[i]};

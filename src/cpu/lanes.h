@@ -1,7 +1,7 @@
-/// Eight values in one vector: the operations of kernels/core/select.h for a row of units at once.
+/// Vectors of eight values: the operations of kernels/core/select.h for a whole row of units.
 ///
-/// Each lane gives the same bits as the operation on a single value. GCC compiles its vector types
-/// to AVX2 (widest_vectors.h), SSE2, NEON or whatever exists, without specific code.
+/// Each lane gives the same bits as the operation on a single value. Compilers translate these
+/// vector types to what the target has, such as AVX2 (widest_vectors.h), SSE2 or NEON.
 #pragma once
 
 #include <cmath>
@@ -16,15 +16,15 @@ constexpr int kLanes = 8;
 
 template <class T>
 struct Lanes {
-  typedef T Vector __attribute__((vector_size(32)));  // GCC ignores the attribute in a `using`
+  typedef T Vector __attribute__((vector_size(32)));  // GCC ignores it in a template's `using`
   Vector v;
 
   // cppcheck-suppress uninitMemberVar  ; like an int or a float
   Lanes() = default;
   explicit Lanes(T all) : v(all - Vector{}) {}
   explicit Lanes(const Vector& vector) : v(vector) {}
-  // Copies whole vectors. GCC copies the struct in halves, and loading the whole vector right after
-  // that stalls (no store forwarding).
+  // By default, GCC copies the struct in halves. Loading the whole vector right after that stalls,
+  // as stores are not forwarded.
   Lanes(const Lanes& other) : v(other.v) {}
   Lanes& operator=(const Lanes& other) {
     v = other.v;

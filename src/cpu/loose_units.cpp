@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-/// Processes the rows of a window one after the other in one thread.
+/// A team for LoosePieces with a single thread, which processes the rows of a window in order.
 class SequentialRows {
  public:
   static constexpr bool kAtOnce = false;
@@ -35,7 +35,7 @@ class SequentialRows {
       eachOfLayer(z, visit);
     }
   }
-  /// If it holds for a row, that row or its neighbours have grown.
+  /// Where holds(row) is true, the piece has grown, possibly into adjacent layers.
   template <class Holds>
   bool any(const Holds& holds) const {
     bool any = false;
@@ -74,7 +74,7 @@ class SequentialRows {
   mutable int low_ = 0, high_ = 0;  ///< Layers where the piece may have units.
 };
 
-/// All units connected over faces to the first unit.
+/// The units connected to the first one through faces.
 BlockBits firstPiece(const BlockBits& units) {
   constexpr uint64_t kFirstColumn = 0x0101010101010101u, kLastColumn = kFirstColumn << 7;
   BlockBits piece = {};
@@ -110,7 +110,7 @@ bool isSmall(const BlockBits& piece, int max_units) {
            spansMore(along_z, max_units));
 }
 
-/// The units of pieces that look small within the block. Most blocks have none, and so no loose
+/// The units of pieces that are small within the block. Most blocks have none, and so no loose
 /// pieces.
 BlockBits unitsInDoubt(BlockBits units, int max_units) {
   BlockBits in_doubt = {};

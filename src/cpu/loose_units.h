@@ -19,7 +19,7 @@ inline void addUnit(BlockBits& bits, const Vec3i& unit) {
   bits[unit.z] |= uint64_t{1} << (unit.x + kBlockSide * unit.y);
 }
 
-/// The units of a block's surface that belong to loose pieces.
+/// The units of `surface` that belong to loose pieces of at most max_units along each axis.
 BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels, int max_units);
 
 }  // namespace dtsdf

@@ -8,7 +8,7 @@
 namespace dtsdf {
 namespace {
 
-/// The measured pixels that are not merged in a stretch of a row before `end_u`, a bit each.
+/// The measured pixels of a stretch of a row, before `end_u`, that are not merged; one bit each.
 static_assert(kStretch <= 64, "a bit for each pixel");
 uint64_t singlesOf(const ImageView& image, const Pixel& first, int end_u,
                    const std::vector<MergedPatch>& patches) {
@@ -24,8 +24,8 @@ uint64_t singlesOf(const ImageView& image, const Pixel& first, int end_u,
   return listed;
 }
 
-/// Writes the members in place: a copied surfel would be loaded in larger parts than it was written
-/// in, which stalls.
+/// Assigns in place: push_back() would load the surfel in larger parts than it was stored in, which
+/// stalls.
 void append(const Surfel& surfel, std::vector<Surfel>& surfels) {
   if (surfel.weight > 0.0f) surfels.emplace_back() = surfel;
 }
@@ -45,7 +45,8 @@ void SurfelMaker::makeSurfels(const FrameSensing& sensing) {
   }
 }
 
-/// Calls visit(u, fit down the column) for the wanted pixels of a stretch of a row, a bit each.
+/// Calls visit(u, fit) with the column fit of each wanted pixel in a stretch of a row.
+/// @param wanted One bit per pixel.
 template <class Visit>
 void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& first, uint64_t wanted,
                                   const Visit& visit) const {
@@ -113,7 +114,7 @@ void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v,
   }
   for (int v = first_v; v < end_v; ++v) {
     makeSingles(sensing, v, span, patches, surfels);
-    if (v % kQuadSide != 0) continue;  // no square starts here
+    if (v % kQuadSide != 0) continue;  // no merged square starts in this row
     for (int u = span.begin; u < span.end; u += kQuadSide) {
       const int side = mergedSide(patches[u / kPatchSide], {u, v});
       if (side <= 1) continue;
@@ -122,7 +123,7 @@ void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v,
   }
 }
 
-/// Appends the surfels of the pixels of a row that are not merged.
+/// Appends the surfels of those pixels of a row that are not merged.
 void SurfelMaker::makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span,
                               const std::vector<MergedPatch>& patches,
                               std::vector<Surfel>& surfels) const {

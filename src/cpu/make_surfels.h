@@ -16,12 +16,12 @@ class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, int threads);
 
-  /// For casting, makes a surfel for each square of merged pixels, pixel or subpixel, all with a
-  /// weight; their order does not matter. For voxel projection, makes one for each pixel in the
-  /// image's order, with weight 0 where nothing is measured.
+  /// For casting, makes a surfel for each merged square, other pixel or subpixel; all have a
+  /// weight, and their order does not matter. For voxel projection, makes one for each pixel, in
+  /// row order, with weight 0 where nothing is measured.
   void makeSurfels(const FrameSensing& sensing);
 
-  /// The surfels that were made last, in one or more lists; in a single list for voxel projection.
+  /// The surfels from the last makeSurfels(). Voxel projection has a single list.
   const std::vector<std::vector<Surfel>>& lists() const { return lists_; }
 
   size_t bytes() const;
@@ -39,10 +39,10 @@ class SurfelMaker {
   void visitColumnFits(const FrameSensing& sensing, const Pixel& first, uint64_t wanted,
                        const Visit& visit) const;
 
-  const bool merges_;  ///< Merges and subdivides pixels, for casting.
+  const bool merges_;  ///< Whether to merge and subdivide pixels.
   const SurfelSettings surfel_settings_;
   const int threads_;
-  std::vector<std::vector<Surfel>> lists_;  ///< One per row of patches when casting.
+  std::vector<std::vector<Surfel>> lists_;  ///< When casting, one per row of patches.
 };
 
 }  // namespace dtsdf

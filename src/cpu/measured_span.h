@@ -1,4 +1,4 @@
-/// Finds the part of an image row that holds measurements, so that the empty rest is skipped.
+/// Finds the part of an image row that holds measurements. The empty rest can be skipped.
 #pragma once
 
 #include <algorithm>
@@ -9,16 +9,16 @@
 namespace dtsdf {
 
 struct PixelSpan {
-  int begin, end;  ///< Equal if empty.
+  int begin, end;  ///< Equal if the span is empty.
 
   bool isEmpty() const { return begin == end; }
 };
 
-/// Spans begin and end at multiples of this many pixels (and so of patches), or at the image's
-/// border.
+/// Spans begin and end at multiples of this number of pixels, or at the image's border. So they
+/// contain whole patches.
 constexpr int kSpanStep = 16;
 
-/// Whether the values up to the next multiple of kSpanStep, or to the row's end, are all 0.
+/// Whether the kSpanStep values from `first` on, or those up to the row's end, are all 0.
 template <class T>
 bool isBlank(const char* row, int first, int width) {
   uint64_t words[kSpanStep * sizeof(T) / sizeof(uint64_t)] = {};
@@ -33,8 +33,9 @@ bool isBlank(const char* row, int first, int width) {
   return any == 0;
 }
 
-/// The span from the first value that is not 0 to the last, rounded outwards. @param row May have
-/// any alignment. @param within All values outside must be 0.
+/// The span from the first nonzero value to the last, rounded outwards to kSpanStep.
+/// @param row May have any alignment.
+/// @param within All values outside must be 0.
 template <class T>
 PixelSpan measuredSpan(const void* row, int width, const PixelSpan& within) {
   const auto* const bytes = static_cast<const char*>(row);
@@ -52,21 +53,21 @@ inline PixelSpan unite(const PixelSpan& a, const PixelSpan& b) {
   return {std::min(a.begin, b.begin), std::max(a.end, b.end)};
 }
 
-/// An image whose rows are 0 outside of one span each. Its memory is reused for each frame: only
-/// what an earlier frame left outside the new span is zeroed.
+/// An image that is 0 outside one span per row. Memory is reused for each frame: only leftovers
+/// outside the new span are zeroed.
 template <class T>
 class SpanImage {
  public:
   void resize(int width, int height) {
     if (width_ == width && spans_.size() == static_cast<size_t>(height)) return;
-    width_ = 0;  // no size until all memory is allocated
+    width_ = 0;  // in case an allocation fails
     pixels_.assign(static_cast<size_t>(width) * height, T{});
     spans_.assign(height, {0, 0});
     width_ = width;
   }
 
-  /// Returns a row that is 0 outside its new span; the caller must write the span. Thread-safe for
-  /// different rows.
+  /// Zeroes a row outside its new span, which the caller must write, and returns it. Thread-safe
+  /// for different rows.
   T* newRow(size_t v, const PixelSpan& span) {
     T* const row = &pixels_[v * width_];
     const PixelSpan old = spans_[v];

@@ -13,12 +13,12 @@
 namespace dtsdf {
 namespace {
 
-// Surface points are found and drawn in loops that compilers vectorise. Same bits as the rules of
+// Surface points are found and drawn in loops that compilers vectorise, with the same bits as
 // kernels/colour.
 
 int listNear(const PointView& of_image, const Voxel* voxels, int* near) {
-  constexpr int kRow = 16;          // tested together, as most have none
-  const PointView view = of_image;  // a local copy, which the results cannot alias
+  constexpr int kRow = 16;          // tested together, as most rows have none
+  const PointView view = of_image;  // a copy, as stores may alias the reference
   int count = 0;
   for (int row = 0; row < kVoxelsPerBlock; row += kRow) {
     int32_t is_near[kRow], any = 0;
@@ -64,7 +64,7 @@ class PointBatch {
 
  private:
   void placeAll(const PointView& of_image, const Vec3f& of_block, int direction, int count) {
-    const FrameView frame = of_image.frame;  // local copies, which the results cannot alias
+    const FrameView frame = of_image.frame;  // copies, as stores may alias references
     const Vec3f first_voxel_L = of_block;
     const Facing facing = facingOf(of_image.directional ? direction : kAnyDirection);
     for (int k = 0; k < count; ++k) {
@@ -96,8 +96,8 @@ void drawRows(const SurfacePiece* pieces, int count, int32_t width, float* hidin
   }
 }
 
-/// The same as drawSurface() of each piece. Up to kCells cells after the image are read and
-/// rewritten.
+/// The same as drawSurface() for each piece, but also reads and rewrites up to kCells cells after
+/// the image.
 void drawPieces(const SurfacePiece* pieces, int count, int32_t width, float* hiding_m) {
   withWidestVectors([&] { drawRows(pieces, count, width, hiding_m); });
 }
@@ -130,7 +130,7 @@ void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixe
   for (int v = first_row; v < end_row; ++v) {
     const auto* row = static_cast<const uint8_t*>(frame.data) + v * frame.row_bytes;
     ColourPixel* to = pixels + static_cast<size_t>(v) * frame.width;
-    switch (frame.encoding) {  // constants for the usual ones, so that compilers can optimise
+    switch (frame.encoding) {  // constant layouts are faster; these are the usual ones
       case ColourEncoding::kRgb8: copyRow(row, frame.width, {3, 0, 1, 2}, to); break;
       case ColourEncoding::kBgr8: copyRow(row, frame.width, {3, 2, 1, 0}, to); break;
       default: copyRow(row, frame.width, layout, to);
@@ -138,7 +138,7 @@ void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixe
   }
 }
 
-/// The same as halvedPixel() of each pixel; only the last may need pixels beyond the image.
+/// The same as halvedPixel() for a row. Only the last pixel may reach beyond the image.
 void halveRow(const ColourImage& image, int level, int32_t v, ColourPixel* __restrict__ row) {
   const ColourLevel& finer = image.level[level - 1];
   const int32_t inside = finer.width / 2;
@@ -212,7 +212,7 @@ void Painter::findBlocksInView(const std::vector<int32_t>& candidates, const Blo
   }
 }
 
-/// Draws the surfaces of a block that hide others, and stores the points that may be seen.
+/// Draws those surfaces of a block that hide others, and stores the points that may be visible.
 void Painter::findPoints(CpuMap& map, BlockView& block, float* hiding_m) const {
   const PointView& view = sensing_.view;
   const BlockEntry& entry = map.table.block(block.slot);
@@ -242,7 +242,7 @@ void Painter::findPoints(CpuMap& map, BlockView& block, float* hiding_m) const {
   });
 }
 
-/// Each thread draws its own depth image; these are merged by their minimum.
+/// Each thread draws into its own depth image; the minimum of all is stored in the first.
 void Painter::findPoints(CpuMap& map) {
   const int32_t width = cellsFor(sensing_.view.frame.width);
   const int32_t height = cellsFor(sensing_.view.frame.height);
@@ -275,7 +275,7 @@ void Painter::sample(BlockView& block) const {
   }
 }
 
-/// Adds up the samples' exposure sums, and finds the bricks that they are in.
+/// Adds up the samples for the exposure, and finds the bricks that they are in.
 void Painter::sumExposure(CpuMap& map, BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   block.sums = {};

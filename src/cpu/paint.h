@@ -13,11 +13,11 @@
 
 namespace dtsdf {
 
-/// Removes the colours of a block's empty voxels in these directions (a bit each), so that a later
-/// surface there does not inherit them.
+/// Removes the colours of a block's empty voxels in these directions (one bit each), so that later
+/// surfaces do not inherit them.
 void forgetColours(const BlockEntry& entry, uint32_t directions, CpuMap& map);
 
-/// Paints an image in steps: takeImage(), look(), and paint() once the bricks for its colours
+/// Paints an image in steps: takeImage(), look(), and paint() when the bricks for its colours
 /// exist.
 class Painter {
  public:
@@ -33,19 +33,19 @@ class Painter {
   /// The bricks that painting the image needs.
   std::vector<ColourRequest> requests(CpuMap& map) const;
 
-  /// Paints the surfaces that look() found, as far as bricks exist.
+  /// Paints the surfaces that look() found, where bricks exist.
   /// @return the slots of the blocks that look different now.
   std::vector<int32_t> paint(const Exposure& exposure, CpuMap& map);
 
   size_t bytes() const;
 
  private:
-  /// The image's view of one block. Voxels are numbered direction * kVoxelsPerBlock + index.
+  /// What the image shows of a block. Voxels are numbered direction * kVoxelsPerBlock + index.
   struct BlockView {
     int32_t slot;
     std::vector<std::pair<uint16_t, SurfacePoint>> points;   ///< Points that face the camera.
     std::vector<std::pair<uint16_t, ColourSample>> samples;  ///< Samples of visible points.
-    uint64_t bricks;                                         ///< Bricks of the samples, a bit each.
+    uint64_t bricks;  ///< Bricks of the samples, one bit each.
     ExposureSums sums;
   };
 
@@ -62,7 +62,7 @@ class Painter {
   const int threads_;
   ColourSensing sensing_ = {};
   std::vector<ColourPixel> pixels_;           ///< The image at all levels.
-  std::vector<std::vector<float>> hiding_m_;  ///< One per thread, merged into the first.
+  std::vector<std::vector<float>> hiding_m_;  ///< Depths for hiding, per thread.
   std::vector<BlockView> blocks_;             ///< Those in view come first.
   size_t blocks_in_view_ = 0;
 };

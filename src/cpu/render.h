@@ -13,10 +13,10 @@
 
 namespace dtsdf {
 
-/// The key drawn into a pixel, which other threads may be drawing.
+/// The key in a pixel, which other threads may be changing.
 inline ViewKey drawnAt(const ViewKey& pixel) { return __atomic_load_n(&pixel, __ATOMIC_RELAXED); }
 
-/// Draws a key unless a nearer one is there. Thread-safe.
+/// Draws a key unless the pixel has a nearer one. Thread-safe.
 inline void draw(ViewKey& pixel, ViewKey key) {
   ViewKey found = drawnAt(pixel);
   while (key < found && !__atomic_compare_exchange_n(&pixel, &found, key, true, __ATOMIC_RELAXED,
@@ -57,7 +57,7 @@ inline std::vector<ProjectedVertex> projectVertices(const FrameView& frame, cons
   return seen;
 }
 
-/// Fills rows of a view's images; `colours` may be null.
+/// Fills the rows from `begin` to before `end` of a view's images; `colours` may be null.
 inline void fillRows(const FrameView& frame, int32_t begin, int32_t end, const ViewKey* surfaces,
                      const ViewKey* colours, RenderedView& view) {
   const auto first = static_cast<size_t>(pixelIndex(frame, {0, begin}));

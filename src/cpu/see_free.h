@@ -1,4 +1,4 @@
-/// The stage "see free" on the CPU: finds the cells of space that a depth image sees through.
+/// The stage "see free" on the CPU: finds the cells of space that a depth image sees free.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ class FreeCellFinder {
         threads_(threads),
         levels_(kFreeLevels) {}
 
-  /// Masks of the cells that are seen free, for cubes that have any.
+  /// The cells seen free, for those cubes that have any.
   /// @pre The frame has free depths.
   std::vector<CubeMask> find(const FrameSensing& sensing, const std::vector<Vec3i>& cubes) {
     const FrameView& frame = sensing.image.frame;
@@ -72,7 +72,7 @@ class FreeCellFinder {
   const int32_t cell_log2_;
   const float max_range_m_;
   const int threads_;
-  std::vector<std::vector<float>> levels_;  ///< Level 1 and up.
+  std::vector<std::vector<float>> levels_;  ///< Level 0 is stored by the FrameSensor.
 };
 
 }  // namespace dtsdf

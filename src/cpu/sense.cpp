@@ -17,7 +17,7 @@ template <class Raw>
 void invertRow(const void* __restrict__ row, const PixelSpan& span, const DepthRange& depth_range,
                float* __restrict__ inverse_depth) {
   const auto* const bytes = static_cast<const char*>(row);  // rows may have any alignment
-  const DepthRange range = depth_range;  // a local copy, which the results cannot alias
+  const DepthRange range = depth_range;  // a copy, as stores may alias the reference
   for (int u = span.begin; u < span.end; ++u) {
     Raw raw;
     std::memcpy(&raw, bytes + u * sizeof(Raw), sizeof(Raw));
@@ -25,12 +25,12 @@ void invertRow(const void* __restrict__ row, const PixelSpan& span, const DepthR
   }
 }
 
-/// The links of a row; linksOf() is called only where the steps alone do not decide.
+/// Links the pixels of a row. Calls linksOf() only where linkByStep() cannot decide.
 void linkRow(const FrameView& frame, const float* inverse_depth, int v, const PixelSpan& span,
              const LinkLimits& limits, PixelLinks* links) {
   const float* row = inverse_depth + pixelIndex(frame, {0, v});
   const int last = std::min(span.end, frame.width - 1);
-  int32_t right[kStretch], down[kStretch] = {};  // for the steps to the next pixels
+  int32_t right[kStretch], down[kStretch] = {};  // linkByStep() to the next pixels
   for (int first = span.begin; first < last; first += kStretch) {
     const int count = std::min(kStretch, last - first);
     const float* const pixels = row + first;
@@ -56,7 +56,7 @@ void linkRow(const FrameView& frame, const float* inverse_depth, int v, const Pi
 
 void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& span,
                          const FusionSettings& settings, float* __restrict__ free_depth) {
-  const FrameSensing sensing = of_frame;  // local copies, which the results cannot alias
+  const FrameSensing sensing = of_frame;  // copies, as stores may alias references
   const FusionSettings fusion = settings;
   const ImageView& image = sensing.image;
   const int64_t first = pixelIndex(image.frame, {0, v}), width = image.frame.width;
@@ -79,7 +79,7 @@ void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& s
   }
 }
 
-/// The maxima of the patches in some rows, whose values are 0 outside of a span.
+/// The maxima of a row of patches, from pixel row `first_v`; depths outside `span` are 0.
 void findGreatest(const FrameView& frame, const float* free_depth, int first_v,
                   const PixelSpan& span, float* patches) {
   const int end_v = std::min(first_v + kFreePatchSide, frame.height);
@@ -93,10 +93,10 @@ void findGreatest(const FrameView& frame, const float* free_depth, int first_v,
   }
 }
 
-/// The quartiles of the lines' variances, given as a histogram. @pre There is at least one line.
+/// Quartiles of the variances of lines, from their histogram. @pre There is at least one line.
 NoiseOfLines noiseOf(const uint32_t (&lines_in_bin)[kNoiseBins], uint32_t lines) {
   NoiseOfLines noise{{}, lines};
-  uint32_t up_to = lines_in_bin[0];  // lines up to the bin
+  uint32_t up_to = lines_in_bin[0];  // lines in bins up to `bin`
   int bin = 0;
   for (int quartile = 0; quartile < kNoiseQuartiles; ++quartile) {
     while (up_to <= quartileRank(lines, quartile)) up_to += lines_in_bin[++bin];
@@ -132,7 +132,7 @@ FrameSensing FrameSensor::sense(const DepthFrame& frame) {
   return sensing;
 }
 
-/// Pixels with the raw value 0 are not measured.
+/// Rows are 0 outside their spans, as a raw value of 0 is not a measurement.
 void FrameSensor::invertDepths(const DepthFrame& frame) {
   const int width = frame.width;
   measured_.resize(width, frame.height);
@@ -154,8 +154,8 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   });
 }
 
-/// Estimates the noise from lines, with a task for each step, as no two steps share a kind. Lines
-/// whose middle is not measured are skipped.
+/// Estimates the noise from lines. Each step is a task, as different steps belong to different
+/// kinds. Lines whose middle is not measured are skipped.
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   NoiseOfLines kinds[kNoiseKinds] = {};
   const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };
@@ -201,7 +201,7 @@ void FrameSensor::fillGaps(const FrameView& view, const DepthRange& range,
   });
 }
 
-/// Does both in one loop over the rows, as a row's fit needs only its own links.
+/// Links and fits in one loop over the rows, as a row's fits need only its own links.
 void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise) {
   const int width = view.width;
   links_.resize(width, view.height);
@@ -218,7 +218,7 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
     if (span.isEmpty()) return;
     withWidestVectors(
         [&] { linkRow(view, inverse_depth_.data(), static_cast<int>(v), span, limits, links); });
-    // Pixels in the margin count as unmeasured, which ends a walk as the image's border does.
+    // Pixels in the margin are unmeasured, so a walk ends there as it does at the image's border.
     std::vector<float> padded(width + 2 * margin, 0.0f);
     std::vector<PixelLinks> padded_links(width + 2 * margin, 0);
     std::copy_n(inverse_depth_.row(v), width, padded.data() + margin);

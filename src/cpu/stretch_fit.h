@@ -1,5 +1,5 @@
-/// Line fits of many neighbouring pixels at once: fitLine()'s walk, step by step for all of them,
-/// in loops that compilers vectorise. Same bits as fitLine().
+/// Fits lines around many neighbouring pixels at once. Each step of fitLine()'s walk is taken for
+/// all of them in a loop that compilers vectorise. Same bits as fitLine().
 #pragma once
 
 #include "kernels/surfels/line_fit.h"
@@ -16,13 +16,14 @@ class StretchFit {
     return {value_[i], slope_[i], mean_companion_[i], static_cast<int32_t>(count_[i])};
   }
 
-  /// Fits lines around up to kStretch neighbouring pixels, each at most as long as `line`. `first`
-  /// points to the samples at the first pixel.
+  /// Fits lines around neighbouring pixels, each at most as long as `line`.
+  /// @param pixels At most kStretch.
+  /// @param first Points to the samples of the first pixel.
   void compute(int pixels, const LineSamples& first, const PixelLine& line,
                const FitWindow& window);
 
  private:
-  /// @return the largest radius.
+  /// Starts the walks. @return the largest radius.
   int begin(int pixels, const LineSamples& first, const FitWindow& window);
   void takeStep(int pixels, const LineSamples& first, const PixelLine& line, int step);
   void finish(int pixels, const float* values);

@@ -36,7 +36,7 @@ std::vector<VertexColour> vertexColours(ColouredCorners corners,
   const auto colourOfEnd = [&](int edge) {
     const size_t i = vertex_of[edge];
     const bool is_known = vertices[i].edge == static_cast<uint32_t>(edge);
-    return is_known ? colours[i] : colourOn(edge);  // a missing end is at gaps only
+    return is_known ? colours[i] : colourOn(edge);  // an end is missing only at gaps
   };
   for (size_t i = 0; i < vertices.size(); ++i) {
     const uint32_t number = vertices[i].edge;

@@ -19,7 +19,7 @@ class ArrayStore {
   /// Makes room for `count` arrays, uninitialised. @throws std::bad_alloc
   void resize(size_t count) {
     while (slabs_.size() * kArraysPerSlab < count) {
-      std::unique_ptr<T[]> slab(new T[kArraysPerSlab * kSize]);  // make_unique() would fill it
+      std::unique_ptr<T[]> slab(new T[kArraysPerSlab * kSize]);  // make_unique() would zero it
       slabs_.push_back(std::move(slab));
     }
   }
@@ -28,7 +28,6 @@ class ArrayStore {
   const T* array(int32_t index) const {
     return &slabs_[index / kArraysPerSlab][(index % kArraysPerSlab) * kSize];
   }
-  /// Prefetches an array that will be read soon.
   void prefetch(int32_t index) const {
     constexpr int kPerCacheLine = 64 / sizeof(T);
     const T* const elements = array(index);
@@ -53,8 +52,8 @@ struct CpuMap {
   ColourStore colours;
 };
 
-/// Prefetches a block's voxel arrays of these directions (a bit each). Always inlined, since GCC
-/// drops calls of functions that only prefetch.
+/// Prefetches a block's voxel arrays of these directions (one bit each). Always inlined, since GCC
+/// drops calls to functions that only prefetch.
 __attribute__((always_inline)) inline void prefetchBlock(const BlockEntry& entry, const CpuMap& map,
                                                          uint32_t directions = kAllDirections) {
   for (int d = 0; d < kDirectionCount; ++d) {

@@ -1,15 +1,14 @@
-/// Runs loops with the widest vector instructions of the processor, beyond those that all of its
-/// architecture have.
+/// Runs loops with AVX2 where the processor has it; the rest of the build does not require it.
 #pragma once
 
 namespace dtsdf {
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
 
-/// All that `loops` calls is inlined into this function, and so compiled for AVX2. AVX2 has no
-/// fused multiply-add, so results have the same bits as on any other processor. It needs noipa:
-/// with -O2 (build type RelWithDebInfo), GCC 12 otherwise takes this function to have no effects
-/// and drops calls of it, which leaves maps empty.
+/// Everything that `loops` calls is inlined here, and so compiled for AVX2. As the target does not
+/// include fused multiply-add, results have the same bits as on any other processor. Without noipa,
+/// GCC 12 drops calls to this function at -O2 (build type RelWithDebInfo), as if it had no effects,
+/// and maps stay empty.
 template <class Loops>
 __attribute__((target("avx2"), flatten, noipa)) void runWithAvx2(const Loops& loops) {
   loops();
@@ -20,7 +19,7 @@ inline bool hasAvx2() {
   return has;
 }
 
-/// Runs plain loops; the compiler must be able to inline all that they call.
+/// Runs loops; the compiler must be able to inline everything that they call.
 template <class Loops>
 void withWidestVectors(const Loops& loops) {
   if (hasAvx2()) {

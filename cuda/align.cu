@@ -8,14 +8,14 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Small, so that the few points, each of which waits for memory, use all multiprocessors.
+/// Threads per block: few, so that even a small number of points occupies all multiprocessors.
 constexpr int kAlignThreads = 64;
 constexpr int kWarp = 32;
 
-/// Threads that search for the surface at a point together.
+/// Threads that search together for the surface at one point.
 constexpr int kLanes = 4;
 
-/// Number of blocks for this many threads.
+/// Number of blocks of threads that hold this number of threads.
 unsigned alignBlocks(size_t threads) {
   return static_cast<unsigned>((threads + kAlignThreads - 1) / kAlignThreads);
 }
@@ -25,7 +25,7 @@ constexpr int kSums = sizeof(AlignmentSums) / sizeof(int64_t);
 static_assert(sizeof(AlignmentSums) % sizeof(int64_t) == 0, "nothing but 64-bit integers");
 static_assert(kSums <= kAlignThreads, "one thread per sum");
 
-/// findSurface() by the lanes of a point, each of which tries another place along the normal.
+/// findSurface() by the kLanes threads of a point: each tries another place along the normal.
 template <class VoxelAt>
 __device__ FieldSample findSurfaceInLanes(const Vec3f& p_L, const Vec3f& normal, bool directional,
                                           float reach, VoxelAt& voxel) {
@@ -62,9 +62,8 @@ __global__ void __launch_bounds__(kAlignThreads)
   });
 }
 
-/// kLanes threads per point. Each warp adds its sums to the totals; the block of threads that
-/// finishes last writes these to the host and zeroes them, so that one kernel does a step of the
-/// alignment.
+/// kLanes threads per point. Each warp adds its sums to the totals. The last block of threads to
+/// finish writes these to the host and zeroes them, so a solver step needs a single kernel.
 __global__ void __launch_bounds__(kAlignThreads)
     addPointsKernel(FrameView view, bool directional, float cutoff, MapView map,
                     const AlignedPoint* points, size_t count, AlignmentSums* sums,
@@ -86,7 +85,7 @@ __global__ void __launch_bounds__(kAlignThreads)
   auto* totals = reinterpret_cast<unsigned long long*>(sums);
   for (int k = 0; k < kSums; ++k) {
     auto value = static_cast<unsigned long long>(values[k]);
-    for (int step = kWarp / 2; step >= kLanes; step /= 2) {  // the lanes of a point have the same
+    for (int step = kWarp / 2; step >= kLanes; step /= 2) {  // a point's lanes have the same value
       value += __shfl_down_sync(0xffffffffu, value, step);
     }
     if (threadIdx.x % kWarp == 0 && value != 0) atomicAdd(&totals[k], value);

@@ -1,4 +1,4 @@
-/// The stage "align" on the device: sums over an image's points, from which its pose is corrected.
+/// The stage "align" on the device: picks points of an image, and sums their normal equations.
 #pragma once
 
 #include "backend/pose_solver.h"
@@ -16,13 +16,13 @@ class PoseAligner {
  public:
   PoseAligner(const AlignmentSettings& settings, bool directional, const Stream& stream);
 
-  /// Enqueues the kernel that makes an image's points. @pre The image is uploaded.
+  /// Enqueues the kernel that picks an image's points. @pre The image is uploaded.
   void takePoints(const FrameView& view, const RawDepth& raw);
 
-  /// The sums over these points at another pose of the same image. Waits for the result.
+  /// The sums over these points; waits for them. @param view The same image, at any pose.
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const MapView& map);
 
-  /// Keys of the blocks that these sums read, each once.
+  /// Keys of the blocks that sumsAt() may read, each once.
   std::vector<PackedKey> keysAt(const FrameView& view, float cutoff);
 
   void addMemory(MapperMemory& memory) const;
@@ -33,10 +33,10 @@ class PoseAligner {
   const Stream& stream_;
   size_t point_count_ = 0;
   DeviceBuffer<AlignedPoint> points_;
-  DeviceBuffer<AlignmentSums> sums_;  ///< Totals of all blocks of threads; 0 between kernels.
+  DeviceBuffer<AlignmentSums> sums_;  ///< Totals of a kernel; 0 between kernels.
   DeviceBuffer<uint32_t> finished_;   ///< Blocks of threads that are done; 0 between kernels.
   PinnedBuffer<AlignmentSums> pinned_sums_;
-  PinnedBuffer<AlignedPoint> pinned_points_;  ///< A copy on the host, made on first use.
+  PinnedBuffer<AlignedPoint> pinned_points_;  ///< A copy on the host, made when needed.
   bool has_pinned_points_ = false;
 };
 

@@ -1,4 +1,4 @@
-/// Incremental meshing on the device: memory, the order of the stages, and the download of meshes.
+/// Incremental meshing on the device: holds the memory, enqueues the stages and downloads meshes.
 #pragma once
 
 #include <algorithm>
@@ -23,9 +23,9 @@ namespace gpu {
 constexpr size_t kFirstBlocks = 1 << 14, kFirstVertices = 1 << 16, kFirstTriangles = 1 << 17;
 constexpr int kThreadBlocksPerProcessor = 8;
 
-/// Runs one extraction at a time, on its own stream, in parallel with frames. begin() enqueues
-/// everything up to the meshes on the device, complete() waits for them and enqueues their
-/// download, finish() waits for the download.
+/// Runs one extraction at a time, on its own stream, in parallel with frames. begin() enqueues all
+/// stages that make meshes on the device, complete() waits for these and enqueues the download,
+/// finish() waits for the download.
 class BlockMesher {
  public:
   BlockMesher(const MeshSettings& rules, bool directional, bool refined)
@@ -48,17 +48,17 @@ class BlockMesher {
 
   ~BlockMesher() { stream_.drain(); }
 
-  /// Enqueues the part of an extraction that does not need the map, while the device is busy with a
-  /// frame. @pre No extraction is under way, or it is complete.
+  /// Enqueues the part of an extraction that does not need the map. Call this while the device is
+  /// busy with a frame. @pre No extraction is under way, or it is complete.
   void prepare() {
     if (!is_prepared_) totals_.zero(stream_);
     is_prepared_ = true;
   }
 
-  /// Enqueues an extraction of what changed up to the event.
-  /// @param max_dirty Upper limit for the number of blocks with changed voxels.
-  /// @param max_painted Upper limit for the number of blocks with changed colours.
-  /// @param min_evidence Evidence that a voxel needs to be known.
+  /// Enqueues an extraction of all changes made before `map_ready`.
+  /// @param max_dirty Upper limit of the number of blocks with changed voxels.
+  /// @param max_painted Upper limit of the number of blocks with changed colours.
+  /// @param min_evidence Voxels with less evidence count as unknown.
   void begin(const MapView& map, const Event& map_ready, size_t max_dirty, size_t max_painted,
              int32_t min_evidence) {
     map_ = map;
@@ -85,14 +85,14 @@ class BlockMesher {
                pinned_colours_);
   }
 
-  /// To be called before the map changes: waits until an extraction under way has read what it
-  /// needs. The download of the meshes continues in parallel.
+  /// Call this before the map changes: it waits until an extraction under way has read the map. The
+  /// download of the meshes may still be running on return.
   void complete() {
     if (state_ != State::kBegun) return;
     counted_.wait();
     const MeshSize size = pinned_totals_[0].size;
     if (size.vertices > vertices_.capacity() || size.triangles > triangles_.capacity()) {
-      // Vertices grow last: if memory for the others runs out, they still show the lack of room.
+      // vertices_ grows last: if memory runs out before that, its capacity is still too small.
       const size_t with_spare = size.vertices + size.vertices / 2;
       const size_t vertices =
           size.vertices > vertices_.capacity() ? with_spare : vertices_.capacity();
@@ -125,14 +125,13 @@ class BlockMesher {
   /// Whether an extraction may still read the map.
   bool isUnderWay() const { return state_ == State::kBegun; }
 
-  /// Whether blocks that have not changed since the last extraction have labels for this much
-  /// evidence.
+  /// Whether the labels of unchanged blocks were made with this minimum evidence.
   bool hasLabelled(int32_t min_evidence) const {
     return stamp_ > 0 && min_evidence_ == min_evidence;
   }
 
-  /// Whether the last mesh that finish() returned for a slot's block has triangles. Taken when the
-  /// block leaves the device, and set when it comes back.
+  /// Whether the last mesh that finish() returned for a slot's block has triangles. takeHasMesh()
+  /// clears this when the block leaves the device; setHasMesh() restores it when the block returns.
   bool takeHasMesh(int32_t slot) { return std::exchange(hasMesh(slot), uint8_t{0}) != 0; }
   void setHasMesh(int32_t slot, bool has_mesh) { hasMesh(slot) = has_mesh; }
 
@@ -240,7 +239,7 @@ class BlockMesher {
 
   MeshSettings rules_;
   bool directional_, refined_;
-  int thread_blocks_;  ///< Enough to fill the device: kernels work in strides.
+  int thread_blocks_;  ///< Enough to fill the device, as kernels use strides.
   Stream stream_;
   Event begun_{cudaEventDefault}, fetched_{cudaEventDefault}, counted_;
   State state_ = State::kIdle;

@@ -21,14 +21,14 @@ constexpr size_t kFirstInView = 1 << 14;
 /// A block that the stage visits.
 struct VisitedBlock {
   int32_t slot;     ///< -1: not in the map.
-  bool is_touched;  ///< False: the frame only looks at it.
+  bool is_touched;  ///< False: the frame only checks it.
   uint32_t empty;   ///< Bit d: the array of direction d was empty after the fold.
   Vec3f first_voxel_L;
-  bool in_turn;             ///< Whether it is the block's turn.
-  const uint32_t* covered;  ///< Covered voxels, by array of sums; null: not touched.
+  bool in_turn;             ///< Whether to check uncovered voxels, too.
+  const uint32_t* covered;  ///< Bits per array of sums; null: not touched.
   uint32_t directions;      ///< Directions of its arrays of sums.
 
-  /// Bits of the covered voxels in a direction; null if it has no sums of this direction.
+  /// Bits of the covered voxels in a direction; null if the block has no sums of this direction.
   __device__ const uint32_t* coveredOf(int direction) const {
     if (covered == nullptr || !(directions >> direction & 1)) return nullptr;
     return covered + __popc(directions & ((1u << direction) - 1u)) * kCoverWords;
@@ -38,7 +38,7 @@ struct VisitedBlock {
 /// The voxels of a block that the frame judges.
 struct JudgedVoxels {
   uint32_t count;
-  uint32_t emptied_directions;                        ///< Directions that lose a voxel.
+  uint32_t emptied_directions;                        ///< In which a voxel lost its distance.
   uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< packJudged()
 };
 
@@ -55,7 +55,7 @@ __device__ uint16_t packJudged(int direction, int voxel, bool is_covered) {
          static_cast<uint16_t>(is_covered ? kCoveredBit : 0u);
 }
 
-/// Lists the voxels to be judged, since a warp takes as long for one of them as for 32.
+/// Lists the voxels to be judged, to fill warps with them: a warp takes as long for one as for 32.
 __device__ void listJudged(const MapView& map, const FusionRules& rules, const SlotEntry& entry,
                            const VisitedBlock& block, JudgedVoxels& list) {
   __syncthreads();  // the previous block's list is no longer read
@@ -88,7 +88,8 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   __syncthreads();
 }
 
-/// What the frame observes at this thread's voxels, two bits each, if it changes the voxel.
+/// What the frame observes at this thread's voxels, two bits each; kOccupied where it does not
+/// contradict the voxel.
 __device__ uint32_t judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
                                 const MapView& map, const SlotEntry& entry,
                                 const Vec3f& first_voxel_L, const JudgedVoxels& list) {
@@ -114,7 +115,7 @@ __device__ bool isArrayEmpty(const Voxel* voxels) {
   return !__syncthreads_or(holds);
 }
 
-/// Takes evidence from the voxels that the frame sees through. All threads of the block must call
+/// Takes evidence from the voxels that the frame contradicts. All threads of the block must call
 /// it; they judge all voxels before the first one changes.
 /// @param changed Whether a voxel with a distance lost evidence.
 /// @return the directions whose arrays became empty.
@@ -149,8 +150,8 @@ __device__ uint32_t clearBlock(const FrameSensing& sensing, const FusionSettings
   return empty_directions;
 }
 
-/// Lists a block in view if the frame looks at it without touching it; FrameCounters counts these.
-/// A block released since the host listed it has no arrays, so looking at it changes nothing.
+/// Lists an untouched block if the frame checks it, and counts it in FrameCounters. A block that
+/// the host has released since has no arrays, so its check changes nothing.
 __device__ void findLook(const FrameView& frame, const FusionRules& rules, const MapView& map,
                          const TouchedView& touched, uint64_t frame_number, int32_t slot,
                          int32_t* looks) {
@@ -161,8 +162,8 @@ __device__ void findLook(const FrameView& frame, const FusionRules& rules, const
   looks[atomicAdd(&touched.counters->looks, 1u)] = slot;
 }
 
-/// One thread per block that may be in view. May overlap with the previous kernel, which folds sums
-/// into voxels: what is read here was written before that kernel.
+/// One thread per block that may be in view. May overlap the previous kernel, which folds sums into
+/// voxels: what is read here was written before that kernel.
 __global__ void findLooksKernel(FrameView frame, FusionRules rules, MapView map,
                                 TouchedView touched, uint64_t frame_number, const int32_t* in_view,
                                 uint32_t in_view_count, int32_t* looks) {
@@ -188,7 +189,7 @@ __device__ VisitedBlock visitTouched(const MapView& map, const TouchedView& touc
           block.directions};
 }
 
-/// A block that the frame only looks at.
+/// An untouched block that the frame checks.
 __device__ VisitedBlock visitLook(const MapView& map, const FrameView& frame, int32_t slot) {
   const Vec3i block_L = unpackKey(map.slots[slot].key) - blockOfVoxel(frame.origin_voxel);
   return {slot, false, 0, toFloat(firstVoxelOfBlock(block_L)), true, nullptr, 0};
@@ -201,8 +202,8 @@ __device__ void dropArrays(SlotEntry& entry, uint32_t directions) {
   }
 }
 
-/// One block of threads per touched block, and more, in strides, for those only looked at. The one
-/// that finishes last writes the number of empty blocks to host memory, next to their list.
+/// One block of threads per touched block, and more, in strides, for untouched blocks. The last one
+/// to finish writes the number of empty blocks to host memory, where their list is.
 __global__ void __launch_bounds__(kClearThreads, 3)
     clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, MapView map,
                       TouchedView touched, const uint32_t* covered, uint64_t frame_number,
@@ -233,7 +234,7 @@ __global__ void __launch_bounds__(kClearThreads, 3)
   if (threadIdx.x == 0) *empty_count = readShared(&counters->empty_blocks);
 }
 
-/// Empties voxels in a region. One block of threads per block of the map.
+/// Empties voxels in a region. One block of threads per slot.
 __global__ void emptyRegionKernel(MapView map, RegionView region, const int32_t* slots,
                                   EmptiedBlock* emptied) {
   __shared__ uint32_t voxels_emptied;
@@ -285,7 +286,7 @@ void Clearing::reserve(const FrameCounters& counters, size_t in_view) {
   empty_blocks_.reserve(counters.touched + in_view);
 }
 
-/// The list of the previous frame is no longer read: that frame was waited for.
+/// Kernels no longer read the previous frame's list, as that frame was waited for.
 void Clearing::noteInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view) {
   in_view_count_ = sensing.hasFreeDepth() ? static_cast<uint32_t>(in_view.size()) : 0;
   std::copy_n(in_view.begin(), in_view_count_, in_view_.data());

@@ -1,5 +1,5 @@
-/// The stage "clear" on the device: takes evidence from what a frame contradicts, and lists arrays
-/// that become empty.
+/// The stage "clear" on the device: takes evidence from voxels that a frame contradicts, and lists
+/// arrays that become empty.
 #pragma once
 
 #include <vector>
@@ -19,25 +19,23 @@ class Clearing {
   /// the map is not changed.
   void reserve(const FrameCounters& counters, size_t in_view);
 
-  /// Notes which blocks may be in the frame's view: their slots, and possibly others.
-  /// @pre reserve() has made room.
+  /// Stores the blocks that the frame may check. @pre reserve() has made room.
+  /// @param in_view Slots of all blocks that may be in view, and possibly others.
   void noteInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view);
 
-  /// Enqueues the search for the blocks that the frame with this number looks at without touching
-  /// them. Must follow the fold directly; the two may overlap.
+  /// Enqueues the search for untouched blocks that the frame checks. It must directly follow the
+  /// fold, which it may overlap.
   void findLooks(const DeviceSensing& sensing, const MapView& map, const TouchedView& touched,
                  uint64_t frame_number);
 
-  /// Takes evidence from what the frame contradicts, marks changed blocks for meshing, and lists
-  /// empty arrays.
-  /// @param covered See Fusion::covered(), of the frame's fold.
+  /// Enqueues the stage, which also marks changed blocks for meshing.
+  /// @param covered Fusion::covered() of this frame.
   void clear(const DeviceSensing& sensing, const MapView& map, const TouchedView& touched,
              const FrameCounters& counters, const uint32_t* covered, uint64_t frame_number);
 
-  /// Waits for the frame. @return its blocks with empty arrays, sorted by slot. Reports them only
-  /// once.
+  /// Waits for the frame. @return its blocks with empty arrays, once, sorted by slot.
   std::vector<EmptyBlock> takeEmptyBlocks();
-  bool hasOutcome() const { return is_cleared_; }  ///< Its empty blocks were not taken yet.
+  bool hasOutcome() const { return is_cleared_; }  ///< See is_cleared_.
 
   void addMemory(MapperMemory& memory) const;
 
@@ -46,18 +44,17 @@ class Clearing {
   const FusionSettings fusion_;
   const Stream& stream_;
   Event cleared_;
-  const int thread_blocks_;        ///< Enough to fill the device: kernels work in strides.
+  const int thread_blocks_;        ///< Enough to fill the device, as kernels use strides.
   bool is_cleared_ = false;        ///< A frame's empty blocks have not been taken yet.
   PinnedBuffer<int32_t> in_view_;  ///< Read in place by kernels.
-  uint32_t in_view_count_ = 0;     ///< Of the last frame; 0: it does not look around.
+  uint32_t in_view_count_ = 0;     ///< Of the last frame; 0: it only checks touched blocks.
   DeviceBuffer<int32_t> looks_;
   PinnedBuffer<EmptyBlock> empty_blocks_;  ///< Written in place by kernels.
   PinnedBuffer<uint32_t> empty_count_{1};
 };
 
-/// Empties the blocks' voxels in a region, which is in units of voxels, with their colours, and
-/// waits.
-/// @return what was emptied in each block.
+/// Empties the voxels of these blocks that lie in a region, removes their colours, and waits.
+/// @return the effect on each block.
 /// @throws BackendError if memory runs out; the map is not changed then.
 std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots, const RegionView& region,
                                       const MapView& map, const Stream& stream);

@@ -8,7 +8,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// One thread per painted block and block whose units reach into it, in strides.
+/// One thread per pair of a painted block and a block whose units reach into it, in strides.
 __global__ void selectPaintedKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   const size_t count = static_cast<size_t>(*map.painted.count) * kUnitReach;
@@ -85,7 +85,7 @@ __device__ void colourEdges(const MeshView& mesh, const MeshRecord& record, Colo
   __syncthreads();
 }
 
-/// Colours the vertices at midpoints of sides. @pre Those at the sides' ends are coloured.
+/// Colours the vertices at midpoints of sides. @pre The vertices at their ends are coloured.
 __device__ void colourMiddles(const MeshView& mesh, const MeshRecord& record,
                               const ColourShared& shared) {
   const BlockVertex* vertices = mesh.vertices + record.first_vertex;
@@ -98,7 +98,7 @@ __device__ void colourMiddles(const MeshView& mesh, const MeshRecord& record,
   }
 }
 
-/// One block of threads per meshed block, in strides. Vertices that did not fit get no colours.
+/// One block of threads per meshed block, in strides. Skips blocks whose meshes did not fit.
 __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   __shared__ ColourShared shared;

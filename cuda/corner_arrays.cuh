@@ -1,5 +1,5 @@
-/// Look-ups of meshing in the device's map: the blocks of an extraction, and the voxels at the
-/// corners of a block's mesh units. For .cu files.
+/// Helpers of meshing kernels: find the voxel arrays of blocks, and select blocks for an
+/// extraction. For .cu files.
 #pragma once
 
 #include "device_map.cuh"
@@ -14,8 +14,8 @@ __device__ __forceinline__ BlockKey keyOfSlot(const MapView& map, int32_t slot) 
   return unpackKey(map.slots[slot].key);
 }
 
-/// The voxel arrays of a slot's block by direction; null: none. @return a bit for each direction
-/// that has one.
+/// Finds the voxel arrays of a block, by direction; null: none. @return a bit for each direction
+/// that has one. @param slot -1 if there is no block.
 __device__ inline uint32_t findArrays(const MapView& map, int32_t slot,
                                       const Voxel* (&arrays)[kDirectionCount]) {
   uint32_t present = 0;
@@ -27,12 +27,12 @@ __device__ inline uint32_t findArrays(const MapView& map, int32_t slot,
   return present;
 }
 
-/// Adds a block to the extraction, unless it is already there. @return whether it was added.
+/// Marks a block as selected for the extraction. @return false if it already was.
 __device__ __forceinline__ bool select(const MapView& map, const MeshView& mesh, int32_t slot) {
   return atomicExch(&map.mesh_stamp[slot], mesh.stamp) != mesh.stamp;
 }
 
-/// Adds a block to be meshed after the reached ones, if it exists and is not there yet.
+/// Selects a block to be meshed, but not indexed, if it exists and is not yet selected.
 __device__ __forceinline__ void selectAdjoining(const MapView& map, const MeshView& mesh,
                                                 const BlockKey& key) {
   const int32_t slot = findSlot(map, packKey(key));

@@ -25,7 +25,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// A map on a device, with everything that is needed to fuse images into it and to mesh it.
+/// A map on a device, and the stages that fuse, mesh and render it.
 class CudaBackend : public MapBackend {
  public:
   CudaBackend(const MapperParams& params, const Rules& rules, int device, const BlockTable& table)
@@ -49,7 +49,7 @@ class CudaBackend : public MapBackend {
 
   ~CudaBackend() override { stream_.drain(); }
 
-  /// If the device lacks memory for distances, the host's threads compute them.
+  /// If the device lacks memory for distances, the host computes them.
   BackendTraits traits() const override {
     BackendTraits traits;
     traits.name = "cuda (" + deviceName() + ")";
@@ -159,7 +159,7 @@ class CudaBackend : public MapBackend {
   }
 
   void render(const ViewRequest& request, RenderedView& view) override {
-    waitForMeshes();  // they read labels, which rendering updates
+    waitForMeshes();  // extractions read labels, which rendering updates
     const bool is_labelled = max_dirty_ == 0 && mesher_.hasLabelled(request.min_evidence);
     renderer_.render(request, map_.view(), is_labelled, view);
   }
@@ -216,7 +216,7 @@ class CudaBackend : public MapBackend {
   }
 
   /// Always copies labels, since only the device knows whether there are any. Takes marks last,
-  /// once memory can no longer run out.
+  /// when memory can no longer run out.
   void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override {
     record_mover_.download(map_.voxels(), order.arrays, contents.voxels.data());
     record_mover_.download(map_.colours(), order.bricks, contents.colours.data());
@@ -238,7 +238,7 @@ class CudaBackend : public MapBackend {
     if (given != nullptr) setStates(order.slots, *given);
   }
 
-  /// Tests only the view frustum, so some of the selected blocks may show no free space.
+  /// Tests only whether blocks are in view, so the frame may not see through some of them.
   std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
                                     uint64_t frame_number) override {
     std::vector<PackedKey> keys = block_finder_.fetchTouched();
@@ -273,8 +273,7 @@ class CudaBackend : public MapBackend {
   }
 
  private:
-  /// Surfels are cast, and free depths found, while the host admits blocks: nothing needs them
-  /// earlier.
+  /// The device casts surfels and finds free depths while the host admits blocks.
   void compareBlocks() {
     block_finder_.compare(*sensing_, map_.view());
     fusion_.castAhead(*sensing_, surfels_, block_finder_.view());
@@ -282,12 +281,12 @@ class CudaBackend : public MapBackend {
   }
 
   bool hasMarks() const { return max_dirty_ + max_painted_ > 0; }
-  /// Does not ask the device if the host knows that nothing is marked.
+  /// Asks the device only if something may be marked.
   std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots) {
     return hasMarks() ? map_.takeMarks(slots) : std::vector<MeshMarks>(slots.size());
   }
 
-  /// Sets the labels and marks of slots, and drops marks of their previous blocks.
+  /// Sets the labels and marks of slots; drops the marks of the slots' previous blocks.
   void setStates(const std::vector<int32_t>& slots, const MeshStates& given) {
     record_mover_.upload(map_.labels(), slots, given.labels.data());
     takeMarks(slots);
@@ -305,7 +304,7 @@ class CudaBackend : public MapBackend {
             depthRangeOf(frame, params_)};
   }
 
-  /// Repeats the search with larger buffers: there were more surfels or blocks than expected.
+  /// Repeats the search with larger buffers, as there were more surfels or blocks than expected.
   void findMore() {
     if (counters_.usable_surfels > surfels_.room) {
       block_finder_.begin();
@@ -339,11 +338,11 @@ class CudaBackend : public MapBackend {
   FreeCellFinder free_cell_finder_;
   std::shared_ptr<DistanceMaker> distance_maker_;
   RecordMover record_mover_;
-  size_t in_view_count_ = 0;              ///< Blocks in the frame's view.
+  size_t in_view_count_ = 0;              ///< Blocks that the frame may check.
   std::optional<DeviceSensing> sensing_;  ///< From the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
-  size_t max_dirty_ = 0, max_painted_ = 0;  ///< Limits of the device's lists.
+  size_t max_dirty_ = 0, max_painted_ = 0;  ///< Upper limits of the device's counts.
 };
 
 }  // namespace

@@ -13,11 +13,11 @@ namespace dtsdf {
 /// Why this process cannot map on the current CUDA device; empty if it can.
 std::string findCudaProblem();
 
-/// A maker of backends on the calling thread's current device, whichever thread it is used on.
-/// @pre findCudaProblem() is empty. @throws BackendError if CUDA fails; so does the maker.
+/// Returns a function that makes backends, on any thread, for the device that is current now. @pre
+/// findCudaProblem() is empty. @throws BackendError if CUDA fails; so does the function.
 BackendMaker cudaBackends(const MapperParams& params, const Rules& rules);
 
-/// Bytes of the current device's memory that are in use, by all processes.
+/// Bytes of the current device's memory that all processes use.
 size_t cudaMemoryTaken();
 
 }  // namespace dtsdf

@@ -7,8 +7,8 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Initial capacities, so that few frames of an average map make it grow: growing takes longer than
-/// everything else that a frame does here.
+/// Initial capacities, large enough that few frames have to grow the map: that takes longer than
+/// the rest of an admission.
 constexpr size_t kFirstHash = 1 << 17, kFirstSlots = 1 << 15;
 constexpr size_t kFirstUpdates = 1 << 13, kFirstNewArrays = 1 << 14;
 
@@ -29,7 +29,7 @@ __global__ void enterBlocksKernel(MapView map, const SlotUpdate* updates, uint32
   const int32_t array = arrays[block];
   Voxel* voxels = map.voxels.record(array);
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = Voxel{};
-  if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {  // left from an old block
+  if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {  // of a previous block
     map.colour_of[static_cast<size_t>(array) * kBricksPerArray + threadIdx.x] = 0;
   }
 }
@@ -121,7 +121,8 @@ void DeviceMap::noteDemand(const PoolSizes& asked) {
                     fading(recent_demand_.arrays, asked.arrays)};
 }
 
-/// Reserves what grows most often, for several frames at a time. Does nothing if memory is short.
+/// Reserves the pools that grow most often, for several frames at a time. If memory runs out, they
+/// keep their sizes.
 void DeviceMap::reserveAhead(const BlockTable& table) {
   constexpr size_t kFrames = 8;
   const PoolSizes next = table.sizesAfter(recent_demand_.slots, recent_demand_.arrays);
@@ -135,7 +136,7 @@ void DeviceMap::reserveAhead(const BlockTable& table) {
   }
 }
 
-/// Grows what is kept per voxel array and per slot, once colours are kept.
+/// Grows the buffers for colours that have entries per voxel array or slot.
 void DeviceMap::growColours(const PoolSizes& sizes) {
   colour_of_.growZeroed(sizes.arrays * kBricksPerArray, stream_);
   painted_.grow(sizes.slots, stream_);
@@ -167,8 +168,7 @@ void DeviceMap::keepColours() {
   markAll(painted_.view());
 }
 
-/// Released blocks leave their keys in the table: a new one is made when keys, not blocks, fill
-/// half.
+/// Released blocks leave their keys in the table. When keys fill half of it, a new one is made.
 void DeviceMap::reserveHash(size_t new_blocks, size_t live_blocks) {
   if (hash_size_ != 0 && 2 * (hash_used_ + new_blocks) <= hash_size_) return;
   size_t size = kFirstHash;

@@ -18,7 +18,7 @@ __device__ __forceinline__ int32_t findSlot(const MapView& map, PackedKey key) {
   }
 }
 
-/// Inserts a key, or reuses the place where a released block has left it.
+/// Inserts a key. Reuses the place of a released block with this key.
 __device__ inline void insertSlot(const MapView& map, PackedKey key, int32_t slot) {
   uint32_t at = static_cast<uint32_t>(hashKey(key)) & map.hash_mask;
   while (true) {
@@ -57,7 +57,7 @@ __device__ __forceinline__ VoxelColour* colourOf(const MapView& map, int32_t arr
   return colours == nullptr ? nullptr : colours + placeInBrick(voxel);
 }
 
-/// Forgets the colour of a removed voxel, so that a later one in its place starts unpainted.
+/// Removes the colour of an emptied voxel, so that a later surface does not inherit it.
 __device__ __forceinline__ void forgetColour(const MapView& map, int32_t array, int index) {
   VoxelColour* colour = colourOf(map, array, index);
   if (colour != nullptr) *colour = {0, 0, 0, 0};

@@ -1,5 +1,5 @@
-/// The map on the device: a mirror of the host's BlockTable, and the memory of voxels and mesh
-/// indices.
+/// The map on the device: a mirror of the host's BlockTable, and memory for voxels, colours and
+/// labels of mesh units.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// A key that no block can have: marks empty places of the hash tables.
+/// A key that no block can have. It marks empty places in hash tables.
 constexpr PackedKey kNoKey = ~PackedKey{0};
 
 /// A slab has 512 voxel arrays of 4 KiB, 4096 bricks of colours of 256 bytes, or 1024 sets of unit
@@ -55,8 +55,8 @@ struct MapView {
   VoxelPool::View voxels;
   LabelPool::View unit_labels;
   ColourPool::View colours;
-  /// Per voxel array: the numbers of its bricks of colours plus 1; 0: none. Null while nothing is
-  /// painted.
+  /// For each brick of each voxel array: 1 plus its number in `colours`; 0: none. Null while
+  /// nothing is painted.
   int32_t* colour_of;
   ChangedBlocks dirty;    ///< Blocks with changed voxels.
   ChangedBlocks painted;  ///< Blocks with changed colours; null while nothing is painted.
@@ -83,14 +83,14 @@ class DeviceMap {
  public:
   explicit DeviceMap(const Stream& stream);
 
-  /// Makes room for an admission, so that nothing after it can fail for lack of memory.
+  /// Makes room for an admission, which then cannot run out of memory.
   /// @throws BackendError if memory runs out; the map stays intact.
   void reserve(const BlockTable& table, size_t new_blocks, size_t new_arrays);
 
-  /// Notes what a frame asks for. reserveAhead() makes room for another frame like the recent ones,
-  /// if there is plenty of memory. It is called while the device has other work, which may read the
-  /// map.
+  /// Notes how much a frame requested.
   void noteDemand(const PoolSizes& asked);
+  /// Makes room for frames like the recent ones, if there is plenty of memory. May be called while
+  /// kernels read the map.
   void reserveAhead(const BlockTable& table);
 
   /// Follows an admission: enters blocks that are new or have new arrays, and zeroes these arrays.
@@ -101,31 +101,30 @@ class DeviceMap {
   /// Makes room for `new_colours` more bricks of colours. @throws BackendError like reserve().
   void reserveColours(const BlockTable& table, size_t new_colours);
 
-  /// Follows an admission: enters new bricks, which are unpainted.
+  /// Follows an admission: enters new bricks, as unpainted.
   /// @pre reserveColours() has made room, and colours are kept.
   void enterColours(const std::vector<NewBrick>& bricks);
 
-  /// From now on all meshes have colours, including those that exist. @pre reserveColours() was
-  /// called.
+  /// From the next extraction on, all meshes have colours. @pre reserveColours() was called.
   void keepColours();
 
-  /// Makes room for `count` changes at a time, and waits until the last ones are on the device.
+  /// Makes room for `count` changes per sendChanges(). Waits until the last ones are applied.
   void reserveChanges(size_t count);
 
-  /// Notes the release of arrays or whole blocks. The device learns of it from sendChanges(), which
-  /// the next admission calls; no extraction may read the map then.
+  /// Notes a change of a slot, such as a release, for sendChanges(). The next admission calls that
+  /// at the latest. No extraction may be reading the map then.
   void note(const SlotUpdate& change) { noted_.push_back(change); }
   void sendChanges();
 
   /// Marks every block to be meshed again.
   void markAllDirty() { markAll(dirty_.view()); }
 
-  /// Makes room for this many slots in takeMarks() and setMarks(). None of the following may be
-  /// called while an extraction is under way.
+  /// Makes room for the marks of this number of slots. The functions for marks must not be called
+  /// while an extraction is under way.
   void reserveMarks(size_t slots);
-  /// All marks for the next extraction. Waits for the result.
+  /// All marked slots. Waits for the result.
   std::vector<MarkedSlot> marked();
-  /// Takes the marks of slots. Waits for the result.
+  /// Returns and removes the marks of slots. Waits for the result.
   std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots);
   /// Adds marks; other marks stay.
   void setMarks(const std::vector<MarkedSlot>& marked);
@@ -144,10 +143,10 @@ class DeviceMap {
   void reserveHash(size_t new_blocks, size_t live_blocks);
 
   const Stream& stream_;
-  PoolSizes recent_demand_ = {0,
-                              0};  ///< The most that a recent frame has asked for; fades with time.
-  size_t slot_count_ = 0;          ///< Slots that hold, or held, a block.
-  size_t hash_used_ = 0;  ///< Upper bound of the table's places in use, released ones included.
+  /// The largest demand of recent frames; it decreases over time.
+  PoolSizes recent_demand_ = {0, 0};
+  size_t slot_count_ = 0;  ///< Slots that hold, or held, a block.
+  size_t hash_used_ = 0;   ///< Upper bound of used places, including those of released blocks.
   DeviceBuffer<PackedKey> hash_keys_;
   DeviceBuffer<int32_t> hash_slots_;
   size_t hash_size_ = 0;  ///< A power of two.
@@ -159,15 +158,16 @@ class DeviceMap {
   ColourPool colours_;
   DeviceBuffer<int32_t> colour_of_;
   bool has_colours_ = false;
-  /// Recorded after the kernels that read admissions in place: then the host may write new ones.
+  /// Recorded after work that reads updates_, new_arrays_ or pinned_bricks_. Then the host may
+  /// write these again.
   Event updates_sent_;
   PinnedBuffer<SlotUpdate> updates_;
   PinnedBuffer<int32_t> new_arrays_;
-  /// Recorded after other changes of the table. Admissions do not have to wait for it.
+  /// Recorded after kernels that read changes_. Admissions do not wait for it.
   Event changes_sent_;
   PinnedBuffer<SlotUpdate> changes_;
-  std::vector<SlotUpdate> noted_;  ///< Changes that were not sent yet.
-  Event marks_moved_;              ///< Recorded after kernels that use the next two.
+  std::vector<SlotUpdate> noted_;  ///< Changes not yet sent.
+  Event marks_moved_;              ///< Recorded after kernels that use the next two buffers.
   PinnedBuffer<int32_t> marked_slots_;
   PinnedBuffer<MeshMarks> marks_;
   PinnedBuffer<NewBrick> pinned_bricks_;

@@ -18,9 +18,9 @@ constexpr int kRowsPerThread = kSectorSide / kWarps, kCellsPerThread = kCubeSide
 
 constexpr int kMaxRing = 8;  // for a reach of 255 cells
 constexpr int kMaxWords = 2 * kMaxRing + 1;
-constexpr int kRowsAtOnce = 3 * kWarp;  ///< A whole window if the reach is at most 32.
+constexpr int kRowsAtOnce = 3 * kWarp;  ///< The whole window if the reach is at most 32.
 
-/// The smallest squared distances along x and y in a plane. One block of threads per plane of a
+/// Computes squared distances along x and y within planes. One block of threads per plane of a
 /// stack.
 __global__ void __launch_bounds__(kThreads)
     planeDistancesKernel(DistanceTask task, uint16_t* planes) {
@@ -71,8 +71,7 @@ __global__ void __launch_bounds__(kThreads)
 }
 static_assert(kMaxWords <= kWarp, "a lane for each word");
 
-/// The smallest squared distances of four cubes in a row, now along z too. One block of threads per
-/// row of cubes.
+/// Minimises the planes' squared distances along z. One block of threads per row of four cubes.
 __global__ void __launch_bounds__(kThreads)
     sectorDistancesKernel(DistanceTask task, const uint16_t* planes, const SquaresPlace* results,
                           uint32_t* is_near) {
@@ -109,13 +108,13 @@ __global__ void __launch_bounds__(kThreads)
   }
   const int32_t number = stack.first + sector;
   if (__syncthreads_or(is_any_near) && threadIdx.x == 0) is_near[number] = 1;
-  // Only what has changed goes to the host, in stretches of a warp.
+  // Only warps with a changed value write to the host.
   constexpr int kSquaresPerThread = sizeof(uint4) / sizeof(uint16_t);
   const int at = threadIdx.x * kSquaresPerThread;
   const uint4 now = *reinterpret_cast<const uint4*>(&cubes[at / kCellsPerCube][at % kCellsPerCube]);
   const int place = row * kCubesAlong * kCellsPerCube + at;
   uint4* const known = reinterpret_cast<uint4*>(result.device + place);
-  const uint4 before = result.is_new ? uint4{} : *known;  // a new one is still empty
+  const uint4 before = result.is_new ? uint4{} : *known;  // a new place has no values yet
   const bool is_other = result.is_new || now.x != before.x || now.y != before.y ||
                         now.z != before.z || now.w != before.w;
   if (!__any_sync(~0u, is_other)) return;

@@ -13,21 +13,21 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Squared distances of a sector in page-locked memory, where kernels write them, and a copy on the
-/// device to compare with.
+/// Memory for the squared distances of a sector: page-locked on the host, where kernels write them,
+/// and a copy on the device to compare with.
 struct SquaresPlace {
   uint16_t *host, *device;
   bool is_new;  ///< Not filled yet.
 };
 
-/// A pool of memory for squares. Returned memory is reused.
+/// A pool of memory for squared distances.
 class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
  public:
-  /// The place of these squares. If they are not from a pool, new ones from this pool replace them.
-  /// The pool lives as long as the last of its squares.
+  /// The place of a sector's squares. If they are not from a pool, memory from this pool replaces
+  /// them. The pool lives at least as long as the memory taken from it.
   SquaresPlace placeOf(std::shared_ptr<uint16_t[]>& squares);
 
-  /// Whether places for all of these stay within a limit of memory.
+  /// Whether `most_bytes` suffice for places of all these squares.
   bool hasRoomFor(const std::vector<std::shared_ptr<uint16_t[]>>& squares, size_t most_bytes) const;
 
   size_t bytes() const;      ///< On the host; the same again on the device.
@@ -45,9 +45,9 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
   SquaresPlace take();
   void grow();
 
-  mutable std::mutex mutex_;  ///< Sectors may be freed on any thread.
+  mutable std::mutex mutex_;  ///< Squares may be freed on any thread.
   std::vector<std::pair<PinnedBuffer<uint16_t>, DeviceBuffer<uint16_t>>> chunks_;
-  std::vector<SquaresPlace> free_;  ///< Has room for all places.
+  std::vector<SquaresPlace> free_;  ///< Its capacity suffices for all places.
 };
 
 class DistanceMaker {
@@ -56,7 +56,7 @@ class DistanceMaker {
   explicit DistanceMaker(size_t most_bytes) : max_bytes_(most_bytes) {}
   ~DistanceMaker() { stream_.drain(); }
 
-  /// Implements DistanceWork, on its own stream. @return false if the limit would be exceeded.
+  /// Implements DistanceWork on its own stream. @return false if the limit would be exceeded.
   /// @throws BackendError
   bool make(const DistanceTask& task, std::vector<std::shared_ptr<uint16_t[]>>& squares);
 

@@ -100,8 +100,7 @@ __device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
   }
 }
 
-/// The block of threads that finishes last writes the counters to host memory, where the requests
-/// are written too.
+/// Writes requests to host memory. The last block of threads to finish also writes the counters.
 __global__ void compareWithMapKernel(Vec3i origin_block, MapView map, TouchedView touched,
                                      FrameCounters* host_counters, BlockRequest* requests) {
   waitForPreviousKernel();

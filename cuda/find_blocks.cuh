@@ -9,7 +9,7 @@ namespace dtsdf {
 namespace gpu {
 
 /// The part of a surfel's line that a thread handles. If there are enough threads, several share a
-/// surfel: lines are long, and the result does not depend on how they are shared.
+/// line, as lines are long. The sums do not depend on how lines are shared.
 struct LinePart {
   uint32_t surfel;
   int number, count_log2;
@@ -39,8 +39,8 @@ __device__ __forceinline__ int32_t findTouched(const TouchedView& touched, Packe
   }
 }
 
-/// Slot of a touched block in the map after the admission; -1: none. A block that was missing has a
-/// slot now; a block without arrays may have been released, and its slot reused.
+/// Slot of a touched block in the map after the admission; -1: none. A block that was missing may
+/// have got a slot, and one without arrays may have lost its slot to another.
 __device__ __forceinline__ int32_t slotOf(const MapView& map, const TouchedBlock& block) {
   const bool is_there = block.slot >= 0 && map.slots[block.slot].key == block.key;
   return is_there ? block.slot : findSlot(map, block.key);

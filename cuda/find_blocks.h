@@ -10,15 +10,15 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Counts of one frame: all that the host needs to know of it.
+/// Counters of one frame, for the host.
 struct FrameCounters {
-  uint32_t usable_surfels;  ///< Surfels with a weight; those without a normal have none.
+  uint32_t usable_surfels;  ///< Listed surfels; in voxel projection, those with a weight.
   uint32_t touched;         ///< Touched blocks.
-  uint32_t touched_arrays;  ///< Arrays that the frame's surfels belong to, over all blocks.
+  uint32_t touched_arrays;  ///< Directions of all touched blocks.
   uint32_t requests;        ///< Blocks that are missing or lack arrays.
   uint32_t requested_arrays;
   uint32_t table_full;         ///< Not 0: the table was too small, and the counts are not valid.
-  uint32_t looks;              ///< Blocks that the frame looks at without touching them.
+  uint32_t looks;              ///< Untouched blocks that the frame checks.
   uint32_t empty_blocks;       ///< Blocks with empty arrays.
   uint32_t compared, cleared;  ///< Blocks of threads that have finished these stages.
 };
@@ -31,14 +31,14 @@ struct TouchedBlock {
   uint32_t empty;       ///< Bit d: after the fold, the array of direction d is empty.
 };
 
-/// The frame's hash table (from key to directions and to the block's first array of sums), and the
-/// list of its blocks. The table has two places per block.
+/// The list of blocks that the frame touches, and a hash table from their keys to their directions
+/// and first arrays of sums. The table has two places per block.
 struct TouchedView {
   PackedKey* keys;
   uint32_t* directions;
   uint32_t* first_sums;
   uint32_t mask;
-  uint32_t capacity;  ///< Blocks.
+  uint32_t capacity;  ///< In blocks.
   uint32_t* places;   ///< Place in the table, per block.
   TouchedBlock* blocks;
   uint32_t* sum_owners;  ///< Per array of sums: 8 * block + direction.
@@ -52,7 +52,7 @@ class BlockFinder {
   /// Begins a frame: zeroes the counters and empties the table, unless prepare() has done so.
   void begin();
 
-  /// Prepares the next frame early. To be called once nothing more reads the last frame's blocks.
+  /// Does the work of the next begin() early. Later kernels must not read the last frame's blocks.
   void prepare();
   uint32_t* usableSurfels() { return &counters_.data()->usable_surfels; }
 
@@ -65,11 +65,11 @@ class BlockFinder {
   /// Waits for the counters.
   const FrameCounters& waitForCounters();
 
-  /// To be called if `table_full` is set: enlarges the table and zeroes all counters but that of
-  /// surfels, so that the steps from mark() on can be repeated.
+  /// Call this if `table_full` is set, and repeat the steps from mark() on: it enlarges the table
+  /// and zeroes all counters but `usable_surfels`.
   void grow();
 
-  /// The requests that were counted.
+  /// The requests. @pre waitForCounters()
   std::vector<BlockRequest> fetchRequests() const;
 
   /// The keys of the touched blocks; waits for them.

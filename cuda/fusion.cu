@@ -31,8 +31,8 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint
   if (sample.nearest != 0) atomicMax(&sums->nearest, sample.nearest);
 }
 
-/// One thread per part of a surfel's line. Four blocks of threads run on a multiprocessor at a
-/// time, since atomics make them wait. Does nothing if the table was too small.
+/// One thread per part of a surfel's line. Four blocks of threads share a multiprocessor, since
+/// atomics make them wait. Does nothing if the table was too small.
 __global__ void __launch_bounds__(kThreads, 4)
     castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion, DeviceSurfels surfels,
                       TouchedView touched, SumsView part) {
@@ -46,8 +46,8 @@ __global__ void __launch_bounds__(kThreads, 4)
   const DirectionSet directions = lineDirections(surfel, fusion.directional != 0);
   part_of_line.takeFrom(line);
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
-  // The touched block of the last sample, its first array of sums and its directions: looked up
-  // only when samples enter another block.
+  // The touched block of the last sample, its first array of sums and its directions. They are
+  // looked up only when samples enter another block.
   constexpr uint32_t kBeyondAll = 1u << 31;
   PackedKey key = kNoKey;
   uint32_t first_sum = kBeyondAll, summed = 0;
@@ -97,7 +97,7 @@ __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, MapView m
     }
     const uint32_t word = __ballot_sync(~0u, is_covered);
     if (i % 32 == 0) words[i / 32] = word;
-    if (is_covered) sums[i] = VoxelSums{};  // samples without a weight are not added
+    if (is_covered) sums[i] = VoxelSums{};  // other sums are 0
   }
   const bool empty = !__syncthreads_or(observed) && voxels != nullptr;
   if (threadIdx.x == 0 && empty) atomicOr(&block.empty, 1u << direction);

@@ -7,13 +7,13 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Sums of a part of a frame's arrays: those from `first` on.
+/// The sums of `count` of the frame's arrays, from number `first` on.
 struct SumsView {
   VoxelSums* sums;
   uint32_t first, count;
 };
 
-/// Words with a bit for each voxel of an array.
+/// Number of words with one bit per voxel of an array.
 constexpr int kCoverWords = kVoxelsPerBlock / 32;
 
 class Fusion {
@@ -23,14 +23,14 @@ class Fusion {
   /// Makes room for a frame. @throws BackendError if memory runs out; the map is not changed.
   void reserve(const FrameCounters& counters);
 
-  /// Enqueues the cast of the surfels into as many sums as there is room for, before their number
-  /// is known. It does not read the map, so the device casts while the host admits blocks. If the
-  /// frame is refused or repeated, the cast is not folded, and the next one discards it.
+  /// Enqueues the cast of the surfels into as many arrays of sums as there is room for; their
+  /// number is not known yet. Casting does not read the map, so the host can admit blocks
+  /// meanwhile. Sums of a frame that is refused or repeated are discarded by the next cast.
   void castAhead(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                  const TouchedView& touched);
 
-  /// Casts all surfels into the frame's sums, as far as castAhead() has not, and folds those into
-  /// the voxels. Voxel projection does both at once.
+  /// Enqueues the cast into the remaining sums, and the fold of all sums into voxels. Voxel
+  /// projection does both at once.
   void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels, const MapView& map,
                    const TouchedView& touched, const FrameCounters& counters);
 
@@ -49,7 +49,7 @@ class Fusion {
   void project(const DeviceSensing& sensing, const DeviceSurfels& surfels, const MapView& map,
                const TouchedView& touched, uint32_t blocks);
 
-  const bool casts_;  ///< False: voxels are projected.
+  const bool casts_;  ///< False for voxel projection.
   const FusionSettings fusion_;
   const Stream& stream_;
   DeviceBuffer<VoxelSums> sums_;  ///< All zero between frames, unless are_cast_.

@@ -1,4 +1,4 @@
-// The index stage on the device: which blocks to mesh again, and the indices of their units.
+// The stage "index" on the device: selects the blocks to mesh again, and labels their units.
 #include "corner_arrays.cuh"
 #include "kernels/meshing/possible_leaders.h"
 #include "kernels/meshing/sheets.h"
@@ -11,8 +11,8 @@ namespace {
 
 __device__ const MeshTables kTables = kMeshTables;
 
-/// One thread per dirty block and block whose units reach into it, in strides, since only the
-/// device knows their number.
+/// One thread per pair of a dirty block and a block whose units reach into it, in strides, since
+/// only the device knows their number.
 __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   const size_t count = static_cast<size_t>(*map.dirty.count) * kUnitReach;
   for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
@@ -26,8 +26,9 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   }
 }
 
-/// One thread per dirty block and block around it, in strides, since meshes depend on voxels there.
-/// Starts at the end of the grid, whose threads have the least to index.
+/// Selects the neighbours of dirty blocks, whose meshes depend on these. One thread per pair of a
+/// dirty block and a neighbour, in strides that start with the last thread: the last blocks of
+/// threads have the least to index.
 __device__ void selectAround(const MapView& map, const MeshView& mesh) {
   const size_t count = static_cast<size_t>(*map.dirty.count) * kBlocksAround;
   const size_t threads = static_cast<size_t>(gridDim.x) * blockDim.x;
@@ -48,7 +49,7 @@ struct BlockCorners {
   uint16_t candidates[kVoxelsPerBlock];
 };
 
-/// The samples of a unit in shared memory, read on demand. There is one grid of them per direction.
+/// The samples of a unit, read on demand from shared memory, which has one grid per direction.
 struct UnitOfGrid {
   using Real = float;
   using Bits = int32_t;
@@ -104,7 +105,7 @@ __device__ void collectCorners(BlockCorners& block, Sample* samples) {
   }
 }
 
-/// Lists the units that can have a surface; in the others no direction speaks.
+/// Lists the units that can have a surface, and labels the others, in which no direction speaks.
 __device__ void listCandidates(BlockCorners& block, UnitLabels* stored) {
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
     const bool is_candidate = possibleLeaders(sidesOfUnit(block, i)) != 0;

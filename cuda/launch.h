@@ -1,4 +1,4 @@
-/// Grid sizes, and small helpers that all stages' kernels share.
+/// Launches of kernels, and helpers that all kernels share.
 #pragma once
 
 #include <cstddef>
@@ -18,15 +18,15 @@ inline unsigned blocksFor(size_t items) {
 }
 
 #ifdef __CUDACC__
-/// A grid with one block of threads per stretch of pixels in each row of an image.
+/// A grid with one block of threads per stretch of pixels in each row of an image. If there are too
+/// many rows, kernels stride over them.
 inline dim3 rowGrid(const FrameView& frame, int stretch = kThreads) {
   constexpr int kMaxGridRows = 65535;
   return dim3((frame.width + stretch - 1) / stretch,
               frame.height < kMaxGridRows ? frame.height : kMaxGridRows);
 }
 
-/// Whether kernels of this binary wait for the previous kernel themselves; the same for all of
-/// them.
+/// Whether kernels were compiled with waitForPreviousKernel(); all kernels give the same answer.
 inline bool kernelsCanOverlap(const void* kernel) {
   static const bool they_do = [kernel] {
     constexpr int kMinVersion = 90;
@@ -72,8 +72,8 @@ void launchOverlapped(const char* name, void (*kernel)(Parameters...), dim3 bloc
   checkLaunch(name);
 }
 
-/// All threads of an overlapped kernel call this first. After it, what the previous kernel has
-/// written is there, and the next kernel may start.
+/// All threads of an overlapped kernel call this first. On return, everything that the previous
+/// kernel wrote is visible, and the next kernel may start.
 __device__ __forceinline__ void waitForPreviousKernel() {
 #if CUDART_VERSION >= 11080 && __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
@@ -81,9 +81,9 @@ __device__ __forceinline__ void waitForPreviousKernel() {
 #endif
 }
 
-/// Threads call this last in a kernel that does not depend on the previous one and may overlap with
-/// it. All kernels before the previous one have ended when it starts. Only one block of threads
-/// waits, so that the others make room.
+/// All threads call this last in a kernel that may overlap the previous one, on which it does not
+/// depend. When such a kernel starts, all kernels before the previous one have ended. Only one
+/// block of threads waits; the others make room.
 __device__ __forceinline__ void waitAtEnd() {
   if (blockIdx.x + blockIdx.y == 0) waitForPreviousKernel();
 }
@@ -92,19 +92,19 @@ __device__ __forceinline__ size_t globalThread() {
   return static_cast<size_t>(blockIdx.x) * blockDim.x + threadIdx.x;
 }
 
-/// A read that sees what other blocks of threads have written in the meantime.
+/// Reads a value that other blocks of threads may have written in the meantime.
 template <class T>
 __device__ __forceinline__ T readShared(const T* p) {
   return *static_cast<const volatile T*>(p);
 }
 
-/// Whether this block of threads is the last of its grid to get here. If so, it sees what all
-/// others have written before, provided that it reads past the first-level caches, with
-/// readShared(). @pre `finished` was 0.
+/// Whether this block of threads is the last of its grid to get here. If so, reads past the
+/// first-level caches, such as readShared(), see all that the others wrote before. @pre `finished`
+/// was 0.
 __device__ __forceinline__ bool isLastBlock(uint32_t* finished, uint32_t blocks) {
   __shared__ bool is_last;
   __syncthreads();
-  if (threadIdx.x == 0) {  // its fences count for all threads at the barriers
+  if (threadIdx.x == 0) {  // with the barriers, its fences cover all threads
     __threadfence();
     is_last = atomicAdd(finished, 1u) == blocks - 1;
     __threadfence();

@@ -1,5 +1,4 @@
-/// Loose pieces on the device: a block of threads finds those in the window of a block, with a
-/// thread for each of its rows. For .cu files.
+/// Finds loose pieces on the device, with one thread per row of a block's window. For .cu files.
 #pragma once
 
 #include "kernels/meshing/loose_pieces.h"
@@ -28,7 +27,7 @@ __device__ inline int rowOf(int thread) {
 /// Shared memory in which warps exchange their results.
 using WarpBits = uint64_t[kThreads / 32];
 
-/// A block of threads works on the rows of a window, each thread on its own row.
+/// A team for LoosePieces: a block of threads, each of which processes one row of the window.
 class RowsAtOnce {
  public:
   static constexpr bool kAtOnce = true;
@@ -92,8 +91,8 @@ class RowsAtOnce {
   const int row_;
 };
 
-/// The labels of the units around a block's corners, which its threads read again and again: the
-/// block's units and one more on each side; along x, the whole window.
+/// A copy of the labels that are read most often: those of the block's units and one more on each
+/// side; along x, of the whole window.
 struct CornerLabels {
   static constexpr int kSide = kBlockSide + 2;
   uint64_t four[kSide * kSide][kWindowSide / 4];  ///< Each has the labels of four units along x.
@@ -109,8 +108,8 @@ struct CornerLabels {
   }
 };
 
-/// Reads this thread's row of the window, and copies its labels if they are around corners.
-/// @return a bit for each of its units that has a surface.
+/// Reads this thread's row of the window, and copies its labels if CornerLabels has the row.
+/// @return a bit for each unit of the row that has a surface.
 __device__ inline uint32_t takeLabels(const LabelNeighbourhood& around, CornerLabels& labels) {
   static_assert(kMaxLooseUnits == 4 && kBlockSide == 8, "half a row of a block on either side");
   const Vec3i first = firstOfRow(rowOf(static_cast<int>(threadIdx.x)));
@@ -130,8 +129,9 @@ __device__ inline uint32_t takeLabels(const LabelNeighbourhood& around, CornerLa
   return surface;
 }
 
-/// Writes the units of loose pieces to `small` of a window; all threads see them after their next
-/// barrier. All threads of the block must call it, each with the surface in its row.
+/// Writes the units of loose pieces to `small` of a window; they are visible after the next
+/// barrier. All threads of the block must call it.
+/// @param surface Bits of the units with a surface in the thread's row.
 __device__ inline void findLoosePieces(const LabelNeighbourhood& labels, uint32_t surface,
                                        int max_units, WarpBits& warps, LooseWindow& window) {
   const RowsAtOnce rows(warps);

@@ -1,4 +1,4 @@
-// The make stage on the device: regularisation, vertices and triangles of the blocks' meshes.
+// The stage "make" on the device: regularises units, and makes vertices and triangles of blocks.
 #include <cub/block/block_scan.cuh>
 
 #include "corner_arrays.cuh"
@@ -40,7 +40,7 @@ struct EdgeSet {
 struct MeshBlockShared {
   ArraysAround arrays;
   LabelNeighbourhood labels_around;
-  uint8_t behind[kGridCorners];  ///< 1: behind the surface for most units around the corner.
+  uint8_t behind[kGridCorners];  ///< 1: more units have the corner behind than in front.
   EdgeSet edges;
   MeshRecord record;
   union {  // used one after the other, with a barrier in between
@@ -56,7 +56,7 @@ struct MeshBlockShared {
   };
 };
 static_assert(sizeof(MeshBlockShared) <= 16 * 1024 - 16,
-              "four at a time where a multiprocessor has 64 KiB, with what isLastBlock() needs");
+              "four must fit in 64 KiB, together with the memory of isLastBlock()");
 
 __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t min_evidence,
                             MeshBlockShared& shared) {
@@ -71,7 +71,7 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t min
   __syncthreads();
 }
 
-/// Finds out which corners are behind the surface. All threads of the block must call it.
+/// Decides which corners are behind the surface. All threads of the block must call it.
 __device__ void decideCorners(MeshBlockShared& shared) {
   for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
     shared.behind[i] = isBehindForMost(cornerBalance(shared.window.labels, cornerAt(i))) ? 1 : 0;
@@ -115,26 +115,25 @@ __device__ uint32_t countMiddles(const UnitIndices (&regular)[kUnitsPerThread],
                                  MeshBlockShared& shared, uint32_t& before) {
   uint32_t own = 0, count;
   for (const UnitIndices& indices : regular) own += sidesOfUnit(kRefineTablesHere, indices);
-  __syncthreads();  // nobody reads the window any more
+  __syncthreads();  // the window is no longer read
   Scan(shared.listing.scan).ExclusiveSum(own, before, count);
   return count;
 }
 
-/// Counts a block's vertices on edges and its triangles. Reserves space for them, for its
-/// midpoints, and for `refined_triangles` per triangle; the order of the blocks in that space is
-/// arbitrary.
+/// Counts a block's vertices on edges and its triangles. Reserves space for all vertices and for
+/// `refined_triangles` per triangle; blocks get space in arbitrary order.
 /// @return this thread's first triangle in the block, before refinement.
 __device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles, uint32_t middles,
                              uint32_t refined_triangles, MeshBlockShared& shared) {
   constexpr uint32_t kLow = 0xffff;
   static_assert(kGridEdges <= kLow && kVoxelsPerBlock * kMaxSheets * kMaxTriangles <= kLow,
                 "one scan counts both, in half a word each");
-  __syncthreads();  // edges are set, and nobody uses the window or the last scan
+  __syncthreads();  // edges are set; the window and the last scan are no longer used
   const int t = threadIdx.x;
   const uint32_t in_word = t < kEdgeWords ? __popc(shared.edges.bits[t]) : 0;
   uint32_t before, total;
   Scan(shared.listing.scan).ExclusiveSum(in_word << 16 | own_triangles, before, total);
-  if (t == kThreads - 1) {  // its warp has no words
+  if (t == kThreads - 1) {  // its warp has no edges to list
     const uint32_t vertices = (total >> 16) + middles;
     const uint32_t triangles = (total & kLow) * refined_triangles;
     MeshRecord& record = shared.record;
@@ -159,7 +158,7 @@ __device__ void writeVertices(const MeshView& mesh, uint32_t count, const MeshBl
   }
 }
 
-/// Whether a triangle stands in a gap; if so, counts it. @pre Its vertices are written.
+/// Whether a triangle spans a gap; if so, counts it. @pre Its vertices are written.
 template <class Index>
 __device__ bool countGap(const MeshSettings& rules, const BlockVertex* vertices,
                          const Index* corner, uint32_t& gaps) {
@@ -169,7 +168,7 @@ __device__ bool countGap(const MeshSettings& rules, const BlockVertex* vertices,
   return is_gap;
 }
 
-/// Writes the triangles of this thread's units. @return how many of them stand in gaps.
+/// Writes the triangles of this thread's units. @return how many of them span gaps.
 __device__ uint32_t writeTriangles(const MeshView& mesh,
                                    const UnitIndices (&regular)[kUnitsPerThread],
                                    uint32_t first_triangle, const MeshBlockShared& shared) {
@@ -191,7 +190,7 @@ __device__ uint32_t writeTriangles(const MeshView& mesh,
   return gaps;
 }
 
-/// Writes the normals of the first `count` vertices, whose positions are final.
+/// Writes the normals of the first `count` vertices. @pre These are written.
 __device__ void writeNormals(const MeshView& mesh, uint32_t count, const MeshBlockShared& shared) {
   const BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
   Vec3f* normals = mesh.normals + shared.record.first_vertex;
@@ -201,9 +200,8 @@ __device__ void writeNormals(const MeshView& mesh, uint32_t count, const MeshBlo
   }
 }
 
-/// Writes the midpoints and the refined triangles of this thread's units, beginning with these
-/// numbers in the block.
-/// @return how many of the triangles stand in gaps.
+/// Writes the midpoints and refined triangles of this thread's units, numbered from these on.
+/// @return how many of the triangles span gaps.
 __device__ uint32_t writeRefined(const MeshView& mesh,
                                  const UnitIndices (&regular)[kUnitsPerThread],
                                  uint32_t first_middle, uint32_t first_triangle,
@@ -238,7 +236,7 @@ __device__ bool anyUnitSpeaks(const UnitLabels* labels) {
   return __syncthreads_or(reinterpret_cast<const uint32_t*>(labels)[threadIdx.x] != 0) != 0;
 }
 
-/// Writes the totals to the host. Called by the last block of threads.
+/// Writes the totals to the host. The last block of threads calls it.
 __device__ void writeTotals(const MeshView& mesh) {
   MeshTotals& totals = *mesh.host_totals;
   totals.reached = mesh.totals->reached;
@@ -246,14 +244,14 @@ __device__ void writeTotals(const MeshView& mesh) {
   totals.size = {readShared(&mesh.totals->size.vertices), readShared(&mesh.totals->size.triangles)};
 }
 
-/// One block of threads per block to mesh, in strides. What does not fit is counted but not
-/// written. The block of threads that finishes last writes the totals to the host. Four of them
-/// share a multiprocessor, at the cost of a few registers.
+/// One block of threads per block to mesh, in strides. Meshes that do not fit are counted but not
+/// written. The last block of threads to finish writes the totals to the host. Four share a
+/// multiprocessor, which leaves each thread fewer registers.
 template <bool kRefined>
 __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   __shared__ MeshBlockShared shared;
-  if (blockIdx.x == 0 && threadIdx.x == 0) *map.dirty.count = 0;  // all are selected
+  if (blockIdx.x == 0 && threadIdx.x == 0) *map.dirty.count = 0;  // all dirty blocks are selected
   const uint32_t count = mesh.totals->reached + mesh.totals->adjoining;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const int32_t slot = mesh.slots[b];

@@ -9,11 +9,11 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Threads per block that makes surfels: the width of most images is a multiple of it.
+/// Threads per block that makes surfels: most images are a multiple of it wide.
 constexpr int kRowThreads = 128;
 
-/// Threads per patch of pixels, one for each bit of its MergedPatch: the patch and its four squares
-/// are tested at once.
+/// Threads per patch of pixels, of which one tests each bit of its MergedPatch: the patch and its
+/// four squares are tested at once.
 constexpr uint32_t kPatchThreads = 8;
 static_assert(kPatchBit < kPatchThreads && 32 % kPatchThreads == 0, "a warp takes whole patches");
 
@@ -47,8 +47,8 @@ __global__ void makePixelSurfelsKernel(DeviceSensing on_device, SurfelSettings s
   if (found > 0) atomicAdd(count, static_cast<uint32_t>(found));
 }
 
-/// The place of each lane's `wanted` surfels in the list. A full warp reserves its places with one
-/// atomic.
+/// Reserves `wanted` places in the list for each thread, with one atomic per warp. All threads of a
+/// warp must call it. @return the thread's first place.
 __device__ uint32_t reservePlaces(uint32_t wanted, uint32_t* count) {
   using Scan = cub::WarpScan<uint32_t>;
   __shared__ typename Scan::TempStorage scan[kRowThreads / 32];
@@ -59,9 +59,8 @@ __device__ uint32_t reservePlaces(uint32_t wanted, uint32_t* count) {
   return __shfl_sync(0xffffffffu, first, 0) + before;
 }
 
-/// Makes one surfel per square of merged pixels, per pixel, or per subpixel; their order does not
-/// matter, since sums are integers. `count` gets their number; those for which there is no room are
-/// left out.
+/// Makes one surfel per merged square, other pixel or subpixel. Their order does not matter, since
+/// sums are integers. `count` gets their number, including those that do not fit.
 __global__ void __launch_bounds__(kRowThreads, 8)
     makeSurfelsKernel(DeviceSensing on_device, SurfelSettings settings, const uint8_t* patches,
                       Surfel* surfels, uint32_t room, uint32_t* count) {

@@ -11,7 +11,7 @@ namespace gpu {
 struct DeviceSurfels {
   const Surfel* surfels;
   uint32_t room;          ///< Upper limit of their number.
-  const uint32_t* count;  ///< Their number, also counting those without room; null: `room`.
+  const uint32_t* count;  ///< Their number, with those that did not fit; null: `room`.
 
 #ifdef __CUDACC__
   __device__ __forceinline__ uint32_t size() const {
@@ -25,13 +25,13 @@ class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, const Stream& stream);
 
-  /// Enqueues the stage. For casting, it makes a surfel per square of merged pixels, per pixel, or
-  /// per subpixel, in a list without gaps; a few of them have no weight. If `count` (on the device,
-  /// 0 before) exceeds their room, the rest are missing. For voxel projection, it makes one per
-  /// pixel, in the image's order, and `count` gets the number of those with a weight.
+  /// Enqueues the stage. For casting, it lists a surfel per merged square, other pixel or subpixel;
+  /// a few have no weight. If `count` exceeds `room`, the rest are missing. For voxel projection,
+  /// it makes one per pixel, in row order, and counts those with a weight.
+  /// @param count On the device; must be 0.
   DeviceSurfels makeSurfels(const DeviceSensing& sensing, uint32_t* count);
 
-  /// Makes the surfels of the same frame again, with more room.
+  /// Repeats the stage for the same frame with room for `surfels`.
   DeviceSurfels remakeSurfels(const DeviceSensing& sensing, uint32_t surfels, uint32_t* count);
 
   void addMemory(MapperMemory& memory) const;
@@ -43,7 +43,7 @@ class SurfelMaker {
   const bool merges_;  ///< Whether pixels are merged and subdivided: only for casting.
   const SurfelSettings surfel_settings_;
   const Stream& stream_;
-  DeviceBuffer<uint8_t> patches_;  ///< MergedPatch per patch.
+  DeviceBuffer<uint8_t> patches_;  ///< A MergedPatch per patch.
   DeviceBuffer<Surfel> surfels_;
 };
 

@@ -1,4 +1,4 @@
-/// The stages of meshing on the device: their data and their launches.
+/// The stages of meshing on the device: their data, and functions that enqueue them.
 #pragma once
 
 #include "device_map.h"
@@ -10,12 +10,12 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The size of the meshes, whether or not they fit.
+/// The size of all meshes together, whether or not they fit.
 struct MeshSize {
   uint32_t vertices, triangles;
 };
 
-/// All that the host needs to know of an extraction.
+/// Counters of an extraction, for the host.
 struct MeshTotals {
   uint32_t reached;    ///< Blocks whose units have a corner in a changed block.
   uint32_t adjoining;  ///< Further blocks that depend on changed voxels, indices or colours.
@@ -29,7 +29,7 @@ struct MeshRecord {
   int32_t slot;
   uint32_t first_vertex, vertices;
   uint32_t first_triangle, triangles;
-  uint32_t gaps;  ///< Triangles that stand in gaps, which are marked.
+  uint32_t gaps;  ///< Number of triangles that span gaps; see isMarkedGap().
 };
 
 /// Triangle of three 16-bit indices into the block's vertices.
@@ -49,25 +49,25 @@ struct MeshView {
   VertexColour* colours;  ///< One per vertex; null while nothing is painted.
   MeshSize capacity;
   uint32_t stamp;        ///< Number of this extraction.
-  int32_t min_evidence;  ///< Evidence that a voxel needs to be known.
+  int32_t min_evidence;  ///< Voxels with less evidence are unknown.
   int32_t directional, refined;
   MeshSettings rules;
 };
 
-// Each function enqueues one stage. `thread_blocks` fill the device, since only the device knows
+// Each function enqueues one step. `thread_blocks` should fill the device, as only the device knows
 // how much work there is.
 
 /// Selects the blocks whose units have a corner in a changed block.
 void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
-/// Finds the indices of these blocks' units, and selects the blocks that adjoin changes.
+/// Labels the units of these blocks, and selects the other neighbours of changed blocks.
 void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
-/// Selects the blocks whose vertices have a painted voxel at an end of their edge.
+/// Selects the blocks with vertices on edges that end at painted voxels.
 void selectPainted(const MapView& map, const MeshView& mesh, int thread_blocks,
                    const Stream& stream);
 
-/// Makes the meshes of all selected blocks. What does not fit is counted but not written.
+/// Makes the meshes of all selected blocks. Those that do not fit are counted but not written.
 void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
 /// Colours the vertices of these meshes.

@@ -33,7 +33,7 @@ __global__ void takeMarksKernel(MapView map, const int32_t* slots, size_t count,
   if (map.painted.flags != nullptr) map.painted.flags[slots[i]] = 0;
 }
 
-/// One thread per slot: lists those that are still marked, each once.
+/// One thread per slot. Lists the slots that are still marked.
 __global__ void listMarkedKernel(MapView map) {
   const size_t i = globalThread();
   if (i >= map.slot_count) return;

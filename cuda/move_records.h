@@ -1,5 +1,5 @@
-/// Copies records of the map's pools between the device and pageable host memory, in any order:
-/// kernels gather them into pinned memory, or scatter them from there, some at a time.
+/// Copies records of the map's pools, in any order, between the device and pageable host memory.
+/// Kernels gather them into pinned memory, or scatter them from it, in batches.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Moves records. The pinned memory is reused from call to call.
+/// Pinned memory is reused from call to call.
 class RecordMover {
  public:
   explicit RecordMover(const Stream& stream) : stream_(stream) {}
@@ -18,13 +18,12 @@ class RecordMover {
   /// Allocates all the memory that copies need. @throws BackendError if memory runs out.
   void reserve();
 
-  /// Copies record `records[i]` of the pool to place i of `host`, which is complete when this
-  /// returns.
+  /// Copies record `records[i]` of the pool to place i of `host`. Waits until all are there.
   template <class Pool>
   void download(const Pool& pool, const std::vector<int32_t>& records, void* host);
 
-  /// Copies the other way. `host` may be changed when this returns; the device has everything once
-  /// the stream's work is done.
+  /// Copies in the other direction. `host` may change after return; work enqueued on the stream
+  /// from then on sees the records.
   template <class Pool>
   void upload(const Pool& pool, const std::vector<int32_t>& records, const void* host);
 

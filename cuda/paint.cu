@@ -73,8 +73,8 @@ __device__ Vec3f firstVoxelOf(const FrameView& frame, const SlotEntry& entry) {
   return toFloat(firstVoxelOfBlock(unpackKey(entry.key) - blockOfVoxel(frame.origin_voxel)));
 }
 
-/// Size of a block of threads that works on one voxel array at a time. It has fewer threads
-/// than the array has voxels, since few of these have to be processed.
+/// Threads per block that works on one voxel array at a time: fewer than the array has voxels,
+/// since few of these have to be processed.
 constexpr int kArrayThreads = 128;
 
 /// A voxel array in view.
@@ -100,7 +100,7 @@ __device__ void visitArrays(const FrameView& frame, const MapView& map, const Lo
   }
 }
 
-/// Voxels of an array that have to be processed, listed so that all threads have work.
+/// Voxels of an array that have to be processed, in a list, so that all threads have work.
 struct VoxelList {
   uint32_t count;
   uint16_t voxel[kVoxelsPerBlock];
@@ -138,9 +138,8 @@ __device__ void listNearSurface(const PointView& view, const ArrayInView& array,
   __syncthreads();
 }
 
-/// Lowers a depth to a value. Depths are above 0, so they sort as their bits do when read as
-/// integers. They only decrease, so a value that is not below an old depth is not below the current
-/// one.
+/// Lowers a depth to `value`, if that is less. Positive floats compare like their bits read as
+/// integers. An outdated read does no harm, as depths only decrease.
 __device__ void lowerTo(float* depth_m, float value) {
   if (!(value < readShared(depth_m))) return;
   atomicMin(reinterpret_cast<int*>(depth_m), __float_as_int(value));
@@ -196,7 +195,7 @@ __device__ void addWarpSums(ExposureSums& sums, const ExposureSums& part) {
   visitSums(sums, part, [](int64_t& sum, int64_t of_thread) { addWarpSum(&sum, of_thread); });
 }
 
-/// Adds what was found in an array to the image's counters. Called by one thread.
+/// Adds what was found in an array to the image's counters. One thread calls it.
 __device__ void report(const LookView& look, PackedKey key, const ArrayLook& found) {
   if (found.samples == 0) return;
   LookCounters& counters = *look.counters;
@@ -209,7 +208,7 @@ __device__ void report(const LookView& look, PackedKey key, const ArrayLook& fou
   look.requests[atomicAdd(&counters.requests, 1u)] = {key, found.lacking};
 }
 
-/// Counts a sample, and keeps it if there is room.
+/// Counts a sample, and stores it if there is room.
 __device__ void keepSample(const LookView& look, const FoundSample& found) {
   const unsigned long long n =
       atomicAdd(reinterpret_cast<unsigned long long*>(&look.counters->samples), 1ull);
@@ -294,7 +293,7 @@ void Painter::reserveImages(int32_t width, int32_t height) {
   sensing_.hiding_m = hiding_m_.data();
 }
 
-/// Nothing reads the previous image any longer, since findSamples() waited for its counters. If
+/// Kernels no longer read the previous image, since findSamples() has waited for its counters. If
 /// that failed, this waits instead.
 void Painter::takeImage(const ColourFrame& frame) {
   if (is_looking_) stream_.synchronize();
@@ -331,7 +330,7 @@ void Painter::look(const FrameView& view, int32_t min_evidence, const std::vecto
   }
 }
 
-/// Nothing reads the previous image's candidates any longer, since its counters were waited for.
+/// Kernels no longer read the previous image's candidates; see takeImage().
 void Painter::takeCandidates(const std::vector<int32_t>& in_view) {
   candidate_count_ = static_cast<uint32_t>(in_view.size());
   candidates_.reserve(in_view.size());

@@ -1,4 +1,4 @@
-/// The stage "paint" on the device: paints a colour image onto the surfaces that it sees.
+/// The stage "paint" on the device: paints a colour image onto the surfaces that it shows.
 #pragma once
 
 #include <vector>
@@ -15,23 +15,23 @@
 namespace dtsdf {
 namespace gpu {
 
-/// What the host needs to know of an image's look at the map.
+/// Counters of what an image shows of the map, for the host.
 struct LookCounters {
   uint32_t blocks, arrays;  ///< Blocks in view, and their voxel arrays.
-  uint32_t seen;            ///< Arrays in view in which something is to be painted.
-  uint32_t requests;        ///< Arrays of these that lack bricks of colours.
+  uint32_t seen;            ///< Arrays with voxels to be painted.
+  uint32_t requests;        ///< Arrays that lack bricks for these voxels.
   ExposureSums sums;
-  uint64_t samples;  ///< Voxels that the image shows, including those without room.
+  uint64_t samples;  ///< Voxels to be painted, including those that did not fit.
 };
 
-/// What an image shows of a voxel, kept until there are bricks of colours to paint it in.
+/// What an image shows of a voxel, stored until it can be painted.
 struct FoundSample {
   int32_t slot;    ///< Slot of its block.
   uint16_t voxel;  ///< kVoxelsPerBlock * direction + index.
   ColourSample sample;
 };
 
-/// What kernels need of a look, passed by value.
+/// What kernels of Painter::look() need, passed by value.
 struct LookView {
   LookCounters* counters;
   FoundSample* samples;  ///< Those that do not fit are only counted.
@@ -43,9 +43,8 @@ struct LookView {
   BlockExtent painted;  ///< Blocks outside only hide what is behind them.
 };
 
-/// Paints an image in steps: takes the image, finds what it shows of the map, and paints that once
-/// the necessary bricks of colours exist. The image is uploaded on a separate stream: this does not
-/// need the map, so it can run while the depth image is still being fused.
+/// Paints an image in steps: takeImage(), look(), and paint() when the bricks for its colours
+/// exist. Images are uploaded on a separate stream, while a depth image may still be fused.
 class Painter {
  public:
   Painter(const PaintSettings& settings, const Stream& stream);
@@ -54,17 +53,16 @@ class Painter {
   /// Enqueues the steps that do not need the map. The image is no longer needed when this returns.
   void takeImage(const ColourFrame& frame);
 
-  /// Finds what the image shows of the map's surfaces, of which only those in `painted` are
-  /// painted. Waits for the result.
+  /// Finds the surfaces in `painted` that the image shows, and waits for the result.
   /// @throws BackendError if memory runs out; the map is not changed.
   void look(const FrameView& view, int32_t min_evidence, const std::vector<int32_t>& in_view,
             const BlockExtent& painted, const MapView& map);
   const LookCounters& counters() const { return pinned_counters_[0]; }
 
-  /// The missing bricks of colours.
+  /// The missing bricks of colours; waits for them.
   std::vector<ColourRequest> fetchRequests();
 
-  /// Enqueues the painting of what was found, where there are bricks for it.
+  /// Enqueues the painting of the surfaces that look() found, where bricks exist.
   void paint(const Exposure& exposure, const MapView& map);
 
   void addMemory(MapperMemory& memory) const;
@@ -82,7 +80,7 @@ class Painter {
   const PaintSettings settings_;
   BlockExtent painted_;
   const Stream& stream_;
-  const int thread_blocks_;  ///< Enough to fill the device: kernels work in strides.
+  const int thread_blocks_;  ///< Enough to fill the device, as kernels use strides.
   Stream image_stream_;
   Event taken_, looked_;
   ColourSensing sensing_ = {};
@@ -90,7 +88,7 @@ class Painter {
   DeviceBuffer<ColourPixel> pixels_;
   DeviceBuffer<float> hiding_m_;
   DeviceBuffer<FoundSample> samples_;
-  bool is_looking_ = false;  ///< Whether look() has work that was not waited for.
+  bool is_looking_ = false;  ///< Whether look() has enqueued work and not waited for it.
   uint32_t candidate_count_ = 0;
   PinnedBuffer<int32_t> candidates_;  ///< Read in place by kernels.
   DeviceBuffer<int32_t> arrays_;

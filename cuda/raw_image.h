@@ -15,11 +15,11 @@ namespace gpu {
 /// A raw image with packed rows. Buffers are reused from frame to frame.
 class RawImage {
  public:
-  /// Enqueues the upload of an image, which is no longer needed when this returns. Uploads bands,
-  /// each while the host copies the next one. @pre The last upload is done.
+  /// Copies an image to pinned memory and enqueues its upload, in bands: each is uploaded while the
+  /// host copies the next one. @pre The last upload is done.
   template <class Frame>
   void upload(const Frame& frame, const Stream& stream) {
-    constexpr int kBandEnds[] = {3, 5, 6};  // sixths; the device waits only for the small last one
+    constexpr int kBandEnds[] = {3, 5, 6};  // in sixths; the device waits only for the last band
     const size_t row = packedRowBytes(frame);
     bytes_ = row * frame.height;
     pinned_raw_.reserve(bytes_);

@@ -44,8 +44,8 @@ struct DrawnBlock {
   ProjectedVertex* seen;
 };
 
-/// Finds where a block's vertices are seen, and their normals from the block's triangles. All
-/// threads of the block must call it.
+/// Projects a block's vertices, with normals from the block's triangles. All threads of the block
+/// must call it.
 __device__ void projectVertices(const RenderJob& job, const MeshRecord& record,
                                 const DrawnBlock& block) {
   const Vec3f first = toFloat(firstVoxelOfBlock(unpackKey(record.key)) - job.frame.origin_voxel);
@@ -122,9 +122,8 @@ __device__ void fillTriangle(const RenderJob& job, const DrawnBlock& block,
   }
 }
 
-/// Draws triangles with a warp; all of its threads must call it. Groups of kLanes threads draw a
-/// triangle each. The whole warp draws large triangles, so that a few threads do not keep the
-/// others waiting.
+/// Draws triangles with a warp; all of its threads must call it. Each group of kLanes threads draws
+/// a triangle. The whole warp draws large ones, so that a group does not keep the others waiting.
 __device__ void drawTriangles(const RenderJob& job, const DrawnBlock& block, uint32_t first,
                               uint32_t count) {
   const uint32_t own = first + threadIdx.x % 32 / kLanes;
@@ -262,8 +261,7 @@ void Renderer::drawBlocks(const ViewRequest& request, const RenderJob& job, cons
   launch("drawBlocksKernel", drawBlocksKernel, thread_blocks_, kThreads, 0, stream_, job, mesh);
 }
 
-/// Copies the images band by band, as soon as each is downloaded. Several threads copy while the
-/// caller waits; the others start while the device draws.
+/// Copies the images on several threads, each band as soon as it is downloaded.
 void Renderer::fill(const ViewRequest& request, RenderedView& view) const {
   constexpr size_t kPixelsOfThread = 1 << 16, kMaxThreads = 4;
   const size_t pixels = pixelsOf(request.frame);

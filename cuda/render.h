@@ -1,4 +1,4 @@
-/// The stage "render" on the device: views of the map from any pose.
+/// The stage "render" on the device: renders views of the map from any pose.
 #pragma once
 
 #include <vector>
@@ -28,8 +28,8 @@ class Renderer {
  public:
   Renderer(const MeshSettings& rules, bool directional, const Stream& stream);
 
-  /// Renders surfaces, and waits for the images. Updates the labels of blocks, unless
-  /// `is_labelled`. @pre No extraction reads labels.
+  /// Renders surfaces, and waits for the images. First updates the labels of blocks, unless
+  /// `is_labelled`. @pre No extraction is reading labels.
   void render(const ViewRequest& request, const MapView& map, bool is_labelled, RenderedView& view);
 
   void addMemory(MapperMemory& memory) const;
@@ -50,7 +50,7 @@ class Renderer {
   PinnedBuffer<MeshTotals> pinned_totals_;
   static constexpr size_t kBands = 8;  ///< Bands of pixels, downloaded one after the other.
   Event drawn_[kBands];                ///< Recorded after a band's download.
-  DeviceBuffer<uint32_t> no_dirty_;    ///< Always 0: views do not change marks.
+  DeviceBuffer<uint32_t> no_dirty_;    ///< Always 0; hides the marks of blocks from kernels.
   DeviceBuffer<int32_t> slots_, labelled_slots_;
   DeviceBuffer<MeshRecord> records_;
   DeviceBuffer<BlockVertex> vertices_;

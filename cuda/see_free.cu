@@ -36,7 +36,7 @@ __global__ void seeFreeKernel(FrameView frame, FreePyramid free, int32_t cell_lo
 }
 static_assert(kCellsPerCube % kThreads == 0, "no warp has idle threads");
 
-/// Where a level begins in levels_, which has the second one first; for kFreeLevels, where the last
+/// Where a level begins in levels_, which starts with level 1; for kFreeLevels, where the last
 /// level ends.
 size_t beginOf(int level, const FrameView& frame) {
   size_t begin = 0;
@@ -61,7 +61,7 @@ void FreeCellFinder::reserve(const FrameView& frame) {
 
 void FreeCellFinder::find(const FrameView& frame, const float* free_depth,
                           std::vector<Vec3i> cubes) {
-  fetched_.wait();  // only has to wait if the last frame was not fused
+  fetched_.wait();  // waits only if the last frame was not fused
   keys_ = std::move(cubes);
   if (keys_.empty()) return;
   reserve(frame);

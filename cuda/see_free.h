@@ -1,4 +1,4 @@
-/// The stage "see free" on the device: which cells of space a depth image sees through.
+/// The stage "see free" on the device: finds the cells of space that a depth image sees free.
 #pragma once
 
 #include <vector>
@@ -34,7 +34,7 @@ class FreeCellFinder {
   const Stream& stream_;
   Event fetched_;
   std::vector<Vec3i> keys_;     ///< Keys of the frame's cubes.
-  DeviceBuffer<float> levels_;  ///< The pyramid's levels from the second on, one after the other.
+  DeviceBuffer<float> levels_;  ///< The pyramid's levels from 1 on, one after the other.
   DeviceBuffer<Vec3i> cubes_;
   DeviceBuffer<CellMask> masks_;
   PinnedBuffer<Vec3i> pinned_cubes_;

@@ -23,7 +23,7 @@ __device__ void invertDepths(const RawDepth& raw, float* measured) {
 
 constexpr int kNoiseLines = kNoisePoints * kNoiseSteps;
 
-/// Counts a line, if it lies in the image, by the bin of its variance.
+/// Counts a line, if it is usable, in the bin of its variance.
 __device__ void countNoiseLine(const RawDepth& raw, const SurfelSettings& surfels, int i,
                                NoiseCounts& counts) {
   const auto measured = [&](int u, int v) { return inverseDepthAt(raw, u, v); };
@@ -88,12 +88,12 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   }
 }
 
-/// Blocks of threads with one line per thread. The grid of a small image has fewer.
+/// Blocks of threads that count one line per thread. Small images have fewer blocks.
 constexpr unsigned kNoiseBlocks = kNoiseLines / kThreads;
 static_assert(kNoiseLines % kThreads == 0, "each thread has a line");
 
-/// One thread per pixel. The first kNoiseBlocks blocks of threads, or all, first count the noise
-/// lines, on which the quartiles depend. The last of these blocks to finish finds the quartiles.
+/// One thread per pixel. The first kNoiseBlocks blocks of threads, or all if there are fewer, also
+/// count noise lines. The last of these blocks to finish estimates the noise.
 __global__ void __launch_bounds__(kThreads)
     invertDepthsKernel(RawDepth raw, SurfelSettings surfels, float* measured, NoiseCounts* counts,
                        DepthNoise* noise) {
@@ -128,8 +128,8 @@ __global__ void fillGapsKernel(const float* measured, int32_t width, int32_t hei
   }
 }
 
-/// A block of threads links and fits a stretch of one row. Its margin may reach out of the image,
-/// where pixels count as unmeasured, which ends a walk just like the image's border.
+/// A block of threads links and fits a stretch of one row at a time. Margins may extend beyond the
+/// image. Pixels there are unmeasured, so a walk ends as it does at the image's border.
 __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const DepthNoise* noise,
                               float* row_value, float* row_slope, PixelLinks* row_links) {
   waitForPreviousKernel();
@@ -160,8 +160,8 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
   }
 }
 
-/// Finds how far each pixel sees free space. May overlap with the previous kernel, which casts
-/// surfels: what is read here was written before that kernel.
+/// Finds the free depth of each pixel. May overlap the previous kernel, which casts surfels: what
+/// is read here was written before that kernel.
 __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fusion,
                                      float* free_depth) {
   const FrameSensing sensing = on_device.load();

@@ -1,4 +1,4 @@
-/// The stage "sense" on the device: computes everything that a frame's surfels are made from.
+/// The stage "sense" on the device: prepares a depth image for making surfels.
 #pragma once
 
 #include "backend/rules.h"
@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// FrameSensing before a kernel loads it: only the device knows the noise.
+/// A FrameSensing that kernels load(), as its noise is in device memory.
 class DeviceSensing {
  public:
   DeviceSensing(const ImageView& image, const DepthNoise* noise, const float* free_depth)
@@ -20,7 +20,7 @@ class DeviceSensing {
 
   DTSDF_HD const ImageView& image() const { return image_; }
   DTSDF_HD const FrameView& frame() const { return image_.frame; }
-  /// Only frames that clear have free depths; others have none, even if space needs them.
+  /// Whether the frame clears. Free depths that only space needs are not part of this.
   DTSDF_HD bool hasFreeDepth() const { return free_depth_ != nullptr; }
 #ifdef __CUDACC__
   __device__ __forceinline__ FrameSensing load() const { return {image_, *noise_, free_depth_}; }
@@ -50,7 +50,7 @@ __device__ __forceinline__ float inverseDepthAt(const RawDepth& raw, int u, int 
 }
 #endif
 
-/// Numbers of a frame's noise lines, by kind and bin of their variance; all 0 between frames.
+/// Numbers of noise lines, by kind and by bin of their variance; all 0 between frames.
 struct NoiseCounts {
   alignas(16) uint32_t bins[kNoiseKinds][kNoiseBins];
   uint32_t finished;  ///< Blocks of threads that have counted their lines.
@@ -64,11 +64,11 @@ class FrameSensor {
   /// Enqueues the stage, without free depths. @pre The image is uploaded.
   DeviceSensing sense(const FrameView& frame, const RawDepth& raw);
 
-  /// Enqueues the search for free depths, if anything needs them. It may overlap with the previous
-  /// kernel, which has waited for its input.
+  /// Enqueues the search for free depths, if anything needs them. It may overlap the previous
+  /// kernel, which must call waitForPreviousKernel().
   void findFreeDepths(const DeviceSensing& sensing);
 
-  /// How far each pixel of the last frame sees free space, whether or not the frame clears.
+  /// Free depths of the last frame's pixels, on the device, whether or not the frame clears.
   /// @pre needsFreeDepth().
   const float* freeDepth() const { return free_depth_.data(); }
 
@@ -77,7 +77,7 @@ class FrameSensor {
  private:
   void reserve(size_t pixels);
 
-  const bool clears_;      ///< Whether frames clear what they see through.
+  const bool clears_;      ///< Whether frames clear voxels.
   const bool finds_free_;  ///< Whether free depths are needed, for clearing or for space.
   const SurfelSettings surfel_settings_;
   const FusionSettings fusion_settings_;

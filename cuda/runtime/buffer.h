@@ -1,4 +1,4 @@
-/// Memory on the device and page-locked memory on the host, typed and freed by their owner.
+/// Typed buffers, on the device and in page-locked host memory, that free themselves.
 #pragma once
 
 #include <cstddef>
@@ -39,8 +39,8 @@ class PinnedBuffer {
   T& operator[](size_t i) { return data_[i]; }
   const T& operator[](size_t i) const { return data_[i]; }
 
-  /// Makes room, with some to spare; the contents are lost if it has to grow. No copy may be using
-  /// the buffer.
+  /// Makes room, with some to spare. If the buffer has to grow, its contents are lost. No copy or
+  /// kernel may be using it.
   void reserve(size_t count) {
     if (count > capacity_) reserveExactly(count + count / 2);
   }
@@ -89,8 +89,9 @@ class DeviceBuffer {
   size_t capacity() const { return capacity_; }
   size_t bytes() const { return capacity_ * sizeof(T); }
 
-  /// Makes room, with some to spare; the contents are lost if it has to grow. Waits for enqueued
-  /// work that uses the old memory. @throws BackendError if memory runs out; then nothing changes.
+  /// Makes room, with some to spare. If the buffer has to grow, its contents are lost, and this
+  /// waits for the stream, whose work may use the old memory. @throws BackendError if memory runs
+  /// out; then nothing changes.
   void reserve(size_t count, const Stream& stream) {
     if (count <= capacity_) return;
     DeviceBuffer larger(count + count / 2);
@@ -129,7 +130,7 @@ class DeviceBuffer {
   void upload(const T* pinned, size_t count, const Stream& stream) {
     uploadPart(pinned, 0, count, stream);
   }
-  /// Elements `begin` to `end`, from the same place in pinned memory.
+  /// Uploads elements from `begin` to before `end`, from the same places in pinned memory.
   void uploadPart(const T* pinned, size_t begin, size_t end, const Stream& stream) {
     if (begin == end) return;
     DTSDF_CHECK_CUDA(cudaMemcpyAsync(data_ + begin, pinned + begin, (end - begin) * sizeof(T),
@@ -138,7 +139,7 @@ class DeviceBuffer {
   void download(T* pinned, size_t count, const Stream& stream) const {
     downloadPart(pinned, 0, count, stream);
   }
-  /// Elements `begin` to `end`, to the same place in pinned memory.
+  /// Downloads elements from `begin` to before `end`, to the same places in pinned memory.
   void downloadPart(T* pinned, size_t begin, size_t end, const Stream& stream) const {
     if (begin == end) return;
     DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned + begin, data_ + begin, (end - begin) * sizeof(T),
@@ -161,8 +162,7 @@ class DeviceBuffer {
   size_t capacity_ = 0;
 };
 
-/// Adds the memory, on device and host, of buffers that are used while a frame is fused or a mesh
-/// is made.
+/// Adds the memory of buffers: to `scratch` on the device, to `staging` on the host.
 template <class... Buffers>
 void addScratch(MapperMemory& memory, const Buffers&... buffers) {
   ((memory.*Buffers::kSum += buffers.bytes()), ...);

@@ -14,8 +14,8 @@ namespace gpu {
 /// Whether a process cannot use the GPU any more after this error, and has to be restarted.
 bool isLost(cudaError_t code);
 
-/// For tests: the n-th checked call from now on, counted from 1, is not made but fails with `code`,
-/// and so do all later ones if isLost(code). 0: all calls are made again.
+/// For tests: makes the n-th checked call from now on, counted from 1, fail with `code`, and all
+/// later ones if isLost(code). The call is not made, but a kernel is launched. 0: no call fails.
 void failCall(uint64_t n, cudaError_t code);
 
 /// Counts a call that is about to be made. @return whether it has to fail.
@@ -26,8 +26,8 @@ bool shouldFail();
 /// success.
 void checkCall(cudaError_t code, const char* call, const char* file, int line);
 
-/// To be called after a launch. @throws BackendError if it was refused. Errors inside the kernel
-/// show in a later call, since this does not wait.
+/// Call this after a launch. @throws BackendError if the launch was refused. Errors inside the
+/// kernel appear in a later call, since this does not wait.
 void checkLaunch(const char* kernel);
 
 }  // namespace gpu

@@ -53,10 +53,10 @@ class SlabPool {
     slabs_ = std::move(slabs);
   }
 
-  /// Makes room before it is needed, while kernels may read the pool, but only if that takes little
-  /// of the device's memory and the table need not grow. If there is no room for `count` records,
-  /// makes room for `most`, but grows by half at most: an allocation takes as long as half a frame,
-  /// however small it is.
+  /// Makes room before it is needed; kernels may be reading the pool. If there is no room for
+  /// `count` records, makes room for `most`, but grows by at most half: even a small allocation
+  /// takes as long as half a frame. Does nothing if that would take much of the device's free
+  /// memory or make the table grow.
   void reserveAhead(size_t count, size_t most, const Stream& stream) {
     constexpr size_t kMinLeft = 8;  // times what is allocated
     const size_t there = slabs_.size(), least = slabsFor(count);
@@ -78,7 +78,7 @@ class SlabPool {
   static constexpr size_t kRecordBytes = kRecordSize * sizeof(T);
 
  private:
-  static constexpr size_t kFirstTable = 2048;  ///< Small compared with what it points to.
+  static constexpr size_t kFirstTable = 2048;  ///< Small compared with the slabs.
 
   static size_t slabsFor(size_t count) { return (count + kSlabRecords - 1) / kSlabRecords; }
 

@@ -63,7 +63,7 @@ class Stream {
 
   void record(Event& event) const { DTSDF_CHECK_CUDA(cudaEventRecord(event.get(), stream_)); }
 
-  /// Work enqueued from now on starts after the event. The calling thread does not wait.
+  /// Makes work that is enqueued from now on wait for the event, but not the calling thread.
   void waitFor(const Event& event) const {
     DTSDF_CHECK_CUDA(cudaStreamWaitEvent(stream_, event.get(), 0));
   }

@@ -1,5 +1,4 @@
-/// The stage "align" on the CPU: picks an image's points, and adds up their normal equations at a
-/// pose.
+/// The stage "align" on the CPU: picks points of an image, and sums their normal equations.
 #pragma once
 
 #include <algorithm>

@@ -13,8 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// The slots of a block and its neighbours, in the order of aroundOffset(); -1 if there is no
-/// block.
+/// The slots of a block and its neighbours, in the order of aroundOffset(); -1: no block.
 using SlotsAround = std::array<int32_t, kBlocksAround>;
 
 SlotsAround slotsAround(const BlockTable& table, const BlockKey& key) {

@@ -1,5 +1,4 @@
-/// The stage "make" for one block on the CPU: makes its mesh from the labels of its units and their
-/// neighbours.
+/// The stage "make" for one block on the CPU: makes its mesh from the labels in and around it.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +26,7 @@ class BlockSurface {
   /// of at most max_loose_units along each axis. @pre Some unit of the block is not empty.
   void regularise(const LabelNeighbourhood& labels, int max_loose_units);
 
-  /// Makes the vertices and triangles of the regularised units. Triangles that span a gap get the
-  /// corners kGapVertex.
+  /// Makes the vertices and triangles of the regularised units. Marks triangles that span a gap.
   /// @param known Vertices that were made while indexing, sorted by edge; few others are needed.
   void emit(const MeshSettings& rules, const ArraysAround& arrays,
             const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);

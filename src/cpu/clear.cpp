@@ -170,8 +170,7 @@ class RowJudge {
   float pixel_depth_m_[kBlockSide];
 };
 
-/// Finds the contradicted voxels of an array, before any of them changes: a voxel's foot depends on
-/// its neighbours.
+/// Finds the contradicted voxels of an array, before any changes: feet depend on neighbours.
 /// @return their number.
 int findContradicted(const BlockLook& look, int direction, const FrameSensing& sensing,
                      const FusionRules& rules, const Voxel* voxels,

@@ -21,8 +21,7 @@ class LineBatch {
     numbers_[count_++] = number;
   }
 
-  /// Computes the lines and directions of all surfels in the batch, in loops that compilers
-  /// vectorise.
+  /// Computes the surfels' lines and directions, in loops that compilers vectorise.
   void compute(const FrameSensing& sensing, const FusionSettings& fusion) {
     withWidestVectors([&] { computeAll(sensing, fusion); });
   }

@@ -1,5 +1,4 @@
-/// Draws mesh chunks in RViz, each as an object of its own, with shared vertices: chunks out of
-/// view cost nothing.
+/// Draws each mesh chunk in RViz as its own object, so that Ogre culls chunks out of view.
 #pragma once
 
 #include <OgreAxisAlignedBox.h>
@@ -69,13 +68,14 @@ class ChunkVisuals {
     }
   }
 
-  /// Adds a chunk, or replaces or removes the one with its origin.
+  /// Adds a chunk, after removing the one with its origin. An empty chunk is not added.
   void put(PackedChunk chunk, double step_m) {
     const auto before = visuals_.find(chunk.origin);
     if (before != visuals_.end()) remove(before);
     if (chunk.triangleCount() == 0) return;
     triangles_ += chunk.triangleCount();
-    // The scene node is at the chunk, so that vertices are small numbers even far from the origin.
+    // The scene node is at the chunk's origin, so that floats suffice for vertices even far from
+    // the map's origin.
     const Ogre::Vector3 place(static_cast<float>(static_cast<double>(chunk.origin[0]) * step_m),
                               static_cast<float>(static_cast<double>(chunk.origin[1]) * step_m),
                               static_cast<float>(static_cast<double>(chunk.origin[2]) * step_m));
@@ -97,17 +97,17 @@ class ChunkVisuals {
   }
 
   /// Draws each chunk at the coarsest level whose cells cover at most `detail_px` pixels in the
-  /// camera's view; 0: whole chunks.
+  /// camera's view; 0: full detail.
   void chooseLevels(const Ogre::Camera& camera, float detail_px) {
     const Ogre::Vector3 eye = parent_._getFullTransform().inverse() * camera.getDerivedPosition();
     const auto height_px = static_cast<float>(camera.getViewport()->getActualHeight());
     const bool is_orthographic = camera.getProjectionType() == Ogre::PT_ORTHOGRAPHIC;
-    // In m; for a perspective camera, at a distance of 1 m.
+    // Height of the view in m; for a perspective camera, at a distance of 1 m.
     const float view_height = is_orthographic
                                   ? camera.getOrthoWindowHeight()
                                   : 2.0f * std::tan(0.5f * camera.getFOVy().valueRadians());
     for (auto& [origin, visual] : visuals_) {
-      // At distance 0, with the camera inside the chunk, no coarser level is fine enough.
+      // 0 if the camera may be inside the chunk, which is then drawn in full detail.
       const float distance_m = std::max(eye.distance(visual.centre) - visual.radius_m, 0.0f);
       const float width_m = is_orthographic ? view_height : view_height * distance_m;
       const float coarsest_m = detail_px * width_m / height_px;
@@ -126,19 +126,18 @@ class ChunkVisuals {
  private:
   using Origin = std::array<int64_t, 3>;
 
-  /// Coarser levels of a chunk: cells of two, four, eight and sixteen voxels, where a voxel is 512
-  /// steps.
+  /// Coarser levels have cells of 2, 4, 8 and 16 voxels; a voxel is 512 steps.
   static constexpr int kCoarseLevels = 4;
   static constexpr int kFinestCellLog2 = 10;
 
-  /// Returns a unique name, because all displays share the names of materials.
+  /// Material names must be unique, because Ogre shares materials between all displays.
   static std::string makeMaterialName() {
     static std::atomic<unsigned> count{0};
     return "dtsdf_mapping/mesh_blocks_" + std::to_string(count++);
   }
 
-  /// The whole chunk or a coarser version; one of them is drawn. The chunk is kept for a change of
-  /// colours.
+  /// A chunk, in full detail or coarser, and its object. The chunk is kept to rebuild the object if
+  /// colours change.
   using Level = std::pair<PackedChunk, Ogre::ManualObject*>;
   struct Visual {
     double step_m;
@@ -149,8 +148,7 @@ class ChunkVisuals {
   };
 
   bool isLit() const { return style_.colour == MeshColour::kPlain; }
-  /// Colours are shown unlit, like those of markers; only a plain colour needs light to show
-  /// shapes.
+  /// Vertex colours are unlit, as in markers; a plain colour needs light to show shapes.
   void applyMaterial() {
     Ogre::Pass& pass = *material_->getTechnique(0)->getPass(0);
     pass.setLightingEnabled(isLit());
@@ -181,7 +179,6 @@ class ChunkVisuals {
     object->end();
   }
 
-  /// Positions count steps from the chunk's origin: small numbers, for which floats suffice.
   void addVertices(const PackedChunk& chunk, double step_m, Ogre::ManualObject& object) {
     const Mesh mesh = unpackChunk(chunk, step_m);
     const auto step = static_cast<float>(step_m);

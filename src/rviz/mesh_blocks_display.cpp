@@ -31,7 +31,7 @@ using rviz::StatusProperty;
 
 namespace {
 
-/// Messages that may wait while RViz renders. None may be lost, since each holds only changes.
+/// Messages that may wait while RViz renders. None may be lost, because each holds only changes.
 constexpr uint32_t kQueue = 1000;
 
 constexpr char kTopicStatus[] = "Topic";
@@ -62,15 +62,15 @@ class MeshBlocksDisplay : public rviz::Display {
                                      SLOT(updateStyle()));
     alpha_->setMin(0.0f);
     alpha_->setMax(1.0f);
-    backfaces_ = new rviz::BoolProperty(
-        "Backfaces", true, "Also show surfaces from behind; drawing is faster with this off.", this,
-        SLOT(updateStyle()));
-    wireframe_ = new rviz::BoolProperty("Wireframe", false, "Show the edges of the triangles only.",
+    backfaces_ =
+        new rviz::BoolProperty("Backfaces", true, "Show surfaces from behind, too; off: faster.",
+                               this, SLOT(updateStyle()));
+    wireframe_ = new rviz::BoolProperty("Wireframe", false, "Show only the edges of triangles.",
                                         this, SLOT(updateStyle()));
     detail_ =
         new rviz::FloatProperty("Detail", 2.0f,
-                                "Distant parts are drawn with larger triangles, about this many "
-                                "pixels wide at most; 0: all triangles are always drawn.",
+                                "Largest width, in pixels, of the coarser triangles that distant "
+                                "parts are drawn with; 0: full detail everywhere.",
                                 this);
     detail_->setMin(0.0f);
     detail_->setMax(20.0f);
@@ -101,7 +101,7 @@ class MeshBlocksDisplay : public rviz::Display {
     if (view != nullptr) visuals_->chooseLevels(*view->getCamera(), detail_->getFloat());
   }
 
-  /// A new subscription brings the whole mesh again.
+  /// Subscribes again, to get the whole mesh.
   void reset() override {
     rviz::Display::reset();
     updateTopic();

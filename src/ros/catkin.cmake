@@ -1,8 +1,8 @@
 # The ROS side of the build: dependencies, messages and the exported package. Included by the
 # top-level CMakeLists.txt, because catkin looks for msg/, srv/ and package.xml in the same folder.
 
-# catkin runs Python scripts that need catkin_pkg. The system's Python has it; conda's or pyenv's may
-# come first on PATH.
+# catkin needs a Python with catkin_pkg. A Python of conda or pyenv, which may come first on PATH,
+# often lacks it.
 if(NOT PYTHON_EXECUTABLE)
   execute_process(COMMAND python3 -c "import catkin_pkg" RESULT_VARIABLE catkin_pkg_missing
                   OUTPUT_QUIET ERROR_QUIET)
@@ -18,16 +18,15 @@ find_package(catkin REQUIRED COMPONENTS
   map_msgs message_generation nav_msgs nodelet pluginlib roscpp sensor_msgs std_msgs std_srvs tf2
   tf2_msgs tf2_ros visualization_msgs)
 
-# Not components of catkin above: their exported libraries (VTK, rosbag, all of OpenCV with
-# cv_bridge) would end up in every target. Only dtsdf_bag and dtsdf_ros_conversions use more than
-# their headers.
+# Not components of catkin above, because their libraries (VTK, rosbag, all of OpenCV) would then be
+# linked to every target.
 find_package(cv_bridge REQUIRED)
 find_package(pcl_conversions REQUIRED)
 find_package(pcl_ros REQUIRED)
 find_package(rosbag REQUIRED)
 find_package(PCL REQUIRED COMPONENTS common)
 
-# Optional, because Debian does not package it. Publishing space as an OctoMap needs it.
+# Optional, because Debian does not package it. Needed to publish free space as an OctoMap.
 find_package(octomap_msgs QUIET)
 
 # The RViz display needs RViz's headers and the Qt that RViz was built with. Without the display,
@@ -46,7 +45,7 @@ if(WITH_RVIZ)
   endif()
 endif()
 
-# cv_bridge itself brings the parts of OpenCV that it needs.
+# Only libcv_bridge, which links the parts of OpenCV that it needs.
 set(DTSDF_CV_BRIDGE_LIBRARY ${cv_bridge_LIBRARIES})
 list(FILTER DTSDF_CV_BRIDGE_LIBRARY INCLUDE REGEX "cv_bridge")
 
@@ -57,11 +56,11 @@ add_service_files(FILES ClearRegion.srv CorrectPoses.srv GetDistanceGrid.srv Get
   SaveTrajectory.srv SetPose.srv)
 generate_messages(DEPENDENCIES geometry_msgs std_msgs)
 generate_dynamic_reconfigure_options(cfg/Publish.cfg)
-# Only what our sources depend on; messages for other languages are generated in parallel.
+# Sources depend only on the C++ headers; messages for other languages are generated in parallel.
 set(DTSDF_GENERATED_HEADERS ${PROJECT_NAME}_generate_messages_cpp ${PROJECT_NAME}_gencfg)
 
-# Exports the messages, whose headers catkin adds itself, and the library, both as a target (from
-# the extras) and in catkin's variables.
+# Exports the library, both as a target (from the extras) and in catkin's variables. catkin itself
+# exports the message headers.
 catkin_package(
   INCLUDE_DIRS include
   LIBRARIES dtsdf_mapping
@@ -70,7 +69,7 @@ catkin_package(
   CFG_EXTRAS dtsdf_mapping-extras.cmake)
 
 # Limits catkin's definitions and include folders to the folders that use ROS. Everything else
-# compiles as it does without ROS, so both builds of scripts/test can share it.
+# compiles as it does without ROS, so ccache can share it between the builds of scripts/test.
 get_directory_property(DTSDF_ROS_DEFINITIONS COMPILE_DEFINITIONS)
 get_directory_property(DTSDF_ROS_INCLUDES INCLUDE_DIRECTORIES)
 set_directory_properties(PROPERTIES COMPILE_DEFINITIONS "" INCLUDE_DIRECTORIES "")

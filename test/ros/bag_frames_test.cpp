@@ -421,7 +421,7 @@ TEST_F(InertialBag, SaysWhereUpIs) {
 
 TEST_F(InertialBag, SaysWhatIsMissing) {
   writeTransform();
-  EXPECT_TRUE(errorHas("no topic with messages of an inertial sensor"));
+  EXPECT_TRUE(errorHas("no topic with messages of an IMU"));
 }
 
 TEST_F(InertialBag, IsNoneWithoutRest) {

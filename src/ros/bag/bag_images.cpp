@@ -1,4 +1,5 @@
-/// Reads depth and colour images from a bag, with camera_info and poses, and finds up.
+/// Reads depth and colour images with camera_info and poses from a bag, and finds the vertical from
+/// its IMU.
 #include <ros/console.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
@@ -63,8 +64,8 @@ void requireMessages(const rosbag::Bag& bag, const std::string& topic,
                            printable(topic) + "'" + topicsOf(bag) + help);
 }
 
-/// Topics whose first message is wanted. Images recorded both raw and compressed count once, as
-/// raw.
+/// Topics whose first message satisfies `is_wanted`. Images recorded both raw and compressed count
+/// once, as raw.
 std::set<std::string> findImageTopics(
     const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted) {
   std::set<std::string> all, topics;
@@ -88,7 +89,7 @@ std::string onlyOneOf(const std::set<std::string>& topics, const rosbag::Bag& ba
                            topicsOf(bag) + "; choose one with " + option);
 }
 
-/// Returns the result of `read`. @throws std::runtime_error for an exception of rosbag.
+/// Calls `read`, and turns exceptions of rosbag into std::runtime_error.
 template <class Read>
 auto readingBag(const std::string& path, const Read& read) {
   try {
@@ -99,7 +100,7 @@ auto readingBag(const std::string& path, const Read& read) {
   }
 }
 
-/// Camera poses, from the transforms of the whole bag or from a trajectory instead.
+/// Camera poses from the bag's transforms or, if a trajectory is given, from that.
 class BagPoses {
  public:
   /// @throws std::runtime_error if the trajectory cannot be read.
@@ -140,8 +141,7 @@ class BagPoses {
     return trajectory_ ? noPoseWithin(options_.pose_tolerance_s) : drop::kNoTransform.name;
   }
 
-  /// @throws std::runtime_error if the bag has no transforms from the frame of this header to the
-  /// map frame.
+  /// @throws std::runtime_error if no transforms connect the header's frame to the map frame.
   void requireFrames(const std_msgs::Header& header, const rosbag::Bag& bag) const {
     if (trajectory_) return;
     const PoseAnswer newest = find(header, ros::Time(0));
@@ -167,7 +167,7 @@ class BagPoses {
   std::optional<Trajectory> trajectory_;  ///< If set, replaces the transforms.
 };
 
-/// Null if the message is not an image, or if it is damaged: then `problem` gets the error.
+/// Null if the message is not an image, or is damaged; if damaged, sets `problem`.
 sensor_msgs::ImageConstPtr imageOf(const ImageKind& kind, const rosbag::MessageInstance& message,
                                    std::string& problem) {
   const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
@@ -189,7 +189,9 @@ std_msgs::Header headerOf(const rosbag::MessageInstance& message) {
 }
 
 /// The topic `named`, raw or compressed; if none is named, the only topic with images of the kind.
-/// Empty for colour if there are none or several.
+/// Colour: empty if there are none or several.
+/// @throws std::runtime_error if `named` has no messages, or if there are no depth topics or
+/// several.
 std::string topicOf(const ImageKind& kind, const rosbag::Bag& bag, const std::string& named) {
   for (const char* const ending : {"", kind.compressed_topic, kCompressedTopic}) {
     if (!named.empty() && hasMessages(bag, named + ending)) return named + ending;
@@ -244,7 +246,7 @@ class BagImages : public ImageSource<Frame> {
     }
     if (!options_.mask_topic.empty()) requireMessages(bag_, options_.mask_topic);
     poses_ = std::make_unique<BagPoses>(bag_, options_);
-    // Reads all camera_infos first, because an image may be recorded before its own.
+    // Reads all camera_infos first, because an image may be recorded before its camera_info.
     for (const auto& message : rosbag::View(bag_, rosbag::TopicQuery(info_topic_))) {
       const auto info = message.instantiate<sensor_msgs::CameraInfo>();
       if (info) infos_[info->header.stamp] = info;
@@ -264,7 +266,7 @@ class BagImages : public ImageSource<Frame> {
     return options_.selection.countIn(messages_.size());
   }
 
-  /// The next selected frame that can be made.
+  /// The next selected image that is usable and has a pose.
   /// @throws std::runtime_error if the bag is damaged.
   std::optional<Frame> next() override {
     return readingBag(options_.path, [&]() -> std::optional<Frame> {
@@ -284,8 +286,9 @@ class BagImages : public ImageSource<Frame> {
   static constexpr bool kIsColour = std::is_same_v<Frame, SourceColour>;
   static constexpr const ImageKind& kKind = kIsColour ? kColourImages : kDepthImages;
 
-  /// Adapts the options to colour. Images keep the frame of their header; with first_pose_only,
-  /// poses are relative to the depth camera's frame, from the options or from its first image.
+  /// Adapts the options to colour images, which use the frame of their own header. With
+  /// first_pose_only, the depth camera's frame replaces the map frame: the option, or the frame of
+  /// the first depth image.
   void chooseForColour() {
     if (options_.first_pose_only) {
       options_.map_frame = options_.input.camera_frame;
@@ -305,9 +308,9 @@ class BagImages : public ImageSource<Frame> {
     options_.intrinsics.reset();
   }
 
-  /// Makes the frame of an image; nothing if the image has to be skipped.
+  /// The frame of an image; nothing if the image is skipped.
   std::optional<Frame> makeFrame(const rosbag::MessageInstance& message) {
-    std::string problem = "a message of another type";
+    std::string problem = "the message is not an image";
     CameraImage given;
     if (const auto cloud = message.instantiate<sensor_msgs::PointCloud2>(); cloud && clouds_) {
       const bool has_info = options_.intrinsics || !infos_.empty();
@@ -376,8 +379,8 @@ class BagImages : public ImageSource<Frame> {
     return after == infos_.begin() ? after->second : std::prev(after)->second;
   }
 
-  /// Removes from the image what its mask hides: the mask with its stamp, recorded within seconds
-  /// of it. @return why that is impossible, or nothing.
+  /// Applies the mask that has the image's stamp and was recorded within 5 s of it. @return why
+  /// that is impossible; nothing if it was done.
   std::optional<Rejection> hideMasked(sensor_msgs::ImageConstPtr& image,
                                       const ros::Time& recorded) const {
     if (options_.mask_topic.empty()) return std::nullopt;
@@ -431,7 +434,7 @@ std::unique_ptr<ColourSource> openBagColours(const BagOptions& options) {
   return colours;
 }
 
-// Up in the map frame, from the bag's inertial sensor.
+// The vertical in the map frame, from the bag's IMU.
 
 namespace {
 
@@ -445,7 +448,7 @@ std::string chooseTopic(const rosbag::Bag& bag, const BagOptions& options) {
     return options.imu_topic;
   }
   return onlyOneOf(findImageTopics(bag, isInertial), bag,
-                   "messages of an inertial sensor (sensor_msgs/Imu), which map/level: imu needs",
+                   "messages of an IMU (sensor_msgs/Imu), which map/level: imu needs",
                    "--imu-topic");
 }
 

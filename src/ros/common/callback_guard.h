@@ -1,4 +1,4 @@
-/// Keeps exceptions inside ROS callbacks: one that escapes ends every nodelet of the process.
+/// Catches exceptions in ROS callbacks: one that escapes ends every nodelet of the process.
 #pragma once
 
 #include <ros/console.h>

@@ -21,7 +21,7 @@ inline dtsdf_mapping::MeshBlock toMessage(PackedChunk chunk) {
   return block;
 }
 
-/// The lengths of the chunk's parts and its indices are checked.
+/// Checks the lengths of all fields, and the indices.
 /// @throws std::runtime_error that says what is wrong with the message.
 inline PackedChunk toChunk(dtsdf_mapping::MeshBlock block) {
   PackedChunk chunk;

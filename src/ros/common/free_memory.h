@@ -7,9 +7,9 @@
 
 namespace dtsdf {
 
-/// Mesh blocks are allocated on the map's thread and freed on the output's; images and messages use
-/// others. The C library pools freed memory per thread, so within hours the process would hold
-/// three times what it uses. Takes milliseconds, longer if much is free.
+/// The C library keeps freed memory in pools per thread. Mesh blocks are allocated on one thread
+/// and freed on another, so within hours the process would hold three times the memory that it
+/// uses. Takes milliseconds, or longer if much memory is free.
 inline void returnFreeMemory() {
 #ifdef __GLIBC__
   malloc_trim(0);

@@ -76,9 +76,10 @@ int runNode(int argc, char** argv, const std::string& node_name, const std::stri
     }
     const size_t sign = argument.find(":=");
     if (sign == std::string::npos || defaults.count(argument.substr(0, sign)) == 0) continue;
-    std::fprintf(stderr,
-                 "%s: error: '%s' is read as a topic remapping; settings begin with _: _%s\n",
-                 node_name.c_str(), printable(argument).c_str(), printable(argument).c_str());
+    std::fprintf(
+        stderr,
+        "%s: error: ROS would take '%s' for a topic remapping; settings begin with _: _%s\n",
+        node_name.c_str(), printable(argument).c_str(), printable(argument).c_str());
     return 2;
   }
   try {

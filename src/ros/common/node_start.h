@@ -1,4 +1,4 @@
-/// Start of a node: its help, its settings on the parameter server, and its start errors.
+/// Starts a node: help, settings from the parameter server, errors.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -14,9 +14,9 @@
 
 namespace dtsdf {
 
-/// Runs a node's program. `--help` needs no master. Arguments that ROS cannot read are refused, and
-/// so are settings without their leading _, which ROS would take for topics. An exception of `run`
-/// is logged as the reason why the node cannot start.
+/// The main function of a node. `--help` works without a master. Refuses arguments that ROS cannot
+/// parse, and settings without the leading _, which ROS would take for topics. Logs an exception of
+/// `run` as the reason why the node cannot start.
 /// @return the exit code: 0, 1 if the node cannot start, 2 for wrong arguments.
 /// @param defaults All settings with their defaults, from toTree().
 int runNode(

@@ -1,4 +1,4 @@
-/// A steady clock, and a limit on how often something happens.
+/// Clocks for waiting, and a limit on how often something happens.
 #pragma once
 
 #include <ros/time.h>
@@ -28,7 +28,8 @@ inline std::chrono::milliseconds toMilliseconds(SteadyDuration duration) {
 }
 
 /// Clock for images that wait for other messages or for their pose: wall time, but no faster than
-/// simulated time. If that stands still for a second, as at the end of a bag, wall time goes on.
+/// simulated time. If simulated time stops for a second, as at the end of a bag, wall time is used
+/// until it moves again.
 inline SteadyTime waitingTime() {
   const SteadyTime wall = std::chrono::steady_clock::now();
   if (!ros::Time::isSimTime()) return wall;
@@ -57,7 +58,7 @@ class Pace {
   bool isDue(SteadyTime now) const { return now >= next_; }
   SteadyTime next() const { return next_; }
 
-  /// Setting the present rate again changes nothing.
+  /// A higher rate brings the next start forward.
   void setRate(double rate_hz, SteadyTime now) {
     const SteadyDuration period = toSteadyDuration(1.0 / rate_hz);
     if (period == period_) return;
@@ -70,7 +71,8 @@ class Pace {
   void beginInStep(SteadyTime now) {
     next_ = now - next_ < period_ ? next_ + period_ : now + period_;
   }
-  /// Ends what began at `begun`; then rests for at least `rests` times its duration.
+  /// To call after work that began at `begun`: the next start waits at least `rests` times as long
+  /// as the work took.
   void end(SteadyTime begun, int rests = 1) {
     const SteadyTime now = std::chrono::steady_clock::now();
     begin(begun);

@@ -68,7 +68,7 @@ bool liesIn(const fs::path& path, const fs::path& directory) {
   return end == directory.end() && rest != path.end();
 }
 
-/// The absolute path, with links resolved as far as it exists.
+/// The absolute path, with links resolved in the part that exists.
 fs::path resolved(const fs::path& path) { return fs::weakly_canonical(fs::absolute(path)); }
 
 }  // namespace

@@ -14,28 +14,28 @@
 
 namespace dtsdf {
 
-/// An orientation of zeros is the identity. @throws std::runtime_error if the orientation is not a
-/// rotation or the position is not finite.
+/// An orientation of zeros is the identity.
+/// @throws std::runtime_error if the orientation is not a rotation or the position is not finite.
 Eigen::Isometry3d readPose(const geometry_msgs::Pose& pose);
 
-/// A box given in frame F, in the map's frame; nothing if its size is zero. @throws
-/// std::runtime_error that says why the box is invalid.
+/// Converts a box from frame F to the map's frame; nothing if its size is zero.
+/// @throws std::runtime_error if the box is invalid.
 std::optional<BoxRegion> readBox(const dtsdf_mapping::Box& box, const Eigen::Isometry3d& T_W_F);
 
 /// The box or the sphere, whichever is given. A sphere is not checked.
-/// @throws std::runtime_error for none, both or an invalid box; the text says what to do.
+/// @throws std::runtime_error if none or both are given, or the box is invalid.
 Region readRegion(const dtsdf_mapping::Box& box, const dtsdf_mapping::Sphere& sphere,
                   const Eigen::Isometry3d& T_W_F);
 
-/// Replaces "~" at the start of a path by the home folder.
-/// @throws std::runtime_error if HOME is not set; the text starts with `name`, the setting.
+/// Replaces "~" at the start of a path with the home folder.
+/// @throws std::runtime_error if HOME is not set; `name` is the setting, for the text.
 std::string expandHome(const std::string& path, const std::string& name);
 
 /// The absolute path of a file under `output_directory`, which may start with "~/". `extensions`
-/// are the allowed ones, such as {".ply", ".obj"}, in upper or lower case. Files to read may lie
-/// anywhere.
+/// are the allowed ones, such as {".ply", ".obj"}; the file's may be in upper case. A file to read
+/// may lie anywhere.
 /// @throws std::runtime_error if the name is empty, has control characters or another extension, or
-/// leads outside the directory, also by a symbolic link; the text says what to do.
+/// leads outside the directory, even through a symbolic link.
 std::string resolveOutputPath(const std::string& output_directory, const std::string& file_name,
                               const std::vector<std::string>& extensions, bool is_read = false);
 

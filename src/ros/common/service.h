@@ -1,4 +1,4 @@
-/// Common form of all services: the response says what was done, or why not, in printable text.
+/// The common form of all services: the response says, in printable text, what was done or why not.
 #pragma once
 
 #include <ros/console.h>

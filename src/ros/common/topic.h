@@ -14,7 +14,7 @@
 
 namespace dtsdf {
 
-/// Thread safe once advertised, except publish(), which is for one thread.
+/// Thread safe once advertised, except that only one thread may call publish().
 class Topic {
  public:
   /// Publishes to a subscriber that has just connected.

@@ -18,8 +18,7 @@
 
 namespace dtsdf {
 
-/// Niceness of threads that yield to others of the process: they get a tenth of a contended core,
-/// and all of an idle one.
+/// Niceness of background threads: they get a tenth of a contended core, and all of an idle one.
 constexpr int kLowNiceness = 10;
 
 /// Does some work and returns how long to wait before the next call.
@@ -40,14 +39,14 @@ class WorkerThread {
     return nh;
   }
 
-  /// Starts to serve the queue and to repeat the step, which must not throw. With several threads,
-  /// a task that waits delays only its caller.
+  /// Starts to serve the queue and to repeat the step, which must not throw. Several threads are
+  /// for tasks that wait.
   void start(ThreadStep step, int threads = 1) {
     step_ = std::move(step);
     for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { loop(); });
   }
 
-  /// Calls the step without further delay, as there may be work.
+  /// Calls the step without further delay.
   void wake() {
     run([] {});
   }
@@ -82,8 +81,7 @@ class WorkerThread {
  private:
   void loop() {
     pthread_setname_np(pthread_self(), name_.c_str());
-    // Linux keeps a niceness for each thread, and clamps it. If it cannot be set, only the priority
-    // is lost.
+    // On Linux, niceness is per thread. It is only a hint, so a failure to set it is ignored.
     if (niceness_ > 0) setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + niceness_);
     constexpr int kCallbacksPerStep = 50;  // so that calls do not pile up behind steps
     constexpr std::chrono::hours kWithoutStep{1};

@@ -23,7 +23,7 @@ constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
 using Coordinates = std::array<PointField, 3>;
 
-/// Reads a coordinate of a point, of either type and byte order.
+/// Reads a FLOAT32 or FLOAT64 coordinate of a point, in either byte order.
 double coordinateOf(const sensor_msgs::PointCloud2& cloud, const PointField& field,
                     const uint8_t* point) {
   constexpr bool kIsBigEndian = __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__;
@@ -45,9 +45,9 @@ std::optional<Rejection> findCoordinates(const sensor_msgs::PointCloud2& cloud, 
     const bool is_wide = field != cloud.fields.end() && field->datatype == PointField::FLOAT64;
     if (field == cloud.fields.end() || (!is_wide && field->datatype != PointField::FLOAT32) ||
         size_t{field->offset} + (is_wide ? 8 : 4) > cloud.point_step) {
-      return Rejection{drop::kBadEncoding, "its points have no field '" + name +
-                                               "' of type FLOAT32 or FLOAT64; the cloud must "
-                                               "have x, y and z"};
+      return Rejection{drop::kBadEncoding, "the cloud has no field '" + name +
+                                               "' of type FLOAT32 or FLOAT64; it must have x, y "
+                                               "and z"};
     }
     xyz[i] = *field;
   }
@@ -58,9 +58,8 @@ std::optional<Rejection> checkRows(const sensor_msgs::PointCloud2& cloud) {
   if (cloud.height <= 1) {
     return Rejection{
         drop::kUnorganised,
-        formatted("the cloud has %u points in %u rows, so the pixels of its points are "
-                  "unknown; make the driver publish depth images, or organised "
-                  "clouds, with a row for each row of pixels",
+        formatted("the cloud is not organised (%u x %u), so its points belong to no pixels; make "
+                  "the driver publish depth images, or organised clouds, with one point per pixel",
                   cloud.width, cloud.height)};
   }
   const size_t row = size_t{cloud.width} * cloud.point_step;
@@ -69,15 +68,15 @@ std::optional<Rejection> checkRows(const sensor_msgs::PointCloud2& cloud) {
     return std::nullopt;
   }
   return Rejection{drop::kBadImage,
-                   formatted("rows of %u bytes and %zu bytes in all do not make a cloud of %u x %u",
+                   formatted("rows of %u bytes, %zu bytes in all, do not fit a cloud of %u x %u",
                              cloud.row_step, cloud.data.size(), cloud.width, cloud.height)};
 }
 
-/// Sums of products of (1, slope of a ray, its pixel), along rows and along columns.
+/// Sums of outer products of (1, slope of the ray, pixel coordinate), for u and for v.
 using Sums = std::array<Eigen::Matrix3d, 2>;
 
-/// Fits pixels as a line over the slopes of their rays. @return focal length, centre, variance of
-/// the pixels and residual variance.
+/// Fits the line from slopes of rays to pixel coordinates. @return focal length, centre, variance
+/// of the coordinates, residual variance.
 std::array<double, 4> fitLine(const Eigen::Matrix3d& sums) {
   const Eigen::Vector3d mean = sums.col(0) / sums(0, 0);
   const Eigen::Matrix3d covariance = sums / sums(0, 0) - mean * mean.transpose();
@@ -86,7 +85,7 @@ std::array<double, 4> fitLine(const Eigen::Matrix3d& sums) {
           covariance(2, 2) - focal_px * covariance(1, 2)};
 }
 
-/// Writes depths, and adds measured points to the sums unless they are null.
+/// Writes depths, and adds measured points to `sums` unless it is null.
 void readPoints(const sensor_msgs::PointCloud2& cloud, const Coordinates& xyz, uint8_t* pixel,
                 Sums* sums) {
   for (uint32_t v = 0; v < cloud.height; ++v) {
@@ -127,7 +126,8 @@ std::variant<CameraImage, Rejection> CloudImages::convert(const sensor_msgs::Poi
   readPoints(cloud, xyz, image->data.data(), is_known ? nullptr : &sums);
   const auto [fx, cx, variance_u, rest_u] = fitLine(sums[0]);
   const auto [fy, cy, variance_v, rest_v] = fitLine(sums[1]);
-  // Whether the pixels cover enough of the image. Their deviation is 0.29 of a full image's width.
+  // Whether the measured pixels are spread widely enough. If all are measured, the standard
+  // deviation of u is 0.29 of the width.
   constexpr double kMinPoints = 100.0, kMinShare = 0.05;
   const bool is_wide = sums[0](0, 0) >= kMinPoints &&
                        std::sqrt(variance_u) >= kMinShare * cloud.width &&
@@ -141,8 +141,8 @@ std::variant<CameraImage, Rejection> CloudImages::convert(const sensor_msgs::Poi
       return Rejection{
           drop::kBadIntrinsics,
           formatted("no pinhole camera fits the cloud: its points are %.3g px off%s; "
-                    "it must come from a rectified depth image, in the optical frame (x "
-                    "right, y down)",
+                    "clouds must come from a rectified depth image, in the optical frame "
+                    "(x right, y down)",
                     error_px, error_px <= kMaxError_px ? ", but mirrored" : "")};
     }
     width_ = cloud.width;

@@ -1,4 +1,4 @@
-/// Organised clouds instead of depth images, for drivers that publish nothing else.
+/// Uses organised clouds as depth images, for drivers that publish nothing else.
 #pragma once
 
 #include <sensor_msgs/PointCloud2.h>
@@ -15,14 +15,14 @@ namespace dtsdf {
 /// The value of image_transport that selects clouds.
 constexpr char kCloudTransport[] = "cloud";
 
-/// Makes 32FC1 depth images from the z of one topic's clouds. Fits a pinhole camera to the first
-/// cloud by least squares, and logs it. Not thread safe.
+/// Converts the clouds of one topic to 32FC1 depth images. Fits a pinhole camera to the first cloud
+/// with enough points, again if the size changes, and logs it. Not thread safe.
 class CloudImages {
  public:
   explicit CloudImages(std::string topic) : topic_(std::move(topic)) {}
 
-  /// The depth image, with the fitted camera unless there is a camera_info (`has_info`); or what is
-  /// wrong with the cloud. `max_bytes`: see checkArrival().
+  /// The depth image, with the fitted camera unless `has_info`; or what is wrong with the cloud.
+  /// `max_bytes`: see checkArrival().
   std::variant<CameraImage, Rejection> convert(const sensor_msgs::PointCloud2& cloud, bool has_info,
                                                size_t max_bytes);
 

@@ -27,10 +27,10 @@ inline ros::Time toTime(double stamp_s) {
                                 : ros::Time();
 }
 
-/// Limit for names of frames, so that a few cannot fill the memory.
+/// Limit for names of frames in bytes, so that a few cannot fill the memory.
 constexpr size_t kLongestName = 200;
 
-/// "'a', 'b'", with the first few names only.
+/// "'a', 'b'", with the first ten names only.
 inline std::string listOfFrames(const std::vector<std::string>& frames) {
   constexpr size_t kShown = 10;
   std::string names;
@@ -83,8 +83,6 @@ inline geometry_msgs::TransformStamped makeTransform(const std::string& parent,
   transform.transform.rotation = toPose(T).orientation;
   return transform;
 }
-
-// Messages of inertial sensors, which show where up is.
 
 /// None if the message has no acceleration or no stamp. In sensor_msgs/Imu, -1 as the first element
 /// of a covariance marks a quantity that is not measured.

@@ -1,4 +1,4 @@
-/// Counts, for each stream, which frames were fused or dropped and why, and warns of drops.
+/// Counts the fused and the dropped frames of a stream, the latter by reason, and warns of drops.
 #pragma once
 
 #include <dtsdf_mapping/StreamStatus.h>
@@ -24,7 +24,7 @@ namespace dtsdf {
 
 struct DropReason {
   const char* name;         ///< Name in the status.
-  bool is_fault = true;     ///< Whether it is a problem; a pause is not.
+  bool is_fault = true;     ///< Whether drops are a problem; with a pause, they are not.
   const char* remedy = "";  ///< What to do; empty: see the text of the last drop.
 
   bool operator==(const DropReason& other) const { return name == std::string_view(other.name); }
@@ -34,13 +34,13 @@ struct DropReason {
 namespace drop {
 /// No camera_info with the image's stamp.
 inline constexpr DropReason kNoCameraInfo{"no_camera_info"};
-/// No mask with the image's stamp, where there are masks.
+/// No mask with the image's stamp, although masks are used.
 inline constexpr DropReason kNoMask{"no_mask"};
-/// Encoding that this kind of image cannot have.
+/// Encoding that is not supported for this kind of image.
 inline constexpr DropReason kBadEncoding{"bad_encoding"};
 /// More pixels than the map accepts, or more bytes than the queue holds.
 inline constexpr DropReason kTooLarge{"too_large", true, "lower the camera's resolution"};
-/// A cloud without rows, whose points belong to no pixels.
+/// A cloud with a single row, whose points belong to no pixels.
 inline constexpr DropReason kUnorganised{"unorganised"};
 /// No pixels, or rows or data that do not fit the size.
 inline constexpr DropReason kBadImage{"bad_image"};
@@ -52,35 +52,34 @@ inline constexpr DropReason kBadIntrinsics{"bad_intrinsics"};
 inline constexpr DropReason kNoStamp{"no_stamp"};
 /// Stamp at the end of ROS time.
 inline constexpr DropReason kBadStamp{"bad_stamp"};
-/// Stamp of the previous image, so one of the two would get a wrong pose.
+/// Same stamp as the previous image, so one of the two would get a wrong pose.
 inline constexpr DropReason kRepeatedStamp{"repeated_stamp"};
-/// Name of frame or encoding longer than any real one.
+/// Name of frame or encoding longer than kLongestName.
 inline constexpr DropReason kLongName{"long_name"};
 /// No transform within the timeout.
 inline constexpr DropReason kNoTransform{
     "no_transform", true, "raise input/tf_timeout_s, or check what publishes the poses"};
-/// Older than all known transforms, so none can come.
+/// Older than the known transforms, so none can come.
 inline constexpr DropReason kBeforeTransforms{"before_transforms", false};
-/// Oldest waiting frame, which makes room for a newer one.
+/// The oldest waiting frame, dropped to make room.
 inline constexpr DropReason kQueueFull{
     "queue_full", true, "use larger voxels (map/voxel_size_m), a GPU, or fewer frames"};
-/// Older than a frame of another camera that is in the map already.
+/// Older than a frame of another camera that has already been fused.
 inline constexpr DropReason kOutOfOrder{"out_of_order", true, "raise input/merge_wait_s"};
-/// In the queue when the stamps jumped back.
+/// Waiting in the queue when stamps jumped back.
 inline constexpr DropReason kTimeJump{"time_jump", false};
 /// The camera would have moved faster than allowed.
 inline constexpr DropReason kPoseJump{"pose_jump", true,
                                       "check the pose estimate, or raise input/max_speed_m_s"};
 /// Pose not finite, not a rotation, or out of the map's range.
-inline constexpr DropReason kBadPose{"bad_pose", true,
-                                     "check the pose estimate, or raise input/max_speed_m_s"};
+inline constexpr DropReason kBadPose{"bad_pose", true, "check the pose estimate"};
 /// No pixel with a depth in range.
 inline constexpr DropReason kNoMeasurement{"no_measurement"};
 /// Too little memory on the GPU for this frame.
 inline constexpr DropReason kNoMemory{"no_memory"};
-/// Exceeds the maximum rate.
+/// Exceeds colour/max_rate_hz.
 inline constexpr DropReason kOverRate{"over_rate", false};
-/// The map is to be levelled, but up is not known yet.
+/// The map is to be levelled, but the vertical is not known yet.
 inline constexpr DropReason kNotLevel{"not_level", false};
 /// Does not fit the map, and poses/on_misfit is drop.
 inline constexpr DropReason kMisfit{
@@ -89,13 +88,13 @@ inline constexpr DropReason kMisfit{
 inline constexpr DropReason kLost{
     "lost", true, "move the camera back to where it was, and then more slowly; or call set_pose"};
 inline constexpr DropReason kPaused{"paused", false};
-/// The node ends.
+/// The node is shutting down.
 inline constexpr DropReason kEnding{"ending", false};
 /// The map's backend has failed.
 inline constexpr DropReason kBackendError{"backend_error"};
 }  // namespace drop
 
-/// Why the mapper did not fuse a frame; `status` is not kFused.
+/// Why the mapper did not fuse a frame. @pre `status` is not kFused.
 inline DropReason dropReasonOf(FrameStatus status) {
   switch (status) {
     case FrameStatus::kBadIntrinsics: return drop::kBadIntrinsics;
@@ -108,13 +107,13 @@ inline DropReason dropReasonOf(FrameStatus status) {
   return drop::kBadImage;
 }
 
-/// Why a check refuses a frame.
+/// Why a frame is dropped.
 struct Rejection {
   DropReason reason;
   std::string text;
 };
 
-/// Report on one kind of image of one camera: its part of the status, and what else is judged.
+/// The status of one kind of image of one camera, and further facts for InputStatus.
 struct StreamReport : dtsdf_mapping::StreamStatus {
   StreamReport() { received_age_s = camera_info_age_s = fused_age_s = -1.0f; }
 
@@ -130,14 +129,13 @@ struct StreamReport : dtsdf_mapping::StreamStatus {
   bool is_cloud = false;  ///< Depth comes as clouds.
   std::string info_topic;
   size_t image_publishers = 0;
-  std::string warning;  ///< What is wrong with all images, fused or not.
+  std::string warning;  ///< What is wrong with the images, even if they are fused.
 };
 
-/// Counts what becomes of the frames of one stream, and warns (throttled) of dropped ones. Thread
-/// safe: callbacks, intake and map all use it.
+/// Thread safe: the input's thread, the map's and that of the status use it.
 class FrameAccounting {
  public:
-  /// `name` begins the warnings if there are several streams.
+  /// `name` begins the warnings, unless it is empty.
   explicit FrameAccounting(std::string name = "",
                            SteadyClock clock = std::chrono::steady_clock::now)
       : name_(std::move(name)), clock_(std::move(clock)) {}

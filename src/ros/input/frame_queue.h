@@ -1,5 +1,5 @@
-/// The queue from topics to the map: joins messages to frames, keeps them until they have their
-/// pose and their turn, and drops frames when there is no room.
+/// The queue between topics and the map: joins messages into frames, holds frames until they have a
+/// pose and it is their turn, and drops some if there is no room.
 #pragma once
 
 #include <cv_bridge/cv_bridge.h>
@@ -27,7 +27,8 @@
 
 namespace dtsdf {
 
-/// A larger jump back of stamps means a new or repeated recording; a smaller one is disorder.
+/// If stamps go back by more, a recording has started or restarted; if by less, messages are out of
+/// order.
 constexpr double kTimeJump_s = 0.5;
 
 /// A frame and the owner of its pixels.
@@ -35,10 +36,11 @@ struct PosedFrame {
   ros::Time stamp;
   std::variant<DepthFrame, ColourFrame> image;
   cv_bridge::CvImageConstPtr pixels;
-  Eigen::Isometry3d given_T_W_C = Eigen::Isometry3d::Identity();  ///< Pose before steps move it.
-  std::string frame_id;                                           ///< Frame of its camera.
-  size_t camera = 0;                                              ///< Index of the camera.
-  FrameAccounting* accounting = nullptr;                          ///< Counts of its stream.
+  Eigen::Isometry3d given_T_W_C =
+      Eigen::Isometry3d::Identity();      ///< Pose in the map, before alignment and correction.
+  std::string frame_id;                   ///< Frame of its camera.
+  size_t camera = 0;                      ///< Index of the camera.
+  FrameAccounting* accounting = nullptr;  ///< Counts of its stream.
 
   const Eigen::Isometry3d& T_W_C() const {
     return std::visit([](const auto& of) -> const Eigen::Isometry3d& { return of.T_W_C; }, image);
@@ -49,22 +51,22 @@ struct PosedFrame {
   }
 };
 
-/// Frames of all streams (a camera's depth or its colour), ordered by stamp, then depth before
-/// colour, then by name. A frame is first incomplete and waits for the messages of its stamp, then
-/// whole and waits for its pose, then posed and waits for its turn. Its turn comes when no other
-/// stream can bring an earlier frame, or after it has waited for `merge_wait_s`.
+/// A stream is the depth or the colour of a camera. Frames of all streams are ordered by stamp,
+/// then depth before colour, then by name. A frame is incomplete until it has all messages of its
+/// stamp, then whole until it has a pose, then posed until its turn: when no other stream can bring
+/// an earlier frame, or after `merge_wait_s`.
 ///
-/// One limit in bytes holds for all streams together. When there is no room, the oldest frame of a
-/// random stream is dropped, more likely of one with many frames. Every image added is either
-/// dropped with a reason or returned by take(). Thread safe once all streams are added.
+/// A limit in bytes applies to all streams together. Beyond it, the oldest frame of a random stream
+/// is dropped; streams with many frames are chosen more often. Every image is either dropped with a
+/// reason or returned by take(). Thread safe once all streams are added.
 class FrameQueue {
  public:
   using Stream = size_t;
 
-  /// @param max_images Limit of waiting images of one stream. @param most_bytes Limit of waiting
-  /// bytes of all.
-  /// @param merge_wait_s How long a frame waits for earlier ones of other streams.
-  /// @param on_ready Called when there may be a frame to take, by the thread that brought it.
+  /// @param max_images Limit of waiting images of one stream.
+  /// @param most_bytes Limit of waiting bytes of all streams.
+  /// @param merge_wait_s How long a frame waits for earlier frames of other streams.
+  /// @param on_ready Called by poseFirst() when there may be a frame to take.
   FrameQueue(size_t max_images, size_t most_bytes, double merge_wait_s,
              std::function<void()> on_ready, SteadyClock clock = waitingTime)
       : max_images_(max_images),
@@ -74,8 +76,8 @@ class FrameQueue {
         clock_(std::move(clock)) {}
 
   /// @param name Orders frames with the same stamp.
-  /// @param is_colour Colour may never come: others wait for it only after its first frame, and it
-  /// may come late.
+  /// @param is_colour Other streams wait for colour only once it has had a frame, since it may
+  /// never come. Late colour is accepted.
   /// @param no_info Text for an image without camera_info.
   /// @param no_mask Text for an image without its mask; none: there are no masks.
   /// @param accounting Must outlive the queue.
@@ -88,8 +90,8 @@ class FrameQueue {
   }
 
   /// Input's thread: adds one message, or an image with a camera_info of any stamp. Messages of one
-  /// stamp make a frame, in any order of arrival. A frame that becomes whole drops earlier
-  /// incomplete ones of its stream.
+  /// stamp form a frame, whatever their order. Once a frame is whole, incomplete frames of its
+  /// stream that arrived before it are dropped.
   void add(Stream stream, const CameraImage& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
     StreamState& state = streams_[stream];
@@ -124,14 +126,14 @@ class FrameQueue {
     makeRoom(stream);
   }
 
-  /// A frame waits (for what, in words), is dropped, or gets its pose.
+  /// What happens to a frame: it waits (the text says for what), is dropped, or gets its pose.
   using Decision = std::variant<std::string, Rejection, PosedFrame>;
-  /// Decides on a whole frame. `since` is when it became whole; `is_checked` is a flag for its own
-  /// use.
+  /// Decides on a whole frame. `since` is when it became whole. `is_checked` is false at first; its
+  /// value is kept for the next call.
   using Decide =
       std::function<Decision(const CameraImage& messages, SteadyTime since, bool& is_checked)>;
   /// Calls `decide`, without the lock, for the first whole frame of a stream.
-  /// @return false if there is none or it waits.
+  /// @return false if there is none, or it has to wait.
   bool poseFirst(Stream stream, const Decide& decide) {
     std::unique_lock<std::mutex> lock(mutex_);
     const auto first = find(stream, State::kWhole);
@@ -152,11 +154,11 @@ class FrameQueue {
     }
     apply(place, std::move(decision));
     lock.unlock();
-    on_ready_();  // this frame or others may have their turn now
+    on_ready_();  // it may be the turn of this frame or others
     return true;
   }
 
-  /// Drops a stream's frames later than `stamp`, to which its stamps have jumped back.
+  /// Starts a stream over after its stamps have jumped back to `stamp`: drops its later frames.
   void restart(Stream stream, const ros::Time& stamp) {
     const std::lock_guard<std::mutex> lock(mutex_);
     StreamState& state = streams_[stream];
@@ -181,14 +183,14 @@ class FrameQueue {
   }
 
   bool hasTurn() const { return idleTime() == SteadyDuration::zero(); }
-  /// Time until a frame has its turn, if nothing comes meanwhile.
+  /// Time until a frame's turn, if nothing comes meanwhile.
   SteadyDuration idleTime() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return timeToTurn();
   }
 
-  /// Any thread: drops waiting and further frames for this reason; without one, frames are taken
-  /// again, unless the node ends.
+  /// Any thread: drops all waiting and future frames for this reason. Without a reason, accepts
+  /// frames again, unless the node is shutting down.
   void refuseAll(std::optional<Rejection> refusal) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (refusal_ && refusal_->reason == drop::kEnding) return;
@@ -210,7 +212,8 @@ class FrameQueue {
   }
 
   size_t maxBytes() const { return max_bytes_; }
-  /// What the first frame of the stream waits for, in words; empty if for nothing or its turn.
+  /// What the stream's first frame waits for, as text; empty if only for its turn, or if there is
+  /// none.
   std::string waitingFor(Stream stream) const {
     const std::lock_guard<std::mutex> lock(mutex_);
     const StreamState& state = streams_[stream];
@@ -225,10 +228,10 @@ class FrameQueue {
   }
 
  private:
-  /// Limit of a stream's waiting messages without an image, such as camera_infos whose images, on
-  /// another connection, are late.
+  /// Limit of a stream's messages that wait for their image, which may be late on its own
+  /// connection.
   static constexpr size_t kMaxStamps = 50;
-  /// This many frames keep the map busy until more come.
+  /// A backlog of this many frames is never shortened, so that the map does not run idle.
   static constexpr size_t kBusyFrames = 3;
 
   enum class State { kIncomplete, kWhole, kPosed };
@@ -238,7 +241,7 @@ class FrameQueue {
     uint64_t number;  ///< Order of arrival.
     State state = State::kIncomplete;
     CameraImage messages = {};  ///< Empty once it has its pose.
-    SteadyTime since = {};      ///< When it came, became whole or got its pose.
+    SteadyTime since = {};      ///< When it entered its state.
     bool is_checked = false;    ///< See Decide.
     PosedFrame posed = {};
 
@@ -251,19 +254,19 @@ class FrameQueue {
     std::string no_info;
     std::optional<std::string> no_mask;
     FrameAccounting* accounting;
-    ros::Time complete_until = {};  ///< No frame of this stamp or before can come.
-    bool has_posed_frame = false;   ///< It has had a posed frame.
+    ros::Time complete_until = {};  ///< No frame up to this stamp is expected any more.
+    bool has_posed_frame = false;
     std::string waiting_for = {};
     size_t taken = 0;
-    size_t seen_waiting = 0, seen_taken = 0;  ///< Backlog and taken frames at the last look.
-    int behind = 0;                           ///< How often in a row the backlog had not shrunk.
-    bool is_overloaded = false;               ///< True until no frame waits.
+    size_t seen_waiting = 0, seen_taken = 0;  ///< Backlog and `taken` at the last check.
+    int behind = 0;              ///< Checks in a row in which the backlog had not shrunk.
+    bool is_overloaded = false;  ///< True until no frame waits.
 
     bool mustWaitFor() const { return !is_colour || has_posed_frame; }
   };
 
   // Call the functions below with mutex_ held.
-  /// Inserts an entry in its order: by stamp, depth before colour, by name, by arrival.
+  /// Inserts an entry in order: by stamp, depth before colour, by name, by arrival.
   Entries::iterator addEntry(Stream stream, const ros::Time& stamp) {
     const auto orderKey = [this](const Entry& entry) {
       const StreamState& of = streams_[entry.stream];
@@ -274,7 +277,7 @@ class FrameQueue {
         firstThat([&](const Entry& entry) { return orderKey(added) < orderKey(entry); }), added);
   }
 
-  /// The first entry in this state, or the one with this stamp.
+  /// The stream's first entry in this state; with this stamp, if one is given.
   Entries::iterator find(Stream stream, State state,
                          std::optional<ros::Time> stamp = std::nullopt) {
     return firstThat([&](const Entry& entry) {
@@ -305,7 +308,7 @@ class FrameQueue {
                            [](size_t sum, const Entry& entry) { return sum + bytesOf(entry); });
   }
 
-  /// Why a frame is not whole yet; camera_info is named before the mask.
+  /// What a frame still lacks; nothing if it has all messages.
   std::optional<Rejection> missingOf(const Entry& entry) const {
     const StreamState& stream = streams_[entry.stream];
     if (!entry.messages.info) return Rejection{drop::kNoCameraInfo, stream.no_info};
@@ -347,7 +350,7 @@ class FrameQueue {
     entry.state = State::kPosed;
     entry.posed = std::move(std::get<PosedFrame>(decision));
     entry.posed.accounting = stream.accounting;
-    entry.messages = {};  // its pixels keep what the frame needs
+    entry.messages = {};  // `posed` owns the pixels now
     entry.since = clock_();
     stream.has_posed_frame = true;
   }
@@ -357,8 +360,8 @@ class FrameQueue {
     return std::find_if(entries_.begin(), entries_.end(), wanted);
   }
 
-  /// The first by arrival, not by stamp: frames of a camera whose clock was ahead would stay for
-  /// ever.
+  /// The first by arrival. By stamp, frames of a camera whose clock was ahead would never be
+  /// dropped.
   template <class Wanted>
   Entries::iterator firstArrived(const Wanted& wanted) {
     auto first = entries_.end();
@@ -370,7 +373,7 @@ class FrameQueue {
   }
 
   void drop(Entries::iterator place, const Rejection& rejection) {
-    // Messages without an image are not a frame.
+    // Messages without an image are not counted as a frame.
     if (place->hasImage()) streams_[place->stream].accounting->dropped(rejection, place->stamp);
     entries_.erase(place);
   }
@@ -405,7 +408,8 @@ class FrameQueue {
     if (countOf(isOther) > kMaxStamps) entries_.erase(firstArrived(isOther));
     while (imagesOf(stream) > max_images_) {
       const auto oldest = firstArrived(isImageOf(stream));
-      // Frames that wait for messages or poses do not displace those that wait for the map.
+      // If the map is too slow, all streams share the loss. If messages or poses are late, only
+      // their own stream loses frames.
       dropOldest(isPosed(*oldest) ? streamToDropFrom(stream, isPosed) : stream);
     }
     while (bytesOfAll() > max_bytes_) {
@@ -413,10 +417,10 @@ class FrameQueue {
     }
   }
 
-  /// Shortens a backlog that the map does not work off, by one frame for each that comes, so that
-  /// the map shows new frames. Looks at the backlog each time the map has taken half of
-  /// `max_images`; two looks in a row must show no decrease. After a stall, such as saving a map,
-  /// only one look does: a fast map then works the backlog off.
+  /// Shortens a lasting backlog, so that the map stays up to date: drops one frame for each new
+  /// one. A backlog is lasting if two checks in a row show no decrease; the backlog is checked each
+  /// time the map has taken half of `max_images` frames. After a stall, such as saving a map, it
+  /// shrinks before the second check.
   void shorten(Stream stream) {
     StreamState& state = streams_[stream];
     const size_t waiting = countOf([&](const Entry& entry) {
@@ -433,8 +437,8 @@ class FrameQueue {
     if (state.is_overloaded && !is_short) dropOldest(streamToDropFrom(stream, isPosed));
   }
 
-  /// The stream of a random wanted image; `stream` if there are none. With a fixed rule, a camera
-  /// or its colour could lose every frame just before its turn.
+  /// The stream of a random wanted image; `stream` if there are none. Random, because by a fixed
+  /// rule one stream could lose all its frames.
   template <class Wanted>
   Stream streamToDropFrom(Stream stream, const Wanted& wanted) {
     std::vector<Stream> of_images;
@@ -474,12 +478,12 @@ class FrameQueue {
     return cameras > 1 && !streams_[entry.stream].is_colour && entry.stamp < last_taken_;
   }
 
-  /// Time until the first posed frame has its turn.
+  /// Time until the turn of the first posed frame.
   SteadyDuration timeToTurn() const {
     const auto first = std::find_if(entries_.begin(), entries_.end(), isPosed);
     if (first == entries_.end()) return SteadyDuration::max();
     if (!canComeBefore(first->stamp)) return SteadyDuration::zero();
-    // A frame that has waited long enough has its turn, after those before it.
+    // Once any posed frame has waited long enough, it is the turn of the first one.
     SteadyTime since = SteadyTime::max();
     for (const Entry& entry : entries_) {
       if (isPosed(entry)) since = std::min(since, entry.since);
@@ -499,7 +503,7 @@ class FrameQueue {
   uint64_t arrivals_ = 0;
   std::minstd_rand random_;
   ros::Time last_taken_;
-  std::optional<Rejection> refusal_;  ///< Why no frames are taken; none: they are taken.
+  std::optional<Rejection> refusal_;  ///< Why frames are refused; none: they are accepted.
 };
 
 }  // namespace dtsdf

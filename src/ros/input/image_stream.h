@@ -1,4 +1,4 @@
-/// One kind of image of a camera: its topics, checks on arrival, poses and frames.
+/// The depth or the colour images of a camera: topics, checks, poses and frames.
 #pragma once
 
 #include <image_transport/camera_common.h>
@@ -32,15 +32,15 @@
 
 namespace dtsdf {
 
-/// Subscribes to images, their camera_info and, if wanted, `mask/image`. Unless remapped itself,
-/// camera_info is the one next to the remapped image topic. Images come through image_transport,
+/// Subscribes to images, their camera_info and, if set, `mask/image`. Unless camera_info is
+/// remapped, it is the topic next to the (remapped) images. Images come through image_transport,
 /// except clouds and compressed images, which are converted here. Input's thread, except report().
 class ImageStream {
  public:
   /// `name` is the camera's, empty for a single one; `camera` is its index. `ns` is the namespace
-  /// of the topics, empty for the root: that of `nh` may differ, since a nodelet in the root
-  /// namespace gets its manager's, such as a camera driver's. `on_time_jump` is called when stamps
-  /// jump back; without it only this stream restarts. All references must outlive it.
+  /// of the topics, empty for the root. It may differ from that of `nh`: a nodelet in the root
+  /// namespace gets its manager's. `on_time_jump` is called when stamps jump back; without it, only
+  /// this stream restarts. All references must outlive it.
   ImageStream(const ImageKind& kind, const std::string& name, size_t camera, const std::string& ns,
               const ros::NodeHandle& nh, const NodeParams& params, Transforms& transforms,
               FrameQueue& queue, std::function<void(const ros::Time&)> on_time_jump = nullptr)
@@ -71,9 +71,8 @@ class ImageStream {
 
   /// Starts to receive images.
   void subscribe(const ros::NodeHandle& private_nh) {
-    // More than a busy process needs, because an overflow is silent. After a stall, roscpp reads
-    // everything from one connection before the next, so all images sent meanwhile wait at once,
-    // however promptly each is taken.
+    // Long, because an overflow is silent: after a stall, roscpp reads everything from one
+    // connection before the next, so all images sent meanwhile wait at once.
     constexpr int kQueue = 50;
     info_ = nh_.subscribe(info_topic_, kQueue, &ImageStream::onInfo, this);
     if (!mask_topic_.empty()) {
@@ -93,8 +92,8 @@ class ImageStream {
     }
   }
 
-  /// Gives frames their poses, and drops those whose pose will not come. @return whether one still
-  /// waits for its pose.
+  /// Gives frames their poses, and drops those whose pose cannot come any more. @return whether one
+  /// still waits for its pose.
   bool step() {
     bool waits = false;
     const auto decide = [&](const CameraImage& messages, SteadyTime since, bool& is_checked) {
@@ -243,15 +242,16 @@ class ImageStream {
       if (auto rejection = checkMask(*frame.mask, *frame.image)) return rejection;
     }
     if (cameraFrame(*frame.image).empty()) {
-      return Rejection{drop::kNoTransform,
-                       "the image has no frame_id; set it in the driver, or input/camera_frame"};
+      return Rejection{
+          drop::kNoTransform,
+          "the image has no frame_id; set it in the driver, or set input/camera_frame"};
     }
     const ros::Time stamp = frame.image->header.stamp;
     if (stamp == last_stamp_) {
       return Rejection{drop::kRepeatedStamp, kRepeatedStampText};
     }
     if (rate_limit_.takes(stamp.toSec())) return std::nullopt;
-    return Rejection{drop::kOverRate, "more than colour/max_rate_hz"};
+    return Rejection{drop::kOverRate, "the rate is above colour/max_rate_hz"};
   }
 
   std::string cameraFrame(const sensor_msgs::Image& image) const {
@@ -265,8 +265,8 @@ class ImageStream {
     if (last.isZero() || last.toSec() - stamp.toSec() < kTimeJump_s) return;
     ROS_WARN_STREAM_NAMED("dtsdf_mapping", "the images' stamps went back from "
                                                << last << " to " << stamp
-                                               << ": waiting frames and transforms are discarded, "
-                                                  "the map is kept (clear_map empties it)");
+                                               << ": waiting frames are discarded, the map is kept "
+                                                  "(clear_map empties it)");
     on_time_jump_ ? on_time_jump_(stamp) : restartStamps(stamp);
     last_stamp_ = stamp;
   }
@@ -314,7 +314,7 @@ class ImageStream {
   Transforms& transforms_;
   FrameQueue& queue_;
   const std::function<void(const ros::Time&)> on_time_jump_;
-  const std::string pose_frame_;  ///< Frame to look up poses in; empty: images have none.
+  const std::string pose_frame_;  ///< Frame to look up poses in; empty: poses are not looked up.
   const size_t camera_;
   const bool is_needed_;
   ros::NodeHandle nh_;
@@ -333,7 +333,7 @@ class ImageStream {
   PoseConvention convention_;
   ros::Time last_stamp_;
 
-  mutable std::mutex mutex_;  ///< Guards the next line.
+  mutable std::mutex mutex_;  ///< Guards the texts below.
   std::string warning_, fitted_camera_;
 
   image_transport::ImageTransport transport_;

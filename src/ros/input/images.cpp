@@ -18,9 +18,9 @@
 namespace dtsdf {
 namespace {
 
-/// More coefficients than any distortion model of OpenCV has.
+/// More coefficients than OpenCV's distortion models have.
 constexpr size_t kMaxCoefficients = 64;
-/// Latest stamp of an image: leaves an hour to add to it before ROS time ends.
+/// Latest stamp of an image: an hour before ROS time ends, so that durations can be added to it.
 constexpr double kLatestStamp_s = kEndOfTime_s - 3600.0;
 
 /// The region of interest; the whole image unless it is set.
@@ -64,11 +64,10 @@ std::optional<Rejection> checkPixels(const sensor_msgs::Image& image, size_t pix
   if (image.width > 0 && image.height > 0 && image.step >= row && image.data.size() >= needed) {
     return std::nullopt;
   }
-  return Rejection{
-      drop::kBadImage,
-      formatted("rows of %u bytes and %zu bytes in all do not make an image of %u x %u, ",
-                image.step, image.data.size(), image.width, image.height) +
-          printable(image.encoding)};
+  return Rejection{drop::kBadImage,
+                   formatted("rows of %u bytes, %zu bytes in all, do not fit an image of %u x %u, ",
+                             image.step, image.data.size(), image.width, image.height) +
+                       printable(image.encoding)};
 }
 
 }  // namespace
@@ -116,7 +115,7 @@ std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t mo
         formatted("its frame_id or its encoding has more than %zu bytes", kLongestName)};
   }
   if (image.header.stamp.toSec() >= kLatestStamp_s) {
-    return Rejection{drop::kBadStamp, "its stamp is at the end of the time that ROS can represent"};
+    return Rejection{drop::kBadStamp, "its stamp is too late for ROS time"};
   }
   return std::nullopt;
 }
@@ -143,7 +142,7 @@ namespace {
 
 namespace enc = sensor_msgs::image_encodings;
 
-/// "mono16" is what some drivers call their 16-bit depth.
+/// Some drivers call 16-bit depth "mono16".
 std::optional<DepthEncoding> depthEncodingOf(const std::string& encoding) {
   if (encoding == enc::TYPE_32FC1) return DepthEncoding::kFloat32;
   const bool is_16_bit = encoding == enc::TYPE_16UC1 || encoding == enc::MONO16;
@@ -164,8 +163,8 @@ bool isDepthEncoding(const std::string& encoding) { return depthEncodingOf(encod
 std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
                                          const sensor_msgs::CameraInfo& info) {
   if (!isDepthEncoding(image.encoding)) {
-    return Rejection{drop::kBadEncoding,
-                     "encoding '" + printable(image.encoding) + "'; depth must be 16UC1 or 32FC1"};
+    return Rejection{drop::kBadEncoding, "the encoding is '" + printable(image.encoding) +
+                                             "'; depth must be 16UC1 or 32FC1"};
   }
   return checkImage(image, info, image.encoding == enc::TYPE_32FC1 ? 4 : 2);
 }
@@ -175,7 +174,8 @@ DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
                           float unit_16uc1_m, float unit_32fc1_m) {
   pixels = cv_bridge::toCvShare(image);
   DepthFrame frame;
-  // Size and type are the message's: cv_bridge returns a matrix of bytes if it has swapped them.
+  // Size and type are those of the message: after swapping bytes, cv_bridge returns a matrix of
+  // bytes.
   frame.width = static_cast<int>(image->width);
   frame.height = static_cast<int>(image->height);
   frame.encoding = *depthEncodingOf(image->encoding);
@@ -188,10 +188,10 @@ DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
 
 namespace {
 
-/// Not in the message headers of every distribution.
+/// Missing from the message headers of some ROS distributions.
 const std::string kYuy2 = "yuv422_yuy2";
 
-/// Encodings that the mapper takes unchanged.
+/// The mapper's name of an encoding that it takes unchanged.
 std::optional<ColourEncoding> knownEncoding(const std::string& encoding) {
   if (encoding == enc::RGB8) return ColourEncoding::kRgb8;
   if (encoding == enc::BGR8) return ColourEncoding::kBgr8;
@@ -238,15 +238,13 @@ std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
                                           const sensor_msgs::CameraInfo& info) {
   if (!isColourEncoding(image.encoding)) {
     return Rejection{drop::kBadEncoding,
-                     "encoding '" + printable(image.encoding) +
+                     "the encoding is '" + printable(image.encoding) +
                          "'; colour must be rgb8, bgr8, rgba8, bgra8, mono8, mono16, Bayer or YUV "
                          "4:2:2"};
   }
   if (isYuv(image.encoding) && image.width % 2 != 0) {
-    return Rejection{drop::kBadImage,
-                     "YUV 4:2:2 needs rows of an even number of pixels, "
-                     "not " +
-                         std::to_string(image.width)};
+    return Rejection{drop::kBadImage, "the width of a YUV 4:2:2 image must be even, not " +
+                                          std::to_string(image.width)};
   }
   return checkImage(image, info, pixelBytes(image.encoding));
 }
@@ -268,12 +266,12 @@ ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
 std::optional<Rejection> checkMask(const sensor_msgs::Image& mask,
                                    const sensor_msgs::Image& depth) {
   if (mask.encoding != enc::MONO8 && mask.encoding != enc::TYPE_8UC1) {
-    return Rejection{drop::kBadEncoding,
-                     "a mask of encoding '" + printable(mask.encoding) + "'; it must be mono8"};
+    return Rejection{drop::kBadEncoding, "the mask has the encoding '" + printable(mask.encoding) +
+                                             "'; it must be mono8"};
   }
   if (mask.width != depth.width || mask.height != depth.height) {
     return Rejection{drop::kSizeMismatch,
-                     formatted("the mask is %u x %u, but its image %u x %u", mask.width,
+                     formatted("the mask is %u x %u, but its image is %u x %u", mask.width,
                                mask.height, depth.width, depth.height)};
   }
   return checkPixels(mask, 1);

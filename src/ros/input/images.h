@@ -16,14 +16,14 @@
 
 namespace dtsdf {
 
-/// Messages of one stamp.
+/// The messages of a frame.
 struct CameraImage {
   sensor_msgs::ImageConstPtr image;
   sensor_msgs::CameraInfoConstPtr info = nullptr;
-  sensor_msgs::ImageConstPtr mask = nullptr;  ///< Only where masks are wanted.
+  sensor_msgs::ImageConstPtr mask = nullptr;  ///< Null unless masks are used.
 };
 
-// Common to depth and colour images: the camera, and checks of the bytes against it.
+// Depth and colour images alike.
 
 /// Intrinsics of a rectified image: P, or K if P is empty, with binning and the region of interest
 /// applied.
@@ -32,11 +32,11 @@ Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info);
 /// The camera_info of a rectified image with these intrinsics.
 sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const Intrinsics& K);
 
-/// Why an image may not wait at all: its size, stamp or names; nothing if it may. `most_bytes` is
-/// the size of the queue.
+/// Why an image is refused on arrival (size, stamp or names); nothing if it is accepted.
+/// `most_bytes` is the size of the queue.
 std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t most_bytes);
 
-/// Why a camera_info may not wait; empty if it may.
+/// Why a camera_info is refused on arrival; empty if it is accepted.
 std::string findProblem(const sensor_msgs::CameraInfo& info);
 
 /// What is wrong with an image and its camera_info; nothing if they fit.
@@ -50,9 +50,9 @@ bool isDepthEncoding(const std::string& encoding);
 std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
                                          const sensor_msgs::CameraInfo& info);
 
-/// The frame of an image that passed checkDepthImage(), without its pose. Its data live in
-/// `pixels`, which shares them with the message, or has a copy if the byte order is not the
-/// machine's or rows do not hold whole pixels.
+/// The frame of an image that passed checkDepthImage(), without its pose. `pixels` owns its data:
+/// shared with the message, or a copy if the byte order is not the machine's or rows do not hold
+/// whole pixels.
 /// @throws cv_bridge::Exception or cv::Exception for images that the check should have refused.
 DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
                           const sensor_msgs::CameraInfo& info, cv_bridge::CvImageConstPtr& pixels,
@@ -62,16 +62,16 @@ DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
 /// (yuv422, yuv422_yuy2).
 bool isColourEncoding(const std::string& encoding);
 
-/// Whether images of this encoding must be a colour camera's: mono8 may be infrared, mono16 depth.
+/// Whether images of this encoding can only be from a colour camera: mono8 may be infrared, mono16
+/// depth.
 bool showsColour(const std::string& encoding);
 
 /// What is wrong with an image, judged by its header and its camera_info; nothing if it is usable.
 std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
                                           const sensor_msgs::CameraInfo& info);
 
-/// The frame of an image that passed checkColourImage(), without its pose. Its data live in
-/// `pixels`, which shares them with the message if the mapper knows the encoding, and else has them
-/// converted by cv_bridge.
+/// The frame of an image that passed checkColourImage(), without its pose. `pixels` owns its data:
+/// shared with the message if the mapper knows the encoding, else a converted copy.
 /// @throws cv_bridge::Exception or cv::Exception if the image cannot be converted, such as a Bayer
 /// image of one pixel.
 ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
@@ -88,9 +88,9 @@ std::optional<Rejection> checkMask(const sensor_msgs::Image& mask, const sensor_
 sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,
                                      const sensor_msgs::Image& depth);
 
-// The two kinds of images, and decoders of compressed ones.
+// Compressed images.
 
-/// Suffixes of image_transport for topics of compressed images.
+/// Suffixes that image_transport adds to topics of compressed images.
 constexpr char kCompressedDepthTopic[] = "/compressedDepth";
 constexpr char kCompressedTopic[] = "/compressed";
 
@@ -109,11 +109,11 @@ bool holdsColour(const sensor_msgs::CompressedImage& message);
 /// Decodes to rgb8. @throws std::runtime_error that says what is wrong with the message.
 sensor_msgs::ImageConstPtr decodeColour(const sensor_msgs::CompressedImage& message);
 
-// Texts of dropped images, common to the node and bags.
+// Texts of dropped images, for node and bags.
 inline std::string noInfoText(const std::string& topic, bool any_stamp) {
   return std::string("no camera_info") + (any_stamp ? "" : " with the same stamp") + " on '" +
-         topic + "'; publish it with the image's stamp" +
-         (any_stamp ? "" : ", or set input/camera_info: latest");
+         topic + "'; publish it" +
+         (any_stamp ? "" : " with the image's stamp, or set input/camera_info: latest");
 }
 inline std::string noMaskText(const std::string& topic) {
   return "no mask with the same stamp on '" + topic + "'";
@@ -125,9 +125,9 @@ constexpr char kRepeatedStampText[] =
 struct ImageKind {
   const char* ns;                ///< Namespace of the topics image_rect and camera_info.
   const char* transport_param;   ///< Private parameter with the transport of the images.
-  const char* compressed_topic;  ///< Suffix of the topic whose images are decoded here.
+  const char* compressed_topic;  ///< Suffix of topics whose images are decoded here.
   sensor_msgs::ImageConstPtr (*decode)(const sensor_msgs::CompressedImage&);
-  /// Whether images in a bag must be of this kind, judged by encoding or format.
+  /// Whether an image in a bag can only be of this kind, judged by encoding or format.
   bool (*has_encoding)(const std::string&);
   bool (*has_format)(const sensor_msgs::CompressedImage&);
   /// What is wrong with an image; nothing if it is usable.

@@ -1,4 +1,4 @@
-/// The input's part of the status: what was received, what became of it, and why nothing is fused.
+/// The input's part of the status: what was received, fused and dropped, and why nothing is fused.
 #pragma once
 
 #include <ros/master.h>
@@ -26,7 +26,7 @@
 
 namespace dtsdf {
 
-/// Types keyed by topic, without the topics of mapping nodes.
+/// Types keyed by topic, without the images and clouds that mapping nodes publish.
 using PublishedTopics = std::map<std::string, std::string>;
 
 /// Asks the master once; empty if there is none.
@@ -45,16 +45,15 @@ inline PublishedTopics findPublishedTopics() {
   return published;
 }
 
-/// Writes the input's part of the status, except transforms and memory. Remembers earlier reports,
-/// so calls must not overlap.
+/// Writes the input's part of the status, except transforms and memory. Not thread safe.
 class InputStatus {
  public:
-  /// @param stale_s See NodeParams. @param find_topics Finds topics to suggest in place of one
-  /// without a publisher.
+  /// @param stale_s See NodeParams.
+  /// @param find_topics Finds topics to suggest if the one subscribed to has no publisher.
   explicit InputStatus(double stale_s, PublishedTopics (*find_topics)() = findPublishedTopics)
       : stale_s_(stale_s), find_topics_(find_topics) {}
 
-  /// @pre The transforms' part is written.
+  /// @pre `status` has the transforms' part.
   /// @param streams For each camera, depth and then colour if wanted. @param now ROS time.
   void fill(const std::vector<StreamReport>& streams, bool paused, SteadyTime at,
             const ros::Time& now, MapStatus& status) {
@@ -109,12 +108,12 @@ class InputStatus {
     status.dropped = dropCounts(sum);
   }
 
-  /// Nothing is expected while mapping is paused or simulated time stands still; afterwards the
+  /// While mapping is paused or simulated time stands still, no images are expected; afterwards,
   /// silence is measured from zero.
   void updateClock(SteadyTime at, const ros::Time& now, bool paused) {
     if (moments_.empty() || now != now_) changed_at_ = at;
     now_ = now;
-    // Simulated time advances in steps; those of a slow simulator are not a standstill.
+    // A slow simulator advances time in steps, which do not count as a standstill.
     is_time_stopped_ = at - changed_at_ >= std::chrono::seconds(1);
     if (moments_.empty() || paused || is_time_stopped_) begun_ = at;
     expected_s_ = toSeconds(at - begun_);
@@ -134,7 +133,7 @@ class InputStatus {
     const auto warn = [&](uint8_t code, const std::string& text) {
       report(status, MapStatus::WARN, code, name + text);
     };
-    // Recent drops that are a problem: their number and most common reason.
+    // Recent drops that are faults: their number and most common reason.
     const StreamReport& first = moments_.front().second[index];
     uint64_t dropped = 0, most = 0;
     DropReason most_common = drop::kQueueFull;
@@ -150,7 +149,7 @@ class InputStatus {
     if (judgeSilence(depth, is_lost, name, status)) return;
     if (depth.fused == 0) return judgeNoFrame(depth, name, status);
     if (!depth.warning.empty()) warn(MapStatus::DOUBTFUL_INPUT, depth.warning);
-    // Share of dropped images that is reported although most frames are fused.
+    // Smallest share of dropped images that is reported.
     constexpr double kReportedShare = 0.02;
     const uint64_t received = depth.received - first.received;
     const double share = static_cast<double>(dropped) / static_cast<double>(received);
@@ -162,7 +161,7 @@ class InputStatus {
                                         (remedy.empty() ? depth.last_drop : remedy));
     }
     if (index + 1 == streams.size() || !streams[index + 1].isColour()) return;
-    // Colour that is required but missing, or unusable.
+    // Colour that is required but missing, or cannot be used.
     const StreamReport& colour = streams[index + 1];
     if (colour.fused > 0) return;
     if (colour.received == 0 && colour.is_needed) {
@@ -176,11 +175,10 @@ class InputStatus {
     }
   }
 
-  /// Reports an input that has fallen silent, or of which nothing is fused any more. @return
-  /// whether it did.
+  /// Reports that images no longer arrive, or are no longer fused. @return whether it did.
   bool judgeSilence(const StreamReport& depth, bool is_lost, const std::string& name,
                     MapStatus& status) const {
-    // For how long nothing has come although it was expected; 0 if nothing ever has.
+    // How long something expected has not happened; 0 if it never has.
     const auto silence = [this](float age_s) {
       return age_s < 0.0f ? 0.0 : std::min<double>(age_s, expected_s_);
     };
@@ -232,7 +230,7 @@ class InputStatus {
     const char* const kCloud = "sensor_msgs/PointCloud2";
     const auto same = topics.find(depth.topic);
     if (same != topics.end() && (same->second == kCloud) == depth.is_cloud) {
-      constexpr double kConnectPatience_s = 3.0;  // by then a connection would exist
+      constexpr double kConnectPatience_s = 3.0;  // by then, a connection exists if it can
       return expected_s_ < kConnectPatience_s
                  ? "it is published, but not connected yet"
                  : "it is published, but cannot be reached: set ROS_HOSTNAME or ROS_IP on both "
@@ -269,12 +267,12 @@ class InputStatus {
     return text;
   }
 
-  /// Minimum number of images for a report of the share of drops.
+  /// Minimum number of images for reporting the share of drops.
   static constexpr uint64_t kMinImages = 20;
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
-  SteadyTime begun_{}, changed_at_{};  ///< Start of the silence; last change of time.
+  SteadyTime begun_{}, changed_at_{};  ///< Since when images are expected; last change of ROS time.
   ros::Time now_;
   bool is_time_stopped_ = false;
   double expected_s_ = 0.0;     ///< How long frames have been expected.

@@ -12,16 +12,16 @@
 
 namespace dtsdf {
 
-/// What is wrong with the motion from the last pose (with its stamp) to this one; nothing if it
-/// keeps the limits. 0 switches a limit off. The last pose counts even if its frame was dropped, so
-/// that only the first frame is lost when an estimate jumps to another place and stays there.
+/// What is wrong with the motion from the last pose (with its stamp) to this one; nothing if it is
+/// within the limits. A limit of 0 is off. `last` includes poses of dropped frames, so that a
+/// lasting jump of the estimate drops only one frame.
 inline std::optional<std::string> findJump(
     const std::optional<std::pair<double, Eigen::Isometry3d>>& last, double stamp_s,
     const Eigen::Isometry3d& T_W_C, double max_speed_m_s, double max_turn_deg_s) {
   if (!last || stamp_s < last->first) return std::nullopt;  // also if stamps go back
   const double interval_s = stamp_s - last->first;
   const Eigen::Isometry3d& last_T_W_C = last->second;
-  constexpr double kMinInterval_s = 1e-3;  // closer stamps show no speed
+  constexpr double kMinInterval_s = 1e-3;  // no speed can be measured over less
   const double dt = std::max(interval_s, kMinInterval_s);
   const double distance_m = (T_W_C.translation() - last_T_W_C.translation()).norm();
   const double turn_deg =

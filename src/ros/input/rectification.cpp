@@ -19,14 +19,14 @@ namespace {
 
 using Matrix = cv::Matx33d;
 
-/// Not in the message headers of every distribution.
+/// Missing from the message headers of some ROS distributions.
 const std::string kEquidistant = "equidistant";
 
 bool isDistorted(const sensor_msgs::CameraInfo& info) {
   return std::any_of(info.D.begin(), info.D.end(), [](double d) { return d != 0.0; });
 }
 
-/// Drivers use both names for models of any length; OpenCV tells models by their length.
+/// Drivers use both names with any number of coefficients, by which OpenCV chooses the model.
 bool isKnownModel(const sensor_msgs::CameraInfo& info) {
   const std::string& model = info.distortion_model;
   const size_t coefficients = info.D.size();
@@ -37,7 +37,7 @@ bool isKnownModel(const sensor_msgs::CameraInfo& info) {
          std::count(std::begin(kOfOpenCv), std::end(kOfOpenCv), coefficients) > 0;
 }
 
-/// Names such as "/camera/depth/image_rect_raw" say that images are rectified.
+/// Whether the name says that images are rectified, as in "/camera/depth/image_rect_raw".
 bool isNamedRectified(const std::string& topic) {
   const std::string uncompressed = topic.substr(0, topic.find("/compressedDepth"));
   return uncompressed.find("rect", uncompressed.rfind('/') + 1) != std::string::npos;
@@ -57,7 +57,7 @@ Matrix rotationOf(const sensor_msgs::CameraInfo& info) {
   return std::abs(cv::determinant(R)) > 0.5 ? R : Matrix::eye();  // all 0: none is given
 }
 
-/// Whether the rectified image has other intrinsics than the raw one, or other axes.
+/// Whether the rectified image differs from the raw one in intrinsics or axes.
 bool isMoved(const sensor_msgs::CameraInfo& info) {
   const Matrix K = rawCamera(info), P = matrixOf(intrinsicsOf(info));
   constexpr double kSamePixel = 0.01, kSameAxes = 1e-6;
@@ -65,7 +65,7 @@ bool isMoved(const sensor_msgs::CameraInfo& info) {
                            cv::norm(rotationOf(info), Matrix::eye(), cv::NORM_INF) > kSameAxes);
 }
 
-/// Where in the raw image each pixel of the rectified one comes from.
+/// Coordinates in the raw image of each pixel of the rectified one.
 std::pair<cv::Mat, cv::Mat> rectificationMaps(const sensor_msgs::CameraInfo& info, cv::Size size) {
   const Matrix K = rawCamera(info), R = rotationOf(info), P = matrixOf(intrinsicsOf(info));
   std::pair<cv::Mat, cv::Mat> uv;
@@ -96,7 +96,7 @@ std::vector<float> scalesOf(const sensor_msgs::CameraInfo& info, cv::Size size) 
 }
 
 uint16_t scaled(uint16_t raw, float scale) {
-  if (raw == kNoDepth16) return raw;  // still no measurement
+  if (raw == kNoDepth16) return raw;
   return static_cast<uint16_t>(
       std::lround(std::min(static_cast<float>(raw) * scale, static_cast<float>(kNoDepth16))));
 }
@@ -170,8 +170,7 @@ std::variant<DepthFrame, ColourFrame> Rectification::frameOf(const CameraImage& 
   return depth;
 }
 
-/// Each pixel takes the raw pixel that its ray comes from; 0 (no measurement) outside the raw
-/// image.
+/// Each pixel takes the raw pixel on its ray; 0 (no measurement) outside the raw image.
 sensor_msgs::ImageConstPtr Rectification::rectified(const CameraImage& raw) const {
   cv_bridge::CvImageConstPtr pixels;
   cv::Mat source, image;
@@ -180,7 +179,7 @@ sensor_msgs::ImageConstPtr Rectification::rectified(const CameraImage& raw) cons
     source = pixels->image;
   } else {
     const DepthFrame frame = makeDepthFrame(raw.image, *raw.info, pixels);
-    // Not cv_bridge's matrix, which has the type of bytes if it has swapped them.
+    // Not cv_bridge's matrix, whose type is bytes if it has swapped them.
     source = cv::Mat(frame.height, frame.width,
                      frame.encoding == DepthEncoding::kUint16 ? CV_16UC1 : CV_32FC1,
                      const_cast<void*>(frame.data), frame.row_bytes);

@@ -15,29 +15,29 @@
 
 namespace dtsdf {
 
-/// Rectifies the images of one topic with K, D, R and P of their camera_info; models plumb_bob,
-/// rational_polynomial and equidistant. Each pixel takes the nearest raw pixel, in depth because a
-/// mean of two depths lies on neither surface, and in colour alike. Not thread safe.
+/// Rectifies the images of one topic with K, D, R and P of their camera_info, by the models
+/// plumb_bob, rational_polynomial and equidistant. Each pixel takes the nearest raw pixel, since a
+/// mean of two depths may lie on neither surface. Not thread safe.
 class Rectification {
  public:
-  /// The name in `topic` shows whether images are raw if `choice` leaves that open. `is_colour` is
-  /// needed because mono16 may be depth or colour.
+  /// If `choice` is kAuto, the name of `topic` shows whether images are raw. `is_colour` is needed
+  /// because mono16 may be depth or colour.
   Rectification(Usage choice, std::string topic, bool is_colour = false)
       : choice_(choice), topic_(std::move(topic)), is_colour_(is_colour) {}
 
-  /// The rectified image, or `raw` itself if nothing is to be done. @pre `raw` has passed
-  /// checkDepthImage() or checkColourImage().
+  /// The rectified image, or `raw` itself if nothing is to be done.
+  /// @pre `raw` has passed checkDepthImage() or checkColourImage().
   CameraImage apply(const CameraImage& raw);
 
-  /// The rectified frame of an image that has passed its checks, without its pose. Units and axis
-  /// of depth are those of the settings; clouds are in metres along the axis, without distortion.
-  /// Data live in `pixels`, as with makeDepthFrame() and makeColourFrame().
-  /// @throws std::exception of OpenCV or cv_bridge, or if there is no memory.
+  /// The rectified frame of an image that has passed its checks, without its pose. Unit and axis of
+  /// depth are as in `input`, but clouds are in metres along the axis, and not distorted. `pixels`
+  /// owns the data, as in makeDepthFrame() and makeColourFrame().
+  /// @throws std::exception from OpenCV or cv_bridge, or if there is too little memory.
   std::variant<DepthFrame, ColourFrame> frameOf(const CameraImage& raw, bool is_cloud,
                                                 const InputParams& input,
                                                 cv_bridge::CvImageConstPtr& pixels);
 
-  /// Why the geometry of the last image is bent, as logged; else empty.
+  /// Why the last image stayed distorted, as logged; empty if it did not.
   const std::string& warning() const { return warning_; }
 
  private:
@@ -52,8 +52,8 @@ class Rectification {
   bool is_colour_;
   std::string warning_, logged_;
 
-  sensor_msgs::CameraInfo table_info_;              ///< Camera of the table.
-  sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Without stamp.
+  sensor_msgs::CameraInfo table_info_;              ///< Camera that source_ is for.
+  sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Its stamp is that of an earlier image.
   cv::Mat source_;             ///< The raw pixel of each pixel, for cv::remap().
   std::vector<float> scales_;  ///< From raw depth to depth along the new axis; empty: 1.
 };

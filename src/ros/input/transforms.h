@@ -1,4 +1,4 @@
-/// Receives transforms, keeps them in tf2, and looks up poses with readable errors.
+/// Receives transforms, keeps them in a tf2 buffer, and looks up poses with readable errors.
 #pragma once
 
 #include <dtsdf_mapping/MapStatus.h>
@@ -36,13 +36,13 @@ struct PoseAnswer {
   std::string text = {};  ///< What is missing.
 };
 
-/// tf2's buffer. It accepts every transform, so one with a wrong stamp can make it refuse all
-/// correct ones. If images find no pose for a while although transforms are received, the buffer is
-/// therefore replaced by a new one, with the static transforms so far. Static transforms of frames
-/// that are also on /tf are left out and ignored from then on. Thread safe.
+/// A tf2 buffer that recovers from wrong stamps: after one far in the future, tf2 refuses all
+/// correct transforms of that frame. If images find no pose for a while although transforms arrive,
+/// the buffer is replaced by a new one with the static transforms. Those of frames that are also on
+/// /tf are left out, and ignored from then on. Thread safe.
 class Transforms {
  public:
-  /// Keeps transforms for `kept_s`, by default longer than a frame waits in a queue that keeps up.
+  /// Keeps transforms for `kept_s`; by default, for longer than frames normally wait.
   explicit Transforms(SteadyClock clock = std::chrono::steady_clock::now, double kept_s = 30.0)
       : clock_(std::move(clock)), kept_(kept_s), core_(makeCore()) {}
 
@@ -86,8 +86,7 @@ class Transforms {
       return answer;
     }
     const Core core = this->core();
-    // Asked before the look-up, so that a transform that arrives in between does not count as later
-    // than the image.
+    // Before the look-up: a transform that arrives in between must not make the image seem too old.
     const std::optional<ros::Time> newest = findNewest(*core, parent, frame);
     try {
       answer.T_W_C = toIsometry(core->lookupTransform(parent, frame, stamp).transform);
@@ -101,8 +100,7 @@ class Transforms {
     return answer;
   }
 
-  /// Notes whether an image that has waited found its pose; restarts the buffer if none has for a
-  /// while.
+  /// Notes whether an image found its pose; replaces the buffer if none has for a while.
   void notePose(bool is_found) {
     constexpr std::chrono::seconds kMissing{2};
     constexpr SteadyDuration kLongestWait = std::chrono::seconds(600);
@@ -117,13 +115,13 @@ class Transforms {
     restart();
   }
 
-  /// Forgets the transforms that are not static, after a jump of time.
+  /// Forgets all but static transforms, after a jump of time.
   void clear() {
     const std::lock_guard<std::mutex> lock(mutex_);
     core_ = makeCore();
   }
 
-  /// The frame's parent if it is not `parent`; else empty.
+  /// The frame's parent if it is another than `parent`; else empty.
   std::string otherParentOf(const std::string& frame, const std::string& parent) const {
     std::string other;
     const bool has_parent = core()->_getParent(frame, ros::Time(0), other);
@@ -183,7 +181,7 @@ class Transforms {
     core_ = makeCore();
   }
 
-  /// Stamp of the newest transform between two frames: the oldest among the newest of its links.
+  /// Stamp of the newest transform between two frames; nothing if there is none.
   static std::optional<ros::Time> findNewest(const tf2::BufferCore& core, const std::string& parent,
                                              const std::string& frame) {
     try {

@@ -1,4 +1,4 @@
-/// The output's loop: takes over changes of the mesh and lets the steps publish them.
+/// The loop of the output's thread: takes over changes of the mesh and lets the steps publish them.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace dtsdf {
 
-/// Adds the kept meshes to the status.
+/// Adds the output's meshes to the status.
 inline void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max_bytes,
                        MapStatus& status) {
   addMemory(status, "mesh", kHost, bytes, max_bytes);
@@ -37,8 +37,8 @@ class Output {
   MeshQueue& queue() { return queue_; }
   ShownMesh& mesh() { return mesh_; }
 
-  /// Publishes what is due. @return how long there is nothing to do: a second after an error, which
-  /// is most likely a lack of memory.
+  /// Publishes what is due. @return the time until the next call: a second after an error, which is
+  /// most likely a lack of memory.
   std::chrono::milliseconds step() noexcept {
     SteadyDuration idle = std::chrono::seconds(1);
     guarded("output", [&] {

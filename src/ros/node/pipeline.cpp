@@ -32,12 +32,12 @@
 namespace dtsdf {
 namespace {
 
-/// How many calls and corrected paths may wait at once, such as a correction, a call that saves a
-/// mesh, and a path that replaces a waiting correction.
+/// Calls and corrected paths that can be served at once, such as a correction, save_mesh, and a
+/// path that replaces a waiting correction.
 constexpr int kServiceThreads = 3;
-/// How often a waiting frame asks for its transform.
+/// Interval at which the transform of a waiting frame is looked up.
 constexpr std::chrono::milliseconds kTransformPoll{5};
-/// How long the input's thread sleeps; a message wakes it.
+/// Longest sleep of the input's thread; a message wakes it.
 constexpr std::chrono::milliseconds kUntilNextImage{1000};
 
 NodeParams readParams(const ros::NodeHandle& private_nh) {
@@ -50,10 +50,9 @@ NodeParams readParams(const ros::NodeHandle& private_nh) {
 }
 
 /// The threads are dtsdf_input (messages, poses), dtsdf_map (fusion, mesh), dtsdf_output
-/// (publishing) and three named dtsdf_service. The thread(s) of the caller's node handles publish
-/// the status, pause and answer queries. Calls that wait for a loop rethrow its exceptions, and
-/// throw std::future_error once the loops have stopped. map/load_file is loaded before images are
-/// received.
+/// (publishing) and three named dtsdf_service. The threads of the caller's node handles publish the
+/// status and serve pause and get_distances. Calls that wait for a loop rethrow its exceptions, and
+/// throw std::future_error once the loops have stopped.
 class Pipeline {
  public:
   Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
@@ -117,9 +116,9 @@ class Pipeline {
     });
   }
 
-  /// Each camera of the setting `cameras` has a namespace of its own; without the setting, a single
-  /// camera uses the node's. Colour whose stamps go back restarts alone, since geometry does not
-  /// depend on it.
+  /// Each camera of the setting `cameras` has its own namespace; without the setting, a single
+  /// camera uses the node's. If stamps of colour go back, only colour restarts, since geometry does
+  /// not depend on it.
   void addStreams(const ros::NodeHandle& nh, const std::string& ns) {
     const std::vector<std::string>& names = params_.cameras;
     const auto restart = [this](const ros::Time& stamp) { restartStamps(stamp); };
@@ -135,7 +134,7 @@ class Pipeline {
     }
   }
 
-  /// Input's thread. @return how long there is nothing to do unless a message comes.
+  /// Input's thread. @return the time until the next call, unless a message comes.
   std::chrono::milliseconds poseFrames() noexcept {
     bool waits = false;
     guarded("input", [&] {
@@ -146,16 +145,16 @@ class Pipeline {
 
   void restartStamps(const ros::Time& stamp) {
     for (const auto& stream : streams_) stream->restartStamps(stamp);
-    // Under simulated time, transforms were cleared as they came, and new ones may be there by now.
+    // Under simulated time, Transforms has cleared itself, and may already have new ones.
     if (!ros::Time::isSimTime()) transforms_.clear();
   }
 
-  /// Calls that wait for a loop fail, and waiting frames are dropped.
+  /// Lets calls that wait for a loop fail, and drops waiting frames.
   void stop() {
     rates_server_.reset();
     status_.reset();
     is_ending_ = true;
-    queue_.refuseAll(Rejection{drop::kEnding, "the node ends"});
+    queue_.refuseAll(Rejection{drop::kEnding, "the node is shutting down"});
     map_loop_.stop();
     output_loop_.stop();
     services_.stop();
@@ -225,7 +224,7 @@ class Pipeline {
   Output output_;
   LiveMap map_;
   const Host host_;
-  /// Depth of each camera, each followed by its colour if wanted.
+  /// The depth of each camera, followed by its colour if it is used.
   std::vector<std::unique_ptr<ImageStream>> streams_;
   InputStatus input_status_;
   std::vector<ros::ServiceServer> servers_;

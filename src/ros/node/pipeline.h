@@ -1,5 +1,4 @@
-/// The mapping node, as nodelet or standalone: turns images into mesh, files, grid and distances,
-/// with its threads, services and status.
+/// The mapping node, run as a nodelet or standalone: topics, services, threads and status.
 #pragma once
 
 #include <ros/node_handle.h>

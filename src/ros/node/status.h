@@ -1,4 +1,4 @@
-/// Publishes the status message and the diagnostics, at a fixed rate of the wall clock.
+/// Publishes the status message and the diagnostics, at a fixed rate in wall time.
 #pragma once
 
 #include <diagnostic_updater/diagnostic_updater.h>
@@ -34,9 +34,9 @@ class StatusPublisher {
       diagnostics.summary(status_.level, status_.message);
       addFields(status_, diagnostics);
     });
-    // Latched, so that a tool that asks once gets an answer at once.
+    // Latched, so that new subscribers get the last status at once.
     publisher_ = private_nh.advertise<MapStatus>("status", 1, true);
-    publish();  // before the timer, which another thread may serve
+    publish();  // before the timer starts, because another thread may serve it
     timer_ = private_nh.createWallTimer(
         ros::WallDuration(1.0 / rate_hz),
         [this](const ros::WallTimerEvent&) { guarded("status", [this] { publish(); }); });
@@ -62,8 +62,8 @@ class StatusPublisher {
     updater_.force_update();
   }
 
-  /// Logs each lasting problem once, for users who watch the terminal and not the status. They
-  /// would otherwise miss, for example, that no images arrive.
+  /// Logs each problem once it has lasted for 5 s, for users who watch the terminal and not the
+  /// status.
   void logProblem() {
     constexpr std::chrono::seconds kProblemDelay{5};
     if (is_logged_ || std::chrono::steady_clock::now() - problem_since_ < kProblemDelay) return;
@@ -71,7 +71,7 @@ class StatusPublisher {
     ROS_WARN_STREAM_NAMED("dtsdf_mapping", status_.message);
   }
 
-  /// Adds the fields of the printed status, line by line. Fields of nested messages are indented
+  /// Adds the fields of the status, from its printed lines. Fields of nested messages are indented
   /// below a line with a name and no value.
   static void addFields(const MapStatus& status,
                         diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {

@@ -1,5 +1,5 @@
-/// Simulates a depth camera, with colour at the same pixels, that moves through an analytic room,
-/// for the demo and the tests.
+/// Simulates a depth and colour camera that moves through an analytic room, for the demo and the
+/// tests.
 #include <cv_bridge/cv_bridge.h>
 #include <image_transport/image_transport.h>
 #include <ros/ros.h>
@@ -27,7 +27,7 @@ constexpr char kUsage[] =
 struct SimulatedCameraParams {
   std::string map_frame = "map";
   std::string camera_frame = "camera_depth_optical_frame";
-  bool color = true;           ///< Every second frame has a colour image.
+  bool color = true;           ///< Publishes a colour image with every second frame.
   bool in_millimetres = true;  ///< Depth is 16UC1; else 32FC1, in metres.
   int width_px = 320;
   int height_px = 240;
@@ -57,8 +57,8 @@ void visitParams(SimulatedCameraParams& p, Visitor& visit) {
 
 namespace enc = sensor_msgs::image_encodings;
 
-/// Publishes `depth/image_rect`, `depth/camera_info` and the camera's transform in the map frame;
-/// and, with every second frame, a colour image on `color/image_rect` and `color/camera_info`.
+/// Publishes `depth/image_rect`, `depth/camera_info` and the transform from the camera to the map
+/// frame; and, with every second frame, `color/image_rect` and `color/camera_info`.
 class SimulatedCamera {
  public:
   SimulatedCamera(ros::NodeHandle nh, const SimulatedCameraParams& params)
@@ -85,7 +85,7 @@ class SimulatedCamera {
 
  private:
   bool waitForSubscriber() const {
-    // Waits for both, since a mapper connects to them one after the other.
+    // A subscriber connects to the two topics one after the other.
     while (ros::ok() && (images_.getNumSubscribers() == 0 || infos_.getNumSubscribers() == 0)) {
       ros::spinOnce();
       ros::WallDuration(0.02).sleep();
@@ -96,7 +96,7 @@ class SimulatedCamera {
   void publishFrame(int index) {
     const ros::Time stamp = ros::Time::now();
     if (index == 0) first_stamp_ = stamp;
-    // Poses follow the clock, so that the pose of a late image does not jump.
+    // The pose depends on the stamp, so that late images do not make the camera jump.
     const double time_s = (stamp - first_stamp_).toSec();
     const Eigen::Isometry3d T_W_C = roomCameraPose(time_s, params_.lap_s);
     broadcaster_.sendTransform(

@@ -41,20 +41,20 @@ using CorrectionResult = dtsdf_mapping::CorrectPoses::Response;
 /// Takes corrected poses from the service correct_poses and the topic corrected_path. Needs a
 /// journal and poses/mode tf.
 ///
-/// One correction runs at a time. A thread waits until the journal holds all earlier frames, opens
-/// it and makes the initial map (`opening_`). Then each work() replays one record, while new frames
-/// are fused into the live map and written to the journal (`refusion_`). Once the replay has caught
-/// up with the journal, its map replaces the live one, and the correction is written to the
-/// journal.
+/// One correction runs at a time. First, a background thread (`opening_`) waits until the journal
+/// holds all earlier frames, opens it and makes the initial map. Then each work() replays one
+/// record (`refusion_`), while new frames are fused into the live map and written to the journal.
+/// Once the replay has caught up with the journal, its map replaces the live one, and the
+/// correction is written to the journal.
 ///
-/// A correction that arrives meanwhile waits its turn, unless a newer one replaces it.
+/// A correction that arrives meanwhile waits, unless a newer one replaces it.
 class CorrectStep : public Step {
  public:
   struct Request {
     /// Poses of the first camera in W; after add(), only those that belong to images.
     journal::Correction correction;
     double least = 0.0;  ///< Nothing is done if no image moves this far, in metres or radians.
-    std::function<void(const CorrectionResult&)> answer;  ///< Called once; does not throw.
+    std::function<void(const CorrectionResult&)> answer;  ///< Called once; must not throw.
     SteadyTime came = std::chrono::steady_clock::now();
   };
 
@@ -64,7 +64,7 @@ class CorrectStep : public Step {
         journal_(journal),
         has_tf_poses_(host.params.poses.mode == PoseMode::kTf),
         is_on_(journal != nullptr && has_tf_poses_) {}
-  ~CorrectStep() override { giveUp("the node ends"); }
+  ~CorrectStep() override { giveUp("the node is shutting down"); }
 
   void advertise(const Handles& handles) override {
     using dtsdf_mapping::CorrectPoses;
@@ -114,7 +114,7 @@ class CorrectStep : public Step {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (depth == nullptr || frame.camera != 0) return;
     const double stamp_s = frame.stamp.toSec();
-    // Once the journal has stopped, these could not be corrected and would grow without limit.
+    // Once the journal has stopped, no correction is possible, so no more poses are kept.
     if (!journal_->report().problem.empty()) return fused_.clear();
     if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) fused_.clear();
     if (fused_.empty() || stamp_s > fused_.back().stamp_s) {
@@ -127,8 +127,8 @@ class CorrectStep : public Step {
   }
   void failed() override { giveUp("the map's backend failed"); }
 
-  /// Takes precedence over a waiting frame, but fuses at most two frames again for each new one:
-  /// with two, it is sure to catch up.
+  /// Takes precedence over a waiting frame, but replays at most two frames for each new one. Two
+  /// are enough to catch up.
   bool work(bool frame_waits) override try {
     constexpr int kWorkPerFrame = 4;
     if (refusion_) {
@@ -159,8 +159,8 @@ class CorrectStep : public Step {
     if (bytes_ > 0) addMemory(status, "correction", on_gpu ? kGpu : kHost, bytes_);
   }
 
-  /// Map's thread: queues a correction of the images fused so far. Only poses that belong to images
-  /// are kept. Paths that change nothing are common: SLAM may publish one every second.
+  /// Map's thread: queues a correction of the frames fused so far, with the poses that belong to
+  /// them, unless it moves none: SLAM may publish an unchanged path every second.
   void add(Request request) {
     try {
       host_.map.throwIfFailed();
@@ -186,11 +186,11 @@ class CorrectStep : public Step {
   }
 
  private:
-  static constexpr char kOnlyByTf[] = "frames can be moved only if poses/mode is tf";
+  static constexpr char kOnlyByTf[] = "poses can be corrected only if poses/mode is tf";
   static constexpr char kNothingMoves[] = "no frame moves";
   static constexpr char kReplaced[] = "a newer correction replaced this one before it began";
 
-  /// A service's thread.
+  /// Service thread.
   void followPath(const nav_msgs::Path& path) try {
     if (path.header.frame_id.size() > kLongestName) {
       throw std::runtime_error("the path's frame_id is too long");
@@ -226,7 +226,7 @@ class CorrectStep : public Step {
     if (!has_tf_poses_) throw std::runtime_error(kOnlyByTf);
     if (journal_ == nullptr) {
       throw std::runtime_error(
-          "frames can be moved only if they are in a journal; start the node with journal/folder");
+          "poses can be corrected only if there is a journal; start the node with journal/folder");
     }
     const auto done = std::make_shared<std::promise<CorrectionResult>>();
     std::future<CorrectionResult> answer = done->get_future();
@@ -234,7 +234,7 @@ class CorrectStep : public Step {
             0.0,
             [done](const CorrectionResult& outcome) { done->set_value(outcome); }});
     while (answer.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) {
-      if (host_.is_ending) throw std::runtime_error("the node ends");
+      if (host_.is_ending) throw std::runtime_error("the node is shutting down");
     }
     CorrectionResult result = answer.get();
     if (!result.success) throw std::runtime_error(result.message);
@@ -271,7 +271,7 @@ class CorrectStep : public Step {
     const std::string problem = journal_->report().problem;
     if (problem.empty()) return;
     throw std::runtime_error("frames of the map are missing from the journal: " + problem +
-                             "; clear_map begins a new one");
+                             "; call clear_map to begin a new journal");
   }
 
   void open() {
@@ -285,7 +285,7 @@ class CorrectStep : public Step {
         });
   }
 
-  /// Starts to fuse again, unless the map was replaced meanwhile.
+  /// Starts the replay, unless the map was replaced meanwhile.
   void startRefusion() {
     refusion_ = opening_.get();
     if (!current_) return endCurrent();
@@ -302,14 +302,14 @@ class CorrectStep : public Step {
 
   void fuseAgain() {
     const bool has_fused = refusion_->step(host_.map.mapBytes());
-    // A step that did nothing counts as well: it may wait for the disk, in hasCaughtUp().
+    // A step that fused nothing counts, too, because hasCaughtUp() may wait for the disk.
     work_since_frame_ += has_fused ? 2 : 1;
     if (!has_fused && hasCaughtUp()) return finish();
     noteProgress();
   }
 
   /// Whether every record of the journal was replayed. Waits briefly for the last ones to reach the
-  /// file; nothing is added to the journal meanwhile.
+  /// file.
   bool hasCaughtUp() {
     std::future<bool> written = journal_->written();
     constexpr std::chrono::milliseconds kJournalWait{20};
@@ -386,16 +386,16 @@ class CorrectStep : public Step {
   std::optional<Request> waiting_, current_;
   std::future<std::unique_ptr<Refusion>> opening_;  ///< Opens the journal for `current_`.
   std::unique_ptr<Refusion> refusion_;
-  int work_since_frame_ = 0;  ///< Steps since the last frame, weighted in fuseAgain().
+  int work_since_frame_ = 0;  ///< Since the last frame: 2 per fused frame, 1 per other step.
   std::future<void> freeing_;
 
   // The first camera.
-  std::vector<StampedPose> fused_;  ///< Poses of the newest recording, with rising stamps.
+  std::vector<StampedPose> fused_;  ///< By stamp; starts over if stamps jump back.
   GivenMotion given_;
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< From given to corrected poses.
 
   mutable std::mutex mutex_;              ///< Guards the members below.
-  size_t fused_again_ = 0, to_fuse_ = 0;  ///< Frames done and in total; 0: no correction.
+  size_t fused_again_ = 0, to_fuse_ = 0;  ///< Depth images replayed; in total.
   size_t bytes_ = 0;                      ///< Size of the second map.
   std::string last_;                      ///< Outcome of the last correction; empty: none yet.
   std::string camera_frame_;              ///< Frame of the first camera's images.

@@ -26,9 +26,8 @@ namespace dtsdf {
 namespace {
 
 /// Serves save_mesh, save_map and load_map, one call at a time, on the service threads: the map's
-/// thread only copies the map or takes over the new one. A map that is partly on disk is too large
-/// to copy, so the map's thread saves it, piece by piece. The next call cancels the simplification
-/// of a mesh.
+/// thread only copies the map or takes over the new one. But it saves a map itself, piece by piece,
+/// if a copy does not fit into memory. The next call cancels the simplification of a mesh.
 class FilesStep : public Step {
  public:
   explicit FilesStep(const Host& host) : host_(host), params_(host.params.mapper) {}
@@ -41,7 +40,7 @@ class FilesStep : public Step {
           const auto region = readBox(request.region, host_.frame.find(request.frame_id));
           const double simplify_error_m = request.simplify_error_m;
           if (!(simplify_error_m >= 0.0) || std::isinf(simplify_error_m)) {
-            throw std::runtime_error("simplify_error_m must be a number of metres, or 0");
+            throw std::runtime_error("simplify_error_m must be 0 or a positive number of metres");
           }
           const auto check_turn = [this, number = turn_](double) {
             if (calls_ == number && !host_.is_ending) return;
@@ -86,8 +85,8 @@ class FilesStep : public Step {
   }
 
  private:
-  /// Adds a service with a file, whose calls are served one at a time. `work` gets request,
-  /// response and path.
+  /// Adds a service that reads or writes a file. Calls of all these services are served one at a
+  /// time. `work` gets request, response and path.
   template <class Service, class FileWork>
   void addServer(const ros::NodeHandle& nh, const std::string& name,
                  const std::vector<std::string>& extensions, FileWork work) {
@@ -104,9 +103,8 @@ class FilesStep : public Step {
         }));
   }
 
-  /// Brings the mesh up to date part by part, so that the parts need not be in memory at once. No
-  /// frame is fused in between, which would add more. @return how the mesh differs from the map's;
-  /// empty if it does not.
+  /// Brings the mesh up to date, part by part to save memory, and fuses no frame in between.
+  /// @return a note on how the mesh differs from the map; empty if it does not.
   std::string flushMesh() {
     const auto flush = [this] {
       std::string problem;
@@ -119,7 +117,8 @@ class FilesStep : public Step {
     return host_.map_loop.run(flush).get();
   }
 
-  /// Copies a mesh in memory (its blocks are shared), so that the output continues meanwhile.
+  /// Writes a copy of the mesh (it shares the blocks), so that the output can continue; with
+  /// map/page_folder, the output waits until the mesh is written.
   SavedMesh writeMesh(const std::string& path, const std::optional<BoxRegion>& region,
                       double simplify_error_m, const SimplifyProgress& progress) {
     const MeshColour colour = host_.params.mapper.mesh.colour;
@@ -149,10 +148,10 @@ class FilesStep : public Step {
     return contents ? dtsdf::saveMap(*contents, path) : saved;
   }
 
-  /// Replaces the map by a file's. An empty map takes its settings; any other must have them
-  /// already.
+  /// Replaces the map with the one in a file. An empty map takes the file's settings; otherwise,
+  /// they must be equal.
   /// @return the number of blocks. @throws std::exception if the file cannot be read or does not
-  /// fit; the map stays as it was.
+  /// fit. The map then stays as it was, or is empty if there was no room for both maps.
   size_t loadMap(const std::string& path) {
     const auto file = std::make_shared<const MapChunks>(path, params_);
     const MapContents& contents = file->head();
@@ -162,7 +161,7 @@ class FilesStep : public Step {
     if (!is_empty) checkFitsCurrent(contents);
     const auto has_room = [&] { return host_.map.hasRoomFor(file->size().bytes()); };
     if (!is_empty && !host_.map_loop.run(has_room).get()) {
-      // Checks that the whole file can be read before the present map is cleared.
+      // Makes sure that the whole file can be read before the map is cleared.
       file->visit([](const MapContents&) {});
       host_.map_loop.run([this] { host_.map.clear(); }).get();
       returnFreeMemory();
@@ -170,7 +169,7 @@ class FilesStep : public Step {
     const MapperParams params = is_empty ? withSettingsOf(contents, params_) : params_;
     std::unique_ptr<Mapper> mapper = makeMapper(params, partsOf(file));
     const auto replace = [&] {
-      // Frames may have been fused meanwhile, with the previous settings.
+      // Frames may have been fused meanwhile, with the old settings.
       if (!host_.map.isEmpty()) checkFitsCurrent(contents);
       return host_.map.replace(std::move(mapper), params.map.voxel_size_m, path, contents, file);
     };
@@ -182,14 +181,14 @@ class FilesStep : public Step {
     return contents.blocks.size();
   }
 
-  /// @throws std::runtime_error that says what to do.
+  /// @throws std::runtime_error if the file's settings differ.
   void checkFitsCurrent(const MapContents& contents) const {
     checkFits(contents, params_,
               "call clear_map first: an empty map takes the settings of the file");
   }
 
   const Host& host_;
-  MapperParams params_;             ///< Settings of the present map.
+  MapperParams params_;             ///< Settings of the current map.
   std::mutex mutex_;                ///< Held while a file is written or read.
   uint64_t turn_ = 0;               ///< Number of the call that holds the mutex.
   std::atomic<uint64_t> calls_{0};  ///< Number of the newest call; if larger than turn_, it waits.

@@ -15,7 +15,7 @@
 
 namespace dtsdf {
 
-/// Runs if journal/folder is set. Never waits.
+/// Exists only if journal/folder is set. Never waits for the disk.
 class JournalStep : public Step {
  public:
   /// @throws std::runtime_error as JournalWriter does.
@@ -28,7 +28,8 @@ class JournalStep : public Step {
   }
 
   void fused(const PosedFrame& frame, const IntegrationResult& result) override {
-    // Frames refused for any reason but kNoMeasurement leave the map unchanged at any pose.
+    // A colour image refused as kNoMeasurement shows no surface, but may show one at its corrected
+    // pose.
     if (result.status != FrameStatus::kFused && result.status != FrameStatus::kNoMeasurement) {
       return;
     }
@@ -44,7 +45,7 @@ class JournalStep : public Step {
 
   void regionCleared(const Region& region) override { writer_.add(region); }
 
-  /// A loaded or emptied map begins a new journal. CorrectStep adds corrections to the present one.
+  /// A loaded or emptied map begins a new journal; a corrected map does not.
   void replaced(const MapContents* loaded, const std::shared_ptr<const MapChunks>& file) override {
     if (loaded != nullptr) params_ = withSettingsOf(*loaded, params_);
     begin(file);
@@ -75,8 +76,8 @@ class JournalStep : public Step {
   }
 
   const Host& host_;
-  MapperParams params_;                     ///< Settings of the present map.
-  std::optional<Eigen::Isometry3d> level_;  ///< Last level in the journal.
+  MapperParams params_;                     ///< Settings of the current map.
+  std::optional<Eigen::Isometry3d> level_;  ///< Level last written to the journal.
   JournalWriter writer_;
 };
 

@@ -1,4 +1,4 @@
-/// The step that levels the map, and sets the centre of the part of it that is kept.
+/// The step that levels the map, and gives depth images the centre of map/keep_radius_m.
 #pragma once
 
 #include <ros/console.h>
@@ -22,26 +22,25 @@
 
 namespace dtsdf {
 
-/// Levels the map as map/level says; `none` leaves all poses as they are. Otherwise frames are
-/// dropped until the floor or gravity is known. The level then stays the same until the node ends
-/// or a map with its own level is loaded. It is published on /tf_static.
+/// Levels the map as map/level says. Frames are dropped until the floor or gravity is known. The
+/// level then stays fixed until a map with its own level is loaded. It is published on /tf_static.
 class LevelStep : public Step {
  public:
   LevelStep(const NodeParams& params, const Transforms& transforms, MapFrame& frame)
       : params_(params), transforms_(transforms), frame_(frame) {
-    frame_.setLevelProblem(isByImu() ? "no message of the inertial sensor received; remap the "
-                                       "topic imu, or set map/level to floor or none"
+    frame_.setLevelProblem(isByImu() ? "no message of the IMU received; remap the topic imu, "
+                                       "or set map/level to floor or none"
                                      : "looking for the floor in " +
                                            std::to_string(FloorSearch::kViews) + " images");
   }
 
-  /// Subscribes to the inertial sensor until up is known, if map/level is imu.
+  /// If map/level is imu, subscribes to the IMU until the vertical is known.
   void advertise(const Handles& handles) override {
     if (!isByImu()) return;
     constexpr uint32_t kImuQueue = 1000;  // a second of a fast sensor
     const boost::function<void(const sensor_msgs::Imu::ConstPtr&)> callback =
         [this](const sensor_msgs::Imu::ConstPtr& imu) {
-          guarded("the inertial sensor", [&] { add(*imu); });
+          guarded("imu", [&] { add(*imu); });
           if (isKnown()) imu_.shutdown();
         };
     ros::NodeHandle nh = handles.input;
@@ -60,7 +59,7 @@ class LevelStep : public Step {
     if (loaded != nullptr && loaded->T_W_M && frame_.isLevelled()) set(*loaded->T_W_M);
   }
 
-  /// Input's thread: adds a message of the inertial sensor.
+  /// Input's thread.
   void add(const sensor_msgs::Imu& imu) {
     if (isKnown()) return;
     const std::optional<InertialSample> sample = sampleOf(imu);
@@ -73,13 +72,14 @@ class LevelStep : public Step {
     }
     if (!up_I_) {
       return frame_.setLevelProblem(
-          "the inertial sensor has not been still, at 9.8 m/s^2, for a second; hold it still");
+          "the IMU has not been at rest (9.8 m/s^2) for a second; hold it still");
     }
     const PoseAnswer answer = transforms_.find(
         frameOfPoses(params_), stripLeadingSlash(measured_.frame_id), measured_.stamp);
     if (answer.T_W_C) return set(levelPose(answer.T_W_C->linear() * *up_I_));
-    frame_.setLevelProblem("inertial sensor: " + answer.text);
-    // Gives up, also if stamps have gone back: the next still second may have a transform.
+    frame_.setLevelProblem("IMU: " + answer.text);
+    // Gives up this measurement after a while, or if stamps went back: the next one may have a
+    // transform.
     constexpr double kMaxWait_s = 10.0;
     const double waited_s = std::abs(imu.header.stamp.toSec() - measured_.stamp.toSec());
     if (!answer.may_come || waited_s > kMaxWait_s) up_I_.reset();
@@ -93,7 +93,7 @@ class LevelStep : public Step {
   std::optional<Rejection> raise(PosedFrame& frame) {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (!frame_.isLevelled()) return std::nullopt;
-    // Drops the frames in which the floor is found; later ones are fused in the level frame.
+    // Frames in which the floor is searched for are dropped.
     const bool looks = !isKnown() && depth != nullptr;
     if (looks && !isByImu()) lookForFloor(*depth);
     const std::optional<Eigen::Isometry3d> T_W_M = frame_.level();

@@ -1,4 +1,4 @@
-/// The live map: fuses frames as they come, extracts the mesh and hands over its changes.
+/// The live map: fuses frames, extracts the mesh and hands over its changes.
 #pragma once
 
 #include <ros/console.h>
@@ -28,8 +28,8 @@
 
 namespace dtsdf {
 
-/// Answers to planners should be no older than a second while frames come: half of that is for mesh
-/// and distances.
+/// While frames come, answers to planners should be at most a second old; mesh and distances may
+/// take half of that.
 constexpr double kMinSpaceRate_hz = 2.0;
 
 inline void fillMemory(const MapStats& stats, const MapperMemory& memory, MapStatus& status) {
@@ -70,8 +70,8 @@ inline void fillStats(const MapStats& stats, MapStatus& status) {
   status.page_wait_s = static_cast<float>(pages.wait_ms / 1000.0);
 }
 
-/// Reports what the budget had no room for. Such reports last until the map is cleared, so their
-/// codes rank after those of present problems.
+/// Reports what did not fit into the budget. Such reports last until the map is cleared, so their
+/// codes rank after those of current problems.
 inline void judgeBudget(const MapStats& stats, MapStatus& status) {
   const auto warn = [&](uint8_t code, uint64_t count, const std::string& what) {
     if (count > 0) report(status, MapStatus::WARN, code, what);
@@ -102,9 +102,9 @@ inline void judgeBudget(const MapStats& stats, MapStatus& status) {
 /// Map's thread only, except fill() and throwIfFailed(). Waits neither for transforms nor for
 /// threads that show or save the mesh.
 ///
-/// Frames and extractions of the mesh alternate. On a GPU, an extraction runs while the next frame
-/// is fused, and is finished after it. It is finished at once if no frame is there, or if it is
-/// ready (on a CPU).
+/// Fusing frames and extracting the mesh alternate. On a GPU, an extraction runs while the next
+/// frame is fused, and is finished after that. It is finished at once if no frame waits, or if it
+/// is ready, as on a CPU.
 class LiveMap {
  public:
   /// All references must outlive it.
@@ -123,8 +123,8 @@ class LiveMap {
     updateReport();  // reports the budget before the first frame
   }
 
-  /// Does what is due. @return how long there is nothing to do. After a failure of the backend,
-  /// frames are dropped until clear() or replace().
+  /// Does what is due. @return the time until the next call. After a failure of the backend, frames
+  /// are dropped until clear() or replace().
   std::chrono::milliseconds step() noexcept {
     try {
       if (!act()) return idleTime();
@@ -138,7 +138,7 @@ class LiveMap {
 
   Mapper& mapper() { return *mapper_; }
 
-  /// What a map file says in addition to the mapper's data.
+  /// What a map file stores in addition to the mapper's data.
   MapOrigin origin(const std::string& map_frame = std::string()) const {
     const PoseParams& poses = params_.poses;
     return {map_frame, frame_.level(), map_stamp_.isZero() ? loaded_stamp_s_ : map_stamp_.toSec(),
@@ -150,12 +150,12 @@ class LiveMap {
   /// Size of the map in bytes, at the last count.
   size_t mapBytes() const { return report_.map_bytes; }
 
-  /// Hands over what is missing from the mesh, or a part of it, even after a failure if the map is
-  /// still usable; if it is not, the mesh stays as it was.
-  /// @return how the mesh then differs from the map's; empty if it does not.
+  /// Brings the mesh up to date; if isMeshPart() is then true, call again. Works even after a
+  /// failure if the map is still usable; if it is not, the mesh stays as it was.
+  /// @return a note on how the mesh differs from the map; empty if it does not.
   std::string flushMesh() {
     try {
-      // A backend that failed may still have its map, for example a GPU that has run out of memory.
+      // A failed backend may still have its map, for example after a GPU has run out of memory.
       if (mesh_under_way_) finishMesh();
       if (mesh_whole_ && fused_since_mesh_) {
         beginMesh();
@@ -164,7 +164,7 @@ class LiveMap {
     } catch (const std::exception& error) {
       fail(errorText(error));
     }
-    // If changes were lost, later ones would not fit the mesh handed over before.
+    // A failed extraction loses its changes, so the mesh cannot be brought up to date any more.
     return mesh_whole_
                ? ""
                : "; the backend has failed, so this is the last extracted mesh: " + failure_;
@@ -178,7 +178,7 @@ class LiveMap {
   ClearedRegion clearRegion(const Region& region) {
     throwIfFailed();
     const std::string problem = findProblem(region);
-    // It is the caller's fault, not the backend's.
+    // Not an error of the backend.
     if (!problem.empty()) throw std::runtime_error(problem);
     try {
       const ClearedRegion cleared = mapper_->clearRegion(region);
@@ -193,9 +193,9 @@ class LiveMap {
     }
   }
 
-  /// Whether the budget has room for a second map of this size.
+  /// Whether a second map of this size fits into the budget, and no blocks are on disk.
   bool hasRoomFor(size_t bytes) const {
-    if (hasFailed()) return true;  // it is given up anyway
+    if (hasFailed()) return true;  // the failed map is given up anyway
     const MapStats stats = mapper_->stats();
     return stats.pages.blocks == 0 && stats.map_bytes + bytes <= stats.max_map_bytes;
   }
@@ -223,8 +223,8 @@ class LiveMap {
     return mapper;
   }
 
-  /// Continues with the map of corrected poses, which has all frames of this one, and its whole
-  /// mesh. @return the previous mapper.
+  /// Continues with a map of the same frames at corrected poses, and its whole mesh. @return the
+  /// previous mapper.
   std::unique_ptr<Mapper> replaceCorrected(std::unique_ptr<Mapper> mapper,
                                            const std::map<PackedKey, SharedBlockMesh>& mesh) {
     if (mesh_under_way_) finishMesh();
@@ -238,8 +238,8 @@ class LiveMap {
     return mapper;
   }
 
-  /// Empties map and mesh, and starts over after a failure.
-  /// @throws std::runtime_error if the backend cannot even do that.
+  /// Empties map and mesh, even after a failure.
+  /// @throws std::runtime_error if the backend fails.
   void clear() {
     mapper_->clear();
     loaded_stamp_s_ = 0.0;
@@ -334,7 +334,7 @@ class LiveMap {
     }
     const IntegrationResult result = integrate(frame);
     if (result.status == FrameStatus::kFused) {
-      // Colour may come late; depth whose stamps go back has started over.
+      // Colour may come late; if stamps of depth go back, a recording has started over.
       const bool is_depth = std::holds_alternative<DepthFrame>(frame.image);
       map_stamp_ = is_depth ? frame.stamp : std::max(map_stamp_, frame.stamp);
       frame.accounting->fused(frame.stamp);
@@ -369,7 +369,7 @@ class LiveMap {
   }
 
   void beginMesh() {
-    mesh_whole_ = false;  // should the next line fail
+    mesh_whole_ = false;  // in case the next line throws
     mapper_->beginMeshUpdate();
     mesh_stamp_ = map_stamp_;
     mesh_pace_.begin(clock_());
@@ -380,7 +380,7 @@ class LiveMap {
   void finishMesh() {
     mesh_under_way_ = false;
     MeshUpdate update = mapper_->finishMeshUpdate();
-    // If the mesh takes long, frames get at least as much of the thread's time.
+    // Frames get at least as much of the thread's time as the mesh.
     mesh_pace_.restUntil(clock_() + toSteadyDuration(update.duration_ms / 1000.0));
     mesh_is_part_ = update.is_part;
     fused_since_mesh_ = fused_since_mesh_ || mesh_is_part_;
@@ -395,7 +395,7 @@ class LiveMap {
     for (const auto& step : steps_) step->meshed();
   }
 
-  /// Resets the state for another map, of which nothing was handed over yet.
+  /// Resets the state for another map, whose mesh has not been handed over yet.
   void startOver(const MapContents* loaded, const std::shared_ptr<const MapChunks>& file) {
     mesh_under_way_ = mesh_is_part_ = false;
     mesh_whole_ = true;
@@ -414,8 +414,8 @@ class LiveMap {
     fused_since_mesh_ = report_outdated_ = true;
   }
 
-  /// Waits for blocks that move to disk after an extraction; it is therefore called after a frame,
-  /// which has waited for them already, or while none is ready.
+  /// After an extraction, waits until blocks have moved to disk. It is therefore called after
+  /// fusing a frame, which has already waited for that, or while no frame is ready.
   void updateReport() {
     report_outdated_ = false;
     const MapStats stats = mapper_->stats();
@@ -452,7 +452,7 @@ class LiveMap {
   bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
   bool report_outdated_ = false;
   bool mesh_is_part_ = false;
-  bool mesh_whole_ = true;       ///< False during an extraction, and after one was lost.
+  bool mesh_whole_ = true;       ///< False during an extraction, and after a failed one.
   ros::Time map_stamp_;          ///< Stamp of the newest frame fused here.
   double loaded_stamp_s_ = 0.0;  ///< Stamp of a loaded map's newest frame; 0: none.
   ros::Time mesh_stamp_;         ///< The map's stamp when the last extraction was begun.

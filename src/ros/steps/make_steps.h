@@ -1,4 +1,4 @@
-/// The steps of the node, in the order of their work.
+/// Makes the steps of the node, in the order in which they run.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@ class SpaceStep;
 /// @throws std::runtime_error if a folder cannot be written.
 Steps makeSteps(const Host& host);
 
-// Each is defined in the file of its name.
+// Each is defined in its own file, such as mesh_topics.cpp.
 std::unique_ptr<Step> makeMeshTopicsStep(const NodeParams& params, const Rates& rates);
 std::unique_ptr<Step> makePointsStep(const Host& host);
 std::unique_ptr<Step> makeOctomapStep(const Host& host,

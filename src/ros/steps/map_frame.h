@@ -1,5 +1,5 @@
-/// The map's frame W: map_frame (M) itself or, once up is known, a levelled frame; and the poses of
-/// other frames in it.
+/// The map's frame W, which is map_frame (M) itself or a levelled frame; and the poses of other
+/// frames in it.
 #pragma once
 
 #include <ros/console.h>
@@ -29,7 +29,7 @@ class MapFrame {
   /// Whether W differs from M.
   bool isLevelled() const { return dtsdf::isLevelled(params_); }
 
-  /// T_W_M; none if the map is not levelled, or up is not known yet.
+  /// T_W_M; none if the map is not levelled, or the vertical is not known yet.
   std::optional<Eigen::Isometry3d> level() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return T_W_M_;
@@ -40,7 +40,7 @@ class MapFrame {
     level_problem_.clear();
   }
 
-  /// Why up is not known, and what to do.
+  /// Why the vertical is not known, and what to do.
   std::string levelProblem() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return level_problem_;
@@ -50,7 +50,8 @@ class MapFrame {
     level_problem_ = text;
   }
 
-  /// Pose in W of a frame whose pose in M is given. @throws std::runtime_error while up is unknown.
+  /// Pose in W of a frame whose pose in M is given.
+  /// @throws std::runtime_error while the vertical is unknown.
   Eigen::Isometry3d inMap(const Eigen::Isometry3d& T_M_F) const {
     if (!isLevelled()) return T_M_F;
     if (const auto T_W_M = level()) return *T_W_M * T_M_F;
@@ -58,7 +59,7 @@ class MapFrame {
   }
 
   /// Pose of a frame in the map at a stamp; 0: by the newest transform. An empty name is the map's
-  /// frame. Waits for a transform that may still come, for as long as images do.
+  /// frame. If the transform for a stamp may still come, waits up to input/tf_timeout_s.
   /// @throws std::runtime_error if there is none.
   Eigen::Isometry3d find(const std::string& frame_id, const ros::Time& stamp = ros::Time(0)) const {
     const std::string frame = stripLeadingSlash(frame_id);
@@ -75,7 +76,8 @@ class MapFrame {
     }
   }
 
-  /// Position of map/keep_frame at the stamp, or else now; none if it is unknown or not set.
+  /// Position of map/keep_frame at the stamp, or else by the newest transform; none if it is
+  /// unknown or not set.
   std::optional<Eigen::Vector3d> keepCenterAt(const ros::Time& stamp) const {
     const std::string& frame = params_.keep_frame;
     if (frame.empty() || params_.mapper.map.keep_radius_m == 0.0f) return std::nullopt;
@@ -85,7 +87,7 @@ class MapFrame {
     if (answer.T_W_C) return inMap(*answer.T_W_C).translation();
     ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
                                    "map/keep_radius_m is centred on the camera, because "
-                                   "map/keep_frame is not known: "
+                                   "the pose of map/keep_frame is unknown: "
                                        << answer.text);
     return std::nullopt;
   }

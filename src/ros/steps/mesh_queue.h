@@ -21,15 +21,15 @@ namespace dtsdf {
 
 /// Changes of the mesh since the last take(), in the order of the members.
 struct MeshChanges {
-  bool cleared = false;                 ///< First, the whole mesh was removed.
-  bool is_whole = false;                ///< Or all of it except `blocks` was removed.
+  bool cleared = false;                 ///< First, all blocks were removed.
+  bool is_whole = false;                ///< `blocks` are the whole mesh: all others were removed.
   std::optional<float> voxel_size_m;    ///< New voxel size, if the map is a new one.
   std::vector<SharedBlockMesh> blocks;  ///< Then these were replaced, in any order.
   ros::Time stamp;                      ///< Stamp of the newest frame in them; zero if none.
 };
 
-/// Thread safe. Changes of one block are merged, so that a stalled output costs at most one mesh of
-/// the map. The cost depends on what changed, not on the size of the mesh.
+/// Thread safe. Changes of one block are merged, so the queue never holds more than one mesh of the
+/// map.
 class MeshQueue {
  public:
   /// `on_change` is called after each change, by the thread that made it.
@@ -46,8 +46,7 @@ class MeshQueue {
     });
   }
 
-  /// Replaces the whole mesh, keyed by packed key, by that of a map that differs in parts. The
-  /// reader compares it with the previous mesh and takes the differences.
+  /// Replaces the whole mesh. The reader finds out which blocks differ: see differences().
   void replaceAll(const std::map<PackedKey, SharedBlockMesh>& mesh, const ros::Time& stamp) {
     change([&] {
       changes_.is_whole = true;
@@ -56,7 +55,7 @@ class MeshQueue {
     });
   }
 
-  /// Removes the whole mesh. The voxel size is given if a new map may have another one.
+  /// Removes the whole mesh. The voxel size is given for a new map.
   void clear(std::optional<float> voxel_size_m = std::nullopt) {
     change([&] {
       changes_ = {true, false, voxel_size_m ? voxel_size_m : changes_.voxel_size_m, {}, {}};
@@ -89,7 +88,7 @@ class MeshQueue {
   std::unordered_map<PackedKey, SharedBlockMesh> blocks_;
 };
 
-/// The blocks of `mesh` that are missing from or differ in `store`, and empty blocks for those that
+/// The blocks of `mesh` that `store` lacks or that differ there, and empty blocks for those that
 /// only `store` has.
 inline std::vector<SharedBlockMesh> differences(const MeshStore& store,
                                                 std::vector<SharedBlockMesh> mesh) {

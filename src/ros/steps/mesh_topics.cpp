@@ -26,10 +26,10 @@ namespace {
 /// Limit of pieces that wait for a listener, and their approximate size.
 constexpr uint32_t kQueuePieces = 20;
 constexpr size_t kPieceBytes = 1 << 20;
-/// Limit of one round; ten rounds a second are 40 MB/s.
+/// Limit of pieces per round; ten rounds a second are 40 MB/s.
 constexpr int kPiecesPerRound = 4;
 constexpr double kRoundRate_hz = 10.0;
-/// How often a part of the mesh is refreshed.
+/// Interval at which a part of the mesh is published again.
 constexpr double kRefreshPeriod_s = 1.0;
 
 std_msgs::ColorRGBA toColour(const std::array<uint8_t, 3>& rgb) {
@@ -102,9 +102,8 @@ void add(const NodeParams&, double, PackedChunk chunk, int, MeshBlocks& message)
   message.blocks.push_back(toMessage(std::move(chunk)));
 }
 
-/// A topic of the mesh, with the chunks that are pending. They are sent in pieces, a few at a time,
-/// never more than the queue holds: a listener that never reads costs only that queue and delays
-/// nobody.
+/// A topic of the mesh, with its pending chunks. They are sent in pieces, a few at a time, so that
+/// a listener that never reads costs only its queue and delays nobody.
 template <class Message>
 class ChunkTopic {
  public:
@@ -149,7 +148,7 @@ class ChunkTopic {
         const std::vector<PackedKey> blocks = chunks.blocksOf(key);
         const uint64_t failures = mesh.meshes.stats().failures;
         const MeshStore store = mesh.meshes.holding(blocks);
-        if (mesh.meshes.stats().failures > failures) {  // the next round reads it again
+        if (mesh.meshes.stats().failures > failures) {  // tries again in the next round
           ++next;
           continue;
         }
@@ -177,8 +176,8 @@ class ChunkTopic {
   std::atomic<size_t> pending_count_{0};  ///< Number of chunks that wait, for the status.
 };
 
-/// Publishes `mesh` and `mesh_blocks`: changes for all, the whole mesh once more after somebody has
-/// connected, and all of it again within mesh_topics/refresh_s, for listeners that lost a piece.
+/// Publishes `mesh` and `mesh_blocks`: all changes; the whole mesh when a listener connects; and
+/// all of it again within mesh_topics/refresh_s, for listeners that lost a piece.
 class MeshTopicsStep : public Step {
  public:
   MeshTopicsStep(const NodeParams& params, const Rates& rates)
@@ -214,7 +213,7 @@ class MeshTopicsStep : public Step {
       step_m_ = lattice.step_m;
       markers_.publishRound(chunks_, lattice, params_, *mesh);
       blocks_.publishRound(chunks_, lattice, params_, *mesh);
-      // Leaves at least half of the thread's time to others that share the cores.
+      // Rests as long as the round took, to leave the core to other threads.
       round_pace_.end(now);
     }
     if (markers_.isBehind() || blocks_.isBehind()) return round_pace_.next() - now;

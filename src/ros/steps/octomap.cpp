@@ -23,8 +23,7 @@ class OctomapStep : public Step {
     topic_.advertise<octomap_msgs::Octomap>(handles.prompt, "octomap", 1);
   }
 
-  /// Returns no time of its own, because SpaceStep makes the output ask again soon. Rests as long
-  /// as publishing took.
+  /// Sets no time for the next call, because SpaceStep already lets the output call all steps soon.
   SteadyDuration publish(ShownMesh*) override {
     const SteadyTime begin = std::chrono::steady_clock::now();
     const SpaceStep::Known known = space_.known();
@@ -45,7 +44,7 @@ class OctomapStep : public Step {
   void fill(MapStatus& status) override { status.topics.push_back(topic_.status()); }
 
  private:
-  /// Equals the message of octomap_msgs/conversions.h.
+  /// Makes the same message as octomap_msgs::binaryMapToMsg().
   octomap_msgs::Octomap makeMessage(const SpaceSnapshot& space, const ros::Time& stamp) const {
     octomap::OcTree tree(space.cellSize_m());
     space.visitCubes([&](const std::vector<SpaceCube>& cubes) {

@@ -74,7 +74,7 @@ class PointsStep : public Step {
 
   const Host& host_;
   Topic topic_;
-  std::atomic<bool> is_outdated_{false};  ///< Whether the last cloud is outdated.
+  std::atomic<bool> is_outdated_{false};
   Pace pace_;
 };
 

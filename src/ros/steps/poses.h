@@ -1,5 +1,5 @@
-/// The step of poses/mode: refines TF's poses of depth images or finds poses without TF, and
-/// publishes them as odometry, as a path and in TF.
+/// The step of poses/mode: refines TF's poses or finds poses without TF, and publishes them as
+/// odometry, as a path and in TF.
 #pragma once
 
 #include <dtsdf_mapping/PoseStatus.h>
@@ -35,8 +35,8 @@
 namespace dtsdf {
 
 /// Aligns images if poses/mode is refine or track; otherwise poses stay as they are. With refine,
-/// each camera is aligned by itself, and the correction and poses of the first are published. No
-/// other class knows where poses come from. Serves set_pose and save_trajectory.
+/// each camera is aligned by itself; the correction and poses of the first are published. Serves
+/// set_pose and save_trajectory.
 class PosesStep : public Step {
  public:
   explicit PosesStep(const Host& host)
@@ -70,7 +70,7 @@ class PosesStep : public Step {
         [this](const auto& request, auto& response) { save(request.file_name, response); }));
   }
 
-  /// With track, gives a frame its expected pose in M, because TF gives none.
+  /// With track, sets a frame's expected pose in M.
   std::optional<Rejection> expect(PosedFrame& frame) override {
     if (!tracks()) return std::nullopt;
     auto* const depth = std::get_if<DepthFrame>(&frame.image);
@@ -108,7 +108,7 @@ class PosesStep : public Step {
     note(frame, found_);
     if (tracks() ? tracker_.isToBeFused(found_) : refiner.isToBeFused(found_)) return std::nullopt;
     const std::string text =
-        formatted("%s: %ld %% of the image lie near surfaces of the map, and %ld %% of these fit",
+        formatted("%s: %ld %% of the image is near surfaces of the map, and %ld %% of that fits",
                   toString(found_.status), std::lround(100.0 * found_.matched_share),
                   std::lround(100.0 * found_.inlier_share));
     return Rejection{tracks() ? drop::kLost : drop::kMisfit, text};
@@ -130,8 +130,8 @@ class PosesStep : public Step {
     if (mount.T_W_C) publish(frame.stamp, base, mount.T_W_C->inverse());
   }
 
-  /// A tracked camera keeps its pose in an emptied map; in a loaded one it may be anywhere, and has
-  /// to be found.
+  /// A tracked camera keeps its pose in an emptied map. In a loaded one, it may be anywhere, and
+  /// has to be found.
   void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
     if (!isOn()) return;
     must_relocalise_ = true;
@@ -165,9 +165,9 @@ class PosesStep : public Step {
 
   /// The trajectory so far: poses of the first camera's frames in the map, in the order of fusing.
   const std::deque<StampedPose>& fusedPoses() const { return fused_; }
-  /// The newest odometry, even if nobody listens.
+  /// The newest odometry, even without listeners.
   const std::optional<nav_msgs::Odometry>& published() const { return published_; }
-  /// With refine, the motion from given to refined poses of the first camera.
+  /// With refine, the motion in M from given to refined poses of the first camera.
   const Eigen::Isometry3d& T_M_O() const { return T_M_O_; }
 
  private:
@@ -236,8 +236,7 @@ class PosesStep : public Step {
     return alignment;
   }
 
-  /// If stamps go back, the camera is assumed to be where it was; likewise in an emptied map, where
-  /// nothing can be found.
+  /// In an empty map, where nothing can be found, the camera keeps its pose.
   Alignment track(const PosedFrame& frame, const DepthFrame& depth) {
     const std::optional<Eigen::Isometry3d> last_T_W_C = tracker_.lastPose();
     if (given_T_W_B_) {
@@ -354,7 +353,7 @@ class PosesStep : public Step {
 
   const Host& host_;
   const NodeParams& params_;
-  const std::string parent_;  ///< Name of the frame that published poses are in.
+  const std::string parent_;  ///< Name of the frame in which poses are published.
   // For each camera, with refine: its refiner, and the stamp of its newest depth image.
   std::vector<PoseRefiner> refiners_;
   std::vector<ros::Time> last_stamps_;

@@ -33,8 +33,8 @@
 
 namespace dtsdf {
 
-/// Runs if space/enabled is set. Queries never wait. Changes go from the map's thread to the
-/// output's through a queue; when it is full, the rest stays in the map.
+/// Runs if space/enabled is set. Queries never wait for the map. Changes go from the map's thread
+/// to the output's through a queue; when it is full, the rest stays in the map.
 class SpaceStep : public Step {
  public:
   explicit SpaceStep(const Host& host)
@@ -80,8 +80,8 @@ class SpaceStep : public Step {
     if (const Space* const space = host_.map.mapper().space()) add({true, {}}, *space);
   }
 
-  /// Hands over all changes at once: planners get answers from the previous space until the new one
-  /// is complete.
+  /// Hands over all changes at once, so that planners get answers from the previous space until the
+  /// new one is complete.
   void corrected() override {
     is_part_ = false;
     Space* const space = host_.map.mapper().space();
@@ -122,8 +122,8 @@ class SpaceStep : public Step {
 
   struct Known {
     std::shared_ptr<const SpaceSnapshot> space = std::make_shared<const SpaceSnapshot>();
-    /// Stamp of the newest frame whose surfaces are in it; later ones may have freed cells. 0 if no
-    /// frame was fused, as in a loaded map.
+    /// Stamp of the newest frame whose surfaces are in it; later frames may have freed cells. 0 if
+    /// no frame was fused, as in a loaded map.
     ros::Time stamp;
   };
   Known known() const {
@@ -237,8 +237,8 @@ class SpaceStep : public Step {
     waiting_stamp_ = host_.map.meshStamp();
   }
 
-  /// Hands over changes, or a part of them if there are many. The stamp is that of the surfaces: as
-  /// an extraction may be finished after one more frame, cells may have been freed by a later one.
+  /// Hands over changes, or a part of them if there are many. The stamp is that of the surfaces; an
+  /// extraction may be finished after another frame, which may have freed cells.
   void handOver() {
     Space* const space = host_.map.mapper().space();
     if (space == nullptr) return;
@@ -269,7 +269,7 @@ class SpaceStep : public Step {
     std::swap(known_, now);
   }
 
-  /// Gives new listeners everything, and deletes a grid without listeners.
+  /// Gives new listeners the whole grid and slice, and deletes a grid without listeners.
   void handleNewListeners() {
     const bool is_followed = grids_.hasSubscribers() || updates_.hasSubscribers();
     const bool is_reader_new = grids_.takeNewcomer();
@@ -290,7 +290,7 @@ class SpaceStep : public Step {
     if (is_grid_new || is_slice_new) is_outdated_ = publish_now_ = true;
   }
 
-  /// Updates grid and slice, then rests as long as that took, for others that share the cores.
+  /// Updates grid and slice, then rests as long as that took, to leave the core to other threads.
   void updateOutputs(SteadyTime now) {
     is_outdated_ = publish_now_ = false;
     if (grid_) {
@@ -308,7 +308,7 @@ class SpaceStep : public Step {
                                    "occupancy_grid would have "
                                        << sizeOf(window).x() << " x " << sizeOf(window).y()
                                        << " cells, more than " << GroundGrid::kMaxColumns
-                                       << ", so it keeps its present part; use larger cells "
+                                       << ", so only its present part is kept; use larger cells "
                                           "(space/cell_voxels) or map/keep_radius_m, and look for "
                                           "frames with wrong poses");
   }
@@ -365,10 +365,10 @@ class SpaceStep : public Step {
     slices_.publish(cloud);
   }
 
-  // costmap_2d's StaticLayer adds an update to the last grid without checking bounds, and gets both
-  // on separate connections. Of the messages between two of its cycles it passes on only the last
-  // one's region. So an update follows a moment after its grid, and covers all of it for some
-  // cycles.
+  // costmap_2d's StaticLayer applies an update to its last grid without checking bounds, and gets
+  // both on separate connections. If several messages arrive in one of its cycles, only the last
+  // one's region takes effect. So an update follows a moment after its grid, and covers all of it
+  // for some cycles.
   static constexpr std::chrono::milliseconds kUpdateGap{200}, kSettling{2000};
 
   std_msgs::Header headerOf(const ros::Time& stamp) const {
@@ -387,17 +387,17 @@ class SpaceStep : public Step {
   std::unique_ptr<SpaceFollower> follower_;
   std::optional<GroundGrid> grid_;  ///< Set while somebody listens.
   bool is_grid_due_ = false, is_outdated_ = false;
-  bool publish_now_ = false;    ///< Publishes at once: for another map or new listeners.
-  SteadyTime grid_at_{};        ///< When the grid was last published.
+  bool publish_now_ = false;  ///< Whether another map or new listeners must not wait.
+  SteadyTime grid_at_{};
   bool is_update_due_ = false;  ///< Listeners need an update.
   Pace pace_;
   Topic grids_, updates_, slices_;
   ros::ServiceServer server_, grid_server_;
 
-  mutable std::mutex mutex_;             ///< Guards the members below, briefly.
-  std::optional<SpaceChanges> waiting_;  ///< The queue.
+  mutable std::mutex mutex_;             ///< Guards the members below.
+  std::optional<SpaceChanges> waiting_;  ///< The queue to the output's thread.
   double waiting_cell_m_ = 0.0;          ///< Size of its cells.
-  ros::Time waiting_stamp_;              ///< Stamp of known_ once it is taken.
+  ros::Time waiting_stamp_;              ///< Its stamp, for known_.
   Known known_;
   size_t bytes_ = 0;
   PagedValues::Stats pages_;

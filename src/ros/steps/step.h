@@ -1,5 +1,4 @@
-/// Interface of the node's features: what each adds to the path of a frame, the output and the
-/// status.
+/// Interface of the node's features, which act on frames, publish, and add to the status.
 #pragma once
 
 #include <dtsdf_mapping/MapStatus.h>
@@ -28,8 +27,7 @@ class LiveMap;
 class MapChunks;
 class MapFrame;
 
-/// The mesh as last handed over. The output's thread holds the mutex while it uses the mesh, and so
-/// does a thread that writes it to a file.
+/// The mesh as last handed over. A thread holds the mutex while it uses the mesh.
 struct ShownMesh {
   explicit ShownMesh(const MapParams& params) : meshes(params) {}
 
@@ -57,9 +55,9 @@ struct Host {
   LiveMap& map;
   ShownMesh& mesh;
   WorkerThread& map_loop;
-  /// Makes the output take over all changes.
+  /// Takes over all changes of the mesh, on the calling thread.
   std::function<void()> take_changes;
-  /// Waits until the output's thread has taken over all changes: from then on nothing of an earlier
+  /// Waits until the output's thread has taken over all changes. After that, nothing of an earlier
   /// map is published or answered.
   std::function<void()> await_output;
   std::atomic<bool>& is_ending;  ///< Waiting calls give up if it is set.
@@ -67,55 +65,56 @@ struct Host {
 
 /// Node handles for callbacks on different threads; all but `input` in the private namespace.
 struct Handles {
-  ros::NodeHandle prompt;   ///< On the thread of the node's caller: must not wait.
+  ros::NodeHandle prompt;   ///< On the threads of the nodelet manager or node: must not wait.
   ros::NodeHandle waiting;  ///< On the service threads: may wait.
-  ros::NodeHandle input;    ///< On the input's thread, in the namespace of the caller.
+  ros::NodeHandle input;    ///< On the input's thread, in the namespace of the node.
   std::string ns;           ///< Namespace of node and input topics; empty for the root.
 };
 
-/// One feature of the node. Steps work in the order of the node's vector.
+/// One feature of the node. Steps run in the order of `Steps`.
 class Step {
  public:
   virtual ~Step() = default;
 
   /// Advertises topics and services.
   virtual void advertise(const Handles&) {}
-  /// Called once everything is advertised, before the first image. An exception ends the start.
+  /// Called once everything is advertised, before the first image. An exception aborts the start.
   virtual void begin() {}
 
   // Map's thread.
 
-  /// Gives a frame without a pose the expected one. Called before place() of any step.
+  /// Sets the expected pose of a frame that has none. Called before place() of any step.
   virtual std::optional<Rejection> expect(PosedFrame&) { return std::nullopt; }
   /// Moves a frame before it is fused or painted, or says why to drop it.
   virtual std::optional<Rejection> place(PosedFrame&) { return std::nullopt; }
   /// A frame was handed to the mapper; the result says whether it was fused.
   virtual void fused(const PosedFrame&, const IntegrationResult&) {}
-  /// How often a current mesh is needed; nothing if it is not.
+  /// Rate at which an up-to-date mesh is needed; nothing if it is not needed. Any thread.
   virtual std::optional<double> meshRate_hz() const { return std::nullopt; }
   /// An extraction was finished.
   virtual void meshed() {}
   /// A part of the map was emptied.
   virtual void regionCleared(const Region&) {}
-  /// A loaded map, given without voxels, has replaced the map; its file is for the journal. Both
-  /// are null if the map was emptied.
+  /// A loaded map has replaced the map: its contents without voxels, and its file. Both are null if
+  /// the map was emptied.
   virtual void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) {}
   /// A map of the same frames at corrected poses has replaced the map.
   virtual void corrected() {}
   /// The backend has failed.
   virtual void failed() {}
-  /// Does some of its own work, unless that can wait for a frame. @return whether it did any.
+  /// Does some work of the step, unless a frame waits and has precedence. @return whether it did
+  /// any.
   virtual bool work(bool /*frame_waits*/) { return false; }
 
   // Output's thread.
 
   /// Changes of the mesh were taken over. Any thread, with the mutex of the mesh held.
   virtual void changed(const MeshChanges&) {}
-  /// Publishes what is due; the mesh is null while it is written to a file. @return how long
-  /// nothing will be due.
+  /// Publishes what is due; the mesh is null while another thread uses it. @return the time until
+  /// something is due.
   virtual SteadyDuration publish(ShownMesh*) { return SteadyDuration::max(); }
 
-  /// Writes its part of the status, on the thread of the node's caller.
+  /// Writes the step's part of the status, on the threads of the nodelet manager or node.
   virtual void fill(dtsdf_mapping::MapStatus&) {}
 };
 

@@ -1,4 +1,4 @@
-/// Poses, and the alignment of a depth image to the map: the prior of its pose, and the result.
+/// Alignment of a depth image to the map: the prior of its pose, and the result.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,11 +12,11 @@ struct StampedPose {
   Eigen::Isometry3d T_W_C;  ///< Optical frame to map frame, in metres.
 };
 
-/// How far a pose may be off: standard deviations of a normal distribution around it, per axis.
-/// Directions that the image does not constrain, as along a plain corridor, stay at the prior.
+/// Expected error of a pose: standard deviations per axis. Directions that the image does not
+/// constrain, such as along a plain corridor, stay at the prior.
 struct PosePrior {
-  double sigma_m = 0.05;     ///< Deviation of the position, in metres.
-  double sigma_rad = 0.035;  ///< Deviation of the orientation, in radians.
+  double sigma_m = 0.05;     ///< Of the position, in metres.
+  double sigma_rad = 0.035;  ///< Of the orientation, in radians.
   /// Where the search starts, if not at the frame's pose: an image may fit at several poses.
   std::optional<Eigen::Isometry3d> start_T_W_C = std::nullopt;
   /// Pose for which Alignment::compared_share is computed, if any.
@@ -26,7 +26,7 @@ struct PosePrior {
 /// Whether an image was aligned.
 enum class AlignmentStatus {
   kAligned,    ///< The image fits the map at `T_W_C`.
-  kUnmapped,   ///< The map holds too little of what the image shows.
+  kUnmapped,   ///< The map contains too little of what the image shows.
   kMisfit,     ///< The image does not fit the map: wrong place, or a pose too far off.
   kAmbiguous,  ///< Several places of the map look like it (place_search.h).
   kUnsure,     ///< Fits again after tracking was lost, but not for enough images yet.

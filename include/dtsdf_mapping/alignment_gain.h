@@ -7,8 +7,8 @@
 namespace dtsdf {
 
 /// Estimates whether given poses or alignments have the larger random errors. Alignments of coarse
-/// or warped depth, such as a phone's, may scatter by a centimetre while odometry is smooth; then
-/// poses follow alignments only on average.
+/// or warped depth, such as a phone's, may scatter by a centimetre while odometry is smooth;
+/// refined poses then follow alignments only on average.
 ///
 /// Independent errors show in third differences, which smooth motion and drift hardly affect. Third
 /// differences of the given poses bound their errors. Third differences of the corrections contain

@@ -33,10 +33,10 @@ struct VertexColour {
 /// The midpoints of a refined mesh follow the vertices on edges, in the order of their units. A
 /// midpoint on the face between two units is listed by both, with the same `edge` and bits.
 struct BlockMesh {
-  BlockKey key;                       ///< Which block.
+  BlockKey key;                       ///< Key of the block.
   std::vector<BlockVertex> vertices;  ///< First vertices on edges, sorted by `edge`, each once.
   std::vector<uint16_t> triangles;    ///< Three indices into `vertices` each, in canonical order.
-  std::vector<VertexColour> colours;  ///< One per vertex; none before the map is first painted.
+  std::vector<VertexColour> colours;  ///< One per vertex; empty before the map is first painted.
 };
 
 /// Meshes that changed since the last extraction. A mesh that vanished has no triangles.

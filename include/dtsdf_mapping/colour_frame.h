@@ -1,4 +1,4 @@
-/// A colour image with its camera, to paint the surfaces of a map with.
+/// A colour image with its camera, to paint the surfaces of a map.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -67,7 +67,7 @@ struct MapSize {
   size_t bytes() const;
 };
 
-/// Facts about a map that the caller supplies. The mapper itself does not use them.
+/// Facts about a map that its user supplies. The mapper itself does not use them.
 struct MapOrigin {
   std::string map_frame;  ///< Name of the frame that poses are given in; empty: unnamed.
   /// Transform from the poses' frame M to the frame W of a levelled map; none: it is not levelled.
@@ -76,7 +76,7 @@ struct MapOrigin {
   PoseParams poses;      ///< Settings with which the frames' poses were found.
 };
 
-/// A map without its blocks, voxels, colours and free cells.
+/// Description of a map, without its blocks, voxels, colours and free cells.
 struct MapHead : MapOrigin {
   /// The mapper's settings (except backend, threads, memory budget, paging and mesh colour) and the
   /// numbers of its rules (rules/..., except rules/poses/...). In a file also poses/..., unless

@@ -36,7 +36,7 @@ const char* toString(FrameStatus status);
 /// Result of integrate() or paint().
 struct IntegrationResult {
   FrameStatus status = FrameStatus::kFused;  ///< The map is unchanged unless this is kFused.
-  std::string message;        ///< Why the frame, or part of it, was not fused; or a warning.
+  std::string message;                       ///< Why the frame was not fused; or a warning.
   size_t refused_blocks = 0;  ///< Blocks and arrays that this frame needed and the budget refused.
   double duration_ms = 0.0;   ///< Wall time of the call.
 };
@@ -46,10 +46,10 @@ struct PageStats {
   size_t blocks = 0;       ///< Blocks on disk now.
   size_t bytes = 0;        ///< Disk space of these blocks.
   size_t space_bytes = 0;  ///< Disk space of cells and distances of space().
-  size_t index_bytes = 0;  ///< Memory of the index of blocks on disk, not part of map_bytes.
+  size_t index_bytes = 0;  ///< Memory of the index and of waiting writes; not part of map_bytes.
   uint64_t written = 0;    ///< Blocks written.
   uint64_t read = 0;       ///< Blocks read back.
-  uint64_t waits = 0;      ///< Calls that had to wait for the disk.
+  uint64_t waits = 0;      ///< Waits for the disk of a millisecond or more.
   double wait_ms = 0.0;    ///< Total time of these waits.
   uint64_t failures = 0;   ///< Failed reads and writes; also writes for which the folder was full.
   /// Blocks, and sectors of 32 x 32 x 32 cells, that were damaged when read back.
@@ -61,7 +61,7 @@ struct PageStats {
 struct MapStats {
   size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels, in memory.
   size_t voxel_arrays = 0;  ///< Directional arrays in use, over all these blocks.
-  /// Bytes of blocks and arrays in memory. At most max_map_bytes, but see there.
+  /// Bytes of blocks, arrays and colours in memory. At most max_map_bytes, but see there.
   size_t map_bytes = 0;
   uint64_t refused_blocks = 0;  ///< Refusals since the start or the last clear().
   size_t colour_bytes = 0;      ///< Part of map_bytes that holds colour; 0 before any painting.
@@ -121,8 +121,8 @@ class Mapper {
   /// @throws std::exception when the backend fails.
   virtual IntegrationResult paint(const ColourFrame& frame) = 0;
 
-  /// Renders the surfaces of the map that face a camera: those of the current mesh, whether or not
-  /// it was extracted. The map is unchanged. Equal maps give equal bytes on every backend.
+  /// Renders the surfaces of the map that face a camera: those of an up-to-date mesh, even if it
+  /// was not extracted. The map is unchanged. Equal maps give equal bytes on every backend.
   /// @param camera Size and intrinsics of the images.
   /// @param T_W_C Optical frame to map frame, in metres.
   /// @param view Receives the images; its memory is reused, which saves time in a loop.

@@ -19,7 +19,7 @@ enum class DepthEncoding : int32_t {
   kFloat32,  ///< Multiples of `unit_m`; NaN, infinity and values <= 0 are no measurement.
 };
 
-/// Value that many drivers write into 16-bit depth for no measurement or one out of range, like 0.
+/// Many drivers write this value into 16-bit depth where nothing was measured; it counts like 0.
 constexpr uint16_t kNoDepth16 = 65535;
 
 }  // namespace dtsdf

@@ -43,8 +43,8 @@ class PoseTracker {
   /// @param stamp_s Stamp of the next frame, in seconds.
   void seek(const Eigen::Isometry3d& near_T_W_C, double stamp_s);
 
-  /// The pose of the newest frame that fitted, or where the search began; none before the first
-  /// frame.
+  /// The pose given for the next frame; else that of the newest frame that fitted, or where the
+  /// search began. None before the first frame.
   std::optional<Eigen::Isometry3d> lastPose() const;
 
   /// The pose predicted for a time after the last frame; none before the first frame and while the

@@ -1,5 +1,4 @@
-/// Interface of recorded colour: a sequence of colour images with poses, read next to a
-/// FrameSource.
+/// Interface of recorded colour: a sequence of colour images with poses.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +9,10 @@
 
 namespace dtsdf {
 
-/// A colour image with the memory it lies in.
+/// A colour image that owns its memory.
 struct SourceColour {
-  ColourFrame colour;                  ///< Its `data` points into what `pixels` owns.
-  std::shared_ptr<const void> pixels;  ///< Keeps the image alive, whatever library it came from.
+  ColourFrame colour;                  ///< Its `data` points to memory that `pixels` owns.
+  std::shared_ptr<const void> pixels;  ///< Keeps the image's memory alive.
   double stamp_s = 0.0;                ///< Stamp of the colour image.
   size_t index = 0;                    ///< Its index among the recording's colour images, by stamp.
 };

@@ -14,10 +14,10 @@
 
 namespace dtsdf {
 
-/// A depth image with the memory it lies in.
+/// A depth image that owns its memory.
 struct SourceFrame {
-  DepthFrame depth;                    ///< Its `data` points into what `pixels` owns.
-  std::shared_ptr<const void> pixels;  ///< Keeps the image alive, whatever library it came from.
+  DepthFrame depth;                    ///< Its `data` points to memory that `pixels` owns.
+  std::shared_ptr<const void> pixels;  ///< Keeps the image's memory alive.
   double stamp_s = 0.0;                ///< Stamp of the depth image.
   size_t index = 0;                    ///< Its index in the recording, from 0.
 };

@@ -13,7 +13,7 @@ namespace dtsdf {
 /// Usual extension of map files; saveMap() accepts any.
 constexpr char kMapExtension[] = ".dtsdf";
 
-/// Contents of a map file except voxels and colours.
+/// Summary of a map file.
 struct MapInfo : MapHead {
   MapSize size;                ///< Size of the map.
   uint64_t file_bytes = 0;     ///< Length of the file.
@@ -26,7 +26,7 @@ struct MapInfo : MapHead {
 /// temporary file in the same folder is written and renamed; missing folders are created.
 /// @return Head and bounds of the contents, and length and hash of the file.
 /// @throws std::runtime_error for contents that checkContents() refuses, or a file that cannot be
-/// written; the message names the path and says what to do. The old file then stays intact.
+/// written; the message names the path and says what to do. An existing file then stays intact.
 MapInfo saveMap(const MapContents& contents, const std::string& path, int threads = 0);
 
 /// No limit on a map's size in memory.
@@ -38,7 +38,7 @@ constexpr size_t kNoMapLimit = std::numeric_limits<size_t>::max();
 MapContents loadMap(const std::string& path, size_t max_bytes = kNoMapLimit, int threads = 0);
 
 /// Loads a map for a mapper with these settings, within its map/max_memory_mb. Free cells count
-/// towards that limit, also where space/enabled is false and the mapper drops them.
+/// towards that limit even if the mapper drops them, without space/enabled.
 MapContents loadMap(const std::string& path, const MapperParams& params, int threads = 0);
 
 /// Reads a map file except its voxels and colours, so damage to these goes unnoticed.

@@ -5,9 +5,9 @@
 
 namespace dtsdf {
 
-/// Decides by stamps which images of a stream are taken, at most a given number per second on
-/// average. An image early by less than a tenth of the interval is still taken. A stamp that jumps
-/// back starts over.
+/// Decides by stamps which images of a stream are taken: on average, at most a given number per
+/// second. An image that is early by less than a tenth of the interval is still taken. If stamps
+/// jump back, the limit starts over.
 class RateLimit {
  public:
   /// @param max_rate_hz Images per second; 0: all are taken.

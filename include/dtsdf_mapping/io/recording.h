@@ -1,4 +1,4 @@
-/// Recordings in folders, as downloaded, read through the FrameSource interface.
+/// Reads recordings in folders, as published, through the FrameSource interface.
 #pragma once
 
 #include <memory>

@@ -31,8 +31,8 @@ struct MapperParams {
   FusionParams fusion;                       ///< Section "fusion".
   MeshParams mesh;                           ///< Section "mesh".
   SpaceParams space;                         ///< Section "space".
-  /// Match each colour image to the brightness of the same surface in the map; false: exposure and
-  /// white balance of the camera are locked.
+  /// Whether colour images are matched to the brightness of the map; false: exposure and white
+  /// balance of the camera are locked.
   bool adapt_exposure = true;
   float max_paint_depth_m = 0.0f;  ///< Farther surfaces are not painted; 0: no limit.
 };

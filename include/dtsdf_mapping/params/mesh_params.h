@@ -18,7 +18,7 @@ enum class MeshColour {
 struct MeshParams {
   MeshColour colour = MeshColour::kAuto;  ///< Colour of the vertices, in RViz and in saved files.
   int min_support = 2;   ///< Frames that must support a surface; fewer in a map of fewer frames.
-  int loose_voxels = 4;  ///< Pieces up to this size, and this close to a larger one, are left out.
+  int loose_voxels = 4;  ///< Pieces up to this size are left out if a larger one is as close.
   int refine = 0;        ///< 1: splits each triangle into four on the curved surface.
 };
 

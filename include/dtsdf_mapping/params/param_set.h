@@ -21,7 +21,7 @@ using ParamValue = std::variant<bool, int, double, std::string, std::vector<std:
 /// Maps full keys, such as "map/voxel_size_m", to values.
 using ParamTree = std::map<std::string, ParamValue>;
 
-/// Writes a value as in a file, for messages.
+/// Formats a value as in a file, for messages.
 std::string toString(const ParamValue& value);
 
 /// Thrown with every violation found: full key, its value and the rule it breaks.

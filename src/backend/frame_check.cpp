@@ -148,7 +148,7 @@ FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m) {
 
 FrameView checkedFrameView(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
                            const MapperParams& params) {
-  // A colour image stands in; its pixels are never read.
+  // The checks need an image; its pixels are never read.
   ColourFrame frame;
   frame.data = &camera;
   frame.width = camera.width;

@@ -72,9 +72,9 @@ struct MemoryDemand {
   size_t changed = 0;        ///< Blocks that change in other ways, or move.
 };
 
-/// Computes the distances of a task's sectors, concurrently with images and meshes. `squares` has
-/// an entry per wanted sector. On entry: its old array if that may be overwritten, else null. On
-/// return: its new array, or null if no surface is within reach.
+/// Computes the distances of a task's sectors. Runs concurrently with images and meshes. `squares`
+/// has an entry per wanted sector. On entry: its old array if that may be overwritten, else null.
+/// On return: its new array, or null if no surface is within reach.
 /// @return false if the host must compute them.
 using DistanceWork = std::function<bool(const DistanceTask& task,
                                         std::vector<std::shared_ptr<uint16_t[]>>& squares)>;
@@ -103,7 +103,7 @@ class MapBackend {
 
   /// From now on, stages add their host time to the profile; nullptr ends this.
   virtual void profileTo(Profile* /*profile*/) {}
-  /// Adds the memory in use. `indices` includes what map_bytes counts, too.
+  /// Adds the memory in use. `indices` includes the part that map_bytes counts, too.
   virtual void addMemory(MapperMemory& memory) const = 0;
 
   // ---- Stages of a depth image.
@@ -130,7 +130,7 @@ class MapBackend {
   virtual void reserveFrame(const std::vector<int32_t>& in_view) = 0;
 
   /// Three stages, which a backend may fuse: casts surfels into sums, folds sums into voxels, and
-  /// takes evidence from voxels that the image contradicts. The last stage also visits blocks in
+  /// lowers the evidence of voxels that the image contradicts. The last stage also visits blocks in
   /// view that the image does not touch, when it is their turn.
   /// @param frame_number Counted from 1.
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
@@ -176,7 +176,7 @@ class MapBackend {
 
   // ---- Memory and copies. Memory for a change is reserved before the table changes.
 
-  /// @throws BackendError if memory runs out; the map is unchanged.
+  /// Reserves memory. @throws BackendError if memory runs out; the map is unchanged.
   virtual void reserve(const MemoryDemand& demand) = 0;
 
   /// Applies changes of the table. Call waitForMeshes() first if an extraction is under way.

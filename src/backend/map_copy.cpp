@@ -14,11 +14,11 @@ static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "maps are copied as lit
 static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof(uint32_t),
               "a word each");
 
-/// Settings that do not affect a map's contents, only where it is computed and how it is shown.
+/// Settings that are not stored: where a map is computed, its memory, and how it is shown.
 constexpr const char* kSettingsNotStored[] = {
     "backend", "threads", "map/max_memory_mb", "map/page_folder", "map/page_max_gb", "mesh/colour"};
 
-/// Section of the rules for poses, which do not affect a map's contents either.
+/// Section of the rules for poses, which are not stored either.
 constexpr const char* kRulesOfPoses = "rules/poses/";
 
 void eraseSection(const std::string& section, ParamTree& tree) {

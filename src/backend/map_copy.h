@@ -1,4 +1,4 @@
-/// Copying a map to and from its contents: the order of its voxels and colours.
+/// Helpers to copy a map to and from its contents: the order of its voxels and colours.
 #pragma once
 
 #include <vector>

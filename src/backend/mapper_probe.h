@@ -11,8 +11,8 @@ namespace dtsdf {
 /// A mapper with access to its internals. It can also be a tile of a larger map.
 class ProbedMapper : public Mapper {
  public:
-  /// Waits until the begun extraction has computed its meshes. On a GPU their copy to the host may
-  /// still be under way. finishMeshUpdate() does not need this.
+  /// Waits until the extraction under way has computed its meshes. On a GPU, the copy to the host
+  /// may still be under way. finishMeshUpdate() does not need this.
   virtual void waitForMeshes() = 0;
 
   /// Adds the time of each stage on the host to a profile until another or nullptr is given. For a
@@ -20,7 +20,7 @@ class ProbedMapper : public Mapper {
   virtual void profileTo(Profile* profile) = 0;
 
   /// Takes over contents. @pre The head was checked, and the map is empty.
-  /// @throws std::exception without memory; the mapper is unusable then.
+  /// @throws std::exception if memory runs out; the mapper is then unusable.
   virtual void restore(const MapParts& parts) = 0;
 
   /// Restricts the map to an extent. Blocks outside are ignored, and do not count as refused.

@@ -14,7 +14,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 // Unknowns of the normal equations: a rotation about the camera, along the axes of the map, then a
-// translation in voxels. The sums are scaled to points of weight 1.
+// translation in voxels.
 
 /// Smallest residual assumed: the map's surfaces are not more exact, and a scene without noise
 /// would outweigh any prior.
@@ -97,8 +97,7 @@ float cutoffAt(int step, const AlignmentRules& rules) {
   return rules.cutoff + std::ldexp(rules.reach - rules.cutoff, -step);
 }
 
-/// Whether the steps have converged: this one moves points a few metres away far less than the
-/// map's error.
+/// Whether a step moves points a few metres away by far less than the map's error.
 bool isStill(const Vector6d& change) {
   constexpr double kStill_voxels = 1e-2, kStill_rad = 1e-4;
   return change.tail<3>().norm() < kStill_voxels && change.head<3>().norm() < kStill_rad;

@@ -7,17 +7,17 @@ namespace dtsdf {
 
 /// The stages of align(), integrate(), paint(), render() and a mesh update, in this order.
 enum class Stage {
-  kAlign,        ///< The pose at which the image fits the map.
-  kSense,        ///< Noise of the image, inverse depth and row fits, and how far rays are free.
-  kMakeSurfels,  ///< Which pixels are merged, column fits, and surfels.
+  kAlign,        ///< Alignment of an image.
+  kSense,        ///< Image noise, inverse depth, row fits and free depth.
+  kMakeSurfels,  ///< Merged pixels, column fits and surfels.
   kFindBlocks,   ///< Blocks that surfels touch, and which blocks and arrays the map lacks.
-  kSeeFree,      ///< Which cells of space the image sees through.
+  kSeeFree,      ///< Cells of space that the image sees through.
   kAdmit,        ///< New blocks and arrays, and their memory.
   kCast,         ///< Casting; also folding and clearing of the touched blocks.
   kClear,        ///< Clearing of other blocks in view, and dropping of distant blocks.
-  kPaint,        ///< A colour image onto the surfaces that it sees.
-  kRender,       ///< A view of the map from a pose.
-  kIndex,        ///< Which blocks to mesh again, and the marching cubes indices in them.
+  kPaint,        ///< Painting of a colour image.
+  kRender,       ///< A view of the map.
+  kIndex,        ///< Blocks to mesh again, and their marching cubes indices.
   kMake,         ///< Vertices and triangles.
   kReturn,       ///< Collecting the meshes that changed.
   kFindCells,    ///< Cells of space that the new meshes pass through.

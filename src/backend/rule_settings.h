@@ -39,7 +39,7 @@ inline SurfelSettings makeSurfelSettings(const MapperParams& params, const Surfe
 
 /// The rules, with the cap of evidence that follows from fusion/memory_frames.
 inline Rules withMemory(Rules rules, const MapperParams& params) {
-  constexpr int kFrames = 8;  // as long as drifting poses agree
+  constexpr int kFrames = 8;  // frames over which drifting poses agree
   const int frames = params.fusion.memory_frames > 0 ? params.fusion.memory_frames : kFrames;
   const int most = frames * rules.fusion.support_gain;
   rules.fusion.max_evidence = most < kMaxEvidence ? most : kMaxEvidence;

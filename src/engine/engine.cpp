@@ -296,7 +296,7 @@ Alignment Engine::align(const DepthFrame& frame, const PosePrior& prior) {
     applyPendingWork();
     const StageTimer timer(profile_, Stage::kAlign);
     backend_->takePoints(frame, makeFrameView(frame, voxel_size_m));
-    size_t left = 0;  // largest number of blocks left on disk, over the poses
+    size_t left = 0;  // largest number of blocks left on disk, over all poses
     const auto sums_at = [&](const FrameView& view, float cutoff) {
       if (pager_ && !pager_->isEmpty()) {
         left = std::max(left, require(backend_->alignedKeys(view, cutoff)));

@@ -66,7 +66,7 @@ class Engine : public ProbedMapper {
 
     /// Views that contain all blocks marked for meshing; none: marked blocks may be anywhere.
     std::optional<std::vector<FrameView>> changed_in{std::in_place};
-    std::vector<MarkedKey> waiting;        ///< Blocks left to the next part of an extraction.
+    std::vector<MarkedKey> waiting;        ///< Blocks left for the next part of an extraction.
     std::vector<MarkedKey> undone;         ///< Blocks to mesh again, once others are loaded.
     PackedKey next_turn = 0;               ///< First block of the next part.
     bool has_moved_in_background = false;  ///< Whether blocks moved since the last frame.

@@ -153,7 +153,7 @@ ClearedRegion Engine::clearRegion(const Region& region) {
   if (left == 0) return result;
   throw PartlyCleared("the region was only partly cleared: " + std::to_string(left) +
                       " blocks cannot be read from map/page_folder (" + stats_.pages.problem +
-                      "); mend this, then clear the region again");
+                      "); fix this, then clear the region again");
 }
 
 void Engine::clearSlots(const std::vector<int32_t>& slots, const RegionView& view,

@@ -1,4 +1,4 @@
-/// Extraction in parts, if the blocks that it needs do not fit into memory together.
+/// Extraction in parts, for maps whose marked blocks do not fit into memory together.
 #pragma once
 
 #include <algorithm>
@@ -10,11 +10,11 @@
 
 namespace dtsdf {
 
-/// How many blocks away a block may affect a mesh.
+/// A block affects meshes up to this many blocks away.
 constexpr int32_t kMeshReach = 2;
 
-/// Radius for mayBeInView(), in voxels. If a depth image changes a block, all blocks that its mesh
-/// depends on are in view with this radius.
+/// With this radius, in voxels, mayBeInView() accepts all blocks that the meshes of an image's
+/// changed blocks depend on.
 constexpr float kMeshedRadius = kFootRadius + 1.7321f * kMeshReach * kBlockSide;
 
 template <class T>

@@ -49,7 +49,7 @@ bool isMotion(const Eigen::Isometry3d& step, double max_depth_m) {
 /// How many frames ahead blocks are read, and the step between these frames.
 constexpr int kFramesAhead = 24, kFramesBetween = 3;
 
-/// Blocks are read ahead after one in this many frames, and after frames that moved blocks.
+/// Number of frames between reads ahead. Frames that moved blocks also start one.
 constexpr uint64_t kFramesBetweenReads = 3;
 
 /// Distance from the centre of a coarse cell's middle block to the cell's farthest corner, in
@@ -313,7 +313,7 @@ void Pager::noteFrame(const DepthFrame& frame, const FrameView& view, bool has_m
 }
 
 /// Blocks on disk in the coarse cells that the camera will see if its motion continues, in order of
-/// need; possibly more than can be loaded. Notes that these cells are needed in memory, too.
+/// need; possibly more than can be loaded. Such cells in memory are noted as needed.
 std::vector<PackedKey> Pager::keysAhead(DepthFrame ahead) {
   const size_t most =
       spareBytes(budget_bytes_) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);

@@ -103,7 +103,7 @@ class Pager {
   /// Empty meshes for the blocks dropped or lost since the last call.
   MeshUpdate takeDropped();
 
-  /// Adds the blocks on disk to those of contents, by key.
+  /// Adds the blocks on disk to the contents, and sorts all blocks by key.
   void addBlocksTo(MapContents& contents) const;
 
   /// Copies the voxels and colours of the contents' blocks from memory and disk. Damaged blocks are

@@ -212,7 +212,7 @@ std::vector<int32_t> BlockTable::takeVacant() {
   std::vector<int32_t> slots;
   vacant_.insert(vacant_.end(), unmeshed_.begin(), unmeshed_.end());
   for (const int32_t slot : vacant_) {
-    // A block that has arrays again is returned once it loses them again.
+    // A block that has arrays again is returned when it next loses them.
     blocks_[slot].is_vacant = blocks_[slot].in_use && !hasArrays(slot);
     if (blocks_[slot].is_vacant) slots.push_back(slot);
   }

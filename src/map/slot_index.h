@@ -66,7 +66,8 @@ class SlotIndex {
   }
 
  private:
-  /// Binary logarithm of the blocks along each edge of a cube. A surface meets about 75 of them.
+  /// Binary logarithm of the blocks along each edge of a cube. A surface meets about 75 blocks of
+  /// it.
   static constexpr int kSideLog2 = 3;
   static constexpr size_t kBlocksPerCube = size_t{1} << 3 * kSideLog2;
 

@@ -42,7 +42,7 @@ constexpr double kMaxCell = static_cast<double>(kMaxBlockCoordinate) * kCubeSide
 
 double between(double low, double high, double share) { return low + share * (high - low); }
 
-/// Squared distances of the cells `low` + (i & 1, i >> 1 & 1, i >> 2), most often in one sector.
+/// Squared distances of the cells `low` + (i & 1, i >> 1 & 1, i >> 2), usually in one sector.
 void findSquares(const DistanceSectors& sectors, const Vec3i& low, int (&squared)[8]) {
   const PackedKey key = packKey(sectorOfCell(low));
   const auto place = sectors.find(key);

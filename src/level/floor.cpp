@@ -24,9 +24,9 @@ constexpr double kFarBelow = 3.0;    // smallest distance of these below the flo
 constexpr double kMinWidth_m = 0.3;  // smallest width of 80 % of its points, in any direction
 constexpr int kWidths = 18;          // directions in which that width is measured
 /// If a tenth of the points below the camera are on the floor, only one search in 3000 never draws
-/// three of these.
+/// three floor points.
 constexpr int kDraws = 8000;
-constexpr double kMinArea_m2 = 0.01;  // area of the parallelogram of three points
+constexpr double kMinArea_m2 = 0.01;  // smallest parallelogram of three drawn points
 constexpr unsigned kSeed = 1;
 constexpr size_t kScored = 2000;  // points used to score a drawn plane
 constexpr int kRounds = 8;        // rounds of the refinement
@@ -128,7 +128,7 @@ std::vector<Point> some(const std::vector<Point>& points, size_t most) {
   return chosen;
 }
 
-/// Best plane through three of the candidates, scored by all points.
+/// Best plane through three of the candidates, scored by at most kScored points.
 std::optional<FloorPlane> drawPlane(const std::vector<Point>& candidates,
                                     const std::vector<Point>& points, const Vector3d& up) {
   const std::vector<Point> scored = some(points, kScored);

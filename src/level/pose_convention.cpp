@@ -24,13 +24,13 @@ constexpr int kPairs = 8, kMajority = 7;
 
 constexpr const char* kDoubts[] = {
     "",
-    "the poses seem to be those of the camera's body: its x axis points forward, but z must; use "
-    "poses of the optical frame (change the driver, set input/camera_frame, or run reconstruct "
-    "with --pose-convention body), then clear the map",
-    "the poses seem to be those of OpenGL, with y up and z backwards: multiply each from the right "
-    "by "
+    "the poses seem to be those of the camera's body (x forward), not of its optical frame (z "
+    "forward); use poses of the optical frame (change the driver, set input/camera_frame, or run "
+    "reconstruct with --pose-convention body), then clear the map",
+    "the poses seem to be those of OpenGL (y up, z backwards); multiply each from the right by "
     "diag(1, -1, -1, 1), or run reconstruct with --pose-convention opengl",
-    "the poses seem to be from the map to the camera: invert each, or run reconstruct with "
+    "the poses seem to be inverted, from the map to the camera; invert each, or run reconstruct "
+    "with "
     "--pose-convention inverted"};
 
 /// Transform from the optical frame's axes to those of the poses' convention.

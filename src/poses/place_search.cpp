@@ -482,7 +482,7 @@ float CoarseMap::castRay(const Vector3f& from, const Vector3f& way, Octaves& see
   return 0.0f;
 }
 
-/// The view from a standpoint. @return false if it sees hardly anything, or mostly the backs of
+/// The view from a standpoint. @return false if it shows hardly anything, or mostly the backs of
 /// surfaces, as from outside a building.
 bool CoarseMap::look(const Vector3f& from, std::array<Octaves, kRays>& view) const {
   static const std::vector<Vector3f> ways = [] {
@@ -490,7 +490,7 @@ bool CoarseMap::look(const Vector3f& from, std::array<Octaves, kRays>& view) con
     for (int i = 0; i < kRays; ++i) all[static_cast<size_t>(i)] = directionOfRay(i);
     return all;
   }();
-  constexpr size_t kParts = 7;  // a few rays all around first rule out most standpoints
+  constexpr size_t kParts = 7;  // the first part, spread all around, rules out most standpoints
   static_assert(kRays % kParts == 0, "");
   size_t seen = 0, backs = 0;
   for (size_t part = 0; part < kParts; ++part) {

@@ -92,7 +92,8 @@ void PoseTracker::setPose(const Isometry3d& T_W_C) {
   lost_since_s_.reset();
 }
 
-/// The step from `near_T_W_C` to the found pose is not a motion, so the stamp is infinitely old.
+/// The step from `near_T_W_C` to the found pose is not a motion: an infinitely old stamp prevents
+/// extrapolation.
 void PoseTracker::seek(const Isometry3d& near_T_W_C, double stamp_s) {
   given_T_W_C_.reset();
   before_.reset();
@@ -216,8 +217,8 @@ void PoseTracker::lose(double stamp_s) {
   searched_map_s_.reset();
 }
 
-/// Extrapolates the motion; over a gap of more than one image, no farther than an alignment
-/// reaches.
+/// Extrapolates the motion. After a gap of more than one image, a motion beyond the reach of an
+/// alignment is not extrapolated.
 Isometry3d PoseTracker::predict(double stamp_s) const {
   if (!before_) return last_->T_W_C;
   const double between_s = last_->stamp_s - before_->stamp_s, ahead_s = stamp_s - last_->stamp_s;

@@ -1,4 +1,4 @@
-/// A file that is either written whole or not at all: a failed save leaves the old file as it was.
+/// A file that is written completely or not at all: if a save fails, the old file is unchanged.
 #pragma once
 
 #include <cstddef>
@@ -6,14 +6,14 @@
 
 namespace dtsdf {
 
-/// Checks, before long work, that a file can be written. Creates missing folders; refuses a target
-/// that exists and is not a regular file.
+/// Checks that a file can be written; call it before a long computation. Creates missing folders;
+/// refuses a target that exists and is not a regular file.
 /// @throws std::runtime_error that names the path and says what to do.
 void prepareOutputFile(const std::string& path);
 
-/// Writes to a hidden file next to the target; commit() renames it into place. Without commit() the
-/// hidden file is removed, unless the process is killed. Every error is a std::runtime_error that
-/// names the path and says what to do.
+/// Writes to a hidden file next to the target; commit() renames it into place. Without commit(),
+/// the destructor removes the hidden file. Every error is a std::runtime_error that names the path
+/// and says what to do.
 class AtomicFile {
  public:
   /// Creates missing folders and opens the hidden file.
@@ -35,7 +35,7 @@ class AtomicFile {
 
   std::string path_;
   std::string temporary_path_;
-  std::string buffer_;  ///< Joins small writes, to save system calls.
+  std::string buffer_;  ///< Collects small writes.
   int descriptor_ = -1;
 };
 

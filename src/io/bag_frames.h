@@ -1,6 +1,5 @@
-/// Depth frames and colour images of a ROS bag, as FrameSource and ColourSource. This header needs
-/// no ROS: the implementation (target dtsdf_bag, under src/ros/bag) exists only in a build with
-/// ROS.
+/// Depth frames and colour images of a ROS bag, as FrameSource and ColourSource. The implementation
+/// is in src/ros/bag; in builds without ROS, src/tools/no_bag.cpp stands in for it.
 #pragma once
 
 #include <memory>
@@ -20,7 +19,7 @@ struct BagOptions : RecordingOptions {
   std::string mask_topic;         ///< Masks with the depth images' stamps; empty: none.
   std::string colour_topic;       ///< Empty: the bag's only topic with colour images.
   std::string colour_info_topic;  ///< Empty: camera_info next to the colour topic.
-  std::string tf_topic;           ///< Empty: /tf. Static ones: the same plus _static.
+  std::string tf_topic;           ///< Empty: /tf. Static transforms: its name plus _static.
   std::string imu_topic;          ///< Empty: the bag's only topic of type sensor_msgs/Imu.
   std::string map_frame = "map";  ///< Frame W.
   InputParams input;              ///< Camera frame, camera_info, units, rectification.
@@ -32,14 +31,14 @@ std::unique_ptr<FrameSource> openBagFrames(const BagOptions& options);
 
 /// Opens a bag's colour images, sorted by stamp, each with the pose of its own frame at its own
 /// stamp.
-/// @return null if no topic is named and the bag has no colour images, or those of several cameras.
+/// @return null if no topic is named and the bag has no topic with colour images, or several.
 /// @throws std::runtime_error if the bag cannot be read or does not have the named topic.
 std::unique_ptr<ColourSource> openBagColours(const BagOptions& options);
 
-/// The up direction in the map frame, a unit vector, from the first second in which the bag's IMU
-/// is still and has a transform to the map frame.
-/// @throws std::runtime_error if there is no such second, or if the bag has several IMUs and none
-/// is named.
+/// Finds the up direction in the map frame, a unit vector, from the first second in which the bag's
+/// IMU is at rest and has a transform to the map frame.
+/// @throws std::runtime_error if there is no such second, if the bag has several IMUs and none is
+/// named, or with poses from a file.
 Eigen::Vector3d findUpInBag(const BagOptions& options);
 
 }  // namespace dtsdf

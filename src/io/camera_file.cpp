@@ -26,7 +26,7 @@ int readSize(const YAML::Node& root, const std::string& key, const std::string& 
   return size;
 }
 
-/// Reads fx, fy, cx and cy, which are at the same rows and columns of both matrices, row-major.
+/// Reads fx, fy, cx and cy from a row-major matrix of 3 x 3 or 3 x 4 numbers.
 Intrinsics readMatrix(const YAML::Node& root, const std::string& key, size_t columns,
                       const std::string& path) {
   const YAML::Node data = root[key].IsMap() ? root[key]["data"] : YAML::Node();
@@ -37,7 +37,7 @@ Intrinsics readMatrix(const YAML::Node& root, const std::string& key, size_t col
     const YAML::Node node = data[row * columns + column];
     double number = 0.0;
     if (!node.IsScalar() || !parseNumber(node.Scalar(), number) || !std::isfinite(number)) {
-      throwBad(path, key + "/data contains something that is not a number");
+      throwBad(path, key + "/data must contain numbers only");
     }
     return static_cast<float>(number);
   };
@@ -99,17 +99,17 @@ std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_n
 
 namespace {
 
-/// Trackers write single-precision decimals, and their rotations drift slightly from orthonormal.
+/// Trackers write rotations that are rounded and not quite orthonormal.
 constexpr double kRotationTolerance = 0.01;
 
-/// Recognises "-inf", "nan" and Windows' "1.#INF".
+/// Recognises "-inf", "nan" and Windows' "1.#INF" and "1.#IND".
 bool isNonFiniteWord(const std::string& text) {
   const std::string word = inLowerCase(text);
   return word.find("inf") != std::string::npos || word.find("nan") != std::string::npos ||
          word.find(".#ind") != std::string::npos;
 }
 
-/// NaN for infinity and NaN; none for a word that is not a number.
+/// Infinity becomes NaN; a word that is not a number gives none.
 std::optional<double> parseElement(const std::string& word) {
   double number = 0.0;
   if (parseNumber(word, number) && std::isfinite(number)) return number;

@@ -1,5 +1,5 @@
 /// Reads cameras and poses from text files: camera_info.yaml as camera_calibration writes it, and
-/// matrices, which many recordings have.
+/// matrices.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,12 +12,12 @@
 
 namespace dtsdf {
 
-/// Camera of rectified images. A default one is not empty but RenderCamera's, so functions return
-/// none (std::optional) where there is no camera.
+/// Camera of rectified images. A default-constructed one is a valid camera, so functions return
+/// std::nullopt if there is none.
 using CameraInfo = RenderCamera;
 
 /// Reads size and intrinsics from projection_matrix, which describes the rectified image, or else
-/// from camera_matrix. Distortion is ignored: depth images are rectified.
+/// from camera_matrix. Ignores distortion: images are assumed to be rectified.
 /// @throws std::runtime_error with the file and the key that is missing or wrong.
 CameraInfo loadCameraInfo(const std::string& path);
 
@@ -28,8 +28,8 @@ CameraInfo colourCameraOf(const std::filesystem::path& folder, const CameraInfo&
 /// The text of a camera_info.yaml.
 std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_name);
 
-/// Parses rows x columns numbers, row by row. Infinity and NaN, which trackers write where they
-/// lost the camera, become NaN.
+/// Parses rows x columns numbers, row by row. Infinity becomes NaN; trackers write either where
+/// they lost the camera.
 /// @throws std::runtime_error that begins with `place`, if a word is not a number or their count is
 /// wrong.
 Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int columns,
@@ -40,11 +40,13 @@ Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int
 Eigen::MatrixXd readMatrixFile(const std::string& path, int rows, int columns,
                                const std::string& advice);
 
-/// The pose in a 4 x 4 matrix; none if it is not a rigid motion, as where tracking was lost.
+/// The pose in a 4 x 4 matrix; none if it is not a rigid motion, for example where tracking was
+/// lost.
 std::optional<Eigen::Isometry3d> rigidMotion(const Eigen::Matrix4d& matrix);
 
 /// The camera of an intrinsic matrix, which begins with fx 0 cx, 0 fy cy.
-/// @throws std::runtime_error that begins with `place`, if it is not one.
+/// @throws std::runtime_error that begins with `place`, if a number is not finite or a focal length
+/// not above 0.
 CameraInfo cameraOfMatrix(const Eigen::MatrixXd& matrix, int width, int height,
                           const std::string& place);
 

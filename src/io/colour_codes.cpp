@@ -14,7 +14,7 @@
 namespace dtsdf {
 namespace {
 
-/// An image without pixels, once its size is checked. @throws std::runtime_error
+/// Checks the size. @return an image of this size, still without pixels. @throws std::runtime_error
 RgbImage emptyImage(size_t width, size_t height, const std::string& name) {
   if (width > 0 && height > 0 && width <= static_cast<size_t>(kMaxPixels) / height) {
     return {static_cast<int>(width), static_cast<int>(height), {}};

@@ -1,5 +1,4 @@
-/// Decodes PNG and JPEG colour images and encodes PNGs, with libpng and TurboJPEG only, so that the
-/// programs need no larger image library.
+/// Decodes PNG and JPEG colour images, and encodes PNGs.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +10,7 @@
 namespace dtsdf {
 
 /// Recognises the format by the first bytes. Converts grey to RGB and 16 bits to 8, and drops
-/// transparency. `name` stands for the image in error texts.
+/// transparency. `name` is the image's name in error texts.
 /// @throws std::runtime_error if it is damaged, of another format, or has too many pixels.
 RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name);
 

@@ -18,7 +18,7 @@ std::string inWords(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
-/// Checks the header; `name` stands for the image in error texts. @return its size, without pixels.
+/// Checks the header; `name` is the image's name in error texts. @return its size, without pixels.
 /// @throws std::runtime_error
 DepthImage readHeader(const PngReader& png, const std::string& name) {
   if (!png.isPng()) {
@@ -81,7 +81,7 @@ std::string encodeDepthPng(const DepthImage& image) {
 
 namespace {
 
-/// Decodes a zigzag number to a difference of pixels, modulo 2^16.
+/// Decodes the difference between two pixels, modulo 2^16.
 uint16_t decodeZigzag(uint32_t zigzag) {
   return static_cast<uint16_t>((zigzag >> 1) ^ (0u - (zigzag & 1u)));
 }
@@ -95,7 +95,7 @@ std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels
     uint32_t number = 0;
     for (int shift = 0; shift < 32; shift += 3) {
       if (next_group == groups) throw std::runtime_error("the RVL data end before the image does");
-      // The highest byte of a little-endian word is its last one.
+      // Words are little-endian: the last byte is the highest.
       const size_t in_word = next_group % 8;
       const uint8_t byte = data[4 * (next_group / 8) + 3 - in_word / 2];
       const uint32_t group = in_word % 2 == 0 ? byte >> 4 : byte & 15u;
@@ -126,7 +126,8 @@ namespace {
 
 const std::string kTransport = "compressedDepth";
 
-/// The parts of "16UC1; compressedDepth png". Older senders omit " png", or all after the encoding.
+/// The parts of "16UC1; compressedDepth png". Older senders omit " png", or everything after
+/// "16UC1".
 struct Format {
   std::string encoding;
   std::string code;  ///< Empty, "png", "rvl" or unknown.
@@ -164,8 +165,8 @@ bool isRvl(const Format& format) {
 DepthImage decodeRvlImage(ByteReader& in) {
   const auto columns = in.take<uint32_t>(), rows = in.take<uint32_t>();
   if (columns == 0 || rows == 0 || columns > kMaxPixels || rows > kMaxPixels / columns) {
-    throw std::runtime_error("compressed depth of " + std::to_string(columns) + " x " +
-                             std::to_string(rows) + " pixels");
+    throw std::runtime_error("compressed depth has " + std::to_string(columns) + " x " +
+                             std::to_string(rows) + " pixels: none, or more than are supported");
   }
   return {static_cast<int>(columns), static_cast<int>(rows),
           decodeRvl(in.takeBytes(0), in.left(), size_t{columns} * rows)};
@@ -178,7 +179,7 @@ std::vector<uint8_t> bytesOf(const std::vector<Pixel>& pixels) {
   return bytes;
 }
 
-/// The transport sends scale / depth + offset, rounded down, and 0 where nothing is measured.
+/// Inverts the transport's code: scale / depth + offset, rounded down; 0 where nothing is measured.
 std::vector<float> depthsOfInverse(const std::vector<uint16_t>& inverse, float scale,
                                    float offset) {
   std::vector<float> depths_m;
@@ -219,10 +220,10 @@ Raster<uint8_t> decodeCompressedDepth(const std::string& text, const std::vector
   const bool is_rvl = isRvl(format);
   constexpr size_t kHeaderBytes = 12, kRvlHeaderBytes = 20;
   if (data.size() < (is_rvl ? kRvlHeaderBytes : kHeaderBytes)) {
-    throw std::runtime_error("compressed depth without its header");
+    throw std::runtime_error("compressed depth is shorter than its header");
   }
   ByteReader in(data);
-  in.take<uint32_t>();  // the transport's format code, always the same
+  in.take<uint32_t>();  // the transport's format code, which is always the same
   const auto scale = in.take<float>(), offset = in.take<float>();
   const DepthImage image = is_rvl ? decodeRvlImage(in) : decodeDepthPng(in.takeBytes(0), in.left());
   return {image.width, image.height,

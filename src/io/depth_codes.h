@@ -1,5 +1,4 @@
-/// Codecs for depth images: PNG, RVL and image_transport's compressedDepth. They need libpng only,
-/// so that the programs depend on no larger image library and no plugin.
+/// Codecs for depth images: PNG, RVL and image_transport's compressedDepth.
 #pragma once
 
 #include <cstddef>
@@ -17,10 +16,11 @@ namespace dtsdf {
 std::vector<uint16_t> readDepthPng(const std::string& path, int width, int height);
 
 /// Reads the size of a depth image file, without its pixels.
-/// @throws std::runtime_error that names the file, if it is missing, damaged or not 16-bit grey.
+/// @throws std::runtime_error that names the file, if it is missing, damaged, not 16-bit grey, or
+/// has too many pixels.
 DepthImage readDepthPngSize(const std::string& path);
 
-/// Decodes a depth image from memory. Checks the size in its header before allocating memory.
+/// Decodes a PNG in memory. Checks the size in its header before allocating memory for pixels.
 /// @throws std::runtime_error if it is damaged, not 16-bit grey, or has too many pixels.
 DepthImage decodeDepthPng(const uint8_t* data, size_t bytes);
 
@@ -49,8 +49,8 @@ std::string encodingOfCompressedDepth(const std::string& format);
 /// Largest number of pixels that a depth or colour image may have.
 size_t maxImagePixels();
 
-/// Decodes a message: 16-bit depth exactly, 32-bit depth from the inverse depths to which the
-/// transport rounds it. Allocates memory for at most kMaxPixels.
+/// Decodes a message: 16-bit depth exactly, 32-bit depth as the transport has rounded its inverse.
+/// Allocates memory for at most maxImagePixels().
 /// @return the pixels as bytes in native order, in the encoding of encodingOfCompressedDepth().
 /// @throws std::runtime_error that says what is wrong with the message.
 Raster<uint8_t> decodeCompressedDepth(const std::string& format, const std::vector<uint8_t>& data);

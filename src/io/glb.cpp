@@ -37,8 +37,8 @@ std::pair<Vec3f, Vec3f> boundsOf(const Mesh& mesh) {
   return {low, high};
 }
 
-/// The point to which positions in the file are relative, as an offset from the mesh's own origin;
-/// in whole metres, so that it is exact in any program.
+/// The origin of positions in the file, relative to the mesh's own origin: near the mesh's middle,
+/// and in whole metres, which floats hold exactly.
 Vec3f originOf(const Mesh& mesh) {
   const auto [low, high] = boundsOf(mesh);
   const Vec3f middle = 0.5f * low + 0.5f * high;
@@ -109,7 +109,7 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
        {"mode", 4}});
   document["materials"] = json::array({matteMaterial()});
   json& positions = addVectors(vertices, 3, document);
-  // Subtracting `origin` rounds, but keeps the order of values, so these bound what is written.
+  // Subtracting `origin` rounds, but keeps the order of values, so the bounds are exact.
   const auto [low, high] = boundsOf(mesh);
   positions["min"] = toJson(low - origin);
   positions["max"] = toJson(high - origin);
@@ -141,7 +141,7 @@ std::array<float, 256> linearLight() {
   return table;
 }
 
-/// Writes all that precedes the buffer, which has this many bytes.
+/// Writes everything before the buffer, which has `bytes` bytes.
 void beginGlb(const std::string& text, uint64_t bytes, AtomicFile& file) {
   put(file, kGlbMagic);
   put(file, kGlbVersion);
@@ -181,8 +181,8 @@ void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
 
 namespace {
 
-/// The JSON text, for a buffer with the positions, normals and texture coordinates of corners, page
-/// by page, and then the images. Sets `bytes` to the size of the buffer.
+/// The JSON text. The buffer has, page by page, the positions, normals and texture coordinates of
+/// the corners, then the images. Sets `bytes` to its size.
 std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t& bytes) {
   json document = documentOf(textured.mesh, origin);
   json& primitives = document["meshes"][0]["primitives"];

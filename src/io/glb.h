@@ -16,8 +16,8 @@ uint64_t maxGlbBytes(uint64_t vertices, uint64_t triangles);
 constexpr uint64_t kMaxGlbBytes = 0xffffffffu;
 
 /// Writes a mesh with normals and linear colours. The map frame has z up, glTF has y up: the root
-/// node rotates the mesh. Its child node holds the mesh's origin, to which positions are relative,
-/// so that a map far from the origin of its frame stays precise in programs that use floats.
+/// node rotates the mesh. Its child node has an origin near the mesh as translation, so that
+/// positions stay precise as floats, however far the mesh is from the origin of the map frame.
 /// @pre maxGlbBytes() is at most kMaxGlbBytes; the mesh is not empty.
 void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file);
 

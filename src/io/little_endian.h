@@ -1,4 +1,4 @@
-/// Reads and writes numbers in files, which are little-endian, as in memory.
+/// Reads and writes numbers in little-endian files, on little-endian machines only.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ Number numberOf(const uint8_t* bytes) {
   return number;
 }
 
-/// Writes a number, or the three of a vector; `File` has write(data, bytes).
+/// Writes a number, or the three of a vector. `File` has write(data, bytes).
 template <class File, class Number>
 void put(File& file, Number number) {
   static_assert(std::is_arithmetic_v<Number>);

@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Rising ranges of numbers, with first and last included.
+/// Ranges of numbers in ascending order; first and last are included.
 using IndexRanges = std::vector<std::pair<uint64_t, uint64_t>>;
 
 struct MapBox {
@@ -20,7 +20,7 @@ struct MapBox {
                                   ///< a block of the larger map; by frameNumber().
 };
 
-/// The content of its record, for reading and writing.
+/// Reads or writes the content of the record `BOX `.
 template <class Io>
 void fields(Io& io, MapBox& box) {
   io(box.first, box.last, box.recordings);
@@ -34,12 +34,12 @@ void fields(Io& io, MapBox& box) {
   }
 }
 
-/// The number of a frame, from its index in the recording that is read last.
+/// The number of a frame, from its index in the newest recording.
 inline uint64_t frameNumber(const MapBox& box, uint64_t index) {
   return ((box.recordings - 1) << 40) + index;
 }
 
-/// Appends a number that is above all in `ranges`.
+/// Appends a number larger than all in `ranges`.
 inline void appendIndex(uint64_t index, IndexRanges& ranges) {
   if (!ranges.empty() && index == ranges.back().second + 1) {
     ranges.back().second = index;

@@ -22,14 +22,14 @@ constexpr size_t kBlocksPerChunk = 256;
 size_t chunkCount(const std::vector<MapBlock>& blocks);
 std::vector<MapBlock> blocksOfChunk(const std::vector<MapBlock>& blocks, size_t chunk);
 
-/// Gives the voxels and colours of a chunk. Called from several threads but never at once, in
-/// roughly rising order.
+/// Returns the voxels and colours of a chunk. Called from several threads, by one at a time, in
+/// roughly ascending order of chunks.
 using ReadChunk = std::function<MapContents(size_t chunk)>;
 
-/// What a map's head says about its file: all but length and hash.
+/// The info of a map's head, without the length and hash of a file.
 MapInfo infoOf(const MapContents& head);
 
-/// Writes the records of a map; `read` gives its voxels and colours, `head` everything else.
+/// Writes the records of a map; `read` returns its voxels and colours, `head` has everything else.
 /// @throws std::runtime_error, before writing, if a reader would refuse the map.
 MapInfo writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& out, int threads = 0,
                  const MapBox* box = nullptr);
@@ -44,7 +44,8 @@ class MapChunks {
  public:
   /// @throws std::runtime_error as loadMap()
   explicit MapChunks(const std::string& path, size_t max_bytes = kNoMapLimit);
-  /// Limits the map to what a mapper with these settings may hold, in memory and on disk.
+  /// Opens a map for a mapper with these settings: it must fit into their limits of memory and
+  /// disk.
   MapChunks(const std::string& path, const MapperParams& params);
   /// Reads a map from the records of a file, from record `first` on.
   MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t max_bytes = kNoMapLimit);
@@ -55,8 +56,8 @@ class MapChunks {
   const MapContents& head() const { return head_; }
   const std::optional<MapBox>& box() const { return box_; }  ///< None: a whole map.
   const MapSize& size() const { return size_; }
-  uint64_t contentHash() const { return content_hash_; }  ///< The one in the file.
-  size_t endRecord() const { return end_ + 1; }           ///< The one after the map's last.
+  uint64_t contentHash() const { return content_hash_; }  ///< As stored in the file.
+  size_t endRecord() const { return end_ + 1; }           ///< Index of the record after it.
 
   /// The blocks of a chunk, their voxels and colours. @throws std::runtime_error for a damaged file
   MapContents part(size_t chunk) const;
@@ -96,10 +97,10 @@ class MapChunks {
   std::vector<Record> voxels_, colours_;  ///< Copies: a journal grows while its map is read.
 };
 
-/// The map of an open file in parts, which are its chunks and are read on demand.
+/// The map of an open file in parts: its chunks, which are read on demand.
 MapParts partsOf(std::shared_ptr<const MapChunks> file);
 
-/// A mapper's contents, with their origin, which the mapper does not know.
+/// A mapper's contents, completed by `origin`.
 MapContents contentsWith(const MapOrigin& origin, Mapper& mapper);
 
 /// Saves a mapper's map chunk by chunk.

@@ -10,7 +10,8 @@ namespace {
 constexpr const char* kBoundSettings[] = {"fusion/mode", "map/directional", "map/truncation_voxels",
                                           "map/voxel_size_m"};
 
-/// The shortest decimal that reads back as the same number, with a point, so that it is no integer.
+/// The shortest decimal that reads back as the same number, always with a point or an exponent, so
+/// that it does not read back as an integer.
 std::string textOf(double number) {
   std::string text;
   for (int digits = 6; digits <= 17; ++digits) {

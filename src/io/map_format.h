@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace map_format {
 
-/// Purpose in the head of a map file.
+/// Content code in the head of a map file.
 constexpr char kPurpose[] = "MAP ";
 
 /// Kinds of records, in file order.
@@ -20,14 +20,14 @@ constexpr char kSettings[] = "SETT", kFrame[] = "FRAM", kLevel[] = "LEVL", kBox[
                kState[] = "STAT", kBlocks[] = "BLKS", kColourIndex[] = "COLI", kFree[] = "FREE",
                kVoxels[] = "VOXL", kColours[] = "COLR", kEnd[] = "END ";
 
-/// Chunks in memory at once, with any number of cores.
+/// Limit of chunks in memory, with any number of threads.
 constexpr int kMaxChunksAtOnce = 4;
 
 constexpr size_t kArrayWords = 512, kBrickWords = 64;
 constexpr size_t kStateBytes = 40, kBlockBytes = 16, kEndBytes = 24;
 constexpr size_t kColourHeadBytes = 16, kBlockBricksBytes = 8;
 constexpr size_t kFreeHeadBytes = 8, kFreeRecordBytes = 80;
-/// Largest size of the settings, and of the frame's name, that is written or read, in bytes.
+/// Largest size of the settings, and of the frame's name, in bytes.
 constexpr uint64_t kMaxText = 1 << 20;
 /// Largest record of a box, in bytes.
 constexpr uint64_t kMaxBox = 1 << 28;
@@ -35,16 +35,16 @@ constexpr uint64_t kMaxBox = 1 << 28;
 /// The settings of a file: those of the map, and poses/... unless given poses were used unchanged.
 ParamTree settingsOfFile(const ParamTree& of_map, const PoseParams& poses);
 
-/// The poses/... among these settings. @throws ParamError if a value is invalid.
+/// Reads the settings poses/... @throws ParamError if a value is invalid.
 PoseParams posesOf(const ParamTree& settings);
 
 /// Settings as lines "key: value", sorted by key; parseYamlParams() reads them back unchanged.
 std::string settingsText(const ParamTree& settings);
 
-/// The settings that a map cannot change, as text for its content hash.
+/// The settings that a map is bound to, as text for its content hash.
 std::string boundSettingsText(const ParamTree& settings);
 
-// Contents of the small records, for reading and writing.
+// The content of the small records, to read or write.
 
 template <class Io, class Contents, class Size>
 void visitState(Io& io, Contents& contents, Size& size) {
@@ -75,7 +75,7 @@ void visitFree(Io& io, Contents& contents) {
   }
 }
 
-/// The bytes of a record whose content visit(io) visits.
+/// The bytes that visit(io) writes.
 template <class Visit>
 Bytes encoded(const Visit& visit) {
   ByteWriter out;

@@ -45,7 +45,7 @@ MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_
 
 void MapChunks::throwWrongSizes() const { file_->throwDamaged("its sizes are inconsistent"); }
 
-/// Reports errors in the contents as damage to the file.
+/// Reports errors in the contents as damage to the file, unless they name the file already.
 template <class Check>
 void MapChunks::reportingDamage(const Check& check) const {
   std::string problem;
@@ -68,7 +68,7 @@ void MapChunks::findRecords() {
     if (!isKnown(record) && !(record.flags & kMayBeSkipped)) {
       throw std::runtime_error("the map file '" + file_->path() + "' has a record " +
                                printable(record.name()) +
-                               " that this program does not know; use a newer program");
+                               " of an unknown kind; use a newer program");
     }
     if (record.is(kEnd)) return;
   }
@@ -83,7 +83,7 @@ void MapChunks::checkEnd() {
   content_hash_ = in.take<uint64_t>();
   for (size_t i = 0; i < chunks; ++i) sums_.push_back(in.take<uint64_t>());
   if (records != end_ - first_ || heads != file_->headHash(first_, end_)) {
-    file_->throwDamaged("its records are not those that were written");
+    file_->throwDamaged("its records do not match its end record");
   }
 }
 
@@ -123,7 +123,7 @@ void MapChunks::readSettings() {
 void MapChunks::readTables() {
   const Bytes state = file_->read(get(kState), kStateBytes);
   ByteReader in(state);
-  MapSize known;  // sizes before the blocks are read
+  MapSize known;  // sizes as the file states them
   visitState(in, head_, known);
   if (known.voxel_arrays > kMaxArrays || known.blocks > known.voxel_arrays) throwWrongSizes();
   checkRoom(known);
@@ -170,7 +170,7 @@ void MapChunks::readFree(MapSize known) {
 void MapChunks::checkRoom(const MapSize& taken) const {
   if (taken.bytes() <= max_bytes_) return;
   throw std::runtime_error("the map of '" + file_->path() + "' takes " +
-                           std::to_string((taken.bytes() >> 20) + 1) + " MiB, and " +
+                           std::to_string((taken.bytes() >> 20) + 1) + " MiB, but only " +
                            std::to_string(max_bytes_ >> 20) +
                            " MiB are allowed; raise map/max_memory_mb");
 }

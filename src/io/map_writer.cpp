@@ -1,4 +1,4 @@
-// Writes maps as records, in order; several threads compress voxels and colours.
+// Writes maps as records. Several threads compress voxels and colours.
 #include <algorithm>
 #include <mutex>
 #include <stdexcept>
@@ -30,7 +30,7 @@ using namespace map_format;
 
 Bytes bytesOf(const std::string& text) { return {text.begin(), text.end()}; }
 
-/// The settings of a file. @throws std::runtime_error if a reader would refuse them.
+/// The text of the settings. @throws std::runtime_error if a reader would refuse it.
 std::string checkedSettings(const MapContents& head) {
   const ParamTree settings = settingsOfFile(head.settings, head.poses);
   std::string text = settingsText(settings);
@@ -61,7 +61,7 @@ void putHead(const MapContents& head, const MapBox* box, const MapSize& size, Re
   if (head.cell_voxels != 0) out.put(kFree, kZstd, encodeFree(head));
 }
 
-/// A record, and the checksum of its content.
+/// An encoded record, and the checksum of its uncompressed content.
 using SummedRecord = std::pair<Bytes, uint64_t>;
 
 template <class Word>
@@ -78,7 +78,7 @@ PlainArray<Word> slice(const PlainArray<Word>& words, size_t first, size_t end) 
 }
 
 ReadChunk readerOf(const MapContents& contents) {
-  std::vector<size_t> voxel{0}, colour{0};  // where each chunk begins
+  std::vector<size_t> voxel{0}, colour{0};  // first word of each chunk
   for (size_t i = 0; i < chunkCount(contents.blocks); ++i) {
     const MapSize size = sizeOf(blocksOfChunk(contents.blocks, i));
     voxel.push_back(voxel.back() + size.voxel_arrays * kArrayWords);
@@ -176,7 +176,7 @@ MapContents contentsWith(const MapOrigin& origin, Mapper& mapper) {
 }
 
 MapInfo saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
-  for (;;) {  // retries without blocks that turn out to be damaged
+  for (;;) {  // until no block on disk turns out to be damaged
     const uint64_t lost = mapper.stats().pages.lost;
     const MapContents outline = outlineWith(origin, mapper);
     const MapInfo saved = saveMapInChunks(outline, readerOf(mapper, outline), path);

@@ -53,7 +53,7 @@ void writeTexturedFaces(const TexturedMesh& textured, std::ostream& out, const F
 void writeObj(const Mesh& mesh, MeshColour colour, AtomicFile& file,
               const TexturedMesh* textured = nullptr, const std::string& material = {}) {
   std::ostringstream out;
-  out.imbue(std::locale::classic());  // a host program's locale may write commas
+  out.imbue(std::locale::classic());  // the locale may have decimal commas
   constexpr int kDigits = std::numeric_limits<float>::max_digits10;
   out.precision(kDigits);
   const auto hand_over = [&] {
@@ -99,7 +99,7 @@ Vec3f triangleNormal(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   return length > 0.0f ? (1.0f / length) * n : Vec3f{0.0f, 0.0f, 0.0f};
 }
 
-/// A position in the map frame as floats, which .stl stores.
+/// A position in the map frame, rounded to the floats of .stl.
 Vec3f inFloats(const std::array<double, 3>& p_W) {
   return {static_cast<float>(p_W[0]), static_cast<float>(p_W[1]), static_cast<float>(p_W[2])};
 }
@@ -132,7 +132,7 @@ void checkSize(const Mesh& mesh, const std::string& format, const std::string& p
 
 }  // namespace
 
-/// Readers of .ply take indices as signed 32-bit numbers.
+/// Many readers of .ply take indices as signed 32-bit numbers.
 void checkMeshSize(uint64_t vertices, uint64_t triangles, const std::string& path) {
   constexpr uint64_t kMaxCount = std::numeric_limits<int32_t>::max();
   if (triangles == 0) {
@@ -160,7 +160,7 @@ std::string meshFormatOf(const std::string& path) {
 std::string lossInFormat(const Mesh& mesh, const std::string& path) {
   if (!isFarFromOrigin(mesh) || meshFormatOf(path) != ".stl") return "";
   return "positions in .stl files are floats, which are coarse this far from the map's origin; "
-         ".ply has doubles";
+         ".ply stores doubles";
 }
 
 void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path) {

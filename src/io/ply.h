@@ -1,4 +1,4 @@
-/// Writes .ply files with normals and colours, for whole meshes and meshes in pieces.
+/// Writes .ply files with normals and colours, whole or piece by piece.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ inline std::string plyHeader(size_t vertices, size_t triangles, bool far) {
   return header + "property list uchar int vertex_indices\nend_header\n";
 }
 
-/// Checks that a mesh is not empty and fits into the formats.
+/// Checks that a mesh is not empty and has fewer than 2^31 vertices and triangles.
 /// @throws std::runtime_error that names the path and says what to do.
 void checkMeshSize(uint64_t vertices, uint64_t triangles, const std::string& path);
 

@@ -11,8 +11,8 @@
 
 namespace dtsdf {
 
-/// The critical chunks of a PNG: with gAMA or sRGB, libpng would convert the values. Keeps what is
-/// not a chunk, so that libpng refuses it.
+/// Drops the ancillary chunks of a PNG, since libpng would convert the values by gAMA or sRGB.
+/// Keeps what is not a valid chunk, for libpng to refuse.
 inline std::string criticalChunks(const uint8_t* data, size_t bytes) {
   constexpr size_t kSignatureBytes = 8, kEmptyChunkBytes = 12;
   constexpr uint8_t kAncillary = 0x20;  // a bit in the first letter of a chunk's type
@@ -45,7 +45,7 @@ class PngReader {
   size_t width() const { return png_.width; }
   size_t height() const { return png_.height; }
   bool is16BitGrey() const { return png_.format == PNG_FORMAT_LINEAR_Y; }
-  /// Holds for any colour type. @pre isPng()
+  /// Works for any colour type. @pre isPng()
   bool isInterlaced16Bit() const {
     constexpr size_t kBitDepthAt = 24, kInterlaceAt = 28;
     return file_[kBitDepthAt] == 16 && file_[kInterlaceAt] != 0;

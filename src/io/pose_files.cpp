@@ -36,7 +36,7 @@ void add(const std::string& path, const Pose& pose, NamedPoses& named) {
 NamedPoses posesOfColmap(const std::vector<ListLine>& lines) {
   NamedPoses named;
   for (const ListLine& line : lines) {
-    if (line.words.size() != 10) continue;  // a line of image points, in threes
+    if (line.words.size() != 10) continue;  // image points: x, y, id of each
     double v[8];
     for (size_t i = 1; i < 8; ++i) v[i] = numberAt(line, i);
     const Pose T_C_W = poseOf({v[5], v[6], v[7]}, {v[1], v[2], v[3], v[4]});
@@ -64,8 +64,8 @@ NamedPoses posesOfTransforms(const std::string& path) {
   return named;
 }
 
-/// The matrices of a list: 12 or 16 numbers on one line, or four lines each, preceded by a line of
-/// three numbers in Open3D's trajectory.log.
+/// Parses a list of matrices: 12 or 16 numbers per line, or four lines of four numbers each. In
+/// Open3D's trajectory.log, a line of three numbers precedes each matrix.
 std::vector<Pose> posesInOrder(const std::vector<ListLine>& lines) {
   const size_t first = lines.front().words.size();
   const size_t in_line = first == 3 ? 4 : first;
@@ -164,7 +164,7 @@ std::optional<double> numberAtEnd(const std::string& path) {
   size_t begin = name.size();
   while (begin > 0 && std::isdigit(static_cast<unsigned char>(name[begin - 1])) != 0) --begin;
   double number = 0.0;
-  if (parseNumber(name, number)) return number;  // a stamp with a decimal point
+  if (parseNumber(name, number)) return number;  // the whole name, such as a stamp
   return parseNumber(name.substr(begin), number) ? std::optional<double>(number) : std::nullopt;
 }
 

@@ -8,7 +8,7 @@ namespace dtsdf {
 
 template <class Value>
 struct Raster {
-  int width = 0, height = 0;  ///< In pixels, which may have several values each.
+  int width = 0, height = 0;  ///< In pixels; a pixel may have several values.
   std::vector<Value> values;
 };
 

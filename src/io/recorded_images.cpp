@@ -15,7 +15,7 @@
 namespace dtsdf {
 namespace {
 
-/// Reverses the rows of an image, which have `row` values each.
+/// Reverses the order of the rows of an image, which have `row` values each.
 template <class Value>
 void flipRows(std::vector<Value>& values, size_t row) {
   const auto length = static_cast<std::ptrdiff_t>(row);
@@ -26,7 +26,7 @@ void flipRows(std::vector<Value>& values, size_t row) {
   }
 }
 
-/// Intrinsics of the flipped image, for a camera whose y axis points up.
+/// Intrinsics of the flipped image of a camera whose y axis points up.
 Intrinsics flippedIntrinsics(const Intrinsics& K, int height) {
   return {K.fx, -K.fy, K.cx, static_cast<float>(height - 1) - K.cy};
 }
@@ -83,7 +83,7 @@ class RecordedSource : public ImageSource<Image> {
   /// Prefix of the reasons in skipped().
   const std::string kind_ = kIsColour ? "colour images: " : "";
 
-  /// Why an image is skipped before it is decoded; empty: it is not.
+  /// Why an image is skipped before it is decoded; empty if it is not.
   std::string skipReason(size_t index) const {
     if (!recorded_.camera) return recorded_.missing_camera;
     if (!recorded_.images[index].T_W_C) return recorded_.images[index].missing;

@@ -1,5 +1,4 @@
-/// Depth and colour images in files, each with its pose, as FrameSource and ColourSource. All
-/// folder layouts use these.
+/// Depth and colour images in files, each with its pose, as FrameSource and ColourSource.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -21,9 +20,9 @@ namespace dtsdf {
 struct RecordedImages {
   std::vector<StampedImage> images;  ///< Empty if the recording has none.
   /// Camera of all images. A negative fy means that its y axis points up: images and principal
-  /// point are flipped vertically, which leaves every 3D point in place.
+  /// point are flipped vertically, and 3D points do not change.
   std::optional<CameraInfo> camera = std::nullopt;
-  std::string missing_camera = {};  ///< Why the camera is missing; a reason to skip images.
+  std::string missing_camera = {};  ///< Why there is no camera, so that images are skipped.
   double units_per_metre = 0.0;     ///< Depth units per metre.
 };
 
@@ -32,26 +31,25 @@ std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
                                                 const RecordingOptions& options);
 
 /// Colour images sorted by stamp, decoded one by one. Images without a pose or a file, or not of
-/// the camera's size, are skipped and counted, since the map does without them; a damaged file is
-/// an error, unless skip_bad.
+/// the camera's size, are skipped and counted. A damaged file is an error, unless skip_bad.
 std::unique_ptr<ColourSource> openRecordedColours(RecordedImages images,
                                                   const RecordingOptions& options);
 
-/// Finds the poses of images by stamp. If there are none, `missing` of the first image says how the
-/// stamps differ.
+/// Finds the poses of images by stamp. If no image has one, `missing` of the first image says how
+/// the stamps differ.
 void findPosesNear(const Trajectory& trajectory, double tolerance_s,
                    std::vector<StampedImage>& images);
 
-/// Checks that any of a recording's images is selected; an explicit list may select none.
+/// Checks that the selection is not empty, unless it is a list of images.
 /// @throws std::runtime_error with the number of images.
 inline void checkSelection(const FrameSelection& selection, size_t total) {
   if (selection.listed != nullptr || total == 0 || selection.countIn(total) > 0) return;
-  throw std::runtime_error("none of the depth images is selected: there are " +
-                           std::to_string(total) + ", 0 to " + std::to_string(total - 1) +
-                           "; give a range of these with --frames");
+  throw std::runtime_error("--frames selects none of the depth images: there are " +
+                           std::to_string(total) + ", numbered 0 to " + std::to_string(total - 1) +
+                           "; give a range of these");
 }
 
-/// Whether the options select the image at a place of its kind.
+/// Whether the options select an image, by its place among the depth or the colour images.
 inline bool isSelected(const RecordingOptions& options, bool is_colour, size_t place) {
   if (!is_colour) return options.selection.contains(place);
   const auto& listed = options.listed_colours;

@@ -82,7 +82,7 @@ bool isReadable(const StampedImage& image) try {
   return false;
 }
 
-/// The camera that the options or the folder's files give; none if it is the format's usual one.
+/// The camera from the options or the folder's files; none if it is the format's usual one.
 std::optional<CameraInfo> givenCamera(const RecordingOptions& options, const FolderFormat& format,
                                       std::vector<StampedImage> images) {
   if (options.skip_bad) {  // the camera's size may come from the first image

@@ -19,9 +19,9 @@ namespace dtsdf {
 namespace {
 
 constexpr char kMagic[] = "DTSDFREC";
-/// Higher levels gain nothing on voxels: docs/results/performance.md.
+/// Of zstd; docs/results/performance.md has sizes and times.
 constexpr int kCompressionLevel = 1;
-/// Highest ratio of zstd: four bytes for 128 KiB.
+/// Highest ratio of zstd: 128 KiB from four bytes.
 constexpr uint64_t kMaxCompression = 32768;
 
 Bytes compressed(const void* content, size_t bytes) {
@@ -196,7 +196,7 @@ void RecordFile::unpack(const Record& record, const Bytes& stored, void* content
   }
 }
 
-/// Checks sizes before memory is allocated.
+/// Checks sizes before allocating memory.
 void RecordFile::read(const Record& record, void* content, uint64_t bytes) const {
   if (record.flags & kZstd ? bytes / kMaxCompression > record.stored_bytes
                            : bytes != record.stored_bytes) {
@@ -217,7 +217,7 @@ Bytes RecordFile::readAny(const Record& record, uint64_t most) const {
   const Bytes stored = readStored(record);
   uint64_t bytes = stored.size();
   if (record.flags & kZstd) {
-    bytes = ZSTD_getFrameContentSize(stored.data(), stored.size());  // error codes exceed any limit
+    bytes = ZSTD_getFrameContentSize(stored.data(), stored.size());  // an error exceeds any limit
   }
   if (bytes > most) throwWrongSize(record);
   Bytes content(bytes);
@@ -236,7 +236,7 @@ uint64_t RecordFile::headHash(size_t first, size_t end) const {
 
 void RecordFile::throwDamaged(const std::string& how) const {
   throw std::runtime_error("the " + what_ + " '" + printable(path_) + "' is damaged (" + how +
-                           "); use a copy of it, or save it again");
+                           "); restore a copy, or save it again");
 }
 
 void RecordFile::throwCannotRead(int error_number) const {

@@ -18,7 +18,7 @@
 
 namespace dtsdf {
 
-/// The checksum of all files: XXH64.
+/// XXH64, the checksum in all files.
 uint64_t hashOf(const void* data, size_t bytes, uint64_t seed = 0);
 
 template <class Io>
@@ -29,7 +29,7 @@ template <class Io>
 void fields(Io& io, Eigen::Vector3d& v) {
   io(v.x(), v.y(), v.z());
 }
-/// The first three rows of a pose: kPoseBytes.
+/// The first three rows of a pose, kPoseBytes in all.
 template <class Io>
 void fields(Io& io, Eigen::Isometry3d& pose) {
   for (int row = 0; row < 3; ++row) {
@@ -41,7 +41,7 @@ constexpr size_t kPoseBytes = 96;
 
 constexpr size_t kFileHeadBytes = 16, kRecordHeadBytes = 24;
 constexpr uint32_t kRecordVersion = 1;
-/// Limit of the records in a file, which are listed in memory.
+/// Limit of records in a file, since all are listed in memory.
 constexpr size_t kMaxRecords = 1 << 22;
 
 /// Flags of a record.
@@ -60,16 +60,16 @@ struct Record {
   std::string name() const { return {kind.begin(), kind.end()}; }
 };
 
-/// Checksum of an uncompressed content, seeded by the kind. Content hashes are made of these.
+/// Checksum of uncompressed content, with the kind as seed. Content hashes are made of these.
 uint64_t checksumOf(const char* kind, const void* content, size_t bytes);
 
-/// The head of a file with this purpose, which is four letters.
+/// The head of a file. `purpose` is its content code of four letters.
 Bytes fileHead(const char* purpose);
 
-/// A record with its head, from bytes that are stored as they are.
+/// A record with its head, from bytes that are stored unchanged.
 Bytes encodeStored(const char* kind, uint32_t flags, const void* stored, size_t bytes);
 
-/// A record with its head, from a content that is compressed if `flags` say so.
+/// A record with its head. With kZstd in `flags`, the content is compressed.
 /// @throws std::runtime_error if it cannot be compressed.
 Bytes encodeRecord(const char* kind, uint32_t flags, const void* content, size_t bytes);
 
@@ -94,7 +94,7 @@ class RecordWriter {
   uint64_t records_ = 0, bytes_ = 0;
 };
 
-/// An open file of records, which are located by their heads.
+/// An open file of records. Their heads are in memory; contents are read on demand.
 class RecordFile {
  public:
   /// @param what Name in error texts, such as "map file".
@@ -104,7 +104,7 @@ class RecordFile {
   RecordFile(const RecordFile&) = delete;
   RecordFile& operator=(const RecordFile&) = delete;
 
-  /// Whether a file is regular and has this purpose. Never blocks on a pipe.
+  /// Whether a file is regular and has this purpose and version. Never blocks on a pipe.
   static bool hasPurpose(const std::string& path, const char* purpose);
 
   const std::string& path() const { return path_; }

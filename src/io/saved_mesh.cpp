@@ -16,8 +16,8 @@
 namespace dtsdf {
 namespace {
 
-/// What a mesh is missing, in words; empty: nothing. @param before Blocks that were missing
-/// already.
+/// What a mesh is missing, in words; empty: nothing. @param before meshes.missed() before the mesh
+/// was read.
 /// @throws std::runtime_error if the disk cannot be read, which may be temporary.
 std::string describeMissing(PagedMeshes& meshes, uint64_t before) {
   if (meshes.missed() == before) return "";
@@ -38,8 +38,8 @@ std::vector<PackedKey> blocksIn(const BoxRegion& region, const PagedMeshes& mesh
   return keys;
 }
 
-/// Saves the same file as for a whole mesh, in three passes over the blocks: one to count, since
-/// the header holds the counts, one for vertices and one for triangles.
+/// Saves the same file as saveMesh(), in three passes over the blocks: to count for the header, to
+/// write vertices, and to write triangles.
 SavedMesh saveInPieces(PagedMeshes& meshes, MeshColour colour, const std::string& path) {
   const uint64_t missed = meshes.missed();
   size_t vertices = 0, triangles = 0;
@@ -90,7 +90,7 @@ SavedMesh savePagedMesh(PagedMeshes& meshes, MeshColour colour, const std::strin
   SimplifiedMesh saved{assemble(meshes, region, lack)};
   if (region && saved.mesh.triangles.empty() && meshes.triangleCount() > 0) {
     throw std::runtime_error(
-        "no triangle lies wholly in the region, in map frame coordinates; nothing was saved");
+        "no triangle lies wholly in the region, so nothing was saved; give it in the map frame");
   }
   const size_t joined = saved.mesh.triangles.size();
   if (simplify_error_m != 0.0) {

@@ -1,5 +1,5 @@
-/// Saves the mesh of a map, whole or in part, simplified or not. A mesh that is partly on disk is
-/// loaded as a whole only if necessary.
+/// Saves the mesh of a map, whole or in part, simplified or not. If it is partly on disk and saved
+/// whole as .ply, it is never in memory as a whole.
 #pragma once
 
 #include <cstddef>
@@ -17,14 +17,14 @@ namespace dtsdf {
 struct SavedMesh {
   size_t vertices = 0, triangles = 0;
   double error_m = 0.0;         ///< Error of a simplified mesh.
-  std::string loss;             ///< What the file is missing, in words; empty: nothing.
+  std::string loss;             ///< What the file lacks, in words; empty: nothing.
   size_t joined_triangles = 0;  ///< Triangles before simplification.
 };
 
-/// Saves the mesh without damaged blocks, but saves nothing if the disk cannot be read. With a
-/// region, only triangles wholly inside. An error of 0 means no simplification.
-/// @throws std::exception as saveMesh() and simplifyMesh(), if the region is empty, or if the disk
-/// cannot be read.
+/// Saves the mesh, without blocks that are damaged on disk. With a region, saves only triangles
+/// wholly inside. An error of 0 means no simplification.
+/// @throws std::exception as saveMesh() and simplifyMesh(), if no triangle lies in the region, or
+/// if the disk cannot be read.
 SavedMesh savePagedMesh(PagedMeshes& meshes, MeshColour colour, const std::string& path,
                         const std::optional<BoxRegion>& region = std::nullopt,
                         double simplify_error_m = 0.0, const SimplifyProgress& progress = nullptr);

@@ -1,4 +1,4 @@
-/// Reads small text files, their words and numbers.
+/// Reads files into memory, and splits text files into words and numbers.
 #pragma once
 
 #include <string>

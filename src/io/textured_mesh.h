@@ -10,10 +10,10 @@
 
 namespace dtsdf {
 
-/// The texture of some triangles of a mesh.
+/// A texture image and the triangles that use it.
 struct TexturePage {
-  size_t triangles;  ///< Their number; they follow those of the page before.
-  std::string png;   ///< Its PNG file.
+  size_t triangles;  ///< Their number; they follow those of the previous page.
+  std::string png;   ///< Content of its PNG file.
 };
 
 /// Texture coordinates: shares of a page's width from the left and of its height from the top.

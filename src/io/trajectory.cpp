@@ -12,8 +12,7 @@
 namespace dtsdf {
 namespace {
 
-/// Added to tolerances: as doubles, today's stamps in seconds are only a quarter of a microsecond
-/// precise.
+/// Added to tolerances: in doubles, today's stamps are rounded to a quarter of a microsecond.
 constexpr double kStampResolution_s = 1e-6;
 
 }  // namespace

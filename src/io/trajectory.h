@@ -1,6 +1,5 @@
-/// Poses over time, the rule by which an image gets its pose, and files in the format of the TUM
-/// RGB-D benchmark: a line `stamp tx ty tz qx qy qz qw` per pose, camera to world, in seconds and
-/// metres.
+/// Poses over time, their interpolation, and files in the format of the TUM RGB-D benchmark: a line
+/// `stamp tx ty tz qx qy qz qw` per pose, camera to world, in seconds and metres.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -40,11 +39,10 @@ std::string noPoseWithin(double tolerance_s);
 /// malformed.
 Trajectory readTrajectory(const std::string& path, const std::string& advice);
 
-/// A stamp as text in a list: with six decimals if these are exact, otherwise with nine.
+/// A stamp as text: with six decimals if it reads back unchanged, otherwise with nine.
 std::string stampOfList(double stamp_s);
 
-/// Writes poses in order, so that they are read back unchanged. @throws std::runtime_error as
-/// AtomicFile does.
+/// Writes poses in the order given. @throws std::runtime_error as AtomicFile does.
 void saveTrajectory(const std::vector<StampedPose>& poses, const std::string& path);
 
 }  // namespace dtsdf

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 const char* const kAdvice = "a TUM folder has depth.txt, groundtruth.txt and camera_info.yaml";
 
-/// The benchmark's depth images are registered to colour by the driver but not rectified. The
+/// The driver registered the benchmark's depth images to colour but did not rectify them. The
 /// benchmark recommends the driver's default intrinsics, without undistortion, for all its cameras
 /// (cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats).
 const CameraInfo kFreiburgCamera{640, 480, {525.0f, 525.0f, 319.5f, 239.5f}};
@@ -108,7 +108,7 @@ RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camer
 
 /// The TUM RGB-D benchmark (cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats): depth.txt and
 /// groundtruth.txt with stamps of one clock, 16-bit depth in 1/5000 m, registered to colour, and
-/// rgb.txt. Folders whose depth is not registered have the colour camera in colour_info.yaml.
+/// rgb.txt. If depth is not registered, the colour camera is in colour_info.yaml.
 FolderFormat tumFormat() {
   return {"tum",       "depth.txt, or associations.txt with groundtruth.txt",
           isTumFolder, readTumDepthList,

@@ -22,11 +22,11 @@ struct StampedImage {
 // Lines that begin with # are comments. These functions throw std::runtime_error with file and line
 // for a missing file or a malformed line.
 
-/// Whether a folder has depth.txt; or associations.txt with groundtruth.txt or camera_info.yaml,
-/// which ORB-SLAM's users have but ICL-NUIM has not.
+/// Whether a folder has depth.txt, or associations.txt together with groundtruth.txt or
+/// camera_info.yaml. ICL-NUIM has associations.txt too, but neither of these.
 bool isTumFolder(const std::filesystem::path& folder);
-/// The images in associations.txt whose paths begin with `kind`; at least one. Lines are such as "0
-/// depth/0.png 0 rgb/0.png", in either order.
+/// The images in associations.txt whose paths begin with `kind`. A line is "0 depth/0.png 0
+/// rgb/0.png", with depth or colour first. @throws std::runtime_error if there are none.
 std::vector<StampedImage> readAssociations(const std::filesystem::path& folder,
                                            const std::string& kind);
 

@@ -18,7 +18,7 @@ class WrappedImages : public ImageSource<Image> {
  public:
   using Next = std::function<std::optional<Image>(ImageSource<Image>&)>;
 
-  /// @param next Gives the next image, from the source or elsewhere.
+  /// @param next Returns the next image, from the source or elsewhere.
   WrappedImages(std::unique_ptr<ImageSource<Image>> source, Next next)
       : source_(std::move(source)), next_(std::move(next)) {}
 
@@ -45,10 +45,10 @@ std::unique_ptr<ImageSource<Image>> changed(std::unique_ptr<ImageSource<Image>> 
       });
 }
 
-/// The frames of a source, each decoded on a thread of its own while the one before is used. An
-/// error of the source is thrown by next() after the frames that precede it, and from then on.
-/// @pre skipped() and problems() are called only after next() has returned nothing; before, the
-/// thread may be changing them.
+/// Decodes each frame of a source on another thread while the previous one is used. An error of the
+/// source is thrown when its frame is due, and by every later next().
+/// @pre skipped() and problems() are called only after next() has returned nothing; until then the
+/// other thread may change them.
 inline std::unique_ptr<FrameSource> readAhead(std::unique_ptr<FrameSource> source) {
   return std::make_unique<WrappedImages<SourceFrame>>(
       std::move(source),

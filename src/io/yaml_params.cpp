@@ -38,19 +38,19 @@ ParamValue valueOf(const YAML::Node& scalar) {
   return valueOfPlainText(scalar.Scalar());
 }
 
-/// A list of strings, the only kind of list in settings.
+/// Reads a list of strings, the only kind of list in settings.
 ParamValue namesOf(const YAML::Node& sequence, const std::string& key, const std::string& name) {
   std::vector<std::string> names;
   for (const YAML::Node& item : sequence) {
     if (!item.IsScalar() || !std::holds_alternative<std::string>(valueOf(item))) {
-      throwAt(name, item.Mark(), key + ": a list may contain names only");
+      throwAt(name, item.Mark(), key + ": a list must contain names only");
     }
     names.push_back(item.Scalar());
   }
   return names;
 }
 
-/// More than settings have; stops nodes that refer to themselves.
+/// More levels than settings have: stops at nodes that contain themselves.
 constexpr std::ptrdiff_t kMaxLevels = 8;
 
 /// Adds the contents of a node under `prefix` ("" or "section/").

@@ -1,4 +1,4 @@
-/// Parses YAML with one document, as settings need it.
+/// Parses YAML texts of one document.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -7,9 +7,8 @@
 
 namespace dtsdf {
 
-/// Like YAML::Load, but refuses a text with several documents, of which YAML::Load silently ignores
-/// all but the first.
-/// @throws YAML::Exception with the place and what to do.
+/// Like YAML::Load(), but refuses several documents, where YAML::Load() ignores all but the first.
+/// @throws YAML::Exception
 YAML::Node loadYaml(const std::string& text);
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// Folder layouts in which recordings are published: the interface of a layout, and their table.
+/// Layouts of recordings in folders.
 #pragma once
 
 #include <filesystem>
@@ -9,22 +9,23 @@
 
 namespace dtsdf {
 
-/// A folder layout. Its functions are called in this order, for a folder of this layout. They throw
-/// std::runtime_error with file and line if something is missing or malformed.
+/// A folder layout. Its functions throw std::runtime_error with file and line if something is
+/// missing or malformed.
 struct FolderFormat {
   const char* name;   ///< Name for --format.
   const char* marks;  ///< Files that identify such a folder, in words.
 
-  bool (*isIn)(const std::filesystem::path& folder);  ///< Null: listDepth() finds an image.
+  /// Whether a folder has this layout. Null: it has if listDepth() finds an image.
+  bool (*isIn)(const std::filesystem::path& folder);
 
   /// Lists all depth images. In a layout without stamps, an image's number is its stamp.
   std::vector<StampedImage> (*listDepth)(const std::filesystem::path& folder);
 
-  /// Finds the poses of depth or colour images. Layouts that match by stamp use the tolerance.
+  /// Finds the poses of depth or colour images. The tolerance is for layouts that match by stamp.
   void (*findPoses)(const std::filesystem::path& folder, double tolerance_s,
                     std::vector<StampedImage>& images);
 
-  /// Reads the camera from the folder's files; none if it is the usual one. Null: it always is.
+  /// Reads the camera from the folder's files. Null, or none returned: `usual_camera`.
   std::optional<CameraInfo> (*readCamera)(const std::filesystem::path& folder,
                                           const std::vector<StampedImage>& images);
 
@@ -34,9 +35,9 @@ struct FolderFormat {
                                 const CameraInfo& depth_camera);
 
   double units_per_metre = 1000.0;  ///< Depth units per metre.
-  /// Reads the depth units from a folder's files; null if the layout does not store them.
+  /// Reads the depth units from the folder's files; null: always `units_per_metre`.
   double (*unitsOf)(const std::filesystem::path& folder) = nullptr;
-  /// Camera of recordings that do not store theirs.
+  /// Camera of recordings that do not state theirs.
   std::optional<CameraInfo> usual_camera = std::nullopt;
 };
 

@@ -1,4 +1,4 @@
-/// Lists files with numbers in their names, as the images of most layouts have.
+/// Lists files by the numbers in their names.
 #pragma once
 
 #include <filesystem>
@@ -11,8 +11,8 @@
 
 namespace dtsdf {
 
-/// The files of a folder to whose names `stampOf` gives a stamp, sorted by it. Empty if the folder
-/// does not exist.
+/// The files for whose names `stampOf` returns a stamp, sorted by stamp. Empty if the folder does
+/// not exist.
 std::vector<StampedImage> listFiles(
     const std::filesystem::path& folder,
     const std::function<std::optional<double>(const std::filesystem::path&)>& stampOf);

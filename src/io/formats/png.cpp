@@ -1,6 +1,6 @@
 // A user's own images: 16-bit PNGs in millimetres, in depth/ or in the folder itself, sorted by the
-// number at the end of their names. Poses are in one of the files in kPoses, the camera in one of
-// those that readCamera() reads, and colour images in a folder next to depth/.
+// number at the end of their names. Poses are in the first of kPoses that exists, the camera in one
+// of three files (readCamera()), and colour images in a subfolder such as color/.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -29,8 +29,8 @@ std::vector<StampedImage> imagesIn(const fs::path& folder,
     });
     return is_image ? std::optional(numberAtEnd(name).value_or(-1.0)) : std::nullopt;
   });
-  // As soon as one name has no number, all images are renumbered: those without come first, in the
-  // order of their names, then the others by number.
+  // If a name has no number, all images are renumbered: those without a number come first, by name,
+  // then the others by number.
   const bool lacks_numbers = !images.empty() && images.front().stamp_s < 0.0;
   for (size_t i = 0; lacks_numbers && i < images.size(); ++i) {
     images[i].stamp_s = static_cast<double>(i);
@@ -50,10 +50,11 @@ void findPoses(const fs::path& folder, double tolerance_s, std::vector<StampedIm
   }
   throw std::runtime_error("'" + folder.string() + "' has no poses, such as poses.txt or " +
                            kPoses[2] +
-                           "; give them with --poses, or do without: --poses-mode track");
+                           "; give them with --poses, or track the camera with --poses-mode track");
 }
 
-/// Reads transforms.json, whose principal point is relative to the corner of the first pixel.
+/// Reads transforms.json. Its principal point is relative to the corner of the first pixel, ours to
+/// the centre.
 std::optional<CameraInfo> cameraOfTransforms(const std::string& path, const DepthImage& size) try {
   const nlohmann::json root = readJsonFile(path, "the camera is expected there");
   for (const char* const list : {"depth_frames", "frames", ""}) {

@@ -6,12 +6,12 @@
 // one set of intrinsics is published for all. tsdf-fusion (github.com/andyzeng/tsdf-fusion-python)
 // uses this layout with other cameras and a 3 x 3 camera-intrinsics.txt next to the images. Colour
 // is in frame-NUMBER.color.png or .jpg. In 7-Scenes it is not registered to depth, and its camera
-// is not published; the depth camera is used, which is nearly right.
+// is not published; the depth camera's intrinsics and pose are used, which are nearly right.
 //
-// ScanNet, as exported by the reader of its .sens files (github.com/ScanNet/ScanNet, SensReader):
+// ScanNet, as exported by its SensReader (github.com/ScanNet/ScanNet):
 // depth/NUMBER.png, pose/NUMBER.txt (all -inf where tracking was lost), and a 4 x 4
-// intrinsic/intrinsic_depth.txt. Numbers have no leading zeros. Colour is in color/NUMBER.jpg, from
-// a camera at the same place with another lens: intrinsic/intrinsic_color.txt.
+// intrinsic/intrinsic_depth.txt. Numbers have no leading zeros. Colour is in color/NUMBER.jpg, with
+// the pose of depth and its own intrinsics, intrinsic/intrinsic_color.txt.
 #include <utility>
 
 #include "io/camera_file.h"
@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 const CameraInfo kKinect{640, 480, {585.0f, 585.0f, 320.0f, 240.0f}};
 const std::string kPrefix = "frame-";
 
-/// @param fileOf Gives the path of an image's pose file.
+/// @param fileOf Returns the path of an image's pose file.
 template <class FileOf>
 void readPoses(const FileOf& fileOf, std::vector<StampedImage>& images) {
   for (StampedImage& image : images) {

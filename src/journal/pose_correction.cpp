@@ -32,8 +32,8 @@ bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
          (a.linear() - b.linear()).norm() <= PoseCorrection::kMin;
 }
 
-/// Sorts poses by stamp. @throws std::runtime_error if poses differ at one stamp, as in a path
-/// whose poses all have the stamp of its publication.
+/// Sorts poses by stamp. @throws std::runtime_error if different poses have the same stamp, as in a
+/// path whose poses all have the stamp of its publication.
 Trajectory sortedByStamp(std::vector<StampedPose> poses) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; });
@@ -53,8 +53,9 @@ bool hasPoseOf(const StampedPose& image, const std::vector<StampedPose>& correct
   return next != corrected.end() && next->stamp_s <= image.stamp_s + PoseCorrection::kSameStamp_s;
 }
 
-/// The camera's pose at the stamp of a corrected pose, interpolated between its images; none beyond
-/// them or in a gap.
+/// The camera's fused pose at the stamp of a corrected pose: that of the image with this stamp, or
+/// else interpolated between the images before and after it. None if there is only one of them, if
+/// they are too far apart, or if one has a corrected pose itself.
 std::optional<Eigen::Isometry3d> poseAt(double stamp_s, const std::vector<StampedPose>& fused,
                                         const std::vector<StampedPose>& corrected) {
   const auto after = std::lower_bound(fused.begin(), fused.end(), stamp_s, isBefore);
@@ -91,9 +92,10 @@ PoseCorrection::PoseCorrection(std::vector<StampedPose> corrected,
     anchors_.push_back({pose.stamp_s, *from, pose.T_W_C});
     const double distance_m = anchors_.back().distance_m();
     if (distance_m > kFarthest_m) {
-      throw std::runtime_error("the corrected pose at " + inSeconds(pose.stamp_s) + " is " +
-                               formatted("%.6g", distance_m) +
-                               " m from where its image was fused, which is not a correction");
+      throw std::runtime_error(
+          "the corrected pose at " + inSeconds(pose.stamp_s) + " is " +
+          formatted("%.6g", distance_m) +
+          " m from where its image was fused, too far for a correction; are both in one frame?");
     }
   }
   if (anchors_.empty()) {
@@ -115,7 +117,7 @@ void PoseCorrection::checkFrame() const {
   const auto [least, most] = std::minmax_element(anchors_.begin(), anchors_.end(), byAngle);
   if (least->angle_rad() <= kMaxOfAll_rad) return;
   throw std::runtime_error(formatted(
-      "every frame from %.3f s to %.3f s (%zu of them) would turn by more than a radian, that of "
+      "every image from %.3f s to %.3f s (%zu of them) would turn by more than a radian, that of "
       "%.3f s by %.3g: the corrected poses are in another frame than the map's",
       anchors_.front().stamp_s, anchors_.back().stamp_s, anchors_.size(), most->stamp_s,
       most->angle_rad()));
@@ -165,7 +167,7 @@ namespace {
 
 /// A motion is extrapolated for at most this many times its observed duration.
 constexpr double kFarthestAhead = 3.0;
-/// A jump counts as the correction if it differs from it by less than this share.
+/// A jump counts as the correction if their difference is below this share of the correction.
 constexpr double kSameJump = 1.0 / 3.0;
 /// Such a jump must exceed the uncertainty of the motion by this factor.
 constexpr double kMinJumpRatio = 2.0;
@@ -191,7 +193,7 @@ void GivenMotion::add(const StampedPose& given) {
 
 bool GivenMotion::adoptsCorrection(const Eigen::Isometry3d& T_W_S, const StampedPose& given) {
   const bool takes_over = isNewRecording(given) || isMovedBy(T_W_S, given);
-  if (takes_over) {  // keeps the jump out of the motion
+  if (takes_over) {  // so that the jump does not count as motion
     if (before_) before_->T_W_C = T_W_S * before_->T_W_C;
     if (newest_) newest_->T_W_C = T_W_S * newest_->T_W_C;
   }
@@ -199,13 +201,13 @@ bool GivenMotion::adoptsCorrection(const Eigen::Isometry3d& T_W_S, const Stamped
   return takes_over;
 }
 
-/// Number of steps to this stamp, each as long as the last one.
+/// Time until this stamp, as a multiple of the last interval between poses.
 double GivenMotion::stepsTo(double stamp_s) const {
   if (!before_ || newest_->stamp_s <= before_->stamp_s) return 0.0;
   return std::max(0.0, (stamp_s - newest_->stamp_s) / (newest_->stamp_s - before_->stamp_s));
 }
 
-/// Continues the last motion up to this stamp, but not beyond kFarthestAhead steps.
+/// Continues the last motion up to this stamp, for at most kFarthestAhead intervals.
 Eigen::Isometry3d GivenMotion::expectedAt(double stamp_s) const {
   const double steps = std::min(stepsTo(stamp_s), kFarthestAhead);
   if (steps == 0.0) return newest_->T_W_C;
@@ -217,8 +219,8 @@ Eigen::Isometry3d GivenMotion::expectedAt(double stamp_s) const {
   return newest_->T_W_C * motion;
 }
 
-/// How far the camera may be from the expected pose, given the unevenness of its motion and what it
-/// may have done in a gap.
+/// How far the camera may be from the expected pose: the unevenness of its motion, or more after a
+/// gap.
 double GivenMotion::uncertaintyAt(double stamp_s) const {
   const double unseen = stepsTo(stamp_s) - kFarthestAhead;
   if (unseen <= 0.0) return unevenness_;

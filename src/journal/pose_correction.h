@@ -1,4 +1,4 @@
-/// Corrected poses from SLAM: poses of some images correct all of them. Also decides whether the
+/// Corrects the poses of all images from a SLAM system's poses of some. Also decides whether the
 /// source of poses has adopted the correction.
 #pragma once
 
@@ -10,41 +10,40 @@
 
 namespace dtsdf {
 
-/// Corrected poses of a camera, and the poses at which its images were fused. An image keeps its
-/// odometry pose relative to corrected images: between two of them, it is interpolated between the
-/// poses that these give; before the first and after the last, only that one counts.
+/// A correction of a camera's poses. Images before the first and after the last corrected one keep
+/// their pose relative to it. Images between two corrected ones are interpolated between their
+/// poses relative to each.
 class PoseCorrection {
  public:
   /// Stamps closer than this belong to one image.
   static constexpr double kSameStamp_s = 1e-3;
-  /// A corrected pose without an image counts only between two images that are at most this far
-  /// apart and have no corrected pose themselves: the motion between images is a guess, which must
-  /// not move them.
+  /// A corrected pose without an image counts only if the images before and after it are at most
+  /// this far apart and have no corrected poses themselves, since it is compared with an
+  /// interpolated pose.
   static constexpr double kWidestGap_s = 0.25;
-  /// A larger correction is a mistake.
+  /// Larger corrections are refused as mistakes.
   static constexpr double kFarthest_m = 1000.0;
-  /// If all poses turn by more, they are in another frame.
+  /// If all poses turn by more, they are refused: they must be in another frame.
   static constexpr double kMaxOfAll_rad = 1.0;
-  /// A smaller change, in metres and radians, is rounding in a file; the image keeps its pose.
+  /// Smaller changes, in metres and radians, are ignored: they come from rounding in files.
   static constexpr double kMin = 1e-6;
 
-  /// @param fused The camera's images as they are in the map, with rising stamps.
-  /// @throws std::runtime_error if a pose is not a rigid motion or is farther from its image than
-  /// any drift, if all turn their images by more than a radian, if two differ at one stamp, or if
-  /// none belongs to an image.
+  /// @param fused Poses at which the camera's images were fused, sorted by stamp.
+  /// @throws std::runtime_error if a pose is not a rigid motion, a correction exceeds the limits
+  /// above, different poses have the same stamp, or no pose belongs to an image.
   PoseCorrection(std::vector<StampedPose> corrected, const std::vector<StampedPose>& fused);
 
-  /// The corrected pose of an image from this camera, or from one fixed to it; exactly `T_W_C` if
-  /// nothing changes.
+  /// The corrected pose of an image from this camera or one rigidly attached to it; exactly `T_W_C`
+  /// if the change is below kMin.
   Eigen::Isometry3d correct(double stamp_s, const Eigen::Isometry3d& T_W_C) const;
 
-  /// The corrected poses that belong to images: these alone give the same correction.
+  /// The corrected poses that count; these alone give the same correction.
   std::vector<StampedPose> used() const;
   /// The largest motion of a corrected pose, in metres or radians.
   double farthest() const;
   /// Stamp of the last corrected pose.
   double last_s() const { return anchors_.back().stamp_s; }
-  /// Moves the images after the last corrected pose: T_W_C becomes lastMotion() * T_W_C.
+  /// Correction of images after the last corrected pose: T_W_C becomes lastMotion() * T_W_C.
   Eigen::Isometry3d lastMotion() const {
     return anchors_.back().to * anchors_.back().from.inverse();
   }
@@ -52,7 +51,7 @@ class PoseCorrection {
  private:
   struct Anchor {
     double stamp_s;
-    Eigen::Isometry3d from, to;  ///< T_W_C of the image, as fused and corrected.
+    Eigen::Isometry3d from, to;  ///< T_W_C, as fused and as corrected.
     double distance_m() const { return (to.translation() - from.translation()).norm(); }
     double angle_rad() const;
   };
@@ -66,8 +65,8 @@ class PoseCorrection {
 /// Decides, from the newest poses given for a camera's images, whether the source of poses has
 /// adopted a correction: SLAM does, odometry never does.
 ///
-/// In doubt, the answer is no: SLAM soon corrects its poses again, but images that are wrongly no
-/// longer moved stay in the map next to those that were.
+/// In doubt, the answer is no: SLAM soon sends another correction, but images that wrongly keep
+/// their given poses stay in the map next to corrected ones.
 class GivenMotion {
  public:
   /// Stamps that go back by more than this begin a new recording.
@@ -75,8 +74,8 @@ class GivenMotion {
 
   void add(const StampedPose& given);
 
-  /// Adds a pose. @return whether its source has adopted the correction `T_W_S`: a new recording
-  /// begins, or the pose is moved by it.
+  /// Adds a pose. @return whether its source has adopted the correction `T_W_S`: the pose jumps by
+  /// it, or a new recording begins.
   bool adoptsCorrection(const Eigen::Isometry3d& T_W_S, const StampedPose& given);
 
   /// Whether the next pose continues the motion from the newest pose moved by `T_W_S`. False if the

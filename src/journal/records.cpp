@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-// Contents of the records, for reading and writing.
+// The content of each record, to read or write.
 
 template <class Io>
 void fields(Io& io, BoxRegion& box) {
@@ -50,7 +50,7 @@ void fields(Io& io, Correction& correction) {
 
 namespace {
 
-/// More bytes than any record has.
+/// Limit of the content of a record without pixels, in bytes.
 constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
 
 size_t bytesPerPixel(const DepthFrame& frame) {
@@ -61,8 +61,8 @@ size_t bytesPerPixel(const ColourFrame& frame) {
   return std::array<size_t, 5>{3, 3, 4, 4, 1}.at(static_cast<size_t>(frame.encoding));
 }
 
-/// Encodes an image's rows without padding, as differences between bytes one pixel apart, which
-/// zstd compresses well.
+/// Encodes an image's rows without padding: each byte minus that of the preceding pixel, which zstd
+/// compresses well.
 template <class Frame>
 Bytes encodePixels(const Frame& frame) {
   const size_t apart = bytesPerPixel(frame), row = apart * static_cast<size_t>(frame.width);

@@ -19,7 +19,7 @@
 namespace dtsdf {
 namespace journal {
 
-/// Purpose in the head of a journal, and the extension of its files.
+/// Content code in the head of a journal, and extension of its file.
 constexpr char kPurpose[] = "JRNL", kExtension[] = ".dtsdfj";
 
 /// Kinds of records; those of a map may follow kBegin.
@@ -29,33 +29,33 @@ constexpr char kBegin[] = "BEGN", kDepth[] = "DIMG", kColour[] = "CIMG", kPixels
 /// The beginning of a map, into which the following images are fused.
 struct Begin {
   ParamTree settings;       ///< Settings of the mapper.
-  PoseParams poses;         ///< How the poses of images were found.
+  PoseParams poses;         ///< Settings that poses were found with.
   std::string map_frame;    ///< Name of the frame that poses are given in.
   std::string level_frame;  ///< Name of the frame that the map is in; the same unless levelled.
-  bool has_map = false;     ///< Whether its records follow; else it is empty.
+  bool has_map = false;     ///< Whether the map's records follow; else it is empty.
 };
 
-/// An image that was fused or painted, at the pose of its frame.
+/// An image that was fused or painted, at the T_W_C of its frame.
 struct Image {
   double stamp_s = 0.0;
   uint32_t camera = 0;                                      ///< Index of the camera.
-  Eigen::Isometry3d T_W_G = Eigen::Isometry3d::Identity();  ///< The pose as given.
+  Eigen::Isometry3d T_W_G = Eigen::Isometry3d::Identity();  ///< The given pose.
   std::variant<DepthFrame, ColourFrame> frame;
   std::shared_ptr<const void> pixels;  ///< Owner of the frame's pixels.
 };
 
-/// From here on, the pose in the map frame of the frame in which poses are given.
+/// The level of the map from here on: T_W_M maps the frame M of the given poses to the map frame W.
 struct Level {
   Eigen::Isometry3d T_W_M;
 };
 
 /// Corrected poses of the first camera's images.
 struct Correction {
-  uint64_t before = 0;  ///< Records since kBegin when it arrived.
+  uint64_t before = 0;  ///< Number of records since kBegin when it arrived.
   std::vector<StampedPose> poses;
 };
 
-/// A change of the map; a Region was emptied.
+/// A change of the map; a Region was cleared.
 using Call = std::variant<Image, Region, Level, Correction>;
 
 /// Encodes records with their heads. An image is two records, the second with its pixels.
@@ -64,7 +64,7 @@ Bytes encode(const Call& call);
 
 // These read a record back. @throws std::exception if it is damaged or of another kind.
 Begin readBegin(const RecordFile& file, size_t record);
-/// @param with_pixels Whether an image's data are read too, from the record that follows.
+/// @param with_pixels Whether to read an image's pixels too, from the next record.
 Call readCall(const RecordFile& file, size_t record, bool with_pixels = true);
 
 }  // namespace journal

@@ -6,11 +6,11 @@
 namespace dtsdf {
 namespace {
 
-/// Calls between mesh updates, which leave less to do when the maps are swapped.
+/// Calls between mesh updates, so that little is left to do when the maps are swapped.
 constexpr size_t kCallsPerMesh = 64;
 /// Calls between measurements of memory, which have to wait for a GPU.
 constexpr size_t kCallsPerCheck = 8;
-/// The mesh of this few calls is left to the swap.
+/// After fewer calls, the mesh is updated only when the maps are swapped.
 constexpr size_t kFewCalls = 8;
 
 std::string inMb(size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }

@@ -12,27 +12,27 @@
 
 namespace dtsdf {
 
-/// Works in small steps, so that new images can go first.
+/// Works in small steps, so that new images can be fused in between.
 class Refusion {
  public:
   /// Opens the journal and creates the map at its beginning.
   /// @param run Gives backend and threads; all other settings are the journal's.
-  /// @throws std::runtime_error if the journal cannot be read, or refuses the correction.
+  /// @throws std::runtime_error if the journal cannot be read or the correction is invalid.
   Refusion(const std::string& path, const MapperParams& run, journal::Correction correction);
 
   const journal::Correction& correction() const { return correction_; }
   const CorrectionEffect& effect() const { return effect_; }
 
-  /// Repeats the next record of the journal, or reads what was appended to it.
+  /// Repeats the next record of the journal, or updates the mesh at its end.
   /// @param live_bytes Size of the live map; both maps must fit into map/max_memory_mb.
-  /// @return whether it did something; if not, it has caught up with the journal.
+  /// @return false if it has caught up with the journal, so that nothing was left to do.
   /// @throws std::runtime_error if there is too little memory, or the journal is damaged.
   bool step(size_t live_bytes);
 
   size_t fused() const { return fused_; }                 ///< Depth images fused.
   size_t total() const { return replay_.depthImages(); }  ///< Depth images in the journal so far.
-  size_t bytes() const { return bytes_; }                 ///< Size of the map, when last measured.
-  /// Records of the journal that are done, once step() has nothing left to do.
+  size_t bytes() const { return bytes_; }                 ///< Size of the map when last measured.
+  /// Records read from the journal; once step() returns false, all are repeated.
   uint64_t count() const { return replay_.count(); }
   /// The motion that corrects an image that is not in the journal yet.
   Eigen::Isometry3d motion() const { return replay_.motion(); }
@@ -52,7 +52,7 @@ class Refusion {
   journal::Correction correction_;
   CorrectionEffect effect_;
   std::unique_ptr<Mapper> mapper_;
-  MeshStore mesh_{1.0f};  ///< Used for its blocks only.
+  MeshStore mesh_{1.0f};  ///< Only its blocks are used, not its voxel size.
   size_t fused_ = 0, bytes_ = 0, calls_since_mesh_ = 0;
 };
 

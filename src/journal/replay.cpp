@@ -38,7 +38,7 @@ void JournalReplay::findBegin() {
     if (!records[at - 1].is(journal::kBegin)) continue;
     try {
       return takeBegin(at - 1);
-    } catch (const std::exception& error) {  // the process wrote only a part of this map
+    } catch (const std::exception& error) {  // this map is incomplete
       problem = errorText(error);
     }
   }
@@ -69,11 +69,11 @@ std::string JournalReplay::cutOff() const {
   uint64_t end = file_->end();
   if (next_record_ < records.size()) end = records[next_record_].offset - kRecordHeadBytes;
   if (end == file_->bytes()) return "";
-  return "the last " + std::to_string(file_->bytes() - end) + " bytes of '" +
-         printable(file_->path()) + "' are not a whole record and are left out";
+  return "the last " + std::to_string(file_->bytes() - end) + " bytes of the journal '" +
+         printable(file_->path()) + "' are not a complete record and are left out";
 }
 
-/// An image counts once its pixels are there; the last record may be incomplete.
+/// Adds an image only when its pixels are in the file. The last record may be incomplete.
 bool JournalReplay::readOn() {
   if (next_record_ >= file_->records().size() && !file_->readOn()) return false;
   const std::vector<Record>& records = file_->records();
@@ -108,15 +108,15 @@ void JournalReplay::add(size_t record) {
     depth_images_ += item.is_depth;
   } else if (const auto* const correction = std::get_if<journal::Correction>(&call)) {
     correct(*correction);
-    running_.reset();  // later images were fused with it
+    running_.reset();  // later images were fused at corrected poses
   } else if (const auto* const level = std::get_if<journal::Level>(&call)) {
     T_W_M_ = level->T_W_M;
   }
   items_.push_back(item);
 }
 
-/// Corrects an image using only the images before it, so that it gets the same pose whether it is
-/// in the journal when the correction arrives or is added later.
+/// Corrects an image from earlier images only, so that its pose does not depend on whether it was
+/// in the journal when the correction arrived.
 Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item) {
   const StampedPose given{item.stamp_s, item.T_W_C};
   const bool is_named = given.stamp_s <= running.poses.last_s();
@@ -129,7 +129,7 @@ Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item)
   return running.poses.correct(given.stamp_s, item.T_W_C);
 }
 
-/// Index of the first image of the last recording among the first `before` records.
+/// Index of the first image of the newest recording in the first `before` records.
 size_t JournalReplay::beginOfRecording(uint64_t before) const {
   size_t begin = 0;
   double newest_s = -HUGE_VAL;

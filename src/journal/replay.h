@@ -1,4 +1,4 @@
-/// Reads a journal, also while it is being written: the images that make up the map, each at its
+/// Reads a journal, also while it is being written: the images that were fused, each at its
 /// corrected pose, and the calls between them.
 #pragma once
 
@@ -26,11 +26,11 @@ struct CorrectionEffect {
   double farthest_m = 0.0, farthest_rad = 0.0;  ///< The largest motion.
 };
 
-/// Replays the newest map in a journal: everything since the map was last emptied or loaded. Not
+/// Replays the newest map in a journal: everything since the map was last cleared or loaded. Not
 /// thread safe.
 ///
-/// A correction moves the images that it has poses for, and those between; all others move with the
-/// first or the last of these. Images after the source of poses has adopted it do not move.
+/// A correction applies to the newest recording, as PoseCorrection describes. It ends with the
+/// image at which the source of poses has adopted it.
 class JournalReplay {
  public:
   /// Reads the journal without its pixels.
@@ -40,46 +40,45 @@ class JournalReplay {
   const journal::Begin& begin() const { return begin_; }
   /// The map into which the first image is fused; null: an empty one.
   std::shared_ptr<const MapChunks> map() const { return map_; }
-  /// The last known level of the map.
+  /// The newest level of the map; none: it is not levelled.
   const std::optional<Eigen::Isometry3d>& level() const { return T_W_M_; }
-  /// Which part of the file cannot be read, in words; empty if none.
+  /// Describes the incomplete end of the file, which is ignored; empty if it is complete.
   std::string cutOff() const;
 
   size_t depthImages() const { return depth_images_; }
-  /// Records of the map that were read so far.
+  /// Number of records read so far, since the beginning of the map.
   uint64_t count() const { return items_.size(); }
 
-  /// Corrects the images so far, and those read later, until this correction itself is read.
-  /// @throws std::runtime_error for an invalid correction; nothing has changed then.
+  /// Corrects the images so far, and those read later, up to the journal's next correction.
+  /// @throws std::runtime_error for an invalid correction; nothing is changed then.
   CorrectionEffect correct(const journal::Correction& correction);
 
-  /// Corrects all images with poses in the frame in which poses are given.
+  /// Corrects all images so far, with poses in the frame M of the given poses.
   CorrectionEffect correctGiven(std::vector<StampedPose> poses_M);
 
-  /// The motion that corrects the next image.
+  /// The motion that corrects an image after the last one; the identity if there is no correction.
   Eigen::Isometry3d motion() const;
 
-  /// The first camera's images of the newest recording at their current poses, sorted by stamp,
-  /// each once.
+  /// The current poses of the first camera's depth images in the newest recording, sorted by stamp.
   std::vector<StampedPose> firstCamera() const {
     return firstCamera(beginOfRecording(count()), count());
   }
 
-  /// Reads what was appended since. @return whether anything was.
+  /// Reads records that were appended since. @return whether there were any.
   bool readOn();
 
-  /// The next image or region to empty; none at the end of what was read.
+  /// The next image to fuse or paint, or region to clear; none at the end of what was read.
   /// @throws std::runtime_error if a record is damaged.
   std::optional<journal::Call> next();
 
  private:
   struct Item {
     size_t record;
-    double stamp_s = 0.0;                                          ///< For images only, as below.
+    double stamp_s = 0.0;                                          ///< For images only, like T_W_C.
     Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();       ///< The corrected pose.
     bool is_image = false, is_depth = false, is_of_first = false;  ///< Last: depth of camera 0.
   };
-  /// A correction that is being applied to one image after the other.
+  /// The correction that applies to the next image read.
   struct Running {
     PoseCorrection poses;
     GivenMotion given = {};
@@ -95,7 +94,7 @@ class JournalReplay {
   std::vector<StampedPose> firstCamera(size_t pass, uint64_t before) const;
 
   std::shared_ptr<RecordFile> file_;
-  size_t next_record_ = 0;  ///< The first that is not read yet.
+  size_t next_record_ = 0;  ///< First record that is not read yet.
   journal::Begin begin_;
   std::shared_ptr<const MapChunks> map_;
   std::optional<Eigen::Isometry3d> T_W_M_;

@@ -32,7 +32,7 @@ std::string timeText(const char* format) {
   return {text, std::strftime(text, sizeof(text), format, &parts)};
 }
 
-/// Ignores links and other files that only have the extension of journals.
+/// Ignores symbolic links, and other files with the extension of journals.
 uint64_t bytesOfJournalsIn(const std::string& folder) {
   uint64_t bytes = 0;
   std::error_code error;
@@ -47,7 +47,7 @@ uint64_t bytesOfJournalsIn(const std::string& folder) {
 
 constexpr std::chrono::seconds kSyncEvery(1);
 
-/// Room for the heads of 64 journals that begin while the folder is full.
+/// Reserve for file heads, which are written even if the limit is reached: 64 journals.
 constexpr uint64_t kRoomForHeads = 64 * kFileHeadBytes;
 
 }  // namespace
@@ -102,7 +102,7 @@ void JournalWriter::begin(const journal::Begin& begin, std::shared_ptr<const Map
   push(std::move(entry));
 }
 
-/// Writes the records of a map into the journal.
+/// Writes the beginning of a map, and its records unless it is empty.
 void JournalWriter::writeBegin(const journal::Begin& begin, const MapChunks* map) {
   journal::Begin with_map = begin;
   with_map.has_map = map != nullptr;
@@ -176,7 +176,7 @@ void JournalWriter::loop() {
     if (entries_.empty()) return;
     Entry entry = std::move(entries_.front());
     entries_.pop_front();
-    const bool is_lost = is_stopped_;  // entries behind a failure are lost, too
+    const bool is_lost = is_stopped_;  // entries after a failure are lost too
     if (entry.written) {
       entry.written->set_value(!is_stopped_);
       continue;
@@ -185,7 +185,7 @@ void JournalWriter::loop() {
     lock.unlock();
     if (!is_lost) write(entry);
     if (std::chrono::steady_clock::now() >= synced + kSyncEvery) {
-      fdatasync(descriptor_);  // a failure will show in the next write
+      fdatasync(descriptor_);  // best effort
       synced = std::chrono::steady_clock::now();
     }
     const size_t bytes = entry.bytes;
@@ -206,7 +206,7 @@ void JournalWriter::write(const Entry& entry) {
   } catch (const std::exception& error) {
     problem = errorText(error);
   }
-  // Makes the file end with a whole record.
+  // Cuts off the incomplete record.
   whole_bytes_ = begin;
   const auto end = static_cast<off_t>(begin);
   const bool is_whole =
@@ -224,8 +224,9 @@ void JournalWriter::append(const void* data, size_t bytes, size_t records) {
         "the journal has reached its maximum number of records; restart the node");
   }
   if (bytes_of_others_ + whole_bytes_ + bytes + kRoomForHeads > options_.max_bytes) {
-    throw std::runtime_error("the journals in '" + printable(options_.folder) +
-                             "' take as much as journal/max_gb allows; raise it, or remove some");
+    throw std::runtime_error(
+        "the journals in '" + printable(options_.folder) +
+        "' take as much as journal/max_gb allows; raise it, or remove old journals");
   }
   if (const int error = writeAll(descriptor_, data, bytes, options_.write)) {
     throw std::runtime_error("cannot write '" + printable(path_) + "': " + reasonOf(error));

@@ -1,5 +1,4 @@
-/// Writes a journal on its own thread, so that fusion waits neither for compression nor for the
-/// disk.
+/// Writes a journal on its own thread, so that fusion does not wait for compression or the disk.
 #pragma once
 
 #include <unistd.h>
@@ -26,11 +25,11 @@ struct JournalReport {
   uint64_t waiting_bytes = 0;           ///< Size of the images that wait to be written.
   std::optional<double> first_stamp_s;  ///< Stamp of the first image that can be corrected.
   uint64_t lost = 0;                    ///< Images and calls that were not written.
-  std::string problem;                  ///< Why and since when some are lost; empty: none are.
+  std::string problem;                  ///< Why, and since when, nothing is written; else empty.
 };
 
-/// Each writer has one new file and touches no other file in the folder. If it cannot write, or the
-/// folder is full, it stops and reports this; the next begin() tries again.
+/// Each writer creates one file and changes no other file in the folder. If it cannot write or
+/// reaches a limit, it stops and reports this; the next begin() tries again.
 ///
 /// Thread safe. Errors while writing are reported, not thrown.
 class JournalWriter {
@@ -38,14 +37,14 @@ class JournalWriter {
   struct Options {
     std::string folder;
     uint64_t max_bytes = 0;           ///< Limit for all journals in the folder.
-    size_t max_waiting = 256u << 20;  ///< Limit for the bytes of images that wait.
+    size_t max_waiting = 256u << 20;  ///< Limit of JournalReport::waiting_bytes.
     /// write(2), or a replacement in tests.
     std::function<ssize_t(int descriptor, const void* data, size_t bytes)> write = ::write;
   };
 
   /// Creates the folder and the file. @throws std::runtime_error if it fails.
   explicit JournalWriter(Options options);
-  /// Writes what is waiting.
+  /// Writes what is still waiting.
   ~JournalWriter();
 
   const std::string& path() const { return path_; }
@@ -58,14 +57,14 @@ class JournalWriter {
 
   /// Records since begin(); an image counts as one.
   uint64_t count() const;
-  /// Resolves when all that was added so far is processed: true if it is in the file.
+  /// Resolves when all entries so far are processed: true unless writing has stopped.
   std::future<bool> written();
 
   JournalReport report() const;
 
  private:
   struct Entry {
-    std::function<void()> write;  ///< Runs on the thread; throws std::exception.
+    std::function<void()> write;  ///< Runs on the thread; may throw std::exception.
     size_t bytes = 0;
     bool begins = false;
     std::optional<double> stamp_s;              ///< Stamp of an image that can be corrected.
@@ -84,8 +83,8 @@ class JournalWriter {
   std::string path_;
   int descriptor_ = -1;
   uint64_t bytes_of_others_ = 0;  ///< Size of other journals in the folder.
-  uint64_t whole_bytes_ = 0;      ///< Used by the thread: end of the last whole record.
-  size_t records_ = 0;            ///< Used by the thread: records in the file.
+  uint64_t whole_bytes_ = 0;      ///< For the thread only: end of the last complete record.
+  size_t records_ = 0;            ///< For the thread only: number of records in the file.
 
   mutable std::mutex mutex_;  ///< Guards the members below.
   std::condition_variable changed_;

@@ -7,11 +7,11 @@
 namespace dtsdf {
 namespace {
 
-/// Smallest focal length, as a share of the image's width: shorter ones would see over 175 degrees.
+/// Smallest focal length, as a share of the image's width or height: a view of 175 degrees.
 constexpr double kShortestFocalLength = 0.02;
 /// Smaller images may have the principal point in the first pixel.
 constexpr int kSmallImage = 16;
-/// Plausible distance of the principal point from the image's centre, as a share of its width.
+/// Largest plausible offset of the principal point, as a share of the image's width or height.
 constexpr double kFarFromMiddle = 0.2;
 
 bool isInFirstPixel(float c) { return c > 0.0f && c < 1.0f; }

@@ -1,4 +1,4 @@
-/// Checks whether intrinsics are plausible for the size of the images; for all entry points.
+/// Checks whether intrinsics are plausible for the size of the images.
 #pragma once
 
 #include <string>

@@ -30,7 +30,7 @@ void checkCameras(const NodeParams& node, ParamReader& reader) {
   }
   if (std::set<std::string>(node.cameras.begin(), node.cameras.end()).size() <
       node.cameras.size()) {
-    reader.addViolation("cameras", "must be different");
+    reader.addViolation("cameras", "must all have different names");
   }
   if (node.cameras.size() > 1 && !node.input.camera_frame.empty()) {
     reader.addViolation("input/camera_frame",
@@ -39,7 +39,7 @@ void checkCameras(const NodeParams& node, ParamReader& reader) {
   }
 }
 
-/// Checks that the frames differ, as each has one parent in TF.
+/// Checks that the frames differ, since a frame in TF has one parent.
 void checkPoseFrames(const NodeParams& node, ParamReader& reader) {
   const std::string& odom = node.odom_frame;
   const std::string& base = node.base_frame;

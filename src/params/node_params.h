@@ -29,16 +29,16 @@ struct InputParams {
   bool depth_along_ray = false;   ///< Depth along the ray (some simulators), not the optical axis.
   double max_speed_m_s = 10.0;    ///< Faster motion counts as a jump of the pose; 0: no limit.
   double max_turn_deg_s = 720.0;  ///< Faster turns count as a jump of the pose; 0: no limit.
-  /// Uses the newest camera_info, for drivers that rarely send it, not the one of the image's
-  /// stamp.
+  /// Uses the newest camera_info, not the one with the image's stamp, for drivers that rarely send
+  /// it.
   bool latest_camera_info = false;
   /// Whether to rectify distorted images. kAuto: unless the topic's name says that they are
-  /// rectified. kAlways: whatever the topic's name.
+  /// rectified.
   Usage rectify = Usage::kAuto;
   bool mask = false;  ///< Each image has a mask with its stamp, on `mask/image`.
 };
 
-/// Where the vertical comes from, for maps whose map frame is not level.
+/// What a map is levelled by, if the map frame is not level.
 enum class LevelChoice {
   kNone,   ///< The map is not levelled: it is in map_frame.
   kFloor,  ///< The floor that the first images show.
@@ -49,7 +49,7 @@ enum class LevelChoice {
 struct NodeParams {
   MapperParams mapper;
 
-  std::string map_frame = "map";  ///< Frame of the poses and, unless it is levelled, of the map.
+  std::string map_frame = "map";  ///< Frame of the poses, and of a map that is not levelled.
   LevelChoice level = LevelChoice::kNone;
   std::string level_frame;  ///< Frame of a levelled map; empty: map_frame and "_level".
   std::string load_file;    ///< Map to load at the start; empty: none. "~/" is the home folder.
@@ -71,18 +71,16 @@ struct NodeParams {
   double status_rate_hz = 1.0;   ///< Rate of `status` and the diagnostics, in wall time.
   double space_rate_hz = 1.0;    ///< Maximum rate of grid updates and slice, in wall time.
   double mesh_refresh_s = 60.0;  ///< Interval at which the whole mesh is published again; 0: never.
-  double stale_s = 5.0;  ///< An input silent for this long is a warning, for three times as long an
-                         ///< error.
+  double stale_s = 5.0;  ///< Silence of an input before a warning; three times that is an error.
 
-  // What is published of space, by heights along z of the map frame, which must be level.
+  // What is published of space. Heights are along z of the map frame, which must be level.
   double min_height_m = 0.1;     ///< Lower end of a column of the grid.
   double max_height_m = 1.5;     ///< Upper end of a column of the grid.
-  double grid_seen_share = 1.0;  ///< Share of its cells that must be seen free in a free column.
+  double grid_seen_share = 1.0;  ///< Share of a free column's cells that must be seen free.
   double slice_height_m = 0.5;   ///< Height of the published distances.
 
-  std::string journal_folder;  ///< Folder of the journals; empty: no journal.
-  double journal_max_gb =
-      16.0;  ///< Size in 10^9 bytes at which the folder's journals stop growing.
+  std::string journal_folder;    ///< Folder of the journals; empty: no journal.
+  double journal_max_gb = 16.0;  ///< Largest size of all journals in the folder, in 10^9 bytes.
 
   // Corrections of poses from a SLAM system.
   std::string path_frame;  ///< Frame whose poses are in corrected_path; empty: the depth camera's.
@@ -158,16 +156,16 @@ void visitParams(NodeParams& p, Visitor& visit) {
 }
 
 /// Strips the leading slash of old tf from the frames' names, and checks the map's frames. All
-/// readers of settings must call it, since maps are accepted by the name of their frame.
+/// readers of settings must call it, since a map's frame is compared by name.
 void readFrames(NodeParams& node, ParamReader& reader);
 
-/// Sets fusion/memory_frames if it is 0 and poses are aligned, as these agree for longer.
+/// Replaces 0 as fusion/memory_frames if poses are aligned.
 void resolveMemoryFrames(const PoseParams& poses, FusionParams& fusion);
 
 /// A key and the rule it breaks.
 using ParamViolation = std::pair<std::string, std::string>;
 
-/// Reads the node's settings strictly. `violations` were found while the tree was made.
+/// Reads the node's settings strictly. `violations` were found earlier.
 /// @throws ParamError with every violation.
 NodeParams readNodeParams(const ParamTree& tree,
                           const std::vector<ParamViolation>& violations = {});

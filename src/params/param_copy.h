@@ -1,4 +1,4 @@
-/// Copies of settings that are safe when memory runs out.
+/// Copies settings safely when memory runs out.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
@@ -6,7 +6,7 @@
 namespace dtsdf {
 
 /// Copies a tree without the copy constructor of std::variant. In libstdc++ 12 that constructor
-/// ends the process if it has no memory for a string, as it destroys an object that was never made.
+/// ends the process if it has no memory for a string: it destroys an object that does not exist.
 inline ParamTree copyOf(const ParamTree& tree) {
   ParamTree copy;
   for (const auto& [key, value] : tree) {

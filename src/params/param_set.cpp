@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kDigits = 7;
 
-/// Suggests known keys whose name is or begins with that of an unknown key, or else all keys of its
-/// section: "; known: map/voxel_size_m".
+/// Suggests keys for an unknown one: those whose name begins with its name, in any section, or else
+/// all of its section: "; known: map/voxel_size_m".
 std::string suggestionsFor(const std::string& key, const std::set<std::string>& known) {
   const auto nameIn = [](const std::string& of) { return of.rfind('/') + 1; };
   const std::string section = key.substr(0, nameIn(key)), name = key.substr(nameIn(key));
@@ -96,7 +96,7 @@ bool ParamReader::readNumber(const std::string& key, double& number, bool whole,
     addViolation(key, whole ? "must be a whole number" : "must be a number");
     return false;
   }
-  // A float that was written as a double may exceed a bound by its rounding.
+  // A float that became a double may exceed a bound by its rounding.
   const double slack = 1e-6 * std::abs(number);
   if (!std::isfinite(number) || number < range.min - slack || number > range.max + slack) {
     const std::string unit = unitOf(key);
@@ -116,7 +116,7 @@ void ParamReader::operator()(const std::string& key, bool& member) {
   }
   const std::string* text = std::get_if<std::string>(value);
   const std::string word = text != nullptr ? inLowerCase(*text) : "";
-  // All words of YAML 1.1; its parsers leave some of these as strings.
+  // The words of YAML 1.1; parsers return some of them as strings.
   const auto isOneOf = [&](const std::vector<std::string>& words) {
     return std::find(words.begin(), words.end(), word) != words.end();
   };

@@ -63,7 +63,7 @@ std::string errorText(const std::exception& error) {
   const auto* const of_files = dynamic_cast<const std::filesystem::filesystem_error*>(&error);
   if (of_files == nullptr) {
     std::string text = error.what();
-    std::replace(text.begin(), text.end(), '\n', ' ');  // messages of libraries may have lines
+    std::replace(text.begin(), text.end(), '\n', ' ');  // from libraries
     return printableMessage(text);
   }
   const std::string path = "'" + printable(of_files->path1().string()) + "'";

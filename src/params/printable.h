@@ -1,5 +1,5 @@
-/// Makes external text safe to show in logs, messages and answers: names in messages and files, and
-/// errors of libraries. test/lint/check_text.py finds places that show such text unchanged.
+/// Makes external text, such as names in messages and files or errors of libraries, safe to log and
+/// to publish. test/lint/check_text.py finds places that show such text unchanged.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@ constexpr size_t kLongestShownName = 200;
 
 /// Makes an external name printable, so that it cannot move a terminal's cursor, forge a line of a
 /// log, end a string or reverse its direction. Control characters (C0, C1, line separators,
-/// bidirectional controls) and bytes that are not UTF-8 become \xHH. Longer names are cut, with
-/// "..." appended.
+/// bidirectional controls) and bytes that are not UTF-8 become \xHH. Longer text is cut and ends in
+/// "...".
 std::string printable(const std::string& text, size_t max_characters = kLongestShownName);
 
 /// Makes a whole message printable, with the external names in it.

@@ -1,4 +1,4 @@
-/// Composes and parses names, lists and numbers, independent of the locale of the host program.
+/// Composes and parses names, lists and numbers, independently of the locale.
 #pragma once
 
 #include <locale.h>

@@ -57,7 +57,7 @@ uint64_t GroundGrid::keyOf(int32_t stack_x, int32_t stack_y) {
          static_cast<uint32_t>(stack_x);
 }
 
-/// Replaces a cube. @return the columns whose values change.
+/// Replaces a cube. @return box of the columns whose values change.
 GridBox GroundGrid::put(const SpaceCube& cube) {
   if (cube.first.z > last_layer_ || cube.first.z + kSide - 1 < first_layer_) return {};
   SpaceCube part{cube.first, {}, {}};
@@ -108,7 +108,6 @@ GridBox GroundGrid::evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) con
   return changed;
 }
 
-/// Visits only the stored stacks, so that unknown columns cost nothing.
 std::vector<int8_t> GroundGrid::values(const GridBox& box) const {
   if (box.isEmpty()) return {};
   const Eigen::Vector2i size = sizeOf(box);
@@ -157,7 +156,7 @@ size_t GroundGrid::bytes() const {
 
 void GroundGrid::beginAnew(double cell_size_m) {
   if (window_ && cell_size_m != cell_size_m_) {
-    // Followers have a grid of an earlier map with cells of another size.
+    // Subscribers have a grid with cells of another size.
     window_.reset();
     changed_ = {};
     is_outgrown_ = is_outdated_ = true;
@@ -165,7 +164,7 @@ void GroundGrid::beginAnew(double cell_size_m) {
   if (window_) note(*window_);
   cell_size_m_ = cell_size_m;
   stacks_.clear();
-  // Sizes come from floats, so a multiple of the cell size may be off by its rounding.
+  // Heights and cell size are rounded, so their ratio may be just off a whole number.
   constexpr double kTolerance = 1e-3;
   first_layer_ = static_cast<int32_t>(std::floor(min_m_ / cell_size_m + kTolerance));
   last_layer_ = std::max(first_layer_,
@@ -195,7 +194,7 @@ std::optional<GridBox> GroundGrid::grownWindow() {
     is_outgrown_ = false;
     return std::nullopt;
   }
-  // An empty window replaces a grid with cells of another size.
+  // With nothing known, a window at the origin replaces the grid with cells of another size.
   return windowAround(known.isEmpty() ? GridBox(Eigen::Vector2i::Zero()) : known);
 }
 

@@ -1,4 +1,4 @@
-/// Space for planners in 2D: a grid of the ground, and distances in a horizontal plane.
+/// Space for 2D planners: a grid of the ground, and distances in a horizontal plane.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,8 +13,9 @@
 
 namespace dtsdf {
 
-/// x, y, z and distance of the centre of each known cell's cross section with the plane at a height
-/// along z of the map frame, in metres; in no order.
+/// For each known cell that a horizontal plane cuts: x, y, z of the middle of the cut and the
+/// distance there, in metres; in no particular order.
+/// @param height_m Height of the plane along z of the map frame, which must be level.
 std::vector<Eigen::Vector4f> sliceAt(const KnownSpace& space, double height_m);
 
 /// Columns from min() to max(), both included, in cells.
@@ -28,13 +29,13 @@ constexpr int8_t kColumnOccupied = 100;  ///< The column contains a surface.
 constexpr int8_t kColumnFree = 0;        ///< No surface, and enough of its cells were seen free.
 constexpr int8_t kColumnUnknown = -1;    ///< Neither occupied nor free.
 
-/// The map as a robot on level ground sees it: for each column of cells between two heights,
-/// whether it is occupied; and what followers of the grid still have to receive.
+/// A grid for a robot on level ground: whether each column of cells between two heights is free or
+/// occupied. Also keeps track of what to publish.
 ///
-/// Followers have a window of columns, the last whole grid. Its edges lie on multiples of kStep
-/// cells; when columns outside become known, a whole grid of a new window is sent. Everything else
-/// is sent as updates: boxes inside the window, with all changes since the window was first sent.
-/// So a follower that reads only the last of several updates misses nothing.
+/// Subscribers have a window of columns, the last whole grid. Its edges lie on multiples of kStep
+/// cells; when columns outside become known, a whole grid of a new window is sent. Other changes
+/// are sent as updates: boxes inside the window, with all changes since the window was first sent.
+/// So a subscriber that reads only the last of several updates misses nothing.
 class GroundGrid {
  public:
   static constexpr int32_t kStep = 256;
@@ -49,20 +50,19 @@ class GroundGrid {
   /// Applies changes of space. The cell size may change only with SpaceChanges::begins_anew.
   void apply(const SpaceChanges& changes, double cell_size_m);
 
-  /// What to send to followers next.
   enum class Pending {
     kNothing,
-    kGrid,    ///< The whole of a new window.
+    kGrid,    ///< All of a new window.
     kUpdate,  ///< The changes in the window.
   };
-  /// What to send next. Send it before the next call.
+  /// Returns what to send to subscribers now. Send it before the next call.
   Pending next();
 
-  /// The window of all known columns, if next() found that it exceeds a message. Followers then
+  /// The window of all known columns, if next() found it larger than kMaxColumns. Subscribers then
   /// keep their window and still get its updates.
   const std::optional<GridBox>& tooLarge() const { return too_large_; }
 
-  /// The followers' window; none before the first whole grid was sent.
+  /// The subscribers' window; none before the first whole grid.
   const std::optional<GridBox>& window() const { return window_; }
 
   /// Box of all changes in the window since it was first sent.
@@ -77,8 +77,8 @@ class GroundGrid {
  private:
   static constexpr int kSide = SpaceCube::kSide;
 
-  /// Cubes above each other, restricted to the heights, and the values of their columns, in the
-  /// order of a mask's bits.
+  /// Cubes above each other, cut off at the heights, and the values of their columns, in the order
+  /// of a mask's bits.
   struct Stack {
     std::vector<SpaceCube> parts;
     std::array<int8_t, kSide * kSide> values;

@@ -74,7 +74,7 @@ double readWhole(const std::string& text, Range range) {
 
 std::vector<double> readNumbers(const std::string& text) {
   std::vector<double> numbers;
-  std::istringstream parts(text + ",");  // makes an empty last part count
+  std::istringstream parts(text + ",");  // so that an empty last part counts
   for (std::string part; std::getline(parts, part, ',');) {
     numbers.push_back(readNumber(part, {-kUnbounded, kUnbounded}));
   }
@@ -90,7 +90,7 @@ ProgramOption& CommandLine::get(const std::string& name) {
 
 /// Assigns the arguments to the options. @throws po::error, UsageError
 void CommandLine::distribute(const std::vector<std::string>& arguments) {
-  // Neither short names nor abbreviations.
+  // No short names and no abbreviations.
   const int style = po::command_line_style::allow_long |
                     po::command_line_style::long_allow_adjacent |
                     po::command_line_style::long_allow_next;
@@ -126,7 +126,7 @@ void CommandLine::distribute(const std::vector<std::string>& arguments) {
   }
 }
 
-/// Flags come first, so that a request for a text succeeds even if other values are wrong.
+/// Flags come first, so that --list-settings works even if other values are wrong.
 void CommandLine::readValues() const {
   for (const ProgramOption& option : options_) {
     if (isFlag(option) && !option.values.empty()) option.set();

@@ -1,5 +1,5 @@
-/// Command lines of the programs, based on Boost.Program_options, which this extends by checks of
-/// numbers, ranges and rules between options.
+/// Command lines of the programs: Boost.Program_options, and checks of numbers, ranges and
+/// dependencies between options.
 #pragma once
 
 #include <functional>
@@ -35,7 +35,7 @@ std::vector<double> readNumbers(const std::string& text);
 /// Last line of a program's help.
 constexpr char kExitCodes[] = "Exit code: 0 done, 1 an error, 2 a wrong command line or setting.";
 
-/// Thrown for a request to print a text instead of the program's work, such as --help.
+/// Thrown by options such as --help, to print a text and end the program.
 class TextRequest : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -80,7 +80,8 @@ class CommandLine {
 
   void addFlag(const std::string& name, const std::string& help, bool& target);
 
-  /// Adds a flag that prints a text and ends the program, even if required options are missing.
+  /// Adds a flag that prints a text and ends the program, even if other options are missing or
+  /// wrong.
   void addTextRequest(const std::string& name, const std::string& help,
                       const std::function<std::string()>& text);
 

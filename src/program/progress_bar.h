@@ -30,7 +30,7 @@ class ProgressBar {
   size_t drawn_length_ = 0;
 };
 
-/// One line: the bar, counts, rate and time left, as far as the total is known.
+/// One line: bar, counts, rate and time left; only count and rate if the total is unknown.
 std::string progressLine(const std::string& what, size_t done, std::optional<size_t> total,
                          double elapsed_s);
 

@@ -22,11 +22,11 @@ int runProgram(const std::string& name, int argc, const char* const* argv, const
 
 struct Command {
   std::string name;
-  std::string about;  ///< Half a sentence for the help.
+  std::string about;  ///< For the help: "prints ...".
   void (*run)(const std::vector<std::string>& arguments);
 };
 
-/// Runs the command that is the first argument, with the other arguments. `about` says what the
+/// Runs the command that the first argument names, with the other arguments. `about` says what the
 /// program does.
 /// @throws UsageError for an unknown command, TextRequest for --help, and errors of the command.
 void runCommand(const std::string& program, const std::string& about,

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kSide = kBlockSide;
 
-/// One number of each voxel, (A, 8, 8, 8), decoded without the GIL.
+/// One value of each voxel, (A, 8, 8, 8), decoded without the GIL.
 template <class T, class Get>
 py::array decoded(const Blocks& blocks, const Get& get) {
   std::vector<T> values;
@@ -62,14 +62,15 @@ Blocks::Blocks(MapContents map, float voxel_m) : contents(std::move(map)), voxel
 
 void bindBlocks(py::module& m) {
   py::class_<Blocks> blocks(m, "Blocks",
-                            "A copy of a map's voxels: B blocks of 8 x 8 x 8 voxels, and A arrays "
-                            "of 512 voxels, one for\n"
-                            "each direction that a block has. Index voxels as [array, z, y, x]; "
-                            "voxel (x, y, z) of a block\n"
+                            "A copy of a map's voxels: B blocks, and A arrays of 8 x 8 x 8 voxels, "
+                            "one for each\n"
+                            "direction that a block has. Index voxels as [array, z, y, x]; voxel "
+                            "(x, y, z) of a block\n"
                             "lies at (8 * key + (x, y, z)) * voxel_size_m in W.");
   blocks.def_readonly("voxel_size_m", &Blocks::voxel_size_m, "Edge of a voxel, in metres.")
       .def_property_readonly("keys", &keysOf, "(B, 3) int32: coordinates of the blocks, in blocks.")
-      .def_property_readonly("block_of", &blockOf, "(A,) uint32: row in keys of each array.")
+      .def_property_readonly("block_of", &blockOf,
+                             "(A,) uint32: index in keys of each array's block.")
       .def_property_readonly(
           "direction", &directionOf,
           "(A,) uint8: 0 to 5 for X+, X-, Y+, Y-, Z+, Z-; 0 in an ordinary TSDF.")
@@ -82,7 +83,7 @@ void bindBlocks(py::module& m) {
                 self, [&](const VoxelValues& v) { return v.distance_voxels * self.voxel_size_m; });
           },
           "(A, 8, 8, 8) float32: signed distance in metres, positive in front of\n"
-          "the surface; means nothing where weight is 0. Decoded at each call.")
+          "the surface; undefined where weight is 0. Decoded at each call.")
       .def_property_readonly(
           "weight",
           [](const Blocks& self) {
@@ -95,7 +96,8 @@ void bindBlocks(py::module& m) {
             return decoded<int8_t>(
                 self, [](const VoxelValues& v) { return static_cast<int8_t>(v.evidence); });
           },
-          "(A, 8, 8, 8) int8: frames that supported a surface less those that contradicted it.");
+          "(A, 8, 8, 8) int8: above 0 for a surface (+3 per supporting frame, -2 per\n"
+          "contradicting one), below 0 for free space.");
   refusePickle(blocks, "Blocks", "pickle its arrays");
 }
 

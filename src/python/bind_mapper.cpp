@@ -35,7 +35,7 @@ Session makeSession(const std::string& backend, const py::object& settings,
   return std::make_shared<MapperSession>(params);
 }
 
-/// Given settings must match the map; the others are taken from it.
+/// Takes the settings that a map is bound to from the file; those given must not differ.
 Session loadSession(const py::object& path, const std::string& backend, const py::object& settings,
                     const py::kwargs& kwargs) {
   const ParamTree given = treeOf(backend, settings, kwargs);
@@ -92,7 +92,6 @@ py::tuple render(MapperSession& self, const Eigen::MatrixXd& K, const Matrix4& T
                         takeOver<float>(std::move(view.normals_C), {height, width, 3}), colours);
 }
 
-/// Searches with the mapper's threads.
 py::dict locate(MapperSession& self, const py::array& depth, const Eigen::MatrixXd& K,
                 double unit_m) {
   DepthFrame frame = depthImageOf(depth, unit_m);
@@ -147,12 +146,12 @@ py::dict saveSession(MapperSession& self, const py::object& path,
 }
 
 SpaceView spaceOf(const Session& self) {
-  withoutGil([&] { self->withSpace([](Space&) {}); });  // throws without one
+  withoutGil([&] { self->withSpace([](Space&) {}); });  // throws if there is none
   return {self};
 }
 
 void bindResult(py::module& m) {
-  py::class_<IntegrationResult>(m, "IntegrationResult", "What integrate() or paint() did.")
+  py::class_<IntegrationResult>(m, "IntegrationResult", "Result of integrate() or paint().")
       .def_property_readonly(
           "fused", [](const IntegrationResult& self) { return self.status == FrameStatus::kFused; },
           "Whether the frame was fused or painted; if not, the map is unchanged.")
@@ -161,7 +160,7 @@ void bindResult(py::module& m) {
           "\"fused\", or the reason why not, in one word.")
       .def_readonly("message", &IntegrationResult::message, "What was wrong with a frame.")
       .def_readonly("refused_blocks", &IntegrationResult::refused_blocks,
-                    "Blocks and arrays that map/max_memory_mb had no room for.")
+                    "Blocks and arrays refused for lack of memory (map/max_memory_mb).")
       .def_readonly("duration_ms", &IntegrationResult::duration_ms, "Wall time, in milliseconds.")
       .def("__bool__",
            [](const IntegrationResult& self) { return self.status == FrameStatus::kFused; })
@@ -179,7 +178,7 @@ void bindMapper(py::module& m) {
   py::class_<MapperSession, Session> mapper(
       m, "Mapper",
       "A map: fuses depth images, paints surfaces from colour images, and makes meshes.\n"
-      "Threads may share it; they wait for each other. Other Python threads run while it works.");
+      "Threads may share it: calls wait for each other. They release the GIL.");
   mapper
       .def(
           py::init(&makeSession), py::arg("backend") = "", py::arg("settings") = py::none(),
@@ -193,42 +192,40 @@ void bindMapper(py::module& m) {
           py::arg("settings") = py::none(),
           "Continues from a map that save() or the node saved. Voxel size, truncation, mode and\n"
           "directions are the map's; free space is kept with space/enabled. Raises\n"
-          "RuntimeError for a file that is not a map, or for settings that it was not made with.")
-      .def(
-          "integrate", &integrate, py::arg("depth"), py::arg("K"), py::arg("T_W_C"),
-          py::arg("stamp_s") = 0.0, py::arg("unit_m") = 0.0, py::arg("keep_center_W") = py::none(),
-          "Fuses a rectified depth image. depth: (H, W), distance along the optical axis; uint16 "
-          "in\n"
-          "unit_m (0.001 by default), 0 is no measurement; or float32 in metres, NaN, infinity\n"
-          "and 0 are none. K: 3 x 3 or (fx, fy, cx, cy), in pixels. T_W_C: 4 x 4, from the "
-          "optical\n"
-          "frame (x right, y down, z forward) to the map frame, in metres. stamp_s: of the image,\n"
-          "kept for save(). keep_center_W: (3,), what map/keep_radius_m is measured from, in "
-          "metres.\n"
-          "Raises ValueError or TypeError for wrong arguments; the map is unchanged then.")
+          "RuntimeError for a file that is not a map, or for settings that conflict with it.")
+      .def("integrate", &integrate, py::arg("depth"), py::arg("K"), py::arg("T_W_C"),
+           py::arg("stamp_s") = 0.0, py::arg("unit_m") = 0.0, py::arg("keep_center_W") = py::none(),
+           "Fuses a rectified depth image. depth: (H, W), distance along the optical axis; uint16 "
+           "in\n"
+           "unit_m (0.001 by default), 0 is no measurement; or float32 in metres, NaN, infinity\n"
+           "and 0 are none. K: 3 x 3 or (fx, fy, cx, cy), in pixels. T_W_C: 4 x 4, from the "
+           "optical\n"
+           "frame (x right, y down, z forward) to the map frame, in metres. stamp_s: the image's,\n"
+           "kept for save(). keep_center_W: (3,), centre of map/keep_radius_m in W, in metres.\n"
+           "Raises ValueError or TypeError for wrong arguments; the map is unchanged then.")
       .def("paint", &paint, py::arg("colour"), py::arg("K"), py::arg("T_W_C"),
            py::arg("encoding") = "",
            "Paints the surfaces that a rectified colour image sees. colour: uint8, (H, W, 3),\n"
            "(H, W, 4) or (H, W). encoding: rgb8, bgr8, rgba8, bgra8 or mono8; by shape if not "
            "given\n"
-           "(rgb8, rgba8, mono8). K, T_W_C: of the colour camera, as for integrate().")
+           "(rgb8, rgba8, mono8). K, T_W_C: those of the colour camera, as for integrate().")
       .def(
           "render", &render, py::arg("K"), py::arg("T_W_C"), py::arg("width") = 640,
           py::arg("height") = 480,
           "What a camera would see of the map: depth (H, W) in metres, normals (H, W, 3) in the\n"
           "camera's frame, and colours (H, W, 4), red, green, blue and 255 where painted, or None\n"
-          "before the map is painted. 0 where there is no surface. K, T_W_C: as for integrate().")
+          "if the map was never painted. 0 where there is no surface. K, T_W_C: as for\n"
+          "integrate().")
       .def(
           "locate", &locate, py::arg("depth"), py::arg("K"), py::arg("unit_m") = 0.0,
           "Finds where in the map a depth image was taken, without any pose. Takes seconds on a\n"
           "CPU. Returns a dict: T_W_C, 4 x 4 in metres, or None if it was not found; status;\n"
           "explained, the share of the image that lies on surfaces at the best pose; other_T_W_C,\n"
-          "another pose that fits as well, else None. depth, K, unit_m: as for\n"
-          "integrate().")
+          "another pose that fits as well, or None. depth, K, unit_m: as for integrate().")
       .def("mesh", &mesh, py::arg("box") = py::none(),
-           "The current mesh of the map, or its triangles in a Box. A mesh never changes.")
+           "A new mesh of the map, or of its triangles in a Box.")
       .def("clear", &MapperSession::clear, py::call_guard<py::gil_scoped_release>(),
-           "Forgets everything.")
+           "Empties the map.")
       .def(
           "clear_region",
           [](MapperSession& self, const Region& region) {
@@ -246,16 +243,15 @@ void bindMapper(py::module& m) {
            "Saves the map as a .dtsdf file. map_frame: name of W, for programs that compare it.\n"
            "Returns a dict: blocks, file_bytes, content_hash (equal for equal maps).")
       .def_property_readonly("space", &spaceOf,
-                             "The Space around the surfaces. Raises RuntimeError unless\n"
-                             "space/enabled.")
+                             "The map's Space. Raises RuntimeError unless space/enabled.")
       .def_property_readonly(
           "settings", [](const MapperSession& self) { return toTree(self.params()); },
           "All settings, as a flat dict.")
       .def_property_readonly("stats", &statsOf, "Sizes of the map, as a dict; memory in bytes.")
       .def_property_readonly(
           "T_W_M", [](const MapperSession& self) { return matrixOf(self.levelPose()); },
-          "4 x 4, metres: the pose of a levelled map; apply it to the poses of\n"
-          "later frames. None if it was not levelled.")
+          "4 x 4, in metres: frame of the poses to level frame of the map. Apply it to\n"
+          "the poses of later frames. None if the map was not levelled.")
       .def_property_readonly(
           "backend",
           [](MapperSession& self) {

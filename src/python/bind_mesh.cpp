@@ -37,8 +37,8 @@ SphereRegion makeSphere(const Eigen::Vector3d& center_W, double radius_m) {
 void bindRegions(py::module& m) {
   py::class_<BoxRegion>(m, "Box", "A box of any orientation in the map frame W, faces included.")
       .def(py::init(&makeBox), py::arg("size_m"), py::arg("T_W_B") = py::none(),
-           "size_m: whole extents along the box's axes, (3,), in metres. T_W_B: 4 x 4, from the\n"
-           "box, whose middle is 0, to the map frame, in metres; None: axes and origin of W.");
+           "size_m: edges along the box's axes, (3,), in metres. T_W_B: 4 x 4, from the box's\n"
+           "frame, whose origin is its centre, to the map frame, in metres; None: W.");
   py::class_<SphereRegion>(m, "Sphere", "A ball in the map frame W, surface included.")
       .def(py::init(&makeSphere), py::arg("center_W"), py::arg("radius_m"),
            "center_W: (3,), and radius_m, in metres.");
@@ -100,7 +100,7 @@ void save(const SharedMesh& mesh, const py::object& path, const std::string& col
   saveMesh(*mesh, mode, name);
 }
 
-/// Python handles signals meanwhile; one that raises cancels the work.
+/// Lets Python handle signals meanwhile; an exception, as from Ctrl-C, cancels the work.
 py::tuple simplify(const SharedMesh& mesh, double max_error_m) {
   SimplifiedMesh simplified;
   {
@@ -117,7 +117,7 @@ py::tuple simplify(const SharedMesh& mesh, double max_error_m) {
 
 void bindMesh(py::module& m) {
   static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(VertexColour) == 4,
-                "arrays show these as they lie in memory");
+                "arrays are views of these in memory");
   py::class_<Mesh, std::shared_ptr<Mesh>> mesh(m, "Mesh",
                                                "A triangle mesh in the map frame W, in metres. Its "
                                                "arrays are views of the mesh's memory: they\n"
@@ -130,24 +130,25 @@ void bindMesh(py::module& m) {
       .def_property_readonly("vertices", &verticesOf,
                              "(N, 3) float32: positions in W minus origin_m, in metres.")
       .def_property_readonly("normals", &normalsOf,
-                             "(N, 3) float32: unit normals in W, pointing to the free side.")
+                             "(N, 3) float32: unit normals in W, towards free space.")
       .def_property_readonly("triangles", &trianglesOf,
-                             "(M, 3) uint32: indices of vertices, counter-clockwise seen from the\n"
-                             "free side.")
+                             "(M, 3) uint32: indices of vertices, counter-clockwise seen from\n"
+                             "free space.")
       .def_property_readonly("colours", &coloursOf,
                              "(N, 3) uint8: red, green, blue; None if the map was never painted.")
-      .def_property_readonly("painted", &paintedOf,
-                             "(N,) bool: whether an image saw the vertex; None as for colours.")
+      .def_property_readonly(
+          "painted", &paintedOf,
+          "(N,) bool: whether a colour image saw the vertex; None as for colours.")
       .def("save", &save, py::arg("path"), py::arg("colour") = "auto",
            "Saves as .ply, .obj, .stl or .glb, by the extension. colour: auto (image if painted,\n"
            "else normal), image, normal, height or plain. Raises RuntimeError for an empty mesh, "
            "or\n"
-           "a file that cannot be written; an old file stays whole.")
-      .def("simplify", &simplify, py::arg("max_error_m"),
-           "(mesh, error_m): fewer triangles, no farther than max_error_m from this mesh, and the\n"
-           "largest distance from it. Raises ValueError for an error that is not finite, "
-           "below\n"
-           "0 or above the diagonal of the mesh.")
+           "if the file cannot be written; an old file is then unchanged.")
+      .def(
+          "simplify", &simplify, py::arg("max_error_m"),
+          "Returns (mesh, error_m): a mesh of fewer triangles, and the largest distance of this\n"
+          "mesh's vertices from it, at most max_error_m. Raises ValueError for a max_error_m that\n"
+          "is not finite, below 0 or above the diagonal of the mesh.")
       .def("__repr__", [](const SharedMesh& self) {
         return "<dtsdf_mapping.Mesh: " + std::to_string(self->vertices_m.size()) + " vertices, " +
                std::to_string(self->triangles.size()) + " triangles>";

@@ -50,7 +50,7 @@ py::array colourOf(const py::object& self) {
   return viewOf(data, {colour.height, colour.width, channels}, self, {row, channels, 1});
 }
 
-/// Binds what both kinds of images have; `frame` is the member with the frame.
+/// Binds the common properties of depth and colour images; `frame` is the member with the frame.
 template <class Image, class Frame>
 void bindCommon(py::class_<Image>& image, Frame Image::*frame) {
   image
@@ -82,7 +82,7 @@ void bindFrames(py::module& m) {
   bindCommon(colour, &SourceColour::colour);
 }
 
-/// The GIL lets one thread at a time read images.
+/// __next__ holds the GIL, so only one thread at a time reads images.
 template <class Image>
 auto bindSource(py::module& m, const char* name) {
   using Source = ImageSource<Image>;

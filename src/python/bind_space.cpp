@@ -39,7 +39,7 @@ py::tuple query(const SpaceView& view, const Points& points_W) {
 py::array states(const SpaceView& view, const Points& points_W) {
   std::vector<uint8_t> state(static_cast<size_t>(points_W.rows()));
   askAt(view, points_W, [&](const Space& space, size_t i, const Eigen::Vector3d& p_W) {
-    // Points beyond any map are unknown; distanceAt() checks this.
+    // distanceAt() checks that the point may be in a map, as cellAt() requires.
     state[i] = space.distanceAt(p_W).known ? static_cast<uint8_t>(space.stateOf(space.cellAt(p_W)))
                                            : uint8_t{0};
   });
@@ -77,23 +77,22 @@ void update(const SpaceView& view) {
 }  // namespace
 
 void bindSpace(py::module& m) {
-  py::class_<SpaceView> space(
-      m, "Space",
-      "What a map knows about the space around its surfaces since the last update(). Points are\n"
-      "(N, 3), x, y, z in the map frame W, in metres; those that are not finite are unknown.");
+  py::class_<SpaceView> space(m, "Space",
+                              "Free space and surfaces of a map, as of the last update(). Points "
+                              "are (N, 3), x, y, z in the\n"
+                              "map frame W, in metres; those that are not finite are unknown.");
   space.def_property_readonly("cell_size_m", &cellSize, "Edge of a cell, in metres.")
-      .def("update", &update, "Updates distances with what was integrated since the last call.")
+      .def("update", &update, "Adds what was integrated since the last call.")
       .def("states", &states, py::arg("points_W"),
            "(N,) uint8: 0 unknown, 1 free (an image saw through the whole cell), 2 surface.")
       .def(
           "query", &query, py::arg("points_W"),
           "(known, distance_m, gradient): (N,) bool, (N,) float32, (N, 3) float32. Distance to\n"
           "the nearest surface in metres, at most space/max_distance_m; negative where not known.\n"
-          "Gradient of it in W: where known it points to more room, elsewhere to the surface.")
+          "Its gradient in W points away from the surface where known, elsewhere towards it.")
       .def("cells", &cells,
-           "(cells, states): (N, 3) int32 and (N,) uint8, of all cells that are not unknown; a "
-           "cell\n"
-           "reaches from cell to cell + 1, times cell_size_m, in W.");
+           "(cells, states) of all free and surface cells: (N, 3) int32 and (N,) uint8. A cell\n"
+           "extends from cell to cell + 1, times cell_size_m, in W.");
   refusePickle(space, "Space", "save() its mapper, and load that in the other process");
 }
 

@@ -33,7 +33,7 @@ MapperSession::MapperSession(const MapperParams& params, const MapContents& cont
       origin_(contents) {}
 
 MapperSession::~MapperSession() {
-  // In a forked child, its threads and its GPU are gone: only the parent can destroy it.
+  // A forked child has neither the mapper's threads nor its GPU, so it cannot destroy the mapper.
   if (isForked()) static_cast<void>(mapper_.release());
 }
 

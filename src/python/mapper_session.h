@@ -1,5 +1,4 @@
-/// A mapper with its mesh, the name of its frame and its newest stamp; and the objects that Python
-/// gets from it.
+/// A mapper with its mesh and origin, and the objects that Python gets from it.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +17,8 @@
 namespace dtsdf::python {
 
 /// Thread safe: calls wait for each other. Call without the GIL. Threads and GPUs do not survive
-/// fork(): in a process that was forked after the first was made, all throw but the destructor,
-/// params() and levelPose().
+/// fork(): in a process that was forked after the first session was created, every call throws
+/// except the destructor, params() and levelPose().
 class MapperSession {
  public:
   /// Begins with an empty map. @throws as makeMapper() does.

@@ -1,4 +1,4 @@
-/// dtsdf_mapping._core: the public library, for the Python package around it.
+/// dtsdf_mapping._core: binds the public library for the Python package.
 #include "python/module.h"
 
 #include <string>
@@ -10,7 +10,7 @@ namespace py = pybind11;
 
 namespace {
 
-/// Arrays of numpy 2 have another layout.
+/// The arrays of numpy 2 have another layout in memory.
 void checkNumpy() {
 #if PYBIND11_VERSION_HEX < 0x020C0000
   const auto version = py::module::import("numpy").attr("__version__").cast<std::string>();

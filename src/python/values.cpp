@@ -15,7 +15,7 @@ std::string describe(const py::array& array) {
          py::str(array.attr("shape")).cast<std::string>();
 }
 
-/// Checks that the rows are in order and their pixels adjacent.
+/// Checks that rows are in order and pixels adjacent.
 void checkLayout(const py::array& image, const std::string& name) {
   const py::ssize_t pixel =
       image.ndim() == 3 ? image.shape(2) * image.itemsize() : image.itemsize();
@@ -25,13 +25,13 @@ void checkLayout(const py::array& image, const std::string& name) {
   const bool is_aligned = image.attr("flags").attr("aligned").cast<bool>();
   if (image.size() > 0 && (!is_dense || !is_aligned)) {
     throw py::value_error(name +
-                          " must have its pixels side by side and its rows in order in memory; "
+                          " must have adjacent pixels and rows in order in memory; "
                           "pass numpy.ascontiguousarray(" +
                           name + ")");
   }
 }
 
-/// A frame on the memory of an image with `pixel_bytes` per pixel.
+/// A frame that refers to the memory of an image with `pixel_bytes` per pixel.
 template <class Frame>
 Frame frameOf(const py::array& image, py::ssize_t pixel_bytes, const std::string& name) {
   if (py::hasattr(image, "mask")) {
@@ -47,7 +47,7 @@ Frame frameOf(const py::array& image, py::ssize_t pixel_bytes, const std::string
   return frame;
 }
 
-/// Writes a dict, nested or flat, as JSON, which is YAML, so that one reader serves all settings.
+/// Reads a dict, nested or flat, by writing it as JSON, which is also YAML.
 ParamTree treeOf(const py::dict& settings) {
   using namespace py::literals;
   const py::object of_numpy = py::module::import("numpy").attr("generic").attr("item");
@@ -64,7 +64,7 @@ ParamTree treeOf(const py::dict& settings) {
 
 std::string pathOf(const py::object& path) {
   const py::object text = py::module::import("os").attr("fspath")(path);
-  // File names are bytes; Python has its own way to represent those that are not text.
+  // File names are bytes; fsencode() restores those that are not valid UTF-8.
   const auto name = py::module::import("os").attr("fsencode")(text).cast<std::string>();
   if (name.find('\0') != std::string::npos)
     throw py::value_error("a path must not contain a NUL character");

@@ -21,14 +21,14 @@ namespace dtsdf::python {
 
 namespace py = pybind11;
 
-/// Does work while other Python threads run.
+/// Does work without the GIL.
 template <class Work>
 auto withoutGil(const Work& work) {
   const py::gil_scoped_release release;
   return work();
 }
 
-/// A read-only array on memory of `owner`, which lives as long as the array.
+/// A read-only array in the memory of `owner`, which it keeps alive.
 template <class T>
 py::array viewOf(const T* data, std::vector<py::ssize_t> shape, py::handle owner,
                  std::vector<py::ssize_t> strides = {}) {
@@ -50,15 +50,15 @@ py::array takeOver(std::vector<Value>&& values, std::vector<py::ssize_t> shape) 
 /// The text of a path, from str, bytes or os.PathLike. @throws py::type_error for other types.
 std::string pathOf(const py::object& path);
 
-/// A depth image without camera and pose, on the memory of the array. `unit_m` 0: 0.001 for uint16,
+/// A depth image without camera and pose, in the memory of the array. `unit_m` 0: 0.001 for uint16,
 /// 1 for float32. @throws py::value_error, py::type_error if it is not a depth image.
 DepthFrame depthImageOf(const py::array& depth, double unit_m);
 
 /// The names of ColourEncoding's values, in their order.
 constexpr const char* kEncodings[] = {"rgb8", "bgr8", "rgba8", "bgra8", "mono8"};
 
-/// A colour image without camera and pose, on the memory of the array: (H, W, 3) or (H, W, 4) in
-/// the order of `encoding`, or (H, W) of grey.
+/// A colour image without camera and pose, in the memory of the array: (H, W, 3), (H, W, 4) or
+/// (H, W). `encoding` empty: by shape. @throws as depthImageOf()
 ColourFrame colourImageOf(const py::array& colour, const std::string& encoding);
 
 /// Matrices in numpy's layout.
@@ -70,11 +70,10 @@ Intrinsics intrinsicsOf(const Eigen::MatrixXd& K);
 /// The 3 x 3 matrix of a camera.
 Matrix3 matrixOf(const Intrinsics& intrinsics);
 
-/// A pose; its rotation is checked elsewhere. @throws py::value_error unless its last row is 0 0 0
-/// 1.
+/// A pose; does not check the rotation. @throws py::value_error unless the last row is 0 0 0 1.
 Eigen::Isometry3d poseOf(const Matrix4& matrix);
 
-/// Null stays None.
+/// None if there is no pose.
 inline std::optional<Matrix4> matrixOf(const std::optional<Eigen::Isometry3d>& pose) {
   return pose ? std::optional<Matrix4>(pose->matrix()) : std::nullopt;
 }

@@ -257,8 +257,8 @@ Paint basePaint(const Shape& shape, const Eigen::Vector3d& p_W) {
   return kFacePaint[faceOf(p_W - (room->min() + half), half)];
 }
 
-/// Whether a point lies in a dark square. The squares are shifted a little: many surfaces lie at
-/// multiples of 0.25 m, and none may lie between two layers of squares.
+/// Whether a point lies in a dark cube of a 3D chequerboard. It is shifted, since many surfaces lie
+/// at multiples of 0.25 m, and no face of a cube may lie on a surface.
 bool isDark(const Eigen::Vector3d& p_W) {
   const Eigen::Vector3d square = ((p_W / kSquare_m).array() + 0.37).floor();
   return static_cast<long>(square.sum()) % 2 != 0;
@@ -277,8 +277,8 @@ Paint paintAt(const Scene& scene, size_t shape, const Eigen::Vector3d& p_W) {
 
 namespace {
 
-/// Range of one image coordinate of the points within `radius` of (x, z), for a pinhole camera.
-/// Widened by a pixel; exact tangents are not needed, since each pixel is tested anyway.
+/// Range of one image coordinate that contains the points within `radius` of (x, z), for a pinhole
+/// camera. Larger than necessary, since each pixel is tested anyway.
 void boundAxis(double x, double z, double radius, double f, double c, int size, int& begin,
                int& end) {
   const double near = z - radius, far = z + radius;  // near > 0
@@ -289,7 +289,7 @@ void boundAxis(double x, double z, double radius, double f, double c, int size, 
   end = static_cast<int>(std::clamp(std::ceil(f * last + c) + 1.0, 0.0, limit));
 }
 
-/// The pixels in which a shape may be seen, from min() to max(), which is excluded.
+/// The pixels in which a shape may be seen, from min() up to but excluding max().
 Eigen::AlignedBox2i projectedRect(const Shape& shape, const Intrinsics& K, int width, int height,
                                   const Eigen::Isometry3d& T_C_W) {
   Eigen::AlignedBox2i rect(Eigen::Vector2i(0, 0), Eigen::Vector2i(width, height));
@@ -304,7 +304,7 @@ Eigen::AlignedBox2i projectedRect(const Shape& shape, const Intrinsics& K, int w
   return rect;
 }
 
-/// What is seen in one pixel: the depth, and the number of the shape.
+/// What is seen in one pixel: depth, and index of the shape.
 using Hit = std::pair<float, size_t>;
 
 /// The direction of a pixel in the optical frame, with z = 1: a ray's parameter is then the depth.

@@ -50,12 +50,12 @@ class Scene {
   void add(const Shape& shape) { shapes_.push_back(shape); }
   const std::vector<Shape>& shapes() const { return shapes_; }
 
-  /// Smallest s > 0 at which origin + s * direction enters a shape's surface, or infinity. The
-  /// direction need not be a unit vector.
+  /// Smallest s > 0 at which origin + s * direction enters a solid, or infinity. The direction need
+  /// not be a unit vector.
   double intersect(const Eigen::Vector3d& origin_W, const Eigen::Vector3d& direction_W) const;
 
   /// Positive in free space, negative inside a solid, infinity in an empty scene. Exact except
-  /// where solids overlap.
+  /// inside overlapping solids.
   double signedDistance(const Eigen::Vector3d& p_W) const;
 
   /// The distance to the nearest surface, never negative.
@@ -93,8 +93,8 @@ Eigen::Isometry3d lookAt(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& ta
 /// from both sides; around it are plates 10, 20 and 40 mm thick and rods 20 to 60 mm thick.
 Scene makeRoomScene();
 
-/// `count` balls that circle in that room one behind the other, in 10 s per lap. They pass in front
-/// of and behind its wall, and stay clear of the camera of roomCameraPose().
+/// `count` balls that circle in that room, 10 s per lap. They pass in front of and behind its wall,
+/// and stay clear of the camera of roomCameraPose().
 std::vector<Sphere> roomBalls(int count, double time_s);
 
 /// The pose of a camera on a smooth closed lap around the middle of makeRoomScene(), in `lap_s`

@@ -23,7 +23,7 @@ constexpr int32_t kMax = kMaxBlockCoordinate;
 constexpr int32_t BlockKey::*kAxes[] = {&BlockKey::x, &BlockKey::y, &BlockKey::z};
 constexpr char kAxisNames[] = "xyz";
 
-/// Samples for planning boxes: images, and pixels of each.
+/// Images and pixels that planBoxes() samples.
 constexpr size_t kSampledImages = 256;
 constexpr int kSampledPixels = 64;  ///< Along each axis of an image.
 
@@ -63,7 +63,7 @@ void checkSettings(const RunSettings& settings) {
 void checkPainting(const MapperParams& params) {
   if (!params.adapt_exposure && params.max_paint_depth_m > 0.0f) return;
   throw std::runtime_error(
-      "the recording has colour images, which --only needs at a fixed exposure and with a depth "
+      "with --only, colour images can be painted only at a fixed exposure and with a depth "
       "limit: give --set colour/exposure=fixed colour/max_depth_m=5 (and the same for the whole "
       "map), or colour/enabled=never");
 }
@@ -71,7 +71,7 @@ void checkPainting(const MapperParams& params) {
 /// Blocks along an edge of a cube of space cells. A cube belongs to the box of its first block.
 int blocksPerCube(const SpaceParams& space) { return space.cell_voxels * kCubeSide / kBlockSide; }
 
-/// The keys of a box's cubes; none if it is too small for any.
+/// The keys of the cubes that belong to a box; none if it has no cube's first block.
 BlockExtent cubesOf(const BlockExtent& box, int n) {
   BlockExtent cubes;
   for (const auto axis : kAxes) {
@@ -81,8 +81,8 @@ BlockExtent cubesOf(const BlockExtent& box, int n) {
   return cubes;
 }
 
-/// Indices of the images that may paint the box. Extends what is fused by what may hide the
-/// painted.
+/// Indices of the colour images that may paint the box. Extends the blocks of the run by those that
+/// may hide its surfaces from these images.
 std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOptions& options,
                               const RunSettings& settings,
                               const std::optional<Eigen::Isometry3d>& T_W_M) {
@@ -106,9 +106,9 @@ std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOption
   return listed;
 }
 
-/// What an image paints depends on how many frames support the map so far, up to mesh/min_support:
-/// so the first frames are all used, whatever they see. @return the index of the first that need
-/// not be.
+/// What an image paints depends on the number of frames that supported the map before, up to
+/// mesh/min_support. So the first frames are fused whatever they see. @return index of the first
+/// frame that need not be.
 size_t endOfSupport(RunOptions options, const RunSettings& settings,
                     const std::optional<Eigen::Isometry3d>& T_W_M) {
   const MapperParams& params = settings.params.mapper;
@@ -126,7 +126,7 @@ size_t endOfSupport(RunOptions options, const RunSettings& settings,
   return end;
 }
 
-/// A part of space, and its blocks that were seen.
+/// A part of space, and the blocks seen in it.
 struct Leaf {
   BlockExtent box;
   std::vector<BlockKey> blocks;
@@ -149,7 +149,7 @@ std::pair<int, int32_t> longestAxis(const BlockExtent& bounds) {
   return longest;
 }
 
-/// Splits a leaf into halves with about equally many blocks. @pre It is more than one block long.
+/// Splits a leaf into two with about equally many blocks. @pre It is more than one block long.
 std::array<Leaf, 2> halvesOf(Leaf leaf) {
   const BlockExtent bounds = leaf.bounds();
   const auto axis = kAxes[longestAxis(bounds).first];
@@ -164,7 +164,7 @@ std::array<Leaf, 2> halvesOf(Leaf leaf) {
   return halves;
 }
 
-/// The blocks that a sample of a recording's images shows.
+/// The blocks seen in a sample of a recording's images.
 std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settings) {
   const auto T_W_M = detectLevel(options, settings);
   const MapperParams& params = settings.params.mapper;
@@ -305,7 +305,7 @@ std::vector<BlockExtent> missingBoxes(const std::vector<BlockExtent>& boxes) {
       covered += volumeOf(intersectionOf(piece, box));
       cutOut(box, piece, left);
     }
-    if (covered != volumeOf(box)) throw std::runtime_error("it overlaps another box");
+    if (covered != volumeOf(box)) throw std::runtime_error("a box overlaps another box; omit one");
     missing = std::move(left);
   }
   if (missing.empty()) return missing;

@@ -1,4 +1,4 @@
-/// Maps made box by box: how space is divided, and what of a recording a box needs.
+/// Maps made box by box: how space is divided, and which frames of a recording a box needs.
 #pragma once
 
 #include <cstddef>
@@ -23,12 +23,12 @@ BlockExtent parseBox(const std::string& text, double block_m);
 /// A run for one box of a map.
 struct BoxRun {
   MapBox box;        ///< The box and the numbers of its frames.
-  MapExtent extent;  ///< Blocks that are fused and painted.
-  std::shared_ptr<const std::vector<size_t>> frames, images;  ///< Indices of what is read.
-  double last_stamp_s = 0.0;  ///< Stamp of the last frame: images are painted up to it.
+  MapExtent extent;  ///< Blocks to fuse and to paint.
+  std::shared_ptr<const std::vector<size_t>> frames, images;  ///< Indices of those to read.
+  double last_stamp_s = 0.0;  ///< Of the last frame of the recording; later images are not painted.
 };
 
-/// Plans a run from poses; decodes hardly any image.
+/// Plans a run from poses; decodes few images.
 /// @throws std::runtime_error for settings that need the whole map.
 BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
                   const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box);
@@ -36,7 +36,7 @@ BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
 /// Boxes that cover all of space and share a recording's surfaces about equally, judged by a sample
 /// of its images. @throws std::runtime_error if there are fewer blocks than boxes.
 /// @param count Number of boxes; 0: as many as `edge_m` requires.
-/// @param edge_m Maximum length of what a recording shows of a box; 0: no limit.
+/// @param edge_m Largest extent of the surfaces in a box along an axis, in metres; 0: no limit.
 std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings& settings,
                                    size_t count, double edge_m);
 

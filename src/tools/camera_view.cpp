@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace {
 
-/// Pixels are judged with their neighbours, and positions in the image are rounded.
+/// Allowances for the neighbours of a pixel, and for rounding.
 constexpr double kMargin_px = 3.0;
 constexpr double kRounding_voxels = 1.0;
 
@@ -21,8 +21,8 @@ MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m) {
           (toVector(blocks.last) + Eigen::Vector3d::Ones()) * block_m + margin};
 }
 
-/// The view lies between four planes through the camera. A box that is wholly beyond one of them is
-/// not seen, even if parts of it are behind the camera.
+/// The view lies between four planes through the camera. A box that lies wholly beyond one of them
+/// is not seen, even if a part of it is behind the camera.
 bool CameraView::maySee(const MetricBox& box, double depth_m) const {
   Eigen::Matrix<double, 3, 8> corners;  // in the camera's frame
   for (int i = 0; i < 8; ++i) {
@@ -63,8 +63,9 @@ bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperPa
   return image.maySee(pointsOf(blocks, params.map.voxel_size_m, rules), params.max_paint_depth_m);
 }
 
-/// What hides a point lies between the camera and the point, or off that line by the radius of a
-/// piece, which drawSurface() has in pixels along both axes, and a cell of the image.
+/// A point is hidden by pieces of surface whose centres lie on its ray, or beside it by up to the
+/// radius of a piece and a cell of the image. pieceOf() computes the radius in pixels from fx, but
+/// uses it along both axes.
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
                            const MapperParams& params, const ColourRules& rules) {
   const double voxel_m = params.map.voxel_size_m, block_m = voxel_m * kBlockSide;

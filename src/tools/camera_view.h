@@ -1,5 +1,5 @@
-/// Which boxes along the axes of the map frame a camera may see, and which blocks may affect how a
-/// colour image paints.
+/// Finds which axis-aligned boxes a camera may see, and which blocks may affect what a colour image
+/// paints.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,10 +11,10 @@
 
 namespace dtsdf {
 
-/// A box along the axes of the map frame, in metres.
+/// An axis-aligned box in the map frame, in metres.
 using MetricBox = Eigen::AlignedBox3d;
 
-/// The box around blocks with edge `block_m`, with a margin on each side.
+/// The box around blocks, whose edge is `block_m`, with a margin on each side.
 MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m);
 
 class CameraView {
@@ -27,8 +27,8 @@ class CameraView {
         height_(frame.height),
         T_C_W_(frame.T_W_C.inverse()) {}
 
-  /// Whether any part of a box may lie within a depth and within the image, plus a few pixels
-  /// around it. Errs on the side of yes.
+  /// Whether any part of a box may lie within a depth and in the image, or a few pixels around it.
+  /// May be true for a box that does not.
   bool maySee(const MetricBox& box, double depth_m) const;
 
   Eigen::Vector3d centre() const { return T_C_W_.inverse().translation(); }
@@ -40,16 +40,15 @@ class CameraView {
   Eigen::Isometry3d T_C_W_;
 };
 
-/// Whether a depth image may change any of these blocks: measurements up to fusion/max_depth_m
-/// change voxels around them.
+/// Whether a depth image may change any of these blocks.
 bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperParams& params);
 
 /// Whether a colour image may paint any of these blocks.
-/// @pre colour/max_depth_m is not 0, which would be no limit.
+/// @pre colour/max_depth_m is above 0.
 bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperParams& params,
               const ColourRules& rules);
 
-/// The blocks that may hide a part of these from a colour image, and these.
+/// A box of these blocks and those that may hide a part of them from a colour image.
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
                            const MapperParams& params, const ColourRules& rules);
 

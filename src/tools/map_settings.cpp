@@ -28,8 +28,7 @@ RunSettings settingsFor(const MapContents& contents, const std::vector<std::stri
   visitRules(settings.rules, reader);
   checkParams(params, reader);
   reader.finish();
-  // Nothing is added to the map. With map/page_folder the rest is on disk and the given limit
-  // holds.
+  // The map will not grow, so its size is the limit. With map/page_folder, the given limit holds.
   if (params.map.page_folder.empty()) params.map.max_memory_mb = minMemoryMb(contents, params);
   checkFits(contents, params, kLeaveSettingOut);
   return settings;
@@ -42,7 +41,7 @@ void checkMeshPath(const std::string& path) {
 
 namespace {
 
-/// The mesh, whose size sets a lower limit, is not known yet.
+/// The real limit, the diagonal of the mesh, is not known yet.
 constexpr double kLargestError_m = 1e6;
 
 }  // namespace

@@ -12,11 +12,11 @@
 namespace dtsdf {
 
 /// Settings for a mapper of a saved map: those of the file that this version knows, overridden by
-/// `given`, each key=value. The memory limit is what the map needs.
-/// @throws ParamError with every violation.
+/// `given`, each key=value. Without map/page_folder, the memory limit is what the map needs.
+/// @throws ParamError with every violation, std::runtime_error if they do not fit the map.
 RunSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given);
 
-/// @throws UsageError unless a mesh can be saved under this name.
+/// @throws UsageError unless the name has the extension of a mesh format.
 void checkMeshPath(const std::string& path);
 
 /// Adds --simplify-error.

@@ -20,10 +20,10 @@ void run(const std::vector<std::string>& arguments) {
               {"render", "renders depth, normals and colours from given poses", renderMap},
               {"boxes", "cuts a recording's space into boxes for reconstruct --only", printBoxes},
               {"join", "joins the maps of boxes", joinBoxes},
-              {"diff", "compares two maps: what was added, and what is gone", compareMaps},
+              {"diff", "compares two maps: what was added and what is gone", compareMaps},
               {"hash", "prints hashes of a map and its mesh, or of a mesh file", printHash},
               {"texture", "saves the mesh with textures from a recording's images", textureMap},
-              {"export", "writes a journal's images for trainers of splats", exportJournal}},
+              {"export", "writes a journal's images to train NeRFs and splats", exportJournal}},
              arguments);
 }
 

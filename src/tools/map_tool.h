@@ -1,4 +1,4 @@
-/// The commands of `map_tool`, a function each, and what they share.
+/// The commands of `map_tool`, one function each, and functions that they share.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@
 
 namespace dtsdf {
 
-/// Each takes the arguments after its name. @throws UsageError, TextRequest for --help,
+/// Each takes the arguments after the command's name. @throws UsageError, TextRequest for --help,
 /// std::runtime_error for files that cannot be read or written.
 void printMapInfo(const std::vector<std::string>& arguments);
 void meshMap(const std::vector<std::string>& arguments);
@@ -27,19 +27,20 @@ void compareMaps(const std::vector<std::string>& arguments);
 void textureMap(const std::vector<std::string>& arguments);
 void printHash(const std::vector<std::string>& arguments);
 
-/// Options of the commands that write something from a map.
+/// Options of the commands that read a map.
 struct MapToolOptions {
   std::string map_path, out_path;
   std::vector<std::string> settings;  ///< Each key=value.
 };
 
-/// Adds FILE and OUT; `out` is the help of OUT.
+/// Adds FILE and OUT; `out` is the help text of OUT.
 void addPaths(CommandLine& line, const std::string& out, MapToolOptions& options);
 
-/// Adds --set; `keys` are the useful ones.
+/// Adds --set; `keys` lists the keys that matter, for the help.
 void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& options);
 
-/// Creates a mapper from the file. Its settings are overridden by those given, and by `fixed`.
+/// Creates a mapper from the file. Its settings are overridden by those of the options, and these
+/// by `fixed`, a key=value.
 /// @throws std::runtime_error if the file cannot be read, ParamError for wrong settings.
 std::pair<RunSettings, std::unique_ptr<Mapper>> loadMapOf(const MapToolOptions& options,
                                                           const char* fixed);

@@ -20,7 +20,7 @@
 namespace dtsdf {
 namespace {
 
-/// Joins boxes in a mapper that holds all of them, partly on disk if they are large.
+/// Joins boxes in one mapper, which keeps a large map partly on disk.
 class BoxJoiner {
  public:
   void add(const std::string& path) {
@@ -38,7 +38,7 @@ class BoxJoiner {
     supporting_.insert(supporting_.end(), box->supporting.begin(), box->supporting.end());
     head_.stamp_s = std::max(head_.stamp_s, head.stamp_s);
     if (head.painted) head_.exposure = head.exposure;
-    head_.painted |= head.painted;  // one painted box is enough
+    head_.painted |= head.painted;
     for (const MapBlock& block : head.blocks) {
       if (!boxes_.back().contains(block.key)) {
         throw std::runtime_error("'" + printable(path) + "' has blocks outside its box");
@@ -64,7 +64,7 @@ class BoxJoiner {
                              "; make them with reconstruct --only");
   }
 
-  /// The mapper may keep blocks in a temporary file in the same folder.
+  /// The mapper of a large map has a temporary file in the folder of `path`.
   MapInfo save(const std::string& path) {
     const auto sort = [](auto& values) {
       std::sort(values.begin(), values.end(),
@@ -103,8 +103,9 @@ class BoxJoiner {
         (!head.painted || !head_.painted || head.exposure == head_.exposure)) {
       return;
     }
-    throw std::runtime_error("'" + printable(path) +
-                             "' was made with other settings than the boxes before it");
+    throw std::runtime_error(
+        "'" + printable(path) +
+        "' has other settings, another frame or another exposure than the boxes before it");
   }
 
   std::vector<std::unique_ptr<MapChunks>> files_;
@@ -113,7 +114,7 @@ class BoxJoiner {
   MapContents head_;
 };
 
-/// Allows all boxes to be open at once.
+/// Raises the limit of open files, since all boxes are open at once.
 void allowManyFiles() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
@@ -130,11 +131,11 @@ void printBoxes(const std::vector<std::string>& arguments) {
   CommandLine line(
       "map_tool boxes", "RECORDING --count N | --box-m METRES [options]",
       "Cuts space into boxes that share the surfaces of a recording about equally, and "
-      "prints them, one a line, for reconstruct --only. Only a sample of the images is "
+      "prints them, one per line, for reconstruct --only. Only a sample of the images is "
       "read, but the boxes cover all of space.");
   line.addText({"RECORDING", "", "a recording that reconstruct reads"}, input.recording.path);
   line.addNumber({"--count", "N", "number of boxes"}, count, {1, 1e6});
-  line.addNumber({"--box-m", "METRES", "or the maximum length of a box's surfaces"}, edge_m,
+  line.addNumber({"--box-m", "METRES", "or the largest extent of the surfaces in a box"}, edge_m,
                  {0.01, 1e6});
   line.requireOneOf({"--count", "--box-m"});
   line.beginGroup("Input");
@@ -155,10 +156,11 @@ void printBoxes(const std::vector<std::string>& arguments) {
 void joinBoxes(const std::vector<std::string>& arguments) {
   std::vector<std::string> paths;
   std::string map_path;
-  CommandLine line("map_tool join", "BOX.dtsdf ... --save-map OUT.dtsdf",
-                   "Joins the maps of boxes, as reconstruct --only saves them, into the map of one "
-                   "process. The boxes have to cover all of space: what is missing is an error "
-                   "that names the boxes to make.");
+  CommandLine line(
+      "map_tool join", "BOX.dtsdf ... --save-map OUT.dtsdf",
+      "Joins the maps of boxes, as reconstruct --only saves them, into the map that one "
+      "process would make. The boxes must cover all of space; an error lists those "
+      "that are missing.");
   line.addList({"BOXES", "", "maps of boxes"},
                [&](const std::string& path) { paths.push_back(path); });
   addSaveMapOption(line, "map of all of them", map_path);

@@ -62,7 +62,7 @@ void saveOcTree(const std::vector<std::string>& arguments) {
     std::fprintf(
         stderr,
         "map_tool: warning: the map has no free space; only surface cells are in the tree. "
-        "Map with --set space/enabled=true\n");
+        "Make the map with --set space/enabled=true\n");
   }
   mapper->updateMesh();
   save(*mapper->space(), options.out_path);

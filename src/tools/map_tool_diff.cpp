@@ -1,4 +1,4 @@
-// map_tool diff: what was added between two maps of a place, and what is gone.
+// map_tool diff: compares two maps of a place.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -18,10 +18,10 @@
 namespace dtsdf {
 namespace {
 
-/// What the other map has where one has a surface.
+/// What the other map has where a map has a surface.
 enum Kind : uint8_t { kSame, kChanged, kUnseen };
 
-/// A map with its mesh, to look up what is near a point.
+/// A map, with its mesh to find the surface near a point.
 class ComparedMap {
  public:
   explicit ComparedMap(const MapToolOptions& options)
@@ -31,7 +31,7 @@ class ComparedMap {
         tree_(mesh_.vertices_m, mesh_.triangles) {
     if (loaded_.second->stats().free_bytes == 0) {
       throw std::runtime_error("'" + options.map_path +
-                               "' has no free space, so that nothing is known to be gone; map with "
+                               "' has no free space, so changes cannot be found; make the map with "
                                "--set space/enabled=true");
     }
   }
@@ -40,7 +40,7 @@ class ComparedMap {
   const Mesh& mesh() const { return mesh_; }
   float voxelSize_m() const { return loaded_.first.params.mapper.map.voxel_size_m; }
 
-  /// What the map has at a point in its frame. @param hint From the previous point.
+  /// What the map has at a point in its frame. @param hint Kept from one point to the next.
   Kind at(const Eigen::Vector3d& p_W, double near_m, SurfaceTree::Hint& hint) const {
     const Vec3f p{static_cast<float>(p_W.x() - mesh_.origin_m[0]),
                   static_cast<float>(p_W.y() - mesh_.origin_m[1]),
@@ -54,13 +54,13 @@ class ComparedMap {
   }
 
  private:
-  /// A cell is free only if an image saw through all of it, minus a margin for noise, which at 5 m
-  /// leaves half a metre above a floor unknown.
+  /// Noise leaves cells in front of a surface unknown, since a free cell must be seen through with
+  /// a margin: up to half a metre above a floor seen from 5 m.
   static constexpr double kReach_m = 0.5;
 
-  /// Whether a point is free although its cell is not: it is in front of the nearest triangle and,
-  /// beyond the truncation distance, lies along an axis between free cells, or between a free cell
-  /// and a surface.
+  /// Whether a point is free although its cell is not: it lies in front of the nearest triangle
+  /// and, beyond the truncation distance, along some axis between a free cell and another known
+  /// one.
   bool isSeenThrough(const Vec3f& p, const Eigen::Vector3d& p_W, double distance_m,
                      SurfaceTree::Hint nearest) const {
     const auto& corners = tree_.cornersOf(nearest);
@@ -82,7 +82,8 @@ class ComparedMap {
     return false;
   }
 
-  /// State of the first known cell on the way from a point; unknown if none is within reach.
+  /// State of the first known cell from a point along a direction; unknown if none is within
+  /// kReach_m.
   CellState firstKnown(const Eigen::Vector3d& p_W, const Eigen::Vector3d& direction) const {
     const Space& space = *loaded_.second->space();
     CellState state = CellState::kUnknown;
@@ -106,13 +107,13 @@ double areaOf(const Mesh& mesh, size_t triangle) {
                    norm(cross(mesh.vertices_m[corners[1]] - a, mesh.vertices_m[corners[2]] - a)));
 }
 
-/// The root of a vertex's piece.
+/// The root of a vertex's piece, in a forest of `parents`.
 uint32_t rootOf(std::vector<uint32_t>& parents, uint32_t vertex) {
   while (parents[vertex] != vertex) vertex = parents[vertex] = parents[parents[vertex]];
   return vertex;
 }
 
-/// Marks connected changed pieces that are smaller than `min_m2` as the same.
+/// Marks connected changed pieces of less than `min_m2` as unchanged.
 void dropSmallPieces(const Mesh& mesh, double min_m2, std::vector<Kind>& kinds) {
   std::vector<uint32_t> parents(mesh.vertices_m.size());
   std::iota(parents.begin(), parents.end(), 0u);
@@ -136,8 +137,8 @@ void dropSmallPieces(const Mesh& mesh, double min_m2, std::vector<Kind>& kinds) 
 }
 
 /// What another map has at each triangle of a mesh; T_O_W maps the mesh's frame to the other map's.
-/// @param near_m A surface of the other map that is this near is the same one.
-/// @param min_m2 Smaller connected changed pieces are noise.
+/// @param near_m A surface of the other map within this distance counts as the same.
+/// @param min_m2 Smaller connected changed pieces count as unchanged.
 std::vector<Kind> compare(const Mesh& mesh, const ComparedMap& other,
                           const Eigen::Isometry3d& T_O_W, double near_m, double min_m2) {
   std::vector<Kind> kinds;
@@ -156,7 +157,7 @@ std::vector<Kind> compare(const Mesh& mesh, const ComparedMap& other,
   return kinds;
 }
 
-/// Adds the triangles of one kind to a drawing in the frame of map A, if they have a colour.
+/// Adds the triangles of one kind to a drawing in the frame of map A, unless `colour` is missing.
 /// @return their area, in square metres.
 double addTriangles(const Mesh& mesh, const Eigen::Isometry3d& T_A_W,
                     const std::vector<Kind>& kinds, Kind kind,
@@ -190,11 +191,12 @@ double addTriangles(const Mesh& mesh, const Eigen::Isometry3d& T_A_W,
   return area_m2;
 }
 
-/// The pose of B's frame in A's: the frame of the poses is the same, and each map may be levelled.
+/// T_A_B: both maps have the same frame of poses, but each may be levelled.
+/// @throws std::runtime_error if the frames differ.
 Eigen::Isometry3d frameOfBInA(const MapInfo& a, const MapInfo& b) {
   if (!a.map_frame.empty() && !b.map_frame.empty() && a.map_frame != b.map_frame) {
     throw std::runtime_error("the maps are in different frames, '" + printable(a.map_frame) +
-                             "' and '" + printable(b.map_frame) + "'");
+                             "' and '" + printable(b.map_frame) + "'; compare maps of one frame");
   }
   const Eigen::Isometry3d none = Eigen::Isometry3d::Identity();
   return a.T_W_M.value_or(none) * b.T_W_M.value_or(none).inverse();
@@ -217,10 +219,10 @@ void compareMaps(const std::vector<std::string>& arguments) {
   line.addText({"B", "", "the map after"}, b.map_path);
   line.addText({"--mesh", "OUT", std::string("a mesh to write: ") + kMeshExtensions}, a.out_path);
   line.addNumber({"--tolerance", "METRES",
-                  "surfaces as near as this are the same one (default: two of the larger voxels)"},
+                  "surfaces within this distance are the same (default: two of the larger voxels)"},
                  tolerance_m, {0.0, 10.0});
-  line.addNumber({"--least-area", "CM2", "smaller pieces of what changed count as unchanged"},
-                 min_cm2, {0.0, 1e6});
+  line.addNumber({"--least-area", "CM2", "smaller changed pieces count as unchanged"}, min_cm2,
+                 {0.0, 1e6});
   line.addFlag("--changes-only", "leave out what is unchanged", changes_only);
   addSettings(line, "mesh/..., backend, threads", a);
   line.parse(arguments);

@@ -1,4 +1,4 @@
-// map_tool export: writes the images of a journal for trainers of radiance fields and splats.
+// map_tool export: writes the images of a journal to train NeRFs and Gaussian splats.
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -22,7 +22,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Camera axes right, up, back, instead of right, down, forward.
+/// Rows of a pose whose camera axes are right, up, back.
 Json openGlPose(const Eigen::Isometry3d& T_W_C) {
   Eigen::Matrix4d T = T_W_C.matrix();
   T.block<4, 2>(0, 1) *= -1.0;
@@ -39,7 +39,7 @@ Json entryOf(const Frame& frame, double stamp_s) {
           {"h", frame.height},
           {"fl_x", K.fx},
           {"fl_y", K.fy},
-          {"cx", K.cx + 0.5f},  // relative to the first pixel's corner
+          {"cx", K.cx + 0.5f},  // relative to the corner of the first pixel
           {"cy", K.cy + 0.5f},
           {"transform_matrix", openGlPose(frame.T_W_C)},
           {"stamp", stamp_s}};
@@ -82,7 +82,7 @@ void writePoints(const Mesh& mesh, const std::string& path) {
   file.commit();
 }
 
-/// Writes a journal's images one by one, as its map is made. @return their lists.
+/// Writes a journal's images while fusing them. @return their lists, for transforms.json.
 Json writeImages(JournalReplay& journal, Mapper& mapper, const std::string& out_path) {
   Json frames = Json::array(), depth_frames = Json::array();
   double depth_stamp_s = -1.0;
@@ -104,7 +104,7 @@ Json writeImages(JournalReplay& journal, Mapper& mapper, const std::string& out_
     writeFileAtomically(out_path + "/" + path,
                         encodeColourPng(rgbOf(std::get<ColourFrame>(image->frame))));
     entry["file_path"] = path;
-    // Trainers accept depth only for the same image, so separate cameras have separate lists.
+    // Trainers take a depth image only for the same view; depth_frames has all of them.
     if (std::abs(image->stamp_s - depth_stamp_s) < PoseCorrection::kSameStamp_s) {
       entry["depth_file_path"] = depth_frames.back()["depth_file_path"];
     }

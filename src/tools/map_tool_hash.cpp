@@ -1,4 +1,4 @@
-// map_tool hash: shows whether two maps or two meshes are the same.
+// map_tool hash: prints hashes that show whether two maps or two meshes are equal.
 #include <cstdio>
 #include <locale>
 #include <sstream>
@@ -35,9 +35,9 @@ void printHash(const std::vector<std::string>& arguments) {
   MapToolOptions options;
   CommandLine line(
       "map_tool hash", "FILE [options]",
-      "Prints a hash (XXH64) of a map's content, which does not depend on backend, number of "
-      "threads or version of the format, and one of its mesh, over the bytes of the .ply file "
-      "that map_tool mesh saves. For a mesh file, prints a hash of its bytes.");
+      "Prints hashes (XXH64) of a map and its mesh. The map's does not depend on backend, number "
+      "of threads or version of the format; the mesh's is that of the .ply file that map_tool "
+      "mesh saves. For a mesh file, prints the hash of its bytes.");
   line.addText({"FILE", "", "a map file or a mesh (.ply, .obj, .stl or .glb)"}, options.map_path);
   addSettings(line, "mesh/..., backend, threads", options);
   line.parse(arguments);

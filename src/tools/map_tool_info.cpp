@@ -29,8 +29,8 @@ std::string describeBounds(const MapInfo& info, double voxel_size_m) {
 std::string describePoses(PoseMode mode) {
   switch (mode) {
     case PoseMode::kTf: return "as given";
-    case PoseMode::kRefine: return "refined by the map";
-    case PoseMode::kTrack: return "tracked by the map";
+    case PoseMode::kRefine: return "refined by alignment to the map";
+    case PoseMode::kTrack: return "tracked by alignment to the map";
   }
   return "";
 }
@@ -73,10 +73,9 @@ void printMapInfo(const std::vector<std::string>& arguments) {
   std::string path;
   bool with_settings = false, verify = false;
   CommandLine line("map_tool info", "FILE [options]",
-                   "Prints what is in a map file. Without --verify it does not read voxels and "
-                   "colours.");
+                   "Prints what is in a map file. Reads voxels and colours only with --verify.");
   line.addText({"FILE", "", "a map file"}, path);
-  line.addFlag("--settings", "also print every setting and rule number that the map was made with",
+  line.addFlag("--settings", "also print all settings and rule numbers that the map was made with",
                with_settings);
   line.addFlag("--verify", "read the whole file and check its checksums", verify);
   line.parse(arguments);

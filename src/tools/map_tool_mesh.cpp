@@ -13,7 +13,7 @@ void meshMap(const std::vector<std::string>& arguments) {
   MapToolOptions options;
   double simplify_error_m = 0.0;
   CommandLine line("map_tool mesh", "FILE OUT.ply [options]",
-                   "Saves the mesh of a map file, with the settings it was saved with.");
+                   "Saves the mesh of a map file, with the settings in the file.");
   addPaths(line, "mesh to write: .ply or .glb (normals, colours), .obj or .stl", options);
   addSettings(line, "mesh/..., backend, threads", options);
   addSimplifyOption(line, simplify_error_m);

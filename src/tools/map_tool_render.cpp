@@ -1,4 +1,4 @@
-// map_tool render: renders views of a map file.
+// map_tool render: renders views of a map, as a recording in TUM's format.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -68,8 +68,8 @@ RgbImage colourImageOf(const RenderedView& view) {
   return image;
 }
 
-/// Renders a view from each pose into a folder that is a recording.
-/// @return the time for each, in milliseconds.
+/// Renders a view from each pose and saves all as a recording. @return the time of each rendering,
+/// in milliseconds.
 std::vector<double> renderInto(const std::string& folder, const RenderCamera& camera,
                                const std::vector<StampedPose>& poses, Mapper& mapper) {
   writeFileAtomically(folder + "/camera_info.yaml", cameraInfoText(camera, "rendered"));
@@ -103,10 +103,11 @@ void renderMap(const std::vector<std::string>& arguments) {
   MapToolOptions options;
   std::string camera_path, trajectory_path;
   std::vector<StampedPose> poses;
-  CommandLine line("map_tool render", "FILE OUT [options]",
-                   "Renders what a camera would see of a map, into a folder as the TUM benchmark "
-                   "has them: depth (16-bit PNG, 5000 units per metre), normals (128 + 127 times "
-                   "x, y and z in the camera's frame) and, where the map is painted, rgb.");
+  CommandLine line(
+      "map_tool render", "FILE OUT [options]",
+      "Renders what a camera would see of a map, into a folder in the format of the TUM "
+      "benchmark: depth (16-bit PNG, 5000 units per metre), normals (128 + 127 times "
+      "x, y and z in the camera's frame) and, where the map is painted, rgb.");
   addPaths(line, "the folder", options);
   line.add({"--pose", "TX,TY,TZ,QX,QY,QZ,QW",
             "pose of the camera (its optical frame) in the map "

@@ -25,19 +25,19 @@
 namespace dtsdf {
 namespace {
 
-/// A chart: a triangle in one half of a square of texels. Two charts share a square, with room for
-/// bilinear interpolation between and around them.
+/// Place of a triangle in a texture: one half of a square of texels. Two triangles share a square,
+/// with a border for bilinear interpolation between and around them.
 struct Chart {
   int32_t x, y, side;  ///< The square.
-  bool is_second;      ///< Whether it is the half with the square's last texel.
+  bool is_second;      ///< Whether it is the half with the last texel.
 };
 
 constexpr int32_t kBorder = 3, kMaxTexels = 253, kPageSide = 4096;
 
-/// Length of a triangle's first two edges, in texels.
+/// Length of the triangle's edges at corner 0, in texels.
 int32_t texelsAlong(const Chart& chart) { return chart.side - kBorder; }
 
-/// Charts of triangles that share a page.
+/// A texture page.
 struct Page {
   size_t begin, end;  ///< Range of its triangles.
   int32_t height = 0;
@@ -64,7 +64,7 @@ int32_t sideOf(const Mesh& mesh, size_t triangle, double texel_m) {
   return kBorder + static_cast<int32_t>(std::clamp<double>(texels, 1.0, kMaxTexels));
 }
 
-/// The mesh of a map in charts.
+/// The mesh of a map, its charts and pages.
 class Atlas {
  public:
   Atlas(Mesh mesh, double texel_m) : mesh_(std::move(mesh)) {
@@ -73,7 +73,7 @@ class Atlas {
       sides.push_back(sideOf(mesh_, i, texel_m));
     }
     charts_.resize(sides.size());
-    constexpr int64_t kFilled = int64_t{kPageSide} * kPageSide * 7 / 8;  // rows do not fill it
+    constexpr int64_t kFilled = int64_t{kPageSide} * kPageSide * 7 / 8;  // rows leave gaps
     for (size_t begin = 0; begin < sides.size();) {
       size_t end = begin;
       for (int64_t halves = 0; end < sides.size() && halves / 2 < kFilled; ++end) {
@@ -107,8 +107,9 @@ class Atlas {
     return places;
   }
 
-  /// Calls visit(texel, s, t) for the texels of a triangle, and for one texel beyond. `texel` is an
-  /// index in its page; it lies at corner 0 plus s and t times the edges to corners 1 and 2.
+  /// Calls visit(texel, s, t) for the texels of a triangle, and up to one texel beyond its edges.
+  /// `texel` is an index in its page; it lies at corner 0 plus s and t times the edges to corners 1
+  /// and 2.
   template <class Visit>
   void visitTexels(size_t triangle, const Visit& visit) const {
     const Chart& chart = charts_[triangle];
@@ -125,7 +126,8 @@ class Atlas {
   }
 
  private:
-  /// Packs squares into rows, the largest first.
+  /// Packs squares into rows, the largest first. Of two triangles that share a square, the smaller
+  /// has more texels than it needs.
   void addPage(size_t begin, size_t end, const std::vector<int32_t>& sides) {
     std::vector<size_t> order(end - begin);
     std::iota(order.begin(), order.end(), begin);
@@ -146,7 +148,6 @@ class Atlas {
       charts_[order[i]] = {x, y, side, false};
       x += side;
     }
-    // The smaller triangle in a square has more texels than it needs.
     pages_.push_back({begin, end, y + row});
   }
 
@@ -158,7 +159,7 @@ class Atlas {
 /// An image, and the map rendered from its pose.
 class SeenImage {
  public:
-  /// @param before Exposure of the previous image; becomes that of this one.
+  /// @param before Exposure of the previous image; is set to that of this image.
   SeenImage(const ColourFrame& frame, Mapper& mapper, const PaintSettings& settings,
             float voxel_size_m, Exposure& before)
       : frame_(frame),
@@ -169,7 +170,7 @@ class SeenImage {
     before = exposure_ = exposureOf(sumsWithMap(), before, settings);
   }
 
-  /// Adds the image's colours to a triangle, whose corners and normals are in the camera's frame.
+  /// Adds the image's colours to the texels of a triangle with these corners and normals.
   void paint(const Atlas& atlas, size_t triangle, const std::array<Vec3f, 3>& p_C,
              const std::array<Vec3f, 3>& n_C, float texel_m, std::vector<Texel>& texels) const {
     const Intrinsics& K = frame_.intrinsics;
@@ -204,7 +205,7 @@ class SeenImage {
 
  private:
   static constexpr float kMinDepth_m = 0.05f;
-  /// Weight of a view: good views dominate. Views blend gradually, so there are no seams.
+  /// Weight of a view. The best views dominate; weights change gradually, so there are no seams.
   static float quality(float facing, float depth_m) {
     const float share = facing / (depth_m * depth_m);
     return share * share;
@@ -237,7 +238,7 @@ class SeenImage {
     return seen_m > 0.0f && depth_m > seen_m + rules_.hidden_depth * voxel_size_m_;
   }
 
-  /// Sums over the pixels at which the map is painted.
+  /// Sums over the pixels that show painted surfaces.
   ExposureSums sumsWithMap() const {
     ExposureSums sums{};
     for (size_t i = 0; i < view_.colours.size(); ++i) {
@@ -261,7 +262,7 @@ class SeenImage {
 };
 
 /// Calls `take` for each colour image of a recording or a journal.
-/// @param what Label of the progress bar. @param T_W_M The level of the map.
+/// @param what Label of the progress bar. @param T_W_M Level of the map, for recordings.
 void visitImages(const RunOptions& options, const std::optional<Eigen::Isometry3d>& T_W_M,
                  const std::string& what, const std::function<void(const ColourFrame&)>& take) {
   size_t count = 0;
@@ -289,7 +290,7 @@ void visitImages(const RunOptions& options, const std::optional<Eigen::Isometry3
   }
 }
 
-/// Texels that no image sees have the colours of the map, or grey, with a negligible weight.
+/// Begins with the map's colours, or grey, at a negligible weight, for texels that no image shows.
 std::vector<Texel> beginPage(const Atlas& atlas, const Page& page) {
   constexpr float kTinyWeight = 1e-30f;
   std::vector<Texel> texels(static_cast<size_t>(page.height) * kPageSide, Texel{});
@@ -323,7 +324,8 @@ std::string pngOf(const std::vector<Texel>& texels, int32_t height) {
   return encodeColourPng(image);
 }
 
-/// Paints a page from all images, one by one. @param painted Counts the texels that they show.
+/// Paints a page from all images, one by one. @param painted Is increased by the texels that images
+/// show. @return the page as PNG.
 template <class VisitImages>
 std::string paintPage(const Atlas& atlas, const Page& page, const VisitImages& visit_images,
                       const RunSettings& settings, float texel_m, Mapper& mapper, size_t& painted) {
@@ -367,7 +369,7 @@ void textureMap(const std::vector<std::string>& arguments) {
                    "a journal.");
   line.addText({"RECORDING", "", "a folder, a bag or a journal, as for reconstruct"},
                input.recording.path);
-  line.addText({"MAP", "", "the map file that was made of it"}, options.map_path);
+  line.addText({"MAP", "", "the map file that was made from it"}, options.map_path);
   line.addText({"--mesh", "OUT", "the mesh: .obj, with .mtl and .png next to it, or .glb"},
                options.out_path);
   line.require("--mesh");
@@ -403,7 +405,7 @@ void textureMap(const std::vector<std::string>& arguments) {
   }
   if (painted == 0) {
     throw std::runtime_error(
-        "no image shows the map: are the recording and --poses those that it was made from?");
+        "no image shows the map; give the recording and --poses that it was made from");
   }
   saveTexturedMesh(textured, options.out_path);
   std::printf("%zu triangles, %zu textures of %d texels across, %.1f MB: %s\n",

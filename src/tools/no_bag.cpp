@@ -1,4 +1,4 @@
-// Stands in for src/ros/bag in builds without ROS.
+// Replaces src/ros/bag in builds without ROS.
 #include <stdexcept>
 
 #include "io/bag_frames.h"

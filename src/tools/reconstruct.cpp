@@ -1,5 +1,4 @@
-/// reconstruct: makes a mesh from a recording offline, with all frames and the same result each
-/// time.
+/// reconstruct: makes a map and a mesh from a recording, with all its frames and reproducibly.
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -30,8 +29,8 @@
 namespace dtsdf {
 namespace {
 
-/// The settings of a loaded map, with those that are given. @throws std::runtime_error if given
-/// settings conflict with the map, or the map is in another frame.
+/// The settings of a run, with those that the loaded map is bound to. @throws std::runtime_error if
+/// given settings conflict with the map, or the map is in another frame.
 MapperParams settingsWith(const MapContents& loaded, const RunSettings& settings) {
   const MapperParams params = withSettingsOf(loaded, settings.params.mapper);
   ParamTree tree = toTree(params);
@@ -45,7 +44,8 @@ MapperParams settingsWith(const MapContents& loaded, const RunSettings& settings
   return params;
 }
 
-/// The origin of a run's map. A loaded map keeps its level and the name of its frame.
+/// The origin of a run's map. A loaded map with frames keeps its level, and any keeps the name of
+/// its frame.
 /// @param loaded Null: the run begins with an empty map.
 MapOrigin originOf(const ReconstructOptions& options, const RunSettings& settings,
                    const MapContents* loaded) {
@@ -113,7 +113,8 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
   }
 }
 
-/// Frames that each see a different place make a map but no mesh. @throws std::runtime_error
+/// Refuses an empty mesh if no surface was seen in mesh/min_support frames.
+/// @throws std::runtime_error
 void checkSupport(const ReconstructionResult& result, const MapperParams& params) {
   const int min_support = params.mesh.min_support;
   const bool has_mesh = result.meshes->triangleCount() > 0;
@@ -123,7 +124,7 @@ void checkSupport(const ReconstructionResult& result, const MapperParams& params
       " frames (mesh/min_support); --set mesh/min_support=1 accepts a single frame");
 }
 
-/// Checks the outputs before hours of work.
+/// Checks that the outputs can be written, before hours of work.
 void checkOutputs(const ReconstructOptions& options) {
   for (const std::string& path :
        {options.mesh_path, options.save_map_path, options.trajectory_path, options.report_path}) {
@@ -142,13 +143,13 @@ void saveMeshOf(ReconstructionResult& result, MeshColour colour,
   }
 }
 
-/// Counts a mesh that is not saved, for the report.
+/// Counts the vertices and triangles of a mesh that is not saved, for the report.
 void countMesh(ReconstructionResult& result) {
   result.meshes->stream({[&](const Mesh& piece) { result.vertices += piece.vertices_m.size(); },
                          [&](const std::array<uint32_t, 3>&) { ++result.triangles; }});
 }
 
-/// Checks that what was saved is complete. @throws std::runtime_error if the disk has lost a part.
+/// Checks that nothing was lost. @throws std::runtime_error if pages on disk could not be read.
 void checkLosses(const ReconstructionResult& result, const Mapper& mapper) {
   const PageStats pages = mapper.stats().pages;
   const bool lacks_meshes = result.meshes != nullptr && result.meshes->missed() > 0;
@@ -159,7 +160,7 @@ void checkLosses(const ReconstructionResult& result, const Mapper& mapper) {
                            "; they are missing from what was saved");
 }
 
-/// Checks that at least half of a recording is in its map, unless gaps are allowed.
+/// Checks that at least half of the images are usable, unless gaps are allowed.
 /// @throws std::runtime_error
 void requireMost(size_t usable, size_t images, const ReconstructOptions& options,
                  const std::string& what) {
@@ -181,7 +182,7 @@ void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
              const MapperParams& params, const ReconstructOptions& options,
              const MapBox* box = nullptr) {
   origin.stamp_s = result.stamp_s;
-  // If the map cannot be saved, the mesh still is, and vice versa.
+  // If the map cannot be saved, the rest still is.
   std::exception_ptr failure;
   try {
     if (!options.save_map_path.empty()) saveAndPrint(mapper, origin, box, options.save_map_path);
@@ -210,17 +211,18 @@ void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
 /// Refuses options that are for recordings only. @throws UsageError
 void checkJournalOptions(const ReconstructOptions& options) {
   if (!options.load_map_path.empty() || !options.only.empty()) {
-    throw UsageError("--load-map and --only are for recordings; a journal has its own map");
+    throw UsageError("--load-map and --only are for recordings; a journal contains its own map");
   }
   const ParamTree of_mapper = toTree(MapperParams()), of_all = toTree(NodeParams());
   for (const std::string& setting : options.settings) {
     const std::string key = setting.substr(0, setting.find('='));
     if (of_all.count(key) == 0 || of_mapper.count(key) > 0) continue;
-    throw UsageError(key + " is for recordings; a journal has images and poses as they were fused");
+    throw UsageError(key +
+                     " is for recordings; a journal contains images and poses as they were fused");
   }
 }
 
-/// Corrects a journal with poses, in the map frame by default.
+/// Corrects a journal with --poses, which are in --poses-frame.
 /// @throws UsageError for an unknown frame.
 void correct(JournalReplay& journal, const ReconstructOptions& options) {
   const std::string& path = options.recording.poses_path;
@@ -234,7 +236,7 @@ void correct(JournalReplay& journal, const ReconstructOptions& options) {
   std::vector<StampedPose> poses = readTrajectory(path, "poses are expected there").poses();
   const CorrectionEffect effect = is_level ? journal.correct({journal.count(), std::move(poses)})
                                            : journal.correctGiven(std::move(poses));
-  std::printf("journal: %zu of %zu depth images have another pose by %s\n", effect.moved,
+  std::printf("journal: corrected %zu of %zu depth images by the poses in %s\n", effect.moved,
               journal.depthImages(), path.c_str());
 }
 
@@ -259,8 +261,8 @@ void runJournal(const ReconstructOptions& options) {
   saveAll(result, *mapper, {begin.map_frame, journal.level(), 0.0, begin.poses}, params, options);
 }
 
-/// Poses of a recording are refined unless others are given, which are used unchanged. Poses for a
-/// box are also used unchanged: refining them needs the whole map.
+/// By default, the poses of a recording are refined. Those of --poses are used unchanged, as are
+/// those for a box: refining them needs the whole map.
 ParamTree defaultsFor(const ReconstructOptions& options) {
   if (!options.recording.poses_path.empty() || !options.only.empty()) return {};
   return {{"poses/mode", std::string("refine")}};
@@ -288,8 +290,8 @@ std::optional<BoxRun> prepareBox(ReconstructOptions& options, const RunSettings&
     }
     if (!run.images->empty()) {
       throw std::runtime_error(
-          "a box with colour cannot continue a map, which does not hold what hides its "
-          "surfaces; set colour/enabled=never");
+          "a box with colour cannot be resumed, since its map lacks the blocks around it that "
+          "hide its surfaces; set colour/enabled=never");
     }
     run.box = *before;
     ++run.box.recordings;
@@ -299,12 +301,12 @@ std::optional<BoxRun> prepareBox(ReconstructOptions& options, const RunSettings&
   return run;
 }
 
-/// An incomplete box must not be joined. @throws std::runtime_error
+/// Refuses an incomplete box, which must not be joined. @throws std::runtime_error
 void checkBox(const ReconstructionResult& result) {
   if (result.map.refused_blocks == 0 && result.map.refused_cubes == 0) return;
   throw std::runtime_error(
-      "the box takes more than its budget, map/max_memory_mb; raise it, make "
-      "smaller boxes, or give map/page_folder");
+      "the box takes more than map/max_memory_mb; raise it, make smaller boxes, or give "
+      "map/page_folder");
 }
 
 void run(ReconstructOptions options) {
@@ -330,14 +332,14 @@ void run(ReconstructOptions options) {
 
   const auto source = readAhead(levelled(std::move(frames), origin.T_W_M));
   auto colours = openColours(options, settings.params);
-  // Images without poses of their own follow the depth camera.
+  // When tracking, colour poses are relative to the depth camera.
   if (!options.recording.first_pose_only) colours = levelled(std::move(colours), origin.T_W_M);
   const auto mapper = loaded ? makeProbedMapper(params, settings.rules, partsOf(loaded))
                              : makeProbedMapper(params, settings.rules);
-  // Images of a box are chosen already.
+  // imagesFor() has applied the rate already to the images of a box.
   RecordedInput input(*source, colours.get(), box ? 0.0 : settings.params.max_colour_rate_hz);
   if (loaded) input.map_stamp_s = loaded->head().stamp_s;
-  loaded.reset();  // the mapper has its blocks now
+  loaded.reset();  // the mapper has copied it
   input.poses = settings.params.poses;
   input.threads = params.threads;
   if (box) {

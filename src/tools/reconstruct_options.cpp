@@ -43,11 +43,11 @@ void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
   addSettingOption(
       line,
       {"--poses-mode", "tf|refine|track",
-       "fuse images at the poses given (default with --poses), move each to where it fits the "
-       "map (default), or find all poses but the first by the map alone"},
+       "fuse images at the given poses (default with --poses), align each to the map (default), "
+       "or track the camera by the map alone, from the first pose"},
       "poses/mode", options);
   line.addText({"--poses-frame", "NAME",
-                "of a journal: the frame that --poses are in, its map frame or its level frame "
+                "for a journal: the frame of --poses, which is its map frame or its level frame "
                 "(default: its map frame)"},
                options.poses_frame);
   line.onlyWith("--poses-frame", "--poses");
@@ -64,10 +64,11 @@ void addMapOptions(CommandLine& line, ReconstructOptions& options) {
   line.addText({"--load-map", "IN.dtsdf", "map to resume from; voxel size and mode come from it"},
                options.load_map_path);
   addSaveMapOption(line, "map to write", options.save_map_path);
-  line.addText({"--only", "BOX",
-                "make a box of the map, as map_tool boxes prints it: x=FROM..TO,y=..,z=.. in "
-                "metres; map_tool join joins boxes"},
-               options.only);
+  line.addText(
+      {"--only", "BOX",
+       "make only one box of the map, as map_tool boxes prints it: x=FROM..TO,y=..,z=.. in "
+       "metres; map_tool join joins boxes"},
+      options.only);
 }
 
 }  // namespace
@@ -83,7 +84,7 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
   addReadingOptions(line, options);
   addFrameOptions(line, options);
   line.addFlag("--allow-gaps",
-               "exit code 0 also if fewer than half of the images have a pose or are fused",
+               "exit code 0 even if fewer than half of the images have a pose or are fused",
                options.allow_gaps);
   line.beginGroup("Settings");
   addMapperOptions(line, options);
@@ -102,7 +103,7 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
   }
   if (options.mesh_path.empty() && options.save_map_path.empty() &&
       options.trajectory_path.empty()) {
-    throw UsageError("--mesh is required, or --save-map, or --trajectory");
+    throw UsageError("--mesh, --save-map or --trajectory is required");
   }
   if (!options.mesh_path.empty() && options.mesh_path == options.report_path) {
     throw UsageError("--mesh and --report name the same file");

@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace {
 
-/// Runs `action` and returns its wall time.
+/// Runs `action`. @return its wall time in milliseconds.
 template <class Action>
 double timeMs(const Action& action) {
   const auto begin = std::chrono::steady_clock::now();
@@ -41,7 +41,7 @@ class Reconstruction {
     result_.paint_ms.push_back(timeMs([&] { painting = mapper_.paint(image); }));
     if (painting.status == FrameStatus::kFused) {
       ++result_.images;
-      result_.stamp_s = std::max(result_.stamp_s, source.stamp_s);  // colour images may come late
+      result_.stamp_s = std::max(result_.stamp_s, source.stamp_s);  // may be older than a frame
     } else {
       ++result_.skipped[std::string("colour images: ") + toString(painting.status)];
     }
@@ -111,7 +111,7 @@ class Reconstruction {
       alignment =
           refiner_ ? refiner_->refine(mapper_, depth) : tracker_->track(mapper_, depth, stamp_s);
     }));
-    // The first image has no map to be aligned to.
+    // The first image cannot be aligned to an empty map.
     const bool is_first = alignment.status == AlignmentStatus::kUnmapped && result_.frames == 0;
     ++result_.aligned[is_first ? "first image" : toString(alignment.status)];
     if (refiner_ && alignment.status == AlignmentStatus::kAligned) noteMove(depth, alignment);
@@ -125,7 +125,7 @@ class Reconstruction {
   void noteLost(const Alignment& alignment, double stamp_s) {
     if (result_.lost.empty() || result_.lost.back().fused_before != result_.frames) {
       const std::string why = formatted(
-          "%s: %.0f %% of its points lie near the map, %.0f %% of these fit%s",
+          "%s: %.0f %% of the points lie near the map, %.0f %% of these fit%s",
           toString(alignment.status), 100.0 * alignment.matched_share,
           100.0 * alignment.inlier_share, alignment.is_held ? "" : ", and it may slide along them");
       result_.lost.push_back({stamp_s, result_.frames, 0, why});
@@ -139,7 +139,7 @@ class Reconstruction {
     const double shift_m = (alignment.T_W_C.translation() - given.T_W_C.translation()).norm();
     result_.shift_mm.push_back(1e3 * shift_m);
     result_.turn_degrees.push_back(kDegrees * turn.angle());
-    // Sums, which finish() divides.
+    // finish() divides these sums.
     result_.on_surfaces_before += alignment.compared_share;
     result_.on_surfaces += alignment.matched_share * alignment.inlier_share;
   }
@@ -150,7 +150,7 @@ class Reconstruction {
     if (is_supporting) appendIndex(number, box_->box.supporting);
   }
 
-  /// Moves a colour image like the frames. @return whether it can be painted.
+  /// Converts the pose of a colour image to the map frame. @return whether it can be painted.
   bool placeImage(ColourFrame& image, double stamp_s) {
     if (refiner_) image.T_W_C = refiner_->T_W_O() * image.T_W_C;
     if (!tracker_) return true;
@@ -173,10 +173,10 @@ class Reconstruction {
   std::shared_ptr<PagedMeshes> meshes_;
   BoxRun* box_ = nullptr;  ///< Null: the run makes the whole map.
   std::function<uint64_t()> supporting_;
-  // Both are empty if poses are used as given.
+  // Neither if poses are used as given.
   std::optional<PoseRefiner> refiner_;
   std::optional<PoseTracker> tracker_;
-  bool seeks_ = false;  ///< In a loaded map, the first image may be anywhere.
+  bool seeks_ = false;  ///< In a loaded map, the first pose is unknown.
   PoseConvention convention_;
   ReconstructionResult result_;
   size_t frames_seen_ = 0;

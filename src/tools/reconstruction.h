@@ -1,4 +1,4 @@
-/// Fuses a recording frame by frame and keeps its statistics: the work of `reconstruct`.
+/// Fuses a recording frame by frame, with statistics: the core of `reconstruct`.
 #pragma once
 
 #include <functional>
@@ -28,15 +28,15 @@ struct RecordedInput {
       : depth(frames), colour(images), max_colour_rate_hz(images_per_s) {}
   FrameSource& depth;
   ColourSource* colour;
-  double max_colour_rate_hz;  ///< Maximum of images painted per second; 0: all.
+  double max_colour_rate_hz;  ///< Colour images to paint per second, at most; 0: all.
   /// Stamp of the newest frame in the map that the run begins with; none if it is empty. Images
   /// between that frame and the first one of the run are painted.
   std::optional<double> map_stamp_s;
-  /// With --only: receives the numbers of the frames. All images are painted, also those after the
-  /// last frame, up to its last_stamp_s.
+  /// With --only: its MapBox receives the numbers of the frames. Images are painted also before the
+  /// first and after the last frame, up to last_stamp_s.
   BoxRun* box = nullptr;
   std::function<uint64_t()> supporting;  ///< With a box: frames so far that touched a block.
-  int threads = 0;                       ///< Threads to search for the camera; 0: all cores.
+  int threads = 0;                       ///< Threads that search for the camera; 0: all cores.
   PoseParams poses;                      ///< How poses are found: as given, refined or tracked.
 };
 
@@ -45,7 +45,7 @@ struct LostRun {
   double from_s;            ///< Stamp of the first one.
   size_t fused_before = 0;  ///< Frames that were fused before.
   size_t images = 0;
-  std::string why;  ///< Reason for the first one, with the shares that were matched and that fit.
+  std::string why;  ///< Reason for the first one, with shares of its points.
 };
 
 struct ReconstructionResult {
@@ -59,17 +59,17 @@ struct ReconstructionResult {
   std::vector<LostRun> lost;
   /// How far each refined frame moved from its given pose.
   std::vector<double> shift_mm, turn_degrees;
-  /// The mean share of refined frames' points that lie on surfaces: as fused, and before alignment,
-  /// with the correction so far.
+  /// Mean share of a refined frame's points on surfaces of the map: at the fused pose, and at the
+  /// pose before alignment, with the correction so far.
   double on_surfaces = 0.0, on_surfaces_before = 0.0;
   std::vector<double> align_ms;      ///< Wall time of each alignment.
-  std::vector<double> integrate_ms;  ///< Wall time of each call, fused or refused.
+  std::vector<double> integrate_ms;  ///< Wall time of each frame, fused or refused.
   std::vector<double> paint_ms;      ///< Wall time of each colour image.
   std::vector<double> mesh_ms;       ///< Wall time of each extraction.
   MapStats map;
-  std::shared_ptr<PagedMeshes> meshes;  ///< Meshes of all blocks, on disk like the map.
+  std::shared_ptr<PagedMeshes> meshes;  ///< Meshes of all blocks; may be partly on disk.
   size_t vertices = 0, triangles = 0;   ///< In the mesh that is saved.
-  std::string doubt;                    ///< What the poses seem to be instead, if anything.
+  std::string doubt;  ///< Convention that the poses seem to have instead; or empty.
 };
 
 /// Fuses all frames of a source and paints the images between them in the order of stamps; at equal

@@ -70,7 +70,7 @@ std::string reportJson(const ReconstructionResult& result, const std::string& ba
   report["refused_blocks"] = result.map.refused_blocks;
   report["vertices"] = result.vertices;
   report["triangles"] = result.triangles;
-  // A reason or a device may hold bytes that are not UTF-8.
+  // Reasons and names of devices may contain bytes that are not UTF-8.
   return report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

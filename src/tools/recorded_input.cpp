@@ -19,10 +19,10 @@
 namespace dtsdf {
 namespace {
 
-/// Enough to notice a wrong scale; a grid of pixels of each.
+/// Images, and pixels of each, that show whether the scale is right.
 constexpr size_t kFramesLookedAt = 5;
 constexpr int kColumns = 64, kRows = 48;
-/// Below this share of measured pixels, they are hardly depth images.
+/// With a smaller share of measured pixels, they are probably not depth images.
 constexpr double kFewPixels = 0.05;
 
 BagOptions bagOptions(const RunOptions& options, const NodeParams& node) {
@@ -47,8 +47,9 @@ void convertRayDepth(SourceFrame& frame) {
 std::unique_ptr<FrameSource> openAsRecorded(const RunOptions& options, const NodeParams& node) {
   if (options.recording.format == "bag") return openBagFrames(bagOptions(options, node));
   if (options.recording.format == "journal") {
-    throw std::runtime_error("'" + options.recording.path +
-                             "' is a journal, which reconstruct and map_tool export read");
+    throw std::runtime_error(
+        "'" + options.recording.path +
+        "' is a journal; use reconstruct, map_tool export or map_tool texture");
   }
   return openRecording(options.recording);
 }
@@ -72,7 +73,7 @@ std::unique_ptr<FrameSource> openFrames(const RunOptions& options, const NodePar
 
 namespace {
 
-/// Prints what the first images of a source show, and warns of what is implausible.
+/// Prints what the first images of a source show, and warns if it is implausible.
 void reportOn(const std::deque<SourceFrame>& frames, const FrameSource& source,
               const RecordingOptions& recording, const FusionParams& fusion) {
   std::vector<double> depths_m;
@@ -95,7 +96,7 @@ void reportOn(const std::deque<SourceFrame>& frames, const FrameSource& source,
               depths_m.empty() ? "unknown" : formatted("%.4g m", median_m).c_str(), 100.0 * share);
   const std::string assumed = recording.format != "bag" ? assumptionsOf(recording) : "";
   if (!assumed.empty()) std::printf("assumed: %s\n", assumed.c_str());
-  static_cast<void>(std::fflush(stdout));  // at once, also into a file or a pipe
+  static_cast<void>(std::fflush(stdout));  // before a long run, also to a file or a pipe
   const auto warn = [](const std::string& what) {
     if (!what.empty()) std::fprintf(stderr, "reconstruct: warning: %s\n", what.c_str());
   };
@@ -161,7 +162,7 @@ std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeP
 
 namespace {
 
-/// Ten seconds with most cameras.
+/// Ten seconds at 30 Hz.
 constexpr size_t kFramesSearched = 300;
 
 Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {

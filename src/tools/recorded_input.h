@@ -20,8 +20,8 @@ void completeInput(RunOptions& options);
 /// Opens the depth images. @pre The options are complete. @throws std::runtime_error
 std::unique_ptr<FrameSource> openFrames(const RunOptions& options, const NodeParams& node);
 
-/// Opens the depth images: prints what the first ones show to standard output, and what is
-/// implausible to standard error.
+/// Opens the depth images. Prints what the first ones show to standard output, and warnings to
+/// standard error.
 std::unique_ptr<FrameSource> openAndInspect(const RunOptions& options, const RunSettings& settings);
 
 /// The up direction in the frame of the poses, measured by an IMU.
@@ -35,13 +35,13 @@ std::string nameOfFrame(const RunOptions& options, const RunSettings& settings);
 /// @throws std::runtime_error, also if they are required and missing.
 std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeParams& node);
 
-/// The pose of the poses' frame M in the level frame W; none if the settings ask for no level.
-/// Reads the recording separately for this, so that all frames are fused in W, and prints the
+/// Finds T_W_M, from the frame M of the poses to the level frame W; none if the settings ask for no
+/// level. Opens the recording separately, so that all its frames can be fused in W. Prints the
 /// result.
-/// @pre The options are complete. @throws std::runtime_error if up cannot be found.
+/// @pre The options are complete. @throws std::runtime_error if the level cannot be found.
 std::optional<Eigen::Isometry3d> findLevel(const RunOptions& options, const RunSettings& settings);
 
-/// Finds the level in the same way, but prints nothing.
+/// Like findLevel(), but prints nothing.
 std::optional<Eigen::Isometry3d> detectLevel(const RunOptions& options,
                                              const RunSettings& settings);
 

@@ -201,17 +201,18 @@ void addReadingOptions(CommandLine& line, RunOptions& options) {
        "poses to use instead of the recording's, in metres: lines `stamp tx ty tz qx qy qz qw` "
        "(TUM); for folders also lines of 12 (KITTI) or 16 numbers, Open3D's "
        "trajectory.log, COLMAP's images.txt, transforms.json, or a folder with 4 x 4 "
-       "numbers in each .txt. Of a journal: corrected poses of some of its images; the "
-       "rest are interpolated"},
+       "numbers in each .txt. For a journal: corrected poses of some of its images; "
+       "the others move with them"},
       recording.poses_path);
-  line.add({"--pose-convention", "optical|opengl|body|inverted",
-            "what poses are of: camera with z forward, with y up and z backwards, with x forward "
-            "and z up, or from map to camera (default: inverted for COLMAP, opengl for "
-            "transforms.json, else optical)"},
-           [&](const std::string& value) {
-             opticalPose(Eigen::Isometry3d::Identity(), value);  // throws
-             recording.pose_convention = value;
-           });
+  line.add(
+      {"--pose-convention", "optical|opengl|body|inverted",
+       "what the poses describe: a camera with z forward, with y up and z backwards, or with "
+       "x forward and z up; or the transform from map to camera (default: inverted for COLMAP, "
+       "opengl for transforms.json, else optical)"},
+      [&](const std::string& value) {
+        opticalPose(Eigen::Isometry3d::Identity(), value);  // throws
+        recording.pose_convention = value;
+      });
   line.addFlag("--skip-bad", "skip images that cannot be decoded, and count them",
                recording.skip_bad);
   addFolderOptions(line, options);
@@ -220,7 +221,7 @@ void addReadingOptions(CommandLine& line, RunOptions& options) {
   line.addText({"--info-topic", "T", "their camera_info (default: next to the depth topic)"},
                recording.info_topic);
   line.addText({"--mask-topic", "T",
-                "a bag's masks: mono8, not 0 where the image shows what is not part of the scene "
+                "a bag's masks: mono8, not 0 for pixels to leave out, such as people or the robot "
                 "(default: none)"},
                recording.mask_topic);
   line.addText({"--color-topic", "T",

@@ -14,8 +14,6 @@
 
 namespace dtsdf {
 
-// Lists of the settings and of the rules' numbers.
-
 /// The text of --list-settings: every setting of the mapper and the node with its default, unit and
 /// range, by key.
 std::string listSettings();
@@ -49,21 +47,21 @@ void addSettingOption(CommandLine& line, ProgramOption option, const std::string
 /// Adds --save-map, with the program's help text.
 void addSaveMapOption(CommandLine& line, const std::string& help, std::string& path);
 
-/// Settings for everyone, and the rules' numbers for experiments.
+/// The settings of a run, and the numbers of the method.
 struct RunSettings {
   ParamTree given;  ///< From files and command line; all else is a default.
   NodeParams params;
   Rules rules;
 };
 
-/// Reads the settings of a command line. Its files may also set the node's parameters.
+/// Reads the settings of a command line. Files may also have settings that only the node uses.
 /// @throws ParamError with every violation, std::runtime_error for a file that cannot be read.
 RunSettings readSettings(const RunOptions& options);
 
-/// Reads the settings of a command line over `defaults`, which come from the input.
+/// Reads the settings of a command line, which override `defaults`.
 RunSettings readSettings(const RunOptions& options, ParamTree defaults);
 
-/// Reads settings from a tree, as files and command lines give them. @throws ParamError
+/// Reads settings from a tree. @throws ParamError with every violation.
 RunSettings readSettings(ParamTree tree);
 
 // Each adds some of the options to a command line.

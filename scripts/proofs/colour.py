@@ -1,8 +1,8 @@
 """Compares the colours of reconstructed models with the truth.
 
-Renders each model from a helix of 60 views, and a furnished house from inside, with a checker and a
-gradient pattern and the colour camera 5 cm from the depth camera; reconstructs it and measures the
-colour error over the surface. Then does so for a plate 5 mm thick, red in front and blue behind, with
+Renders each model from 60 views on a helix, and a furnished house from inside, with a checker and a
+gradient texture; the colour camera is 5 cm from the depth camera. Reconstructs each and measures the
+colour error over the surface. Does the same for a plate 5 mm thick, red in front and blue behind, with
 the directional and the undirected map. Fills colour.md, with pictures of the plate. Exits 0 only if
 the directional map keeps the plate's colours apart.
 """
@@ -17,17 +17,17 @@ from .ply import columns, read_ply
 
 TEXTURES = ("checker", "gradient")
 HOUSE = "house"  # furnished, seen from inside, from the poses of house_noisy
-# Model -> voxels in mm.
+# {model: voxel sizes in mm}.
 MODELS = {"armadillo": [10, 20], "dragon": [10, 20], HOUSE: [25, 50]}
 PLATE_VOXELS_MM, FRAMES = [10, 20], 60
 
 PLATE_M = (0.005, 0.5, 0.5)
 FRONT, BACK, RIM = (220, 30, 30), (30, 30, 220), (128, 128, 128)
-MOST_WRONG = 0.01  # share of the vertices farther than a voxel from the rim
+MOST_WRONG = 0.01  # greatest allowed wrong_share()
 
 
 def write_plate(path):
-    """A box of six faces, each with corners and a colour of its own."""
+    """Writes a box. Its faces share no corners, so that each has one colour."""
     rows = []
     for axis, sign in itertools.product(range(3), (1, -1)):
         colour = RIM if axis > 0 else FRONT if sign > 0 else BACK
@@ -42,7 +42,7 @@ def write_plate(path):
 
 
 def wrong_share(mesh, voxel_mm):
-    """Share of the vertices farther than a voxel from the rim with a colour nearer to another side's."""
+    """Of the vertices farther than a voxel from the rim, the share with the colour of another side."""
     vertices = read_ply(mesh)[0]
     inside = (abs(columns(vertices, "yz")) <= np.array(PLATE_M[1:]) / 2 - voxel_mm / 1000).all(axis=1)
     vertices = vertices[inside]
@@ -51,7 +51,7 @@ def wrong_share(mesh, voxel_mm):
 
 
 def measure_plate(options, voxel_mm, variant):
-    """The share of wrong vertices. Draws pictures of both sides."""
+    """Draws pictures of both sides, and returns the share of wrong vertices."""
     mesh = options.work / f"plate_{variant}_{voxel_mm:g}mm.ply"
     reconstruct(options, options.work / "plate", voxel_mm, MAPS[variant], mesh)
     for side, azimuth in (("front", 60), ("back", 240)):
@@ -62,7 +62,7 @@ def measure_plate(options, voxel_mm, variant):
 
 
 def plate(options):
-    """The text on the plate, and whether the directional map keeps its colours apart."""
+    """The part `plate` of the page, and whether the directional map keeps its colours apart."""
     write_plate(options.work / "plate.ply")
     render(options, (options.work / "plate.ply").resolve(), options.work / "plate", "--frames",
            FRAMES, "--trajectory", "sphere", "--radius", 1, "--longest-side", 0,

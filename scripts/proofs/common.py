@@ -1,4 +1,4 @@
-"""Common parts of the cases: options, programs, tables and pages."""
+"""Shared by the cases: options, programs, tables and pages."""
 import argparse
 import datetime
 import json
@@ -11,7 +11,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 MAPS = {"directional": ["map/directional=true"],
         "undirected": ["map/directional=false", "fusion/mode=voxel_projection"]}
-# Options whose values are paths on this machine.
+# Options whose values are paths on this machine, which pages must not show.
 PLACES = ("--data", "--programs", "--work", "--results",
           "--page", "--voxblox", "--against", "--raw", "--peer", "--gpu-peer")
 
@@ -25,8 +25,8 @@ def find_programs():
 
 
 def make_parser(doc, work="", data=""):
-    """A parser with the options of all cases. `work` names the folder of intermediate files, `data` what
-    is read from the folder --data; both only for cases that have such files."""
+    """A parser with the options of all cases. `work`: name of the folder of intermediate files; `data`:
+    what --data must contain. If one is empty, there is no such option."""
     parser = argparse.ArgumentParser(description=doc,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
 
@@ -62,8 +62,7 @@ def run(program, *arguments, **more):
 
 
 def reconstruct(options, folder, voxel_mm, settings, mesh, *arguments, poses="tf"):
-    """Fuses a TUM folder into a mesh, at the given poses unless another mode is named; returns the
-    report."""
+    """Fuses a TUM folder into a mesh, by default at its own poses; returns the report."""
     report = pathlib.Path(mesh).with_suffix(".report.json")
     run(options.programs / "reconstruct", "--tum", folder, "--backend", options.backend,
         "--poses-mode", poses, "--mesh", mesh, "--report", report, *arguments, "--set",
@@ -95,11 +94,11 @@ def number(value):
 def cpu_name():
     lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
     models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return f"{models[0] if models else 'an unnamed processor'}, {os.cpu_count()} cores"
+    return f"{models[0] if models else 'unknown processor'}, {os.cpu_count()} cores"
 
 
 def made_by(device):
-    """A line with the command of this run, without paths, its device and the date."""
+    """A line with the command of this run (without paths), the device and the date."""
     shown, is_place = [], False
     for word in sys.argv[1:]:
         if not is_place and word.split("=")[0] not in PLACES:
@@ -110,8 +109,7 @@ def made_by(device):
 
 
 def fill_page(path, **parts):
-    """Puts each text between the marks of its name, and keeps the rest of the page. Missing marks are
-    added at the end."""
+    """Replaces the text between the marks of each name in a page. Adds missing marks at the end."""
     path.parent.mkdir(parents=True, exist_ok=True)
     page = path.read_text(encoding="utf-8") if path.exists() else ""
     for name, text in parts.items():

@@ -1,10 +1,11 @@
-"""Measures the accuracy of maps after three ways of correcting their poses.
+"""Compares three ways of correcting a map after its poses were corrected.
 
-A camera moves through a house; its poses drift like odometry, and are then corrected to the true ones.
-The map is fused again at them, as the node and `reconstruct JOURNAL --poses` do; or it is made of submaps,
-fused at drifted poses and moved as a whole to the true pose of their first image, as in voxgraph; or of
-single images a second apart, as in rtabmap. The last two imitate each idea with maps of this package.
-Fills the part `corrections` of poses.md, and draws each mesh below --work. Needs numpy.
+A camera moves through a house. Its poses drift like odometry, and are then replaced by the true poses:
+- All images are fused again at the true poses, as by the node and `reconstruct JOURNAL --poses`.
+- Submaps, fused at drifted poses, move to the true poses of their first images, as in voxgraph.
+- Only one image a second is fused, at its true pose, as in rtabmap.
+The last two are imitated with maps of this package. Fills the part `corrections` of poses.md, and draws
+each mesh below --work. Needs numpy.
 """
 import json
 
@@ -13,14 +14,14 @@ import numpy as np
 from .common import fill_page, made_by, make_parser, markdown_table, number, reconstruct, render, run, words
 from .ply import columns, read_ply
 
-# Way -> images per part, and from one part to the next, limited to all of them.
+# {way: (images per part, images from one part to the next)}, both at most all images.
 WAYS = {"as it drifted": (10**6, 10**6), "**fused again**": (10**6, 10**6), "submaps of 5 s, moved": (150, 150),
         "submaps of 1 s, moved": (30, 30), "an image a second, moved": (1, 30)}
-STEP_M, STEP_DEG = 0.002, 0.05  # deviations per image: about 5 cm and 1 degree after 20 s and 10 m
+STEP_M, STEP_DEG = 0.002, 0.05  # standard deviations per image: about 5 cm and 1 degree after 20 s
 
 
 def drift(truth, seed, restart):
-    """Rows of a TUM file with drift, which starts over from the true pose every `restart` rows."""
+    """Rows of a TUM file with drift, which restarts from the true pose every `restart` rows."""
     rng, poses = np.random.default_rng(seed), truth.copy()
     for i, row in enumerate(poses):
         if i % restart == 0:
@@ -50,7 +51,7 @@ def join(meshes, path):
 
 
 def measure(options, seed):
-    """The RMSE of the surface in mm for each way."""
+    """The RMSE of the surface, in mm, for each way."""
     count, errors = options.images, []
     folder = render(options, "scenes/house.ply", options.work / f"hand_{count}_{seed}", "--trajectory", "hand", "--views",
                     options.data / "sequences/house_noisy", "--frames", count, "--noise", "kinect", "--longest-side", 0,

@@ -1,7 +1,7 @@
 """Runs the paper's experiments: accuracy by model, voxel size and fusion mode.
 
-For each cell, renders an orbit, reconstructs it, and compares the mesh with the model. Existing meshes
-of the same program are kept, so that a run that was stopped can continue. Fills the part of
+For each cell, renders an orbit, reconstructs it, and compares the mesh with the model. Keeps meshes
+that are newer than the program, so that an interrupted run can continue. Fills the part of
 accuracy.md that is named after the set-up.
 """
 import json
@@ -16,11 +16,11 @@ MODES = {f"{'directional' if directional == 'true' else 'undirected'}-{short}":
          for short, mode in (("rcn", "normal_ray_casting"), ("rc", "ray_casting"),
                              ("vp", "voxel_projection"))}
 MODELS = ["armadillo", "asian_dragon", "bunny", "dragon"]
-HOUSE = "house_noisy"  # given, not rendered; it stands in for the rooms of the paper
+HOUSE = "house_noisy"  # a recording that replaces the rooms of the paper
 
 
 def setup_of(options):
-    """Names the set-up after its differences from the paper's."""
+    """The name of the set-up: its differences from the paper's, or "paper"."""
     parts = [] if options.frames == 1000 else [f"{options.frames}_frames"]
     parts += [name for name in (options.trajectory, options.noise) if name not in ("circle", "none")]
     parts += [setting.split("/")[-1] for setting in options.set]
@@ -28,7 +28,7 @@ def setup_of(options):
 
 
 def measure(options, model, voxel_mm, mode):
-    """RMSE in mm of vertices, surface and completeness, and the topology of the mesh."""
+    """A cell with RMSE in mm of vertices, surface and completeness; and the topology of the mesh."""
     folder = options.work / model
     truth = folder / "gt.ply"
     if model == HOUSE:
@@ -52,7 +52,7 @@ def main():
     add("--models", type=words, default=MODELS, help=f"separated by commas; also {HOUSE}")
     add("--voxels", type=numbers, default=[5, 10, 20, 50], help="in mm (default: %(default)s)")
     add("--modes", type=words, default=["directional-rcn", "undirected-vp"],
-        help=f"of {', '.join(MODES)}")
+        help=f"separated by commas, of {', '.join(MODES)}")
     add("--frames", type=int, default=1000, help="images of an orbit (default: %(default)s)")
     add("--trajectory", default="circle", help="circle, helix or sphere (default: %(default)s)")
     add("--noise", default="none", help="as in render_orbit (default: %(default)s)")

@@ -1,12 +1,12 @@
-"""Measures meshes of real recordings with images that were not fused.
+"""Compares meshes of real recordings with images that were not fused.
 
-Every second image of each recording is fused, at the given poses and at refined ones, and the mesh is
-compared with the depth of the images in between, each aligned with the mesh first. The refined poses
-are those that `reconstruct` finds for the directional map; all maps are fused at them. Pictures show
-the meshes from the poses of two images. Recordings that may not be published are only printed.
+Fuses every second image of each recording, at the given poses and at refined ones. Compares the mesh with
+the depth of the images in between, each first aligned with the mesh. `reconstruct` refines the poses with
+the directional map; all maps are fused at the result. Pictures show the meshes from the poses of two
+images. Results of recordings without a licence are only printed.
 
-With --voxblox PROGRAM, voxblox ("fast", with its carving) fuses the same images and is measured as
-well. PROGRAM is called as DIR VOXEL_M METHOD CARVE THREADS MESH.ply FIRST:LAST:STEP.
+--voxblox PROGRAM also measures voxblox ("fast", with its carving) on the same images. PROGRAM is called
+as DIR VOXEL_M METHOD CARVE THREADS MESH.ply FIRST:LAST:STEP.
 """
 import json
 import os
@@ -16,7 +16,7 @@ import shutil
 from .common import (MAPS, fill_page, made_by, make_parser, markdown_table, number,
                      reconstruct, run)
 
-# Name -> voxel size in mm, and the images that pictures are taken from.
+# {name: (voxel size in mm, images from whose poses pictures are drawn)}.
 RECORDINGS = {"redkitchen": (20, [31, 101]), "cabinet": (20, [9, 29]), "box": (5, [1, 25]),
               "phone_lidar": (30, [])}
 UNPUBLISHED = {"phone_lidar"}  # without a licence
@@ -30,7 +30,7 @@ COLUMNS = [*SHARES, "p95 mm", *GROSS, "covered %", "border edges", "small holes"
 
 
 def at_poses(folder, trajectory, to):
-    """A copy of a TUM folder with other poses, made of links."""
+    """A folder of links to the files of a TUM folder, with other poses."""
     shutil.rmtree(to, ignore_errors=True)
     to.mkdir(parents=True)
     for path in folder.iterdir():
@@ -60,8 +60,8 @@ def fuse(title, folder, voxel_mm, poses, mesh, options):
 
 
 def measure(mesh, folder, options):
-    """The cells of a row: shares in per cent of the measured pixels that the mesh covers, gross errors
-    in per cent of all measured pixels."""
+    """The cells of a row: shares in percent of the measured pixels that the mesh covers, gross errors
+    in percent of all measured pixels."""
     depth = json.loads(run(options.programs / "evaluate_depth", mesh, folder, "--first", 1,
                            "--step", 2, "--stride", options.stride, "--register",
                            REGISTRATION_STEPS))["registered"]
@@ -73,7 +73,7 @@ def measure(mesh, folder, options):
 
 
 def measure_recording(name, options):
-    """The recording's rows, a row of pictures for each image and choice of poses, and the device."""
+    """Rows of figures, rows of pictures (one for each image and kind of poses), and the device."""
     voxel_mm, images = RECORDINGS[name]
     folder = options.data / "sequences" / name
     folder_of_pictures = pathlib.Path(options.page).parent / "pictures"

@@ -1,7 +1,7 @@
-"""Checks on analytic scenes that the map holds what was seen, and nothing else.
+"""Checks on analytic scenes that the map contains what was seen, and nothing else.
 
 Runs the program prove_scenes, which fuses views of each scene at several voxel sizes. Fills
-scenes.md with the figures that break their bounds. Exits 0 only if there are none.
+scenes.md with the figures that exceed their bounds. Exits 0 only if there are none.
 """
 import os
 import re
@@ -24,5 +24,5 @@ def main():
     kept, device = end.strip().split("\nDevice: ")
     fill_page(options.results / "scenes.md", scenes=f"{broken}\n\n{kept}\n\n{made_by(device)}")
     if any(count != total for count, total in re.findall(r"(\d+) of (\d+) at", kept)):
-        return "not every bound is kept"
+        return "some figures exceed their bounds"
     return 0

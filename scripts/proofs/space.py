@@ -1,7 +1,7 @@
-"""Compares a map's free cells and distances with the truth of an analytic scene.
+"""Compares a map's free cells and distances with the truth of an analytic scene, at several cell sizes.
 
-Does so at several cell sizes, and fills space.md. Exits 0 only if no free cell is occupied or unseen,
-the RMSE of distances is at most half a cell, and no distance is off by more than one and a half cells.
+Fills space.md. Exits 0 only if no free cell is occupied or unseen, the RMSE of distances is at most half a
+cell, and no distance is off by more than one and a half cells.
 """
 import json
 
@@ -16,7 +16,7 @@ HEADER = ["cell mm", "reach m", "RMSE", "mean", "least to greatest",
 
 def measure(options, cell_mm):
     voxel_m, cell_voxels, reach_m = CELLS[cell_mm]
-    # A surface in one image is enough, as in the truth.
+    # min_support 1: a surface seen in one image counts, as in the truth.
     return json.loads(run(
         options.programs / "evaluate_space", "--samples", options.samples, "--set",
         f"backend={options.backend}", f"map/voxel_size_m={voxel_m}",
@@ -44,7 +44,7 @@ def is_sound(cell_mm, figures):
 def main():
     parser = make_parser(__doc__)
     parser.add_argument("--samples", type=int, default=20000,
-                        help="cells looked at for each figure (default: %(default)s)")
+                        help="cells that each figure is measured at (default: %(default)s)")
     options = parser.parse_args()
     rows, is_all_sound = [], True
     for cell_mm in CELLS:
@@ -53,4 +53,4 @@ def main():
         is_all_sound = is_all_sound and is_sound(cell_mm, figures)
     fill_page(options.results / "space.md",
               figures=f"{markdown_table(HEADER, rows)}\n{made_by(options.backend)}")
-    return 0 if is_all_sound else "a figure breaks its bound"
+    return 0 if is_all_sound else "a figure exceeds its bound"

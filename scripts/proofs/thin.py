@@ -1,9 +1,9 @@
-"""Shows that thin parts keep all sides: plates of 2 to 40 mm or rods, at 20 mm voxels.
+"""Shows that thin parts keep all sides: plates of 2 to 40 mm, or rods, at 20 mm voxels.
 
-Renders syn_plates.ply (or --model syn_rods) from all around, reconstructs it with the directional and
-the undirected map, and measures how complete and how accurate each plate's two faces and each rod's
-four quarters are. Fills thin.md, with two pictures. Exits 0 only if the directional map has every side
-of the parts of 10 mm or more in its place, and the undirected map has not.
+Renders syn_plates.ply (or --model syn_rods) from all around and reconstructs it with the directional and
+the undirected map. Measures how complete and accurate the two faces of each plate, or the four quarters
+of each rod, are. Fills thin.md, with two pictures. Exits 0 only if the directional map keeps every side
+of all parts of 10 mm or more, and the undirected map does not.
 """
 import numpy as np
 
@@ -12,13 +12,13 @@ from .common import (MAPS, fill_page, made_by, make_parser, markdown_table, reco
 from .ply import columns, read_ply
 
 FRAMES, VOXEL_MM = 300, 20.0
-SQUARE_M = 0.025         # a square of a face is there if a point lies on it
-INSET_M = 0.025          # left out along the face's rim, where it meets the narrow sides
-FACING_COSINE = 0.9      # a point belongs to a face if its normal fits
-LARGEST_OFFSET_M = 0.06  # and if it is not farther off than this
-# A face is sound if this share of it is there, with a mean offset of at most this.
+SQUARE_M = 0.025         # edge of a square of a side; it is covered if a point lies on it
+INSET_M = 0.025          # margin of a side, next to the narrow sides, that is not measured
+FACING_COSINE = 0.9      # a point belongs to a face if its normal is this close to the face's
+LARGEST_OFFSET_M = 0.06  # and if it is no farther from the face
+# A side is sound if at least this share is covered, with at most this mean offset.
 SOUND_SHARE, SOUND_OFFSET_M = 0.95, 0.005
-LEAST_SOUND_THICKNESS_M = 0.0099  # thinner parts are measured only
+LEAST_SOUND_THICKNESS_M = 0.0099  # thinner parts need not be sound
 # Barycentric weights of the points inside a triangle.
 WEIGHTS = [(1 / 3, 1 / 3, 1 / 3), (2 / 3, 1 / 6, 1 / 6), (1 / 6, 2 / 3, 1 / 6),
            (1 / 6, 1 / 6, 2 / 3)]
@@ -35,13 +35,13 @@ class Part:
         self.is_rod = abs(self.size[0] - self.size[2]) < 1e-3
 
     def sides(self):
-        """The two faces of a plate or four quarters of a rod, by the direction that they face."""
+        """{name: direction} of the two faces of a plate or the four quarters of a rod."""
         axes = {"x": 0, "z": 2} if self.is_rod else {"": self.axis}
         return {sign + name: (1 if sign == "+" else -1) * np.eye(3)[axis]
                 for name, axis in axes.items() for sign in "+-"}
 
     def offsets(self, side, positions, normals):
-        """How far points lie in front of a side, and which of them belong to it."""
+        """Signed distances of points to a side, positive in front of it, and which points belong to it."""
         if not self.is_rod:
             plane = self.high if side[self.axis] > 0 else self.low
             return ((positions - plane) @ side, normals @ side >= FACING_COSINE)
@@ -51,7 +51,7 @@ class Part:
                 faces & (normals @ side >= np.sqrt(0.5)))
 
     def measure(self, side, positions, normals):
-        """(share of the side that is there, mean offset of its points, largest offset)."""
+        """(share of the side that is covered, mean offset of its points, largest offset)."""
         along = [1] if self.is_rod else [a for a in range(3) if a != self.axis]
         offsets, chosen = self.offsets(side, positions, normals)
         inset = (positions - self.low)[:, along] - INSET_M
@@ -91,7 +91,7 @@ def parts_of(path):
 
 
 def measure(options, variant, parts):
-    """Rows of the table, and whether the sides of all but the thinnest parts are sound."""
+    """Rows of the table, whether all sides are sound (except of the thinnest parts), and the device."""
     mesh, frames = options.work / f"{variant}.ply", options.work / "frames"
     report = reconstruct(options, frames, VOXEL_MM, MAPS[variant], mesh)
     run(options.programs / "evaluate_mesh", mesh, frames / "gt.ply", "--picture",
@@ -130,5 +130,5 @@ def main():
     if not sound["directional"]:
         return "the directional map lost a side of a part of 10 mm or more"
     if sound["undirected"]:
-        return "the undirected map kept all sides as well: nothing is shown"
+        return "the undirected map kept all sides too, so the comparison shows nothing"
     return 0

@@ -32,7 +32,7 @@ def wait_until(condition, timeout_s, what):
 
 
 class Graph:
-    """As a context manager, ends its programs at the end."""
+    """A context manager that starts a ROS master, and at its end stops all programs."""
 
     def __init__(self, folder):
         self.logs = pathlib.Path(folder) / "logs"
@@ -45,7 +45,7 @@ class Graph:
     def __enter__(self):
         self.start("master", ["roscore", "-p", str(self.port)])
         import rosgraph
-        wait_until(rosgraph.is_master_online, 60, "no master")
+        wait_until(rosgraph.is_master_online, 60, "the ROS master did not start")
         return self
 
     def __exit__(self, *_):
@@ -60,7 +60,7 @@ class Graph:
         return program
 
     def end(self, program):
-        """Ends a program as Ctrl-C does; returns whether it did not have to be killed."""
+        """Stops a program like Ctrl-C; returns False if it had to be killed."""
         self.programs.remove(program)
         return stop(program)
 

@@ -9,8 +9,8 @@ import numpy as np
 # Student's t for 95 % (two-sided), by degrees of freedom; T_95_MANY for more of them.
 T_95 = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13]
 T_95_MANY = 2.0
-# Growth per hour that counts as none, in MB or as a share of resident memory. Only a long run can tell it
-# from fluctuations; a run is conclusive if growth by more than DOUBT_SHARE_H can be ruled out.
+# Growth per hour that counts as flat: in MB, or as a share of resident memory if that is greater. A run is
+# conclusive only if its bound rules out growth by more than DOUBT_SHARE_H.
 FLAT_MB_H, FLAT_SHARE_H, DOUBT_SHARE_H = 10.0, 0.05, 0.2
 
 
@@ -24,8 +24,7 @@ def of_kind(records, kind):
 
 def least_of_cycles(records):
     """(seconds, minimum) of each cycle of the second half. A leak raises the minima; memory that a cycle
-    uses for a while does not. In the first half everything is used for the first time, and pools grow
-    to their maximum."""
+    uses temporarily does not. The first half does not count, because pools and caches still grow."""
     begins = [record["t"] for record in of_kind(records, "event") if record["what"] == "cycle"]
     samples = of_kind(records, "sample")
     least = []
@@ -37,7 +36,7 @@ def least_of_cycles(records):
 
 
 def slope_per_hour(points):
-    """Slope of a line through the points and the bound of its error; None for fewer than three."""
+    """(slope, bound of its error) of a line through the points; None for fewer than three points."""
     if len(points) < 3:
         return None
     line, variances = np.polyfit(*zip(*points), 1, cov=True)

@@ -1,4 +1,4 @@
-"""The record of a running graph: a line of JSON for each sample, event, call and problem."""
+"""The record of a run: a line of JSON for each sample, event, call and problem."""
 import json
 import pathlib
 import threading
@@ -29,7 +29,7 @@ class Record:
         self.write("problem", what=what)
 
     def call(self, service, outcome, text, took_s):
-        """`outcome`: done, refused (with good reason) or failed."""
+        """`outcome`: done, refused (as expected) or failed."""
         self.write("call", service=service, outcome=outcome, text=text, took_s=round(took_s, 3))
         if outcome == "failed":
             self.problem(f"{service} failed: {text}")

@@ -1,4 +1,4 @@
-"""Events of a run: cycles of a fixed sequence, from loading the nodelet into its manager to unloading
+"""The events of a run: repeats a fixed sequence, from loading the nodelet into its manager to unloading
 it."""
 import pathlib
 import random
@@ -28,11 +28,11 @@ MANAGER, NODE = "/mapping_manager", "/mapping"
 POINTS_ASKED = 1000
 RECOVERS_WITHIN_S = 30.0
 SETTLES_WITHIN_S = 180.0
-MOST_ON_THE_WAY = 70  # images received but not counted yet: the lengths of the queues
+MOST_ON_THE_WAY = 70  # images in no count yet: at most the lengths of the queues
 
 
 def cycle_seconds(hours):
-    """Twelve cycles, each of at most five minutes and long enough for its events."""
+    """A twelfth of the run, but at least 40 s, which the events need, and at most five minutes."""
     return min(max(3600.0 * hours / 12, 40.0), 300.0)
 
 
@@ -78,7 +78,7 @@ class Watch:
         silent_s = time.monotonic() - self.status_time
         if silent_s > RECOVERS_WITHIN_S:
             self.record.problem(f"no status for {silent_s:.0f} s")
-            self.status_time = time.monotonic()  # repeated only after the same time
+            self.status_time = time.monotonic()  # reports again only after the same time
         for stream in status.cameras[0].streams:
             missing = unaccounted(stream)
             if not 0 <= missing <= MOST_ON_THE_WAY:
@@ -128,7 +128,7 @@ class Scenario:
         return answer if outcome == "done" else None
 
     def ask_distances(self):
-        """Asks for points all over the room, as a planner does."""
+        """Queries distances at points all over the room, like a planner."""
         points = [Point(self.random.uniform(-2.5, 2.5), self.random.uniform(-2.0, 2.0),
                         self.random.uniform(0.0, 2.0)) for _ in range(POINTS_ASKED)]
         answer = self.call("get_distances", GetDistances, refusals=["nothing is mapped yet"],
@@ -139,7 +139,7 @@ class Scenario:
         if counts != {POINTS_ASKED}:
             self.record.problem(f"get_distances: {POINTS_ASKED} points, but {counts} answers")
         elif any(known != (d >= 0.0) for known, d in zip(answer.known, answer.distances)):
-            self.record.problem("get_distances: an unknown place with a distance, or the reverse")
+            self.record.problem("get_distances: an unknown point with a distance, or a known one without")
 
     def save_mesh(self):
         self.call("save_mesh", SaveMesh, file_name="mesh.ply")
@@ -177,27 +177,27 @@ class Scenario:
         self.listeners_break_off()
 
     def listeners_stall(self):
-        """Starts a listener to all topics that never reads again."""
+        """Starts a listener to all topics, and suspends it, so that it no longer reads."""
         self.stalled = self.graph.start("stalled", ["rostopic", "hz", *(f"{NODE}/{topic}" for topic in TOPICS)])
         time.sleep(4.0)
         self.stalled.send_signal(signal.SIGSTOP)
 
     def listeners_break_off(self):
-        """Kills the stalled listener, in the middle of a message if there is one."""
+        """Kills the stalled listener, perhaps in the middle of a message."""
         if self.stalled is not None:
             self.stalled.kill()
             self.stalled = None
 
     # ---- running -------------------------------------------------------------------------------
     def must_map(self):
-        """Waits until frames are fused again and the status is OK by itself."""
+        """Waits until frames are fused again and the status is OK."""
         before = self.watch.status.frames_fused if self.watch.status else 0
         wait_until(lambda: self.watch.status and self.watch.status.level == 0 and
                    self.watch.status.frames_fused > before, RECOVERS_WITHIN_S, "not mapping again")
 
     def must_be_settled(self):
-        """With no new images, waits until all are accounted for, except one whose camera_info never came:
-        it waits until the next one."""
+        """Waits until all images are accounted for. One may remain: the camera died before publishing its
+        camera_info, so it waits for the next one."""
         wait_until(lambda: all(unaccounted(stream) + stream.waiting <= 1 for stream in
                                self.watch.status.cameras[0].streams), SETTLES_WITHIN_S, "images unaccounted for")
 
@@ -244,7 +244,7 @@ class Scenario:
             "nodelet", ["rosrun", "nodelet", "nodelet", "load", "dtsdf_mapping/MappingNodelet",
                         MANAGER[1:], f"__name:={NODE[1:]}",
                         *(f"{topic[len('/camera/'):]}:={topic}" for topic in CAMERA_TOPICS)])
-        wait_until(lambda: self.watch.status is not None, 60, "the nodelet does not come up")
+        wait_until(lambda: self.watch.status is not None, 60, "the nodelet did not start")
         self.watch.expects_status = True
 
     def unload(self):

@@ -1,4 +1,4 @@
-// A downloaded recording becomes a mesh: 01_mesh_of_recording RECORDING MESH.ply
+// Makes a mesh from a recording: 01_mesh_of_recording RECORDING MESH.ply
 #include <dtsdf_mapping/io/mesh_file.h>
 #include <dtsdf_mapping/io/recording.h>
 #include <dtsdf_mapping/mapper.h>
@@ -12,7 +12,7 @@ int main(int argc, char** argv) try {
   options.path = argv[1];
   const auto recording = dtsdf::openRecording(options);
 
-  dtsdf::MapperParams params;  // each setting has a default; CUDA if available
+  dtsdf::MapperParams params;  // default settings; uses CUDA if available
   const auto mapper = dtsdf::makeMapper(params);
   while (const auto frame = recording->next()) {
     const dtsdf::IntegrationResult result = mapper->integrate(frame->depth);

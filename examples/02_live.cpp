@@ -1,5 +1,5 @@
-// Fuses depth images one by one, as from a camera (here a sphere, seen from all sides), updates the
-// mesh after each, and saves it: 02_live sphere.ply
+// Fuses depth images one by one, as a live camera delivers them (here: renderings of a sphere),
+// updates the mesh after each, and saves it: 02_live [MESH.ply]
 #include <dtsdf_mapping/io/mesh_file.h>
 #include <dtsdf_mapping/mapper.h>
 #include <dtsdf_mapping/mesh.h>
@@ -37,10 +37,10 @@ int main(int argc, char** argv) try {
   const std::vector<float> depth_m = renderSphere(frame);
   frame.data = depth_m.data();
 
-  dtsdf::MapperParams params;  // each setting has a default; CUDA if available
+  dtsdf::MapperParams params;  // default settings; uses CUDA if available
   const auto mapper = dtsdf::makeMapper(params);
   dtsdf::MeshStore meshes(params.map.voxel_size_m);
-  for (int i = 0; i < 12; ++i) {  // the camera goes round the sphere, which lies at the origin
+  for (int i = 0; i < 12; ++i) {  // the camera circles the sphere, which is at the origin
     frame.T_W_C = Eigen::AngleAxisd(i * M_PI / 6.0, Eigen::Vector3d::UnitY()) *
                   Eigen::Translation3d(0.0, 0.0, -2.0);
     const dtsdf::IntegrationResult result = mapper->integrate(frame);

@@ -1,4 +1,4 @@
-// Maps a wall with a box in front of it, and prints how far some points are from the nearest
+// Maps a wall with a box in front of it, and prints the distances of some points to the nearest
 // surface: 03_distances
 #include <dtsdf_mapping/mapper.h>
 
@@ -7,7 +7,7 @@
 #include <iostream>
 #include <vector>
 
-/// Depth in metres of a wall 2 m ahead, and of a box with an edge of 0.5 m, 1.2 m ahead.
+/// Depth in metres of a wall at 2 m, and of the front of a box, 0.5 m wide, at 1.2 m.
 std::vector<float> renderBoxAndWall(const dtsdf::DepthFrame& frame) {
   std::vector<float> depth_m;
   for (int v = 0; v < frame.height; ++v) {
@@ -50,7 +50,7 @@ int main() try {
       std::cout << "not known to be free\n";  // treat it as occupied
       return -1.0;
     }
-    // Distances are off by one and a half cells at most.
+    // A distance is at most 1.5 cells too large.
     const double least_m = std::max(0.0, found.distance_m - 1.5 * space.cellSize_m());
     std::cout << "at least " << least_m << " m to the nearest surface\n";
     return least_m;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""02_live.py MESH MAP: depth images and poses from your own code become a mesh and a saved map."""
+"""02_live.py MESH MAP: maps depth images and poses from your own code, and saves the mesh and the map."""
 import sys
 
 import numpy
@@ -21,8 +21,8 @@ def main(mesh_path, map_path):
     mesh.save(mesh_path)
     mapper.save(map_path)
 
-    resumed = dtsdf_mapping.Mapper.load(map_path)  # in another process, on another day
-    print(f"the map again: {resumed.stats['blocks']} blocks, {resumed.stats['map_bytes'] / 1e6:.1f} MB")
+    resumed = dtsdf_mapping.Mapper.load(map_path)  # also works in another process, later
+    print(f"the loaded map: {resumed.stats['blocks']} blocks, {resumed.stats['map_bytes'] / 1e6:.1f} MB")
 
 
 if __name__ == "__main__":

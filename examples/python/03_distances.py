@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Which of two straight paths through a room is free for a robot of radius 0.3 m, and how close it gets."""
+"""Checks which of two straight paths through a room is free for a robot with a radius of 0.3 m."""
 import sys
 
 import numpy
@@ -14,7 +14,7 @@ def main():
     mapper = dtsdf_mapping.Mapper(**{"map/voxel_size_m": 0.04, "space/enabled": True})
     for T_W_C in room.orbit(60):
         mapper.integrate(room.render(T_W_C), room.K, T_W_C)
-    mapper.space.update()  # updates distances with what was integrated
+    mapper.space.update()  # computes distances from all images so far
 
     steps = numpy.linspace(0.0, 1.0, 50)[:, None]
     height = room.BALL_W[2]

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""04_found_again.py MAP RECORDING [EACH [FIRST]]: finds every EACH-th image in a saved map by its depth
-alone, and compares the pose with the recording's, or with that in POSES, given as RECORDING:POSES."""
+"""04_found_again.py MAP RECORDING [EACH [FIRST]]: locates every EACH-th image in a saved map by its depth
+alone, and compares the pose with the recorded one. RECORDING:POSES reads recorded poses from a file."""
 import sys
 import time
 

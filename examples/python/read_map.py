@@ -11,7 +11,7 @@ import zstandard
 
 
 def records(path):
-    """The content of each kind of record; several records of a kind are joined."""
+    """{kind: content of its records, concatenated}."""
     with open(path, "rb") as file:
         magic, version, purpose = struct.unpack("<8sI4s", file.read(16))
         if magic != b"DTSDFREC" or purpose != b"MAP " or version != 1:
@@ -27,7 +27,7 @@ def records(path):
 
 
 def free_cells(content):
-    """Cells that were seen free, as x, y, z in cells. The first number is a cell's edge in voxels."""
+    """Positions of free cells, in cells. The content begins with the edge of a cell in voxels."""
     cubes = numpy.frombuffer(content[8:], [("key", "<i4", 3), ("zero", "<u4"), ("cells", "u1", 64)])
     bits = numpy.unpackbits(cubes["cells"], axis=1, bitorder="little").reshape(-1, 8, 8, 8)
     cube, z, y, x = numpy.nonzero(bits)
@@ -35,7 +35,7 @@ def free_cells(content):
 
 
 def read_map(path):
-    """Settings as text; blocks and the values of their voxels as numpy arrays."""
+    """Settings as strings; blocks and their voxels as numpy arrays."""
     content = records(path)
     settings = dict(line.split(": ", 1) for line in content["SETT"].decode().splitlines())
     blocks = numpy.frombuffer(content["BLKS"], [("key", "<i4", 3), ("directions", "<u4")])

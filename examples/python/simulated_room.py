@@ -22,10 +22,10 @@ def look_at(eye_W, target_W):
 
 
 def render(T_W_C):
-    """The depth image that a camera at T_W_C sees: (240, 320) float32, in metres along the axis."""
+    """The depth image of a camera at T_W_C: (240, 320) float32, in metres along the optical axis."""
     v, u = numpy.mgrid[:HEIGHT, :WIDTH]
     rays_C = numpy.stack([(u - K[0, 2]) / K[0, 0], (v - K[1, 2]) / K[1, 1], numpy.ones_like(u)], -1)
-    rays_W = rays_C @ T_W_C[:3, :3].T  # depth 1 along the optical axis, so that t is the depth
+    rays_W = rays_C @ T_W_C[:3, :3].T  # with depth 1, so distances in units of a ray are depths
     eye = T_W_C[:3, 3]
     with numpy.errstate(divide="ignore"):
         depth = ((numpy.sign(rays_W) * ROOM_M / 2 - eye) / rays_W).min(-1)
@@ -36,14 +36,14 @@ def render(T_W_C):
 
 
 def orbit(count):
-    """Poses of a camera that moves once around the ball and looks at it."""
+    """Poses of a camera that circles the ball once and looks at it."""
     for angle in numpy.linspace(0.0, 2.0 * numpy.pi, count, endpoint=False):
         eye_W = BALL_W + (1.3 * numpy.cos(angle), 1.3 * numpy.sin(angle), 0.7)
         yield look_at(eye_W, BALL_W)
 
 
 def distance_to_surface(points_W):
-    """(N,) true distance of points in the room to the nearest surface, in metres."""
+    """(N,) true distances from points in the room to the nearest surface, in metres."""
     to_walls = (ROOM_M / 2 - numpy.abs(points_W)).min(-1)
     to_ball = numpy.abs(numpy.linalg.norm(points_W - BALL_W, axis=-1) - BALL_RADIUS_M)
     return numpy.minimum(numpy.abs(to_walls), to_ball)

@@ -1,7 +1,7 @@
-// Preloaded into a program, makes one of its calls fail: DTSDF_FAULT=CALL:N, where CALL is
-// allocate, read, write, rename, fsync or open. N counts these calls from 1, starting at main() or,
-// with DTSDF_FAULT_FROM, when a file is opened whose name contains that text. The failure also
-// makes the file that DTSDF_FAULT_MET names.
+// Preloaded into a program, makes its N-th call of one kind fail: DTSDF_FAULT=CALL:N, where CALL is
+// allocate, read, write, rename, fsync or open. Counting starts at main() or, with
+// DTSDF_FAULT_FROM, when a file is opened whose path contains that string. When the call fails, the
+// file DTSDF_FAULT_MET is created.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/syscall.h>
@@ -23,14 +23,14 @@ void* __libc_memalign(size_t, size_t);
 
 namespace {
 
-std::atomic<long> calls_left{0};  ///< 0: no call fails, or none fails any more.
+std::atomic<long> calls_left{0};  ///< At 1 the next call fails; at 0 none.
 char chosen[16] = "";
 
 bool fails(const char* call) {
   if (calls_left.load(std::memory_order_relaxed) <= 0) return false;
   if (std::strcmp(call, chosen) != 0) return false;
   if (calls_left.fetch_sub(1) != 1) return false;
-  // Uses the system call, because our own function would be counted.
+  // Uses the system call, because open() below would count it.
   const char* const met = std::getenv("DTSDF_FAULT_MET");
   if (met != nullptr) {
     const long file = syscall(SYS_openat, AT_FDCWD, met, O_CREAT | O_WRONLY, 0600);

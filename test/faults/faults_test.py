@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Makes each of the first calls of `reconstruct` fail, one per run, and then a sample of the others:
-after any failure it either ends with one sentence or continues, and the earlier mesh and map are intact.
+"""Makes each of the first calls of `reconstruct` fail, one per run, and then a sample of the later ones.
+It must end with an error message or continue; each output is then complete, or the earlier file.
 
-Calls count from the opening of the recording, or of the map that is continued: before that, while the
-system starts the program, a lack of memory may end it silently."""
+Calls are counted from the opening of the recording, or of the map that is loaded: before that, while the
+program is being started, running out of memory may end it silently."""
 
 import argparse
 import concurrent.futures
@@ -31,13 +31,13 @@ def write_recording(folder):
 
 
 class Case:
-    """A command, and the file from whose opening on its calls may fail."""
+    """A command, and the file whose opening starts the count of calls."""
 
     def __init__(self, name, calls, begins_at, outputs, arguments):
         self.name = name
         self.calls = calls
-        self.begins_at = begins_at  # a part of that file's name
-        self.outputs = outputs      # in the folder of outputs
+        self.begins_at = begins_at  # part of that file's name
+        self.outputs = outputs      # names in the output folder
         self.arguments = arguments
 
 
@@ -154,13 +154,13 @@ def run_each(reconstructions, call, tried):
 
 
 def try_calls(reconstructions, first, sampled):
-    """@return the number of problems."""
+    """Returns the number of problems."""
     problems = 0
     case = reconstructions[0].case
     for call in case.calls:
         most = count_calls(reconstructions[0], call)
         if most == 0:
-            print("%s: %s is never called, so the test is void" % (case.name, call))
+            print("%s: %s is never called, so nothing is tested" % (case.name, call))
             problems += 1
         tried = 0
         for number, problem, met in run_each(reconstructions, call,
@@ -178,8 +178,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--reconstruct", required=True)
     parser.add_argument("--library", required=True, help="test/faults/faults.cpp")
-    parser.add_argument("--first", type=int, default=1000, help="number of first calls to fail")
-    parser.add_argument("--sampled", type=int, default=300, help="number of later calls to fail")
+    parser.add_argument("--first", type=int, default=1000, help="fail each of the first FIRST calls")
+    parser.add_argument("--sampled", type=int, default=300, help="fail a sample of SAMPLED later calls")
     parser.add_argument("--jobs", type=int, default=1, help="parallel runs (1)")
     arguments = parser.parse_args()
     problems = 0

@@ -2,8 +2,8 @@
 """Checks that the documentation agrees with the code: check_docs.py ROOT.
 
 - Relative links of the Markdown files lead to files that exist, and to headings that exist.
-- Source files and scripts that are named in them exist, and pages that the code names.
-- The table of docs/method.md names every number of the rules, with its default, and no other.
+- Source files and scripts named in pages exist, and so do pages named in the code.
+- The table in docs/method.md lists exactly the numbers of the rules, with their defaults.
 - docs/ros.md names every key of config/default.yaml.
 - package.xml and CMakeLists.txt have the same version.
 - No page, message or setting uses awkward wording (WORDS).
@@ -14,12 +14,12 @@ import sys
 
 RULES = {"SurfelRules": "surfels", "FusionRules": "fusion", "ColourRules": "colour",
          "MeshRules": "mesh", "AlignmentRules": "poses"}
-# Patterns, and what to write instead.
+# {pattern: what to write instead}.
 WORDS = {r"\b(tells?|told|telling)\b": "report, print, show, indicate", r"\banew\b": "again",
          r"\b(go|goes|going|gone) on\b": "continue", r"\bpassed over\b": "skipped",
          r"\bis none of\b": "is not", r"\bhas to be\b": "must be", r"\bany more\b": "no longer",
          r"\btake another\b": "choose another", r"\ba text\b|\btexts\b": "a string, strings"}
-# Folders, besides the root, that file names may be relative to.
+# Folders that file names may be relative to; "" is the root.
 BASES = ("", "src", "lab", "src/kernels", "include/dtsdf_mapping", "cuda", "docs")
 
 
@@ -111,7 +111,7 @@ def check_rules(root):
 
 
 def check_visits(root):
-    """Finds numbers of the rules that cannot be set and are not in map files."""
+    """Finds numbers of the rules that rules.h does not visit: they could not be set or saved in a map."""
     text = (root / "src" / "backend" / "rules.h").read_text(encoding="utf-8")
     visited = {section + name for section, body in
                re.findall(r'section = "(rules/\w+/)";(.*?)(?=section = |^\})', text,
@@ -153,7 +153,7 @@ def check_version(root):
 
 
 def check_words(root):
-    """Joins lines, because sentences span several."""
+    """Finds awkward wording, also across line breaks."""
     for pattern in ("README.md", "SECURITY.md", "docs/*.md", "msg/*", "srv/*", "cfg/*",
                     "config/*.yaml", "launch/*.launch", "include/**/*.h"):
         for path in sorted(filter(pathlib.Path.is_file, root.glob(pattern))):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that C++ files are formatted by .clang-format. Exits with 77 without clang-format 14, because
-other versions format differently.
+"""Checks that C++ and CUDA files are formatted as in .clang-format. Exits with 77 (skipped) without
+clang-format 14, because other versions format differently.
 
 Usage: check_format.py [--fix] ROOT     --fix formats all files
 """

@@ -52,8 +52,8 @@ def read_table(text):
 
 
 def read_exceptions(text):
-    """{(file or folder, room that may include it nevertheless)}, from the lines after the table. Each line
-    ends with its reason."""
+    """{(file or folder, room that may include it despite the table)}, from the lines after the table. Each
+    line ends with its reason."""
     lines = (line.split(None, 2) for line in text.partition("\n\n")[2].splitlines()[1:])
     return {(file, room) for file, room, _ in lines}
 
@@ -64,7 +64,7 @@ def room_of(path, table):
 
 
 def may_include(room, other, table):
-    """Whether the list of a room contains another room, or a folder of rooms around it."""
+    """Whether the list of a room contains another room, or a folder that contains it."""
     return any(other == wanted or wanted not in table and is_under(other, wanted)
                for wanted in table[room])
 
@@ -82,7 +82,7 @@ def find_circle(table):
 
 
 def strip_comments_and_texts(code):
-    """Blanks comments and string texts, keeps the line breaks and #include lines."""
+    """Replaces comments and string literals by spaces; keeps line breaks and #include lines."""
     def blank(match):
         text = match.group(0)
         return text if text.startswith("#") else re.sub(r"[^\n]", " ", text)
@@ -116,11 +116,11 @@ def own_include_violation(path, target, table, exceptions):
 def other_include_violation(path, header):
     """The rule that including another package's header breaks, or None."""
     if is_under(path, "src/kernels") and header not in KERNELS_MAY_INCLUDE:
-        return "kernels may include only the C headers of maths and memory"
+        return "kernels may include only the C headers for maths, limits and memory"
     if CUDA_HEADER.match(header) and not is_under(path, *KNOW_CUDA):
-        return "no CUDA header outside cuda/"
+        return "only cuda/ and test/parity may include CUDA headers"
     if ROS_HEADER.match(header) and not is_under(path, *KNOW_ROS):
-        return "only src/ros knows ROS"
+        return "only src/ros, src/rviz and their tests may include ROS headers"
     return None
 
 
@@ -128,7 +128,7 @@ def line_violation(path, line):
     if is_under(path, "include", "src", "cuda") and not is_under(path, "src/tools"):
         match = FATAL_CALL.search(line)
         if match:
-            return "library code never calls " + match.group(1) + "()"
+            return "library code must not call " + match.group(1) + "()"
     return None
 
 

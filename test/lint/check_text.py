@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Finds external text that is shown unchanged in logs, messages and answers: names in messages and
+"""Finds external text that is shown unchanged in logs, messages and answers: names from messages and
 files, and texts of exceptions. It must pass through printable(), printableMessage() or errorText()
-(src/params/printable.h). Also finds numbers that depend on the locale of a host program: formatted()
-must write them and parseNumber() read them (src/params/text.h). Prints file:line of each violation.
+(src/params/printable.h). Also finds numbers whose format depends on the locale of the host program: use
+formatted() and parseNumber() (src/params/text.h). Prints file:line of each violation.
 
 Usage: check_text.py ROOT
 """
@@ -18,12 +18,12 @@ FROM_OUTSIDE = re.compile(
     r"(\.|->)(distortion_model|frame_id|child_frame_id|encoding|map_frame|file_name)\b(?!\.empty)"
     r"|\bfile_name\b(?!\.empty)|\bgetPublisherName\(\)|\bheader\.name\(\)")
 CLEANED = re.compile(r"\b(printable|printableMessage|errorText|startErrorText|shownName)\(")
-# A concatenated text: a literal next to + or <<.
+# A concatenated string: a literal next to + or <<.
 JOINED = re.compile(r'(\+|<<)\s*"|"\s*(\+|<<)')
 # The text of an exception may go into another exception, which is cleaned when it is shown.
 WHAT = re.compile(r"\b\w+\.what\(\)")
 RETHROWN = re.compile(r"\bthrow|\bUsageError\(|\bproblem = |\breturn error\.what")
-# Functions that depend on the locale, except for output of our own programs.
+# Functions that depend on the locale, without printf() and fprintf(): only our own programs call them.
 BY_LOCALE = re.compile(r"\b(strto[dfl]d?|ato[fil]|sto[dfl]d?|v?sn?printf|v?f?scanf|vsscanf|setlocale)\("
                        r"|\bto_string\(\w*(_m|_s|_deg|_mb|_hz|seconds)\)")
 STREAM = re.compile(r"std::o?stringstream (\w+)$")

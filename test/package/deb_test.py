@@ -19,7 +19,7 @@ class Deb(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
-        # Outside of the build, where roslaunch would find each launch file twice.
+        # Outside of the build folder: inside it, roslaunch would find each launch file twice.
         packed, root = os.path.join(cls.folder.name, "deb"), os.path.join(cls.folder.name, "root")
         cls.run_quietly(["cpack", "-G", "DEB", "-B", packed], cwd=BUILD,
                         env=dict(os.environ, DTSDF_PACKAGING="1"))
@@ -31,7 +31,7 @@ class Deb(unittest.TestCase):
         cls.of_a_workspace = [
             path for name in ("*setup*.*sh", "env.sh", "_setup_util.py", ".catkin", ".rosinstall")
             for path in glob.glob(f"{root}/**/{name}", recursive=True)]
-        # Marks the folder for catkin as a prefix with programs, like /opt/ros/noetic.
+        # Marks the prefix as a catkin workspace, like /opt/ros/noetic, so that roslaunch finds programs.
         open(cls.prefix + "/.catkin", "w", encoding="utf-8").close()
         paths = [cls.prefix] + os.environ.get("CMAKE_PREFIX_PATH", "").split(":")
         packages = [cls.prefix + "/share"] + os.environ.get("ROS_PACKAGE_PATH", "").split(":")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Wrong arguments in Python: the error names what is expected, and the map is unchanged."""
+"""Tests that errors about wrong arguments name what is expected, and that the map stays unchanged."""
 import copy
 import pickle
 import sys

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""examples_test.py EXAMPLES: the Python examples and notebooks run and print correct results."""
+"""examples_test.py EXAMPLES: runs the Python examples and notebooks, and checks what they print."""
 import copy
 import glob
 import importlib.machinery
@@ -71,7 +71,7 @@ class Examples(unittest.TestCase):
         self.assertRegex(printed, "around it: free, 100% known")
 
     def test_mesh_blocks_to_ply_knows_what_is_not_a_mesh(self):
-        """Converts whole messages; a test with ROS covers refused ones."""
+        """A rostest covers the conversion of valid messages."""
         loader = importlib.machinery.SourceFileLoader("reader", EXAMPLES + "/mesh_blocks_to_ply")
         reader = importlib.util.module_from_spec(importlib.util.spec_from_loader("reader", loader))
         loader.exec_module(reader)

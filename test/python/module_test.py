@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The Python module on analytic scenes; processes, threads and memory."""
+"""Tests the Python module on analytic scenes, with processes and threads, and for leaks."""
 import gc
 import multiprocessing
 import os
@@ -247,7 +247,7 @@ class Memory(unittest.TestCase):
             action()
         grown = resident_bytes() - before
         # A single leaked mapper is more than 1 MB; a thousand would be gigabytes.
-        self.assertLess(grown, 20e6, f"{grown / 1e6} MB more after 1000 times")
+        self.assertLess(grown, 20e6, f"{grown / 1e6} MB more after 1000 calls")
 
     def test_a_thousand_mappers(self):
         self.assert_flat(lambda: map_of_wall(dtsdf_mapping, 1, **{"mesh/min_support": 1}).mesh())

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""package_test.py [--messages]: checks that the package on sys.path is complete: it maps, its stubs
-match the compiled part, and with --messages the generated messages are next to it."""
+"""package_test.py [--messages]: checks that the package on sys.path is complete: it is documented, its
+stubs match the compiled part, and with --messages it contains the generated messages."""
 import ast
 import inspect
 import os
@@ -19,7 +19,7 @@ FOLDER = os.path.dirname(dtsdf_mapping.__file__)
 
 
 def names_of(body):
-    """{name: names of its members, or None if it is not a class} of a part of a stub."""
+    """{name: names of its members, or None for a function} of a part of a stub."""
     names = {}
     for node in body:
         if isinstance(node, ast.ClassDef):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""recording_test.py RECONSTRUCT: recordings read in Python give the map of `reconstruct`."""
+"""recording_test.py RECONSTRUCT: tests that Python and `reconstruct` make the same map of a recording."""
 import os
 import subprocess
 import sys
@@ -26,8 +26,8 @@ def write_png(path, image):
 
 
 def write_recording(folder):
-    """A TUM folder in colour: a camera that moves along x in front of a tilted floor and a wall. The last
-    depth image has no pose."""
+    """Writes a TUM folder with colour: a camera moves along x in front of a tilted floor and a wall. The
+    last depth image has no pose."""
     os.makedirs(folder + "/depth")
     os.makedirs(folder + "/rgb")
     with open(folder + "/camera_info.yaml", "w", encoding="ascii") as file:
@@ -108,7 +108,7 @@ class Recordings(unittest.TestCase):
         self.assertAlmostEqual(last.T_W_C[0, 3], 0.05 * (FRAMES - 2))
         depth = first.depth
         del first
-        self.assertAlmostEqual(float(depth[0, 0]), 10000.0)  # its memory is kept
+        self.assertAlmostEqual(float(depth[0, 0]), 10000.0)  # the array keeps its memory alive
         colours = list(dtsdf_mapping.Recording(self.folder).colours())
         self.assertEqual(len(colours), FRAMES - 1)
         painted = colours[2].colour

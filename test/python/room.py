@@ -7,12 +7,12 @@ SHAPE = (120, 160)
 
 
 def wall(distance_m=2.0):
-    """A depth image of a wall across the optical axis, (120, 160) float32, in metres."""
+    """A depth image of a wall perpendicular to the optical axis, (120, 160) float32, in metres."""
     return numpy.full(SHAPE, distance_m, numpy.float32)
 
 
 def map_of_wall(package, frames=3, **settings):
-    """A mapper with the wall, with voxels of 4 cm."""
+    """A mapper that has fused images of the wall, with voxels of 4 cm."""
     settings = {"map/voxel_size_m": 0.04, "threads": 1, **settings}
     mapper = package.Mapper("cpu", **settings)
     for _ in range(frames):

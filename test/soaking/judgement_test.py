@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests that the verdict on a soak separates leaked memory from memory that comes and goes."""
+"""Tests that the verdict on a soak distinguishes leaks from memory that is used temporarily."""
 import math
 import pathlib
 import random
@@ -14,7 +14,7 @@ CYCLE_S = 300.0
 
 
 def records(kept_mb, cycles=12, rest_mb=1.0):
-    """The record of a process that holds kept_mb(t), up to rest_mb more in each cycle, and up to 200 MB
+    """The record of a process that uses kept_mb(t), up to rest_mb more in each cycle, and up to 200 MB
     more at varying times."""
     chance, found = random.Random(7), []
     for cycle in range(cycles):

@@ -1,4 +1,4 @@
-/// Tests offline reading of bags with compressed depth, which the tests write.
+/// Tests reading of depth, clouds, masks, colour and inertial sensors from bags.
 #include "io/bag_frames.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ const std::string kCompressedTopic = kTopic + "/compressedDepth";
 
 std_msgs::Header headerOf(int i) { return makeHeader(ros::Time(100.0 + i), "camera"); }
 
-/// The transform of a frame that is shifted but not rotated.
+/// The transform of `frame` in the map: shifted by `x`, not rotated.
 tf2_msgs::TFMessage shiftOf(const std::string& frame, double x, const ros::Time& stamp) {
   return makeTfMessage("map", frame, Eigen::Isometry3d(Eigen::Translation3d(x, 0.0, 0.0)), stamp);
 }
@@ -63,7 +63,7 @@ class CompressedBag : public testing::Test {
   void writeRest(int i) {
     const ros::Time stamp = headerOf(i).stamp;
     sensor_msgs::CameraInfo info = makeCameraInfo(rawOf(i), {10.0f, 10.0f, 3.5f, 2.5f});
-    info.D = {0.9, 0.0, 0.0, 0.0, 0.0};  // of the raw camera; the topic is of rectified images
+    info.D = {0.9, 0.0, 0.0, 0.0, 0.0};  // must be ignored, because the images are rectified
     bag_.write("/camera/depth/camera_info", stamp, info);
     bag_.write("/tf", stamp, shiftOf("camera", 0.0, stamp));
     sensor_msgs::CompressedImage colour;
@@ -144,7 +144,7 @@ TEST_F(CompressedBag, CloudsAreReadAsDepth) {
   ASSERT_EQ(frames.size(), static_cast<size_t>(kFrames));
   EXPECT_EQ(std::memcmp(frames[2].depth.data, depth_m.data(), 4 * depth_m.size()), 0);
   EXPECT_NEAR(frames[2].depth.intrinsics.fy, 31.0, 1e-4);
-  options_.input.depth_along_ray = true;  // never applies to clouds
+  options_.input.depth_along_ray = true;  // does not apply to clouds
   EXPECT_EQ(std::memcmp(read()[2].depth.data, depth_m.data(), 4 * depth_m.size()), 0);
   options_.intrinsics = Intrinsics{33.0f, 34.0f, 15.0f, 11.0f};
   EXPECT_EQ(read().at(0).depth.intrinsics.fx, 33.0f);
@@ -166,7 +166,7 @@ TEST_F(CompressedBag, NamesWhatThereIsInsteadOfAWrongName) {
   EXPECT_NE(error().find("TF has 'camera', 'map'"), std::string::npos) << error();
 }
 
-/// Each reason has a sentence, and each missing input names the option that helps.
+/// Errors about missing inputs name the option that helps; skipped images are explained in words.
 TEST_F(CompressedBag, NamesWhatHelps) {
   const auto error = [&] { return errorOf([&] { read(); }); };
   bag_.write("/d64", headerOf(0).stamp,
@@ -236,7 +236,8 @@ TEST_F(CompressedBag, ImagesAreRectifiedWhereThatIsAsked) {
   EXPECT_EQ(depth.intrinsics.fx, 10.0f);
   EXPECT_NE(std::memcmp(depth.data, depthOf(1).data, 2 * kWidth * kHeight), 0);
   const auto* pixels = static_cast<const uint16_t*>(depth.data);
-  EXPECT_EQ(pixels[2 * kWidth + 3], depthOf(1).at<uint16_t>(2, 3)) << "the middle pixel stays";
+  EXPECT_EQ(pixels[2 * kWidth + 3], depthOf(1).at<uint16_t>(2, 3))
+      << "the middle pixel must not change";
 }
 
 TEST_F(CompressedBag, LatestCameraInfoMayBeAsked) {
@@ -262,7 +263,7 @@ TEST_F(CompressedBag, DamagedImagesAreCounted) {
   EXPECT_EQ(source_->skipped(), (std::map<std::string, size_t>{{"bad_image", 2}}));
 }
 
-/// Colour images besides the damaged ones of the bag above, from a camera with its own frame.
+/// Adds colour images from a camera with its own frame to the empty ones of CompressedBag.
 class ColourBag : public CompressedBag {
  protected:
   void SetUp() override {
@@ -285,7 +286,7 @@ class ColourBag : public CompressedBag {
 
   static cv::Mat pixels() { return cv::Mat(4, 10, CV_8UC3, cv::Scalar(30, 20, 10)); }
 
-  /// Recorded at another time than its stamp.
+  /// `recorded`: when the bag received the image.
   void writeRaw(double stamp_s, const ros::Time& recorded, const std::string& encoding = "bgr8") {
     bag_.write("/color/image_rect", recorded, imageAt(stamp_s, encoding));
   }
@@ -357,7 +358,7 @@ TEST_F(ColourBag, MayBeCompressed) {
 TEST_F(ColourBag, IsFoundWhereThereIsOneOnly) {
   options_.colour_topic.clear();
   EXPECT_TRUE(readColours().empty());
-  EXPECT_EQ(colours_->skipped(),  // the only topic has the damaged images
+  EXPECT_EQ(colours_->skipped(),  // the images on the only topic are empty
             (std::map<std::string, size_t>{{"colour images: bad_image", kFrames}}));
   bag_.open(options_.path, rosbag::bagmode::Append);
   writeCameraOf(100.2);
@@ -368,8 +369,8 @@ TEST_F(ColourBag, IsFoundWhereThereIsOneOnly) {
   EXPECT_THROW(openBagColours(options_), std::runtime_error);
 }
 
-/// A sensor that is shaken for two seconds and then rests, rotated by 90 degrees about z: its y
-/// axis, which points up, is -x of the map.
+/// An inertial sensor, rotated by 90 degrees about z: its y axis, which points up, is -x of the
+/// map.
 class InertialBag : public testing::Test {
  protected:
   InertialBag() {

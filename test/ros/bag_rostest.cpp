@@ -1,4 +1,4 @@
-/// A bag played in a loop under simulated time, compared with reading the same bag offline.
+/// Compares a bag played in a loop under simulated time with the same bag read offline.
 #include <gtest/gtest.h>
 
 #include "dtsdf_mapping/mapper.h"
@@ -28,7 +28,7 @@ std::string pathOf(const std::string& name) {
   return saved.path;
 }
 
-/// The mesh of the first `count` frames, made offline and saved.
+/// The mesh of the first `count` frames, fused offline, as a .ply file.
 std::string bytesOfflineAfter(uint64_t count) {
   const NodeParams params = nodeParams();
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
@@ -71,7 +71,7 @@ TEST(Bag, CameraAndPosesMayComeFromElsewhere) {
   EXPECT_EQ(frames->skipped().at("no pose within 20 ms"), kFramesOfBag - 2);
 }
 
-// Until the player starts its next loop, the node's map equals the offline one, bit for bit.
+/// During the first loop, the node's map equals the offline map bit for bit.
 TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
   ros::NodeHandle nh;
   const StatusWatcher status(nh);
@@ -83,7 +83,7 @@ TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
   const ros::Time seen = status.status().header.stamp;
   ASSERT_TRUE(waitUntil([&] { return status.status().header.stamp > seen; }));
   const uint64_t fused = status.status().frames_fused;
-  ASSERT_LE(fused, kFramesOfBag) << "the machine was too slow to pause before the loop";
+  ASSERT_LE(fused, kFramesOfBag) << "the pause came after the first loop; the machine is too slow";
   EXPECT_EQ(status.status().frames_dropped, status.dropped("paused"))
       << "a frame is missing: " << status.status().message;
   EXPECT_TRUE(readBytes(path) == bytesOfflineAfter(fused)) << "after " << fused << " frames";

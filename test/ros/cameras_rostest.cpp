@@ -1,5 +1,5 @@
-/// Two cameras map together: frames are fused in the order of stamps, whatever their order of
-/// arrival, with the same result as fusing them one by one.
+/// Two cameras share a map: frames are fused in the order of their stamps, whatever their order of
+/// arrival, and give the same mesh as offline.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -104,7 +104,7 @@ TEST_F(Cameras, TheMapIsThatOfTheFramesInTheOrderOfStamps) {
   std::vector<SentFrame> in_order;
   for (int i = 0; i < kFramesEach; ++i) {
     const ros::Time stamp = start + ros::Duration(0.1 * i);
-    // Each third pair has the same stamp, so that names decide.
+    // Every third pair has equal stamps: the camera whose name sorts first is then fused first.
     const ros::Time rear_stamp = i % 3 == 0 ? stamp : stamp + ros::Duration(0.04);
     in_order.push_back(makeFrame("front", stamp, 0.3 * i));
     in_order.push_back(makeFrame("rear", rear_stamp, 3.0 + 0.3 * i));
@@ -129,7 +129,8 @@ TEST_F(Cameras, TheMapIsThatOfTheFramesInTheOrderOfStamps) {
   const std::string bytes = readBytes(saved.path);
   EXPECT_TRUE(bytes == bytesOffline(in_order));
   std::swap(in_order[0], in_order[1]);
-  EXPECT_FALSE(bytes == bytesOffline(in_order)) << "the order does not matter for these frames";
+  EXPECT_FALSE(bytes == bytesOffline(in_order))
+      << "the order of these frames does not matter, so nothing is tested";
   removeOutputFolder();
 }
 
@@ -155,7 +156,7 @@ TEST_F(Cameras, StampsGoingBackStartAllAnew) {
   topics_.at("front").send(*front.image, front.info);
   topics_.at("rear").send(*rear.image, rear.info);
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 2; }));
-  // Transforms of the future are forgotten by now, so those of the past count again.
+  // The jump back in time has removed the later transforms, so earlier ones are accepted again.
   tf2_msgs::TFMessage message;
   message.transforms = {front.transform, rear.transform};
   tf_.publish(message);

@@ -38,7 +38,7 @@ TEST(ChunkMessage, IsRefusedWhereItDoesNotHoldTogether) {
     spoil(block);
     try {
       toChunk(block);
-      ADD_FAILURE() << "taken: " << word;
+      ADD_FAILURE() << "accepted: " << word;
     } catch (const std::runtime_error& error) {
       EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
     }

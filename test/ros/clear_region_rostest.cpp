@@ -1,5 +1,5 @@
-/// The service clear_region and map/keep_radius_m: what they remove, refused requests, and the mesh
-/// afterwards.
+/// Tests the service clear_region and map/keep_radius_m: what they remove, refused requests, and
+/// the mesh afterwards.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ class ClearRegionTest : public WallCamera {
     fuseFrames(2);
   }
 
-  /// Fuses frames of the wall one metre in front of the camera, which is at x with the base.
+  /// Fuses frames of the wall, 1 m in front of the camera. Camera and base are at `x`.
   void fuseFrames(int count, double x = 0.0) {
     for (int i = 0; i < count; ++i) {
       const uint64_t fused = status_.status().frames_fused;
@@ -80,7 +80,7 @@ TEST_F(ClearRegionTest, ClearsABoxAndTheMarkersFollow) {
   };
   EXPECT_LT(reach(), -0.2);
   ClearRegion::Request request = boxOf(10.0, 10.0, 10.0);
-  request.box.pose.position.x = -5.0;  // everything left of x = 0
+  request.box.pose.position.x = -5.0;  // everything with x < 0
   const auto cleared = call(request);
   EXPECT_TRUE(cleared.success) << cleared.message;
   EXPECT_GT(cleared.voxels, 100u);
@@ -96,8 +96,8 @@ TEST_F(ClearRegionTest, TakesAnyFrameThatIsKnown) {
   EXPECT_TRUE(cleared.success) << cleared.message;
   EXPECT_GT(cleared.voxels, 0u);
   EXPECT_EQ(call(sphereAt(0.5, 0.0, 1.0, 0.2, "map")).voxels, 0u)
-      << "the same place, cleared before";
-  EXPECT_GT(call(sphereAt(0.0, 0.0, 1.0, 0.2)).voxels, 0u) << "another place";
+      << "this place was cleared before";
+  EXPECT_GT(call(sphereAt(0.0, 0.0, 1.0, 0.2)).voxels, 0u) << "this place was not cleared before";
 }
 
 TEST_F(ClearRegionTest, ATurnedBoxIsTurned) {
@@ -112,7 +112,7 @@ TEST_F(ClearRegionTest, ATurnedBoxIsTurned) {
   EXPECT_GT(call(request).voxels, 0u) << "only the intersection was cleared";
 }
 
-/// Also while mapping is paused.
+/// Also works while mapping is paused.
 TEST_F(ClearRegionTest, AllSpaceLeavesAnEmptyMap) {
   pauseMapping(true);
   EXPECT_GT(status_.status().blocks, 0u);
@@ -167,7 +167,7 @@ TEST_F(ClearRegionTest, BadRequestsAreRefusedInWords) {
   EXPECT_EQ(status_.status().blocks, blocks);
 }
 
-/// Around the base, which stays while the camera moves; then the base follows.
+/// The base and the camera move by 8 m; map/keep_radius_m is 3 m.
 TEST_F(ClearRegionTest, WhatIsFarFromTheBaseIsDropped) {
   const uint64_t fused = status_.status().frames_fused, before = status_.status().blocks;
   EXPECT_EQ(status_.status().dropped_blocks, 0u);

@@ -1,4 +1,4 @@
-/// Depth from organised clouds gives the map of the depth images that the clouds were made from.
+/// Organised clouds give the same mesh as the depth images that they were made from.
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
 
@@ -63,7 +63,7 @@ TEST_F(Clouds, MakeTheMeshOfTheDepthImages) {
     ASSERT_TRUE(status_.waitForFused(fused + 1 + static_cast<uint64_t>(i)))
         << status_.status().message;
     DepthFrame frame = depthFrameOf(depth_m, kCloudCamera, kCloudWidth, kCloudHeight, T_W_C);
-    // Rounded like the quaternion of the transform.
+    // Converted back from the message, whose quaternion rounds the rotation.
     frame.T_W_C = toIsometry(makeTransform("map", "camera", T_W_C, stamp).transform);
     mapper->integrate(frame);
   }

@@ -61,7 +61,7 @@ TEST(Clouds, AreReadInEveryLayout) {
   }
 }
 
-/// As exact as the rounding of the points.
+/// The intrinsics are exact up to the rounding of the points.
 TEST(Clouds, HaveTheCameraThatMadeThem) {
   CloudImages images("/points");
   const auto converted = images.convert(cloudOfRoom(), false, kEnoughBytes);
@@ -102,14 +102,14 @@ TEST(Clouds, ThatCannotBeUsedAreRefused) {
   cloud = cloudOfRoom();
   std::fill(cloud.data.begin(), cloud.data.end(), 0xff);
   EXPECT_EQ(reasonAgainst(cloud), drop::kNoMeasurement);
-  cloud = cloudOfRoom();  // with x to the left
+  cloud = cloudOfRoom();  // mirrored: x to the left
   for (size_t at = cloud.fields[0].offset; at < cloud.data.size(); at += cloud.point_step) {
     cloud.data[at + 3] ^= 0x80;
   }
   EXPECT_EQ(reasonAgainst(cloud), drop::kBadIntrinsics);
 }
 
-/// 64 rings of a spinning lidar in its own frame, x forward and z up.
+/// 48 rings of a spinning lidar in its own frame, x forward and z up.
 TEST(Clouds, OfALidarAreRefused) {
   sensor_msgs::PointCloud2 cloud = cloudOfRoom();
   for (int v = 0; v < kCloudHeight; ++v) {

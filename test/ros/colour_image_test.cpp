@@ -24,7 +24,7 @@ sensor_msgs::CameraInfo colourInfo(uint32_t width = kWidth, uint32_t height = kH
   return info;
 }
 
-/// An image with these bytes in each pixel.
+/// An image whose pixels all have the bytes `pixel`.
 sensor_msgs::ImagePtr makeImage(const std::string& encoding, const std::vector<uint8_t>& pixel,
                                 uint32_t width = kWidth, uint32_t height = kHeight) {
   const auto image = boost::make_shared<sensor_msgs::Image>();
@@ -89,8 +89,7 @@ TEST(ColourImage, ConvertsTheOthers) {
   }
 }
 
-/// An image of one colour in a Bayer pattern: red, green and blue are at their places in each 2 x 2
-/// pixels.
+/// An image of one colour, in each Bayer pattern.
 TEST(ColourImage, UndoesBayerPatterns) {
   const auto bayer = [](const std::string& pattern, const std::vector<int>& colour, int depth) {
     const auto image =
@@ -108,7 +107,7 @@ TEST(ColourImage, UndoesBayerPatterns) {
   const std::vector<int> colour{200, 100, 50};
   for (const std::string pattern : {"rggb", "bggr", "gbrg", "grbg"}) {
     EXPECT_EQ(bayer(pattern, colour, 8), colour) << pattern;
-    // 200 is 200 * 256 of 65535 here.
+    // 200 is sent as 200 * 256 of 65535, which rounds to 199 of 255.
     EXPECT_EQ(bayer(pattern, colour, 16), (std::vector<int>{199, 100, 50})) << pattern;
   }
 }

@@ -1,5 +1,5 @@
-/// A colour camera next to the depth camera: late, without transforms, of wrong types, of another
-/// size and rate, and silent. Depth continues in all cases.
+/// A colour camera next to the depth camera: with another size and rate, late, without transforms,
+/// and silent. Depth continues in all cases.
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 
@@ -74,7 +74,7 @@ class Colour : public testing::Test {
     begin();
   }
 
-  /// Stamps continue from test to test; each test sends at most two seconds of them.
+  /// Sets start_ after all earlier stamps; a test may use the next two seconds.
   void begin() {
     static ros::Time last;
     start_ = last = std::max(last + ros::Duration(2.0), ros::Time::now());
@@ -164,8 +164,8 @@ std::string bytesOfBag(const std::string& bag_path) {
   return plyOf(result.meshes->all().assemble(), params.mapper.mesh.colour);
 }
 
-/// Must be the first test, because it needs an empty map. Colour has another size and rate, and a
-/// bag of the same messages gives the same bytes.
+/// Must be the first test, because it needs an empty map. A bag of the same messages gives the same
+/// bytes. Colour has another size and rate.
 TEST_F(Colour, BagAndLiveGiveTheSameBytes) {
   std::vector<Sent> depth, colour;
   for (int i = 0; i < 10; ++i) depth.push_back(makeDepth(start_ + ros::Duration(0.1 * i), 0.3 * i));

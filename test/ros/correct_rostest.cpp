@@ -1,5 +1,5 @@
-/// Corrected poses of the past: the map becomes the one that reconstruct makes of the journal with
-/// these poses, byte for byte, while mapping continues.
+/// Corrected poses: while mapping continues, the map becomes, byte for byte, the one that
+/// reconstruct makes from the journal and these poses.
 #include <dtsdf_mapping/CorrectPoses.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 constexpr double kPeriod_s = 1.0 / 15.0;
 
-/// Error of the camera's poses, which grows sideways.
+/// Error of the camera's pose `i`.
 Eigen::Isometry3d drift(int i) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.001 * i, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(0.0, 0.005 * i, 0.0);
@@ -74,7 +74,7 @@ class Correction : public testing::Test {
     ASSERT_TRUE(waitUntil([&] { return nodeReceivesTransforms(); })) << status_.status().message;
   }
 
-  /// Each test advertises them again, and a busy node connects late.
+  /// Whether the node receives transforms of this test: a busy node connects late to its publisher.
   bool nodeReceivesTransforms() {
     camera_.sendTransform("map", "base", Eigen::Isometry3d::Identity(),
                           start_ - ros::Duration(0.5));
@@ -87,8 +87,8 @@ class Correction : public testing::Test {
     last_at_ = ros::WallTime::now();
   }
 
-  /// The time by the images' stamps: on a busy machine sending them takes longer than the stamps
-  /// say, and the node counts time from the stamps.
+  /// The last stamp plus the wall time since then. On a busy machine, images are sent more slowly
+  /// than their stamps advance.
   static double currentImageTime_s() {
     if (last_s_ == 0.0) return ros::Time::now().toSec();
     return last_s_ + (ros::WallTime::now() - last_at_).toSec();
@@ -97,7 +97,7 @@ class Correction : public testing::Test {
 
   std::string in(const std::string& name) const { return folder_ + "/" + name; }
 
-  /// Exactly representable in a file's digits.
+  /// In whole milliseconds, which a trajectory file represents exactly.
   ros::Time stampOf(int i) const { return start_ + ros::Duration(i / 15, (i % 15) * 66000000); }
 
   void send(PoseOf poseOf) {
@@ -112,7 +112,7 @@ class Correction : public testing::Test {
     for (int i = 0; i < count; ++i) {
       send(poseOf);
       if (i % 8 == 7) {
-        // At most as many as may wait in the queue of a slow map.
+        // No more images may wait than fit into the queue.
         ASSERT_TRUE(status_.waitForFused(fused + i - 1)) << status_.status().message;
       }
     }
@@ -125,7 +125,7 @@ class Correction : public testing::Test {
     return poses;
   }
 
-  /// The true path of the frame that corrections/path_frame names.
+  /// The true path of `base`, the frame in corrections/path_frame.
   nav_msgs::Path truthOfBase() const {
     nav_msgs::Path path;
     path.header.frame_id = "map";
@@ -146,7 +146,7 @@ class Correction : public testing::Test {
     return path;
   }
 
-  /// A map and a mesh that reconstruct makes of the journal, once it contains all frames.
+  /// The map file and mesh file that reconstruct makes from the journal.
   struct Made {
     std::string map, mesh;
   };
@@ -208,7 +208,7 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheJournal) {
   expectJournalRestoresMap();
   EXPECT_TRUE(waitUntil([&] { return status_.status().last_correction == answer.message; }))
       << status_.status().last_correction;
-  // Listeners have the same mesh, and received each block once.
+  // Listeners have the same mesh.
   const MeshOfMap corrected = meshOfMap(in("again.dtsdf"));
   EXPECT_TRUE(waitUntil([&] { return status_.status().triangles == corrected.triangles; }));
   EXPECT_TRUE(waitUntil([&] { return blocks.state().triangles() == corrected.shown; }))
@@ -234,7 +234,7 @@ TEST_F(Correction, MayComeAsAPathOfTheBase) {
   saveTrajectory(posesOf(truth, 4), in("same.txt"));
   const Answer same = callCorrect("/mapping", "same.txt");
   EXPECT_TRUE(same.success) << same.message;
-  EXPECT_EQ(same.moved, 0u) << "moved by the same poses";
+  EXPECT_EQ(same.moved, 0u) << "the same poses must not move it again";
 }
 
 TEST_F(Correction, IsRefusedWithTheReasonIfItIsAbsurd) {
@@ -308,8 +308,8 @@ TEST_F(Correction, MappingGoesOnMeanwhile) {
   ASSERT_TRUE(status_.waitForFused(fused + meanwhile)) << status_.status().message;
   EXPECT_EQ(status_.status().frames_dropped, dropped);
   expectJournalRestoresMap();
-  // Images that came with the old poses moved with the others: their error is the drift since the
-  // correction. Later ones did not move.
+  // The correction also moved the 4 images with drifted poses, so that only their drift since then
+  // remains. Later images have true poses and need not move.
   saveTrajectory(posesOf(truth), in("all.txt"));
   const Answer rest = callCorrect("/mapping", "all.txt");
   ASSERT_TRUE(rest.success) << rest.message;

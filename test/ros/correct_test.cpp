@@ -1,5 +1,5 @@
-// A corrected map equals the map of the corrected poses, byte for byte, whatever arrives meanwhile
-// and however the work is split into steps.
+// A corrected map equals, byte for byte, a map fused at the corrected poses, whatever arrives
+// during the correction and however the work is split into steps.
 #include "ros/steps/correct.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ NodeParams journaledIn(const std::string& folder) {
   return params;
 }
 
-/// Rendered once.
+/// Images of one lap through the room.
 const std::vector<SceneFrame>& lap() {
   static const std::vector<SceneFrame> images = roomImages(kCount);
   return images;
@@ -58,7 +58,7 @@ CubesByPlace byPlace(const std::vector<SpaceCube>& cubes) {
 class CorrectTest : public testing::Test {
  protected:
   CorrectTest() : CorrectTest(nullptr) {}
-  /// With this mapper, or a new one for null.
+  /// If `mapper` is null, makes a new one.
   explicit CorrectTest(std::unique_ptr<Mapper> mapper)
       : host_(mapper ? std::move(mapper) : makeMapper(mapped().mapper),
               journaledIn(folder_ / "journal")) {
@@ -75,7 +75,7 @@ class CorrectTest : public testing::Test {
   ~CorrectTest() override { host_.steps.clear(); }
 
   static ros::Time stampOf(int i) { return ros::Time(100.0) + ros::Duration(0.1 * i); }
-  /// The laps repeat.
+  /// Image `i` of endless laps.
   const SceneFrame& image(int i) const { return images_[static_cast<size_t>(i % kCount)]; }
   Eigen::Isometry3d truth(int i) const { return image(i).frame.T_W_C; }
   Eigen::Isometry3d drifted(int i) const {
@@ -92,14 +92,14 @@ class CorrectTest : public testing::Test {
     host_.push(0, std::move(frame));
   }
 
-  /// Fuses the first images.
+  /// Fuses the first kBefore images at drifted poses.
   void begin() {
     for (int i = 0; i < kBefore; ++i) push(i, drifted(i));
     work();
     follow();
   }
 
-  /// Works until only other threads have work left.
+  /// Steps until this thread has nothing left to do.
   void work() {
     while (step() == std::chrono::milliseconds(0)) {
     }
@@ -126,7 +126,7 @@ class CorrectTest : public testing::Test {
                       }});
   }
 
-  /// Adds an image that is too large for the disk's speed, which ends the journal.
+  /// Adds an image that is too large to be written in time, which ends the journal.
   void endJournal() {
     PosedFrame frame;
     DepthFrame depth = images_[0].view();
@@ -177,7 +177,8 @@ class CorrectTest : public testing::Test {
     return changes.blocks.size();
   }
 
-  /// Checks that the map, its mesh and its space are those of the images so far at these poses.
+  /// Checks that the map, its mesh and its space equal those of the first images fused at these
+  /// poses.
   void expectMapOf(const std::vector<Eigen::Isometry3d>& T_W_C) {
     ASSERT_EQ(host_.map.flushMesh(), "");
     follow();
@@ -270,7 +271,8 @@ TEST_F(CorrectTest, EndsAlsoWhereAFrameAlwaysWaits) {
   expectMapOf(truths(next));
 }
 
-/// With odometry, later frames move with the corrected images for good.
+/// Later frames with the same drift move with the corrected images, until the source jumps to true
+/// poses.
 TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
   begin();
   correct(corrected(0.0));
@@ -296,7 +298,7 @@ TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
   EXPECT_EQ(contentHash(again->contents()), contentHash(now));
 }
 
-/// Of many corrections one waits; each is answered at once or when its turn comes.
+/// While a correction runs, only the newest other one waits. The rest are refused at once.
 TEST_F(CorrectTest, OnlyTheNewestWaits) {
   begin();
   correct(corrected(0.9));
@@ -313,7 +315,8 @@ TEST_F(CorrectTest, OnlyTheNewestWaits) {
   expectMapOf(truths(kBefore));
 }
 
-/// Also during a correction, because later frames would be lost. An empty map starts a new journal.
+/// Also if the journal ends during the correction: the frames since then would be lost. Clearing
+/// the map starts a new journal.
 TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   begin();
   correct(corrected(0.0));
@@ -337,7 +340,7 @@ TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   EXPECT_TRUE(answers_[2].success) << answers_[2].message;
 }
 
-/// The images that a running correction moves are in place only when it ends.
+/// The second correction gives the same poses as the running one, so it is answered when that ends.
 TEST_F(CorrectTest, ThatNothingMovesIsAnsweredOnceTheMapIsThere) {
   begin();
   correct(corrected(0.0));
@@ -375,7 +378,8 @@ TEST_F(CorrectTest, EndsWithTheMap) {
   push(kBefore, truth(kBefore));
   work();
   EXPECT_EQ(host_.depth.counts().fused, static_cast<uint64_t>(kBefore + 1));
-  correct({{stampOf(kBefore).toSec(), drifted(kBefore)}});  // the open correction belongs to no map
+  correct(
+      {{stampOf(kBefore).toSec(), drifted(kBefore)}});  // the ended correction must not affect it
   workUntilAnswered(2);
   EXPECT_TRUE(answers_[1].success) << answers_[1].message;
   EXPECT_EQ(answers_[1].fused, 1u);
@@ -396,7 +400,7 @@ TEST_F(CorrectTest, IsRefusedWithTheReason) {
       << status.last_correction;
 }
 
-/// For a large map, whose copy would exceed the budget.
+/// A map so large that a second one would exceed the memory budget.
 class CorrectionOfALargeMap : public CorrectTest {
  protected:
   CorrectionOfALargeMap() : CorrectTest(std::make_unique<FakeMapper>()) {}
@@ -411,7 +415,7 @@ TEST_F(CorrectionOfALargeMap, IsRefused) {
   EXPECT_NE(answers_[0].message.find("map/max_memory_mb"), std::string::npos);
 }
 
-/// A journal damaged during a correction leaves the map unchanged.
+/// If the journal turns out to be damaged, the correction is refused and the map stays unchanged.
 TEST_F(CorrectTest, ADamagedJournalIsAnAnswer) {
   begin();
   const std::string before = fileOf(*makeMapper(host_.params.mapper, contents()));

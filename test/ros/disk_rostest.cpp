@@ -1,5 +1,5 @@
-/// A disk that is full, read-only or gone during a save: the node says so in one sentence with what
-/// to do, existing files stay intact, and the node continues.
+/// A disk that is full, read-only or gone during a save: the service answers with the error and
+/// advice, existing files stay intact, and the node continues.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <gtest/gtest.h>
@@ -17,7 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The answer of a service.
 struct FileAnswer {
   bool success;
   std::string message;
@@ -35,7 +34,7 @@ FileAnswer save(const std::string& file_name) {
              : call<dtsdf_mapping::SaveMesh>("save_mesh", file_name);
 }
 
-/// All files below a folder, including hidden ones, with their bytes.
+/// {path: bytes} of all files in a folder and its subfolders, including hidden ones.
 std::map<std::string, std::string> filesIn(const std::string& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -61,7 +60,7 @@ class Disk : public WallCamera {
     fs::remove_all(folder_);
   }
 
-  /// Each frame is from another place, so that files would change.
+  /// Fuses a frame from a new place, so that the next saved files differ.
   void fuseFrame() {
     const auto fused = static_cast<double>(status_.status().frames_fused);
     WallCamera::fuseFrame({0.001 * (fused + 1.0), 0.0, 0.0});
@@ -118,7 +117,7 @@ TEST_F(Disk, WhoseFolderIsGone) {
   expectOneSentence(call<dtsdf_mapping::LoadMap>("load_map", "map.dtsdf"), "map.dtsdf", "cannot");
   fuseFrame();
   for (const char* name : kNames) {
-    const FileAnswer answer = save(name);  // folders are made
+    const FileAnswer answer = save(name);  // creates the folder
     EXPECT_TRUE(answer.success) << answer.message;
   }
   EXPECT_EQ(filesIn(folder_).size(), std::size(kNames));

@@ -86,7 +86,7 @@ TEST_P(FailingStart, AMapThatIsMissingIsAnError) {
   ros::param::del("/mapless");
 }
 
-/// It used to die silently, because the log ends with the last node handle.
+/// The error must be logged before the last node handle is destroyed, which ends logging.
 TEST(Arguments, OfASimulatedCameraAreNamed) {
   ros::param::set("/camera/rate_hz", std::string("often"));
   ros::param::set("/camera/widht_px", 640);
@@ -100,7 +100,7 @@ TEST(Arguments, OfASimulatedCameraAreNamed) {
   ros::param::del("/camera");
 }
 
-/// ROS takes them for topic names, and used to abort for numbers.
+/// ROS reads `rate_hz:=5` as a remapping of a topic, and would abort because of the number.
 TEST(Arguments, SettingsWithoutTheirUnderscoreAreNamed) {
   EXPECT_EQ(run(std::string(DTSDF_SIMULATED_CAMERA) + " rate_hz:=5").exit_code, 2);
   const Outcome node = run(std::string(DTSDF_MAPPING_NODE) + " map/voxel_size_m:=0.05");

@@ -90,7 +90,7 @@ TEST_F(FrameQueueTest, MessagesOfOneStampMakeAFrameInAnyOrder) {
   EXPECT_FALSE(pose());
   image(3.0);
   info(3.0);
-  EXPECT_TRUE(pose()) << "an earlier frame is not dropped";
+  EXPECT_TRUE(pose()) << "the image without camera_info was not dropped";
   EXPECT_EQ(dropped(drop::kNoCameraInfo), 1u);
   EXPECT_EQ(taken(), (Stamps{1.0, 3.0}));
   EXPECT_EQ(queue_->bytes(), 0u);
@@ -104,7 +104,7 @@ TEST_F(FrameQueueTest, MasksAreWaitedFor) {
   EXPECT_FALSE(pose());
   queue_->add(0, {nullptr, nullptr, makeMask(1.0, std::vector<uint8_t>(8, 0))});
   EXPECT_TRUE(pose());
-  queue_->add(0, {makeDepthImage(2.0), makeCameraInfo(0.5)});  // the latest
+  queue_->add(0, {makeDepthImage(2.0), makeCameraInfo(0.5)});  // with the latest camera_info
   EXPECT_FALSE(pose());
   image(3.0);
   info(3.0);
@@ -125,7 +125,7 @@ TEST_F(FrameQueueTest, WhatWaitsInTheFutureIsInNobodysWay) {
   EXPECT_EQ(taken(), (Stamps{1.0, 2.0, 3.0}));
 }
 
-/// Its camera_info arrives on another connection.
+/// The image far ahead waits for its camera_info, which arrives on another connection.
 TEST_F(FrameQueueTest, OneFarAheadDropsNoneThatComeLater) {
   make({});
   image(60.0);
@@ -144,7 +144,7 @@ TEST_F(FrameQueueTest, TheOldestIsDroppedWhereThereAreTooMany) {
   EXPECT_EQ(taken(), (Stamps{3.0, 4.0, 5.0}));
 }
 
-/// Pixels, distortion coefficients and names, in any state of the frame.
+/// Counts pixels, distortion coefficients and names, also of incomplete frames.
 TEST_F(FrameQueueTest, AllThatWaitsIsCountedInBytes) {
   make({100, 4000, 0.1});
   const auto large = makeCameraInfo(1.0);
@@ -175,7 +175,7 @@ TEST_F(FrameQueueTest, CamerasAreMergedByStamp) {
   EXPECT_EQ(taken(), (Stamps{1.0, 1.0}));
   posed(2.0, 0);
   clock_.advance(0.11);
-  EXPECT_EQ(taken(), (Stamps{2.0})) << "still waiting";
+  EXPECT_EQ(taken(), (Stamps{2.0})) << "still waiting for the other camera";
   posed(1.5, 1);
   EXPECT_EQ(dropped(drop::kOutOfOrder, 1), 1u);
 }
@@ -192,7 +192,7 @@ TEST_F(FrameQueueTest, ColourIsWaitedForFromItsFirstFrameOnAndMayComeLate) {
   EXPECT_EQ(taken(), (Stamps{2.0, 2.0}));
 }
 
-/// The map takes one of two frames, from cameras with the same stamps.
+/// Two cameras with the same stamps; the map takes only half of the frames.
 TEST_F(FrameQueueTest, NoCameraStarves) {
   make({5, 1 << 20, 0.1}, 2);
   for (int i = 1; i <= 400; ++i) {
@@ -214,7 +214,7 @@ TEST_F(FrameQueueTest, ColourNeverDelaysDepthForGood) {
   EXPECT_GT(accounting_[0].counts().fused, 100u);
 }
 
-/// The map takes one of three frames; one of them is colour and always comes first.
+/// Of three frames, the first is colour; the map takes only a third of the frames.
 TEST_F(FrameQueueTest, ColourThatComesMoreSeldomLeavesDepthItsTurn) {
   make({5, 1 << 20, 0.1});
   for (int i = 1; i <= 400; ++i) {
@@ -227,7 +227,8 @@ TEST_F(FrameQueueTest, ColourThatComesMoreSeldomLeavesDepthItsTurn) {
   EXPECT_GT(accounting_[1].counts().fused, 20u);
 }
 
-/// However messages of cameras interleave, frames that arrive in time are taken in the same order.
+/// However the cameras' messages interleave, frames that arrive in time are taken in the same
+/// order.
 TEST_F(FrameQueueTest, TheOrderDoesNotDependOnTheArrival) {
   std::mt19937 random(7);
   for (int round = 0; round < 200; ++round) {
@@ -260,7 +261,7 @@ TEST_F(FrameQueueTest, ALastingBacklogIsShortenedUntilItIsWorkedOff) {
   }
   EXPECT_GE(most, 6u);
   EXPECT_LE(most, 8u)
-      << "3, plus one per nine of the 30 frames taken before the backlog is shortened";
+      << "3, plus one for each nine of the 30 frames taken before the backlog is shortened";
 
   // After catching up, a burst fits again.
   taken();
@@ -271,7 +272,7 @@ TEST_F(FrameQueueTest, ALastingBacklogIsShortenedUntilItIsWorkedOff) {
   EXPECT_EQ(dropped(drop::kQueueFull), dropped_before);
 }
 
-/// A map that takes this many images for each new one, but none during a stall.
+/// How many images the map takes for each new one. During the stall it takes none.
 struct MapSpeed {
   double taken_per_image;
   size_t room;
@@ -292,12 +293,12 @@ TEST_P(FrameQueueAtPace, LosesNothing) {
   EXPECT_EQ(dropped(drop::kQueueFull), 0u);
 }
 
-/// For example while a map is saved.
+/// A stall is, for example, the saving of a map.
 INSTANTIATE_TEST_SUITE_P(CatchingUpAfterAStall, FrameQueueAtPace,
                          testing::Values(MapSpeed{1.25, 30, 20, 35}, MapSpeed{1.5, 30, 20, 35},
                                          MapSpeed{2.0, 30, 20, 35}, MapSpeed{10.0, 30, 20, 35}));
 
-/// Room for a whole recording means that no frame may be dropped.
+/// A queue that has room for a whole recording drops no frame.
 INSTANTIATE_TEST_SUITE_P(WithRoomForAll, FrameQueueAtPace,
                          testing::Values(MapSpeed{0.25, 200, 0, 0}, MapSpeed{0.5, 200, 0, 0},
                                          MapSpeed{0.75, 200, 0, 0}, MapSpeed{0.9, 200, 0, 0}));
@@ -349,7 +350,7 @@ TEST_F(FrameQueueTest, NothingIsTakenWhilePausedOrAtTheEnd) {
   EXPECT_EQ(queue_->bytes(), 0u);
 }
 
-/// Every image is either taken or dropped for a reason, and none is kept.
+/// Every image is either taken or dropped for a reason, and none is left.
 TEST_F(FrameQueueTest, EveryImageIsAccountedFor) {
   std::mt19937 random(7);
   make({7, 700, 0.1}, 2);

@@ -1,5 +1,5 @@
-/// Wrong, late or incomplete frames: each is fused with its true pose, or dropped and counted under
-/// its reason. ros_parts_test covers single errors of images and transforms.
+/// Wrong, late or incomplete frames: each is fused with its true pose, or dropped and counted by
+/// reason. ros_parts_test covers individual errors in images and transforms.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ namespace {
 
 class Input : public WallCamera {
  protected:
-  /// Sends a frame with a transform, perhaps invalid, and waits until it is dropped.
+  /// Sends an image with its transform, and waits until it is dropped.
   void expectDrop(const std::string& reason, const sensor_msgs::Image& image,
                   const sensor_msgs::CameraInfo& info) {
     const uint64_t dropped = status_.dropped(reason);
@@ -53,7 +53,7 @@ class Input : public WallCamera {
   ros::Publisher tf_ = advertiseKept<tf2_msgs::TFMessage>(nh_, "/tf");
 };
 
-// Before the first fused frame, the status must say what is missing.
+/// Must be the first test, because no image has been received yet.
 TEST_F(Input, StatusSaysThatImagesAreMissing) {
   EXPECT_TRUE(waitUntil([&] {
     return status_.status().code == dtsdf_mapping::MapStatus::NO_IMAGES;
@@ -94,7 +94,7 @@ TEST_F(Input, LargerThanAMapTakes) {
   expectGoodFrameFused();
 }
 
-// Waiting images used to be unlimited and uncounted, each up to the maximum size of a message.
+/// Images without camera_info wait within input/queue_mb, and the status counts them.
 TEST_F(Input, ImagesThatWaitForTheirCameraInfoAreCountedAndBounded) {
   constexpr int kImages = 60;
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
@@ -127,7 +127,7 @@ TEST_F(Input, ImagesThatWaitForTheirCameraInfoAreCountedAndBounded) {
   EXPECT_GE(most_bytes, 6u << 20);
   EXPECT_NE(status_.status().cameras.at(0).streams.at(0).waiting_for.find("wait for camera_info"),
             std::string::npos);
-  expectGoodFrameFused();  // which drops earlier ones
+  expectGoodFrameFused();  // drops the earlier ones
   EXPECT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
   EXPECT_EQ(status_.status().images_received,
             status_.status().frames_fused + status_.status().frames_dropped);
@@ -144,7 +144,7 @@ TEST_F(Input, RatesMayChangeWhileItRuns) {
   const ros::Time seen = status_.status().header.stamp;
   EXPECT_FALSE(
       waitUntil([&] { return status_.status().header.stamp > seen + ros::Duration(0.3); }, 1.0));
-  rate.value = 1e9;  // the maximum
+  rate.value = 1e9;  // clamped to 100
   ASSERT_TRUE(callService("/mapping/publish/set_parameters", call));
   EXPECT_EQ(call.response.config.doubles.at(2).value, 100.0);
   const ros::Time before = status_.status().header.stamp;
@@ -153,8 +153,8 @@ TEST_F(Input, RatesMayChangeWhileItRuns) {
   ASSERT_TRUE(callService("/mapping/publish/set_parameters", call));
 }
 
-// A single message on /tf_static, an hour ahead, for a frame that is also on /tf used to end
-// mapping for good.
+/// tf2 refuses all current transforms as too old after one an hour ahead, here on /tf_static. The
+/// node must recover.
 TEST_F(Input, NoTransformEndsMappingForGood) {
   expectGoodFrameFused();
   constexpr bool kLatched = true;
@@ -177,7 +177,7 @@ TEST_F(Input, NoTransformEndsMappingForGood) {
   EXPECT_EQ(status_.status().transform_restarts, 1u);
 }
 
-/// As after a jump back in time: waiting frames and all transforms are lost.
+/// The next image counts as a jump back in time, which discards waiting frames and all transforms.
 TEST_F(Input, OneStampFarAheadEndsNothing) {
   expectGoodFrameFused();
   const uint64_t dropped = status_.dropped("time_jump");
@@ -192,7 +192,7 @@ TEST_F(Input, OneStampFarAheadEndsNothing) {
   expectGoodFrameFused();
 }
 
-/// If the camera stays at the new place, its next frame is fused.
+/// If the camera stays at its new place, the next frame is fused.
 TEST_F(Input, AJumpingPoseCostsOneFrame) {
   expectGoodFrameFused();
   const uint64_t dropped = status_.dropped("pose_jump"), fused = status_.status().frames_fused;
@@ -210,7 +210,7 @@ TEST_F(Input, AJumpingPoseCostsOneFrame) {
   expectGoodFrameFused();
 }
 
-// Names of 20 MB used to be kept: 30 service calls, or 40 images, took almost a gigabyte.
+/// The node must not keep names of 20 MB, which could exhaust memory.
 TEST_F(Input, LongNamesAreRefusedAtTheDoor) {
   expectGoodFrameFused();
   const int process = publishingProcess("/mapping/status");
@@ -245,7 +245,7 @@ TEST_F(Input, LongNamesAreRefusedAtTheDoor) {
   expectGoodFrameFused();
 }
 
-// ros::Time(2^32) throws, which used to silence every later status.
+/// This stamp rounds to 2^32 s, for which ros::Time throws.
 TEST_F(Input, AnImageAtTheEndOfTimeSilencesNothing) {
   const ros::Time end(4294967295u, 999999900u);
   camera_.send(camera_.image(end), camera_.info(end));
@@ -255,7 +255,7 @@ TEST_F(Input, AnImageAtTheEndOfTimeSilencesNothing) {
   expectGoodFrameFused();
 }
 
-// A separate node, in a storm of images and of paths as long as a SLAM's.
+/// Stops a separate node that has many images and long paths waiting.
 TEST_F(Input, EndsSoonWhateverWaits) {
   ros::param::set("/second/backend", "cpu");
   ros::param::set("/second/threads", 1);

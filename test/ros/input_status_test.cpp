@@ -13,7 +13,7 @@ namespace {
 PublishedTopics published;
 constexpr char kImage[] = "sensor_msgs/Image", kCompressed[] = "sensor_msgs/CompressedImage";
 
-/// The status of one camera, step by step.
+/// The status of one camera, whose reports and time the test sets.
 class InputStatusTest : public testing::Test {
  protected:
   InputStatusTest() {
@@ -86,7 +86,7 @@ TEST_F(InputStatusTest, SaysThatDepthComesAsClouds) {
   EXPECT_EQ(update().message, "no frame fused yet: frame stamped 1 dropped");
 }
 
-/// Shows all sentences: one for each code.
+/// Steps through the states from no images to mapping, with one message for each.
 TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
   at_ = SteadyTime(std::chrono::seconds(1000));
   expect(MapStatus::WARN, MapStatus::NO_IMAGES,
@@ -271,7 +271,7 @@ TEST(Status, OfOneLevelTheMoreImportantIsReported) {
   EXPECT_EQ(status.message, "failed");
 }
 
-/// No stamp in any message can break the status.
+/// toTime() does not throw, whatever stamp a message has.
 TEST(Status, TimesAreClamped) {
   for (const double stamp_s : {-1.0, 4294967295.9999999, 1e300, std::nan("")}) toTime(stamp_s);
   EXPECT_EQ(toTime(2.5), ros::Time(2.5));

@@ -1,5 +1,5 @@
-/// Subscribes to the mesh until it has the given number of triangles, then prints "TRIANGLES
-/// MARKERS ADDED". Exits with 1 if they do not arrive in time.
+/// Subscribes to the mesh until it has the given number of triangles, then prints the numbers of
+/// triangles, of markers and of added markers. Exits with 1 if they do not arrive in time.
 #include <ros/ros.h>
 
 #include <cstdio>

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The launch files, with stand-ins for the drivers: each loads correctly, and starts a mapper that gets
-frames. Needs the environment of the build (env.sh) and no camera."""
+"""Tests that each launch file loads correctly and, with stub drivers, starts a mapper that fuses frames.
+Needs the environment of the build (env.sh), but no camera."""
 import ast
 import concurrent.futures
 import contextlib
@@ -36,7 +36,7 @@ MANAGERS = {"realsense": "/camera/realsense2_camera_manager",
 ENVIRONMENT = {("MALLOC_ARENA_MAX", "2")}
 EXTRA = {"gazebo": ["world:=room.world"]}
 
-# Waits for a condition on the status, then prints a value of it.
+# A program that waits for a condition on the status, then prints an expression of it.
 WATCH = """
 import rospy, sys, time
 from dtsdf_mapping.msg import MapStatus
@@ -55,7 +55,7 @@ print("no status" if status is None else eval(told))
 
 
 def watch(environment, until, told, seconds=30.0):
-    """`until` and `told` are Python expressions of `status`."""
+    """Waits until the Python expression `until` of `status` holds; returns that of `told` as printed."""
     output = subprocess.run([sys.executable, "-c", WATCH, until, told, str(seconds)], text=True,
                             env=environment, stdout=subprocess.PIPE, check=False).stdout
     return output.splitlines()[-1] if output else ""
@@ -63,7 +63,7 @@ def watch(environment, until, told, seconds=30.0):
 
 @contextlib.contextmanager
 def free_master(folder):
-    """The environment of a separate ROS master."""
+    """The environment for a separate ROS master."""
     port = free_port()
     with tempfile.TemporaryDirectory() as home:
         yield dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}", PORT=str(port),
@@ -83,7 +83,7 @@ def of_mapping(name, environment, *arguments):
 
 @contextlib.contextmanager
 def launched(environment, *words, cwd=None):
-    """Runs a launch file during the block; afterwards the list that it yields has the output."""
+    """Runs a launch file during the block. Yields a list, which receives the output afterwards."""
     launch, printed = start(environment, *words, cwd=cwd), []
     try:
         yield printed
@@ -98,7 +98,7 @@ def first_mesh_page():
 
 
 def commands_of(page):
-    """The commands of the page, by heading."""
+    """{heading: commands} of the page."""
     commands = {}
     for section in re.split(r"^## ", page, flags=re.M)[1:]:
         blocks = re.findall(r"^```sh\n(.*?)^```", section, flags=re.M | re.S)
@@ -121,7 +121,7 @@ def tearDownModule():
 
 @contextlib.contextmanager
 def drivers_alone():
-    """Only the drivers and this package exist inside the block, without rtabmap."""
+    """Inside the block, ROS finds only the drivers and this package, not rtabmap."""
     with tempfile.TemporaryDirectory() as folder:
         stub_drivers.make_drivers(folder)
         with unittest.mock.patch.dict(os.environ, ROS_PACKAGE_PATH=f"{folder}:{package_path}"):
@@ -217,8 +217,8 @@ class Loading(unittest.TestCase):
                     load(name, "poses:=guess", *extra)
 
     def test_tracking_needs_the_driver_alone(self):
-        """Every node of these launch files is found without a package for poses."""
-        ours = {"dtsdf_mapping", "nodelet", "tf2_ros"}  # tf2_ros is in the stand-ins
+        """Every node is found although no package that estimates poses is installed."""
+        ours = {"dtsdf_mapping", "nodelet", "tf2_ros"}  # the stubs include tf2_ros
         for name in CAMERAS:
             for package in ([], ["package:=astra_camera"]) if name == "astra" else ([],):
                 with self.subTest(name, package=package):
@@ -243,8 +243,7 @@ class Loading(unittest.TestCase):
                 self.assertEqual(params["/mapping/poses/mode"].value, mode)
 
     def test_a_serial_number_stays_as_it_is(self):
-        # 0123 must stay a string: the driver compares strings. The stand-in takes it as an
-        # argument.
+        # The driver compares serial numbers as strings, so 0123 must not become a number.
         load("realsense", "serial_no:=0123", "filters:=spatial,temporal")
         load("azure_kinect", "sensor_sn:=000123")
         load("astra", "serial_number:=0123", "package:=astra_camera")
@@ -269,7 +268,7 @@ class Loading(unittest.TestCase):
 
 
 class Running(unittest.TestCase):
-    """Each launch file with its stand-in, in a separate process with a separate master."""
+    """Runs each launch file with its stub driver and a separate master."""
 
     def fused(self, name, *arguments, then=()):
         """Runs commands once frames are fused; returns the map frame."""
@@ -317,8 +316,8 @@ class Running(unittest.TestCase):
         self.assertGreater(os.path.getsize(os.path.join(folder, name)), 1000)
 
     def test_your_first_mesh(self):
-        """Runs each command of the page as far as possible without a camera, with stand-ins for drivers
-        and downloads, but without installing anything."""
+        """Runs each command of the page as far as possible without a camera, with stubs of drivers and
+        downloads, and without installing anything."""
         sections = commands_of(first_mesh_page())
         self.assertIn("roslaunch dtsdf_mapping rtabmap.launch",
                       "\n".join(sections.pop("rtabmap as SLAM")))  # has its own test
@@ -336,7 +335,7 @@ class Running(unittest.TestCase):
                     if name == "tum_bag":
                         write_tum_bag(os.path.join(folder, "tum.bag"))
                         arguments = [f"bag:={folder}/tum.bag"]
-                    if name == "gazebo":  # with a simulation and a robot's odometry
+                    if name == "gazebo":  # in place of a simulation and a robot's odometry
                         arguments += EXTRA["gazebo"] + ["poses:=fixed"]
                     self.fused(name, *arguments, then=commands[i + 1:])
             elif words[:3] == ["rosrun", "dtsdf_mapping", "reconstruct"]:
@@ -352,7 +351,7 @@ class Running(unittest.TestCase):
     def test_a_bag_by_its_relative_path_with_colour(self):
         with tempfile.TemporaryDirectory() as folder:
             write_tum_bag(os.path.join(folder, "tum.bag"), with_colour=True)
-            # A shell sets PWD, but roslaunch starts its nodes elsewhere.
+            # The path is relative to PWD, although roslaunch starts nodes in another folder.
             counts = self.counts("tum_bag", "bag:=tum.bag", cwd=folder)
             self.assertGreaterEqual(counts["depth"], 3)
             self.assertGreaterEqual(counts["color"], 3)
@@ -363,7 +362,7 @@ class Running(unittest.TestCase):
             self.assertEqual(counts["color"], 0)
 
     def counts(self, name, *arguments, cwd, kinds=("depth", "color"), least=3):
-        """Numbers of fused images by kind, after `least` of each kind or a time limit."""
+        """{kind: number of fused images}, after `least` of each of `kinds`, or a time limit."""
         with free_master(cwd) as environment:
             with launched(environment, *of_mapping(
                     name, environment, f"output_directory:={cwd}", *arguments), cwd=cwd) as printed:
@@ -443,7 +442,7 @@ def grey_png(width, height, value):
 
 
 def write_tum_folder(folder):
-    """Writes an unpacked archive of freiburg1, of a wall at two metres."""
+    """Writes a folder like an unpacked archive of freiburg1, with images of a wall at 2 m."""
     image = grey_png(640, 480, 10000)
     tum_folder.write(folder, [
         (f"{1305031102.16 + 0.1 * i:.6f}", image, (0.01 * i, 0, 0, 0, 0, 0, 1)) for i in range(5)])
@@ -451,8 +450,8 @@ def write_tum_folder(folder):
 
 def write_tum_bag(path, with_colour=False, with_imu=False, with_masks=False, packed=False,
                   depth="/camera/depth/image", info="/camera/depth/camera_info"):
-    """Writes a bag like the published ones: names of frames begin with a slash, depth is in metres. Packed:
-    with compressedDepth only."""
+    """Writes a bag like the published ones: frame names begin with a slash, depth is in metres. `packed`:
+    with depth as compressedDepth only."""
     import rosbag
     import rospy
     from geometry_msgs.msg import TransformStamped
@@ -500,7 +499,7 @@ def write_tum_bag(path, with_colour=False, with_imu=False, with_masks=False, pac
 
 
 def load_tests(_, suites, __):
-    """Every n-th test, if the environment asks for shards as with GoogleTest."""
+    """Selects every n-th test if the environment sets the sharding variables of GoogleTest."""
     tests = [test for suite in suites for test in suite]
     count = int(os.environ.get("GTEST_TOTAL_SHARDS", 1))
     return unittest.TestSuite(tests[int(os.environ.get("GTEST_SHARD_INDEX", 0))::count])

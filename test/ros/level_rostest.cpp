@@ -1,4 +1,4 @@
-/// map/level: the given map frame is the first camera's, and the map is level in its own frame.
+/// Tests map/level. The frame `map` is that of the first camera, the frame `map_level` is level.
 #include <dtsdf_mapping/CorrectPoses.h>
 #include <dtsdf_mapping/GetDistances.h>
 #include <dtsdf_mapping/LoadMap.h>
@@ -34,10 +34,10 @@ class LevelTest : public WallCamera {
  protected:
   void SetUp() override {
     WallCamera::SetUp();
-    listener_.emplace(transforms_);  // the camera waits for a single listener, the node
+    listener_.emplace(transforms_);  // after SetUp(), which would take it for the node
   }
 
-  /// Sends the camera's view from a place in the room, and waits until it is fused or dropped.
+  /// Sends the view of the room camera at `time_s`, and waits until it is fused or dropped.
   void sendRoom(double time_s) {
     const uint64_t done = status_.status().frames_fused + status_.status().frames_dropped;
     const Eigen::Isometry3d T_R_C = roomCameraPose(time_s);
@@ -53,7 +53,7 @@ class LevelTest : public WallCamera {
         [&] { return status_.status().frames_fused + status_.status().frames_dropped > done; }));
   }
 
-  /// The pose of the room in the frame of the map, from the published transforms.
+  /// The pose of the room in map_level, according to the published transform.
   Eigen::Isometry3d roomInLevel() {
     EXPECT_TRUE(
         waitUntil([&] { return transforms_.canTransform("map_level", "map", ros::Time(0)); }));
@@ -61,7 +61,7 @@ class LevelTest : public WallCamera {
            roomInMap();
   }
 
-  /// Checks that the map is level within max_deg, with the floor at this height.
+  /// Checks that the map is level within max_deg, with the floor at floor_m within max_m.
   void expectLevel(double max_deg, double floor_m, double max_m) {
     const Eigen::Isometry3d T_W_R = roomInLevel();
     const Vector3d up_W = T_W_R.linear().col(2);
@@ -71,7 +71,7 @@ class LevelTest : public WallCamera {
                 roomCameraPose(0.0).translation().z() + floor_m, max_m);
   }
 
-  /// Checks that everything published is in the level frame, with the floor at this height.
+  /// Checks that everything is published in the level frame, with the floor at floor_m.
   void expectMapAt(double floor_m) {
     const BlocksWatcher blocks(nh_);
     const GridReader grid(nh_);
@@ -110,7 +110,7 @@ class LevelTest : public WallCamera {
 
   std::string lastDrop() const { return status_.status().cameras.at(0).streams.at(0).last_drop; }
 
-  /// Poses in the map frame are those that were sent, so a level map stays level.
+  /// Corrects the poses to those that were sent, in `map`, which must not move the levelled map.
   void expectNothingIsCorrected() {
     saveTrajectory(sent_, outputFolder() + "/sent.txt");
     dtsdf_mapping::CorrectPoses call;
@@ -126,7 +126,7 @@ class LevelTest : public WallCamera {
 };
 
 TEST_F(LevelTest, floor) {
-  // Facing a wall: no frame is fused without a level.
+  // The camera faces a wall: without a floor, there is no level, and no frame is fused.
   for (int i = 0; i < 12; ++i) {
     const uint64_t dropped = status_.dropped("not_level");
     camera_.sendFrame();
@@ -140,8 +140,8 @@ TEST_F(LevelTest, floor) {
   EXPECT_NE(early.message.find("not level yet"), std::string::npos) << early.message;
   EXPECT_FALSE(savedMap().T_W_M) << "an empty map has no level";
 
-  // Two images of the wall started a search of ten; eight images complete it, and ten more the
-  // next.
+  // The search takes ten images at a time: two of the wall and eight of the room, then ten of the
+  // room.
   for (int i = 0; i < 18 && status_.status().frames_fused == 0; ++i) sendRoom(0.1 * i);
   sendRoom(1.8);
   EXPECT_GE(status_.status().frames_fused, 1u);
@@ -151,7 +151,7 @@ TEST_F(LevelTest, floor) {
   EXPECT_EQ(status_.dropped("not_level"), dropped) << "all later frames are fused";
   expectNothingIsCorrected();
 
-  // The same place by its coordinates in both frames.
+  // The distance at the same place, by its coordinates in both frames.
   const Vector3d p_R(1.2, 0.9, 0.3);
   const auto in_level = ask("map_level", roomInLevel() * p_R),
              in_map = ask("map", roomInMap() * p_R);
@@ -165,9 +165,9 @@ TEST_F(LevelTest, floor) {
        roomInLevel().linear() * roomInMap().linear().transpose() * vectorOf(in_map.gradients[0]))
           .norm(),
       0.05)
-      << "along the axes of both frames";
+      << "gradients are not along the axes of the requested frame";
 
-  // A saved map keeps its own level, whatever the node has found.
+  // A loaded map keeps its own level, whatever the node has found.
   const MapContents saved = savedMap();
   ASSERT_TRUE(saved.T_W_M);
   EXPECT_EQ(saved.map_frame, "map");
@@ -179,7 +179,7 @@ TEST_F(LevelTest, floor) {
   clearMap();
   expectMapAt(1.0);
 
-  // A map without a level does not fit.
+  // A map without a level is refused.
   moved.T_W_M.reset();
   saveMap(moved, outputFolder() + "/plain.dtsdf");
   const auto loaded = loadMapFrom("plain.dtsdf");

@@ -26,7 +26,7 @@ class LevelTest : public testing::Test {
 
   bool bring(PosedFrame& frame) { return !step_->place(frame); }
 
-  /// The view of a camera at T_R_C in the room; the map frame is the first camera's.
+  /// The view of the room camera at `time_s`; the map frame is that of the first camera.
   PosedFrame frameAt(double time_s) {
     const Intrinsics K{60.0f, 60.0f, 31.5f, 23.5f};
     const Eigen::Isometry3d T_R_C = roomCameraPose(time_s);
@@ -114,7 +114,8 @@ TEST_F(LevelTest, ALoadedMapBringsItsOwn) {
 
 TEST_F(LevelTest, ImuIsTurnedIntoTheMapFrame) {
   make(LevelChoice::kImu);
-  const Eigen::Isometry3d T(Eigen::AngleAxisd(M_PI / 2.0, Vector3d::UnitZ()));  // y is -x
+  const Eigen::Isometry3d T(
+      Eigen::AngleAxisd(M_PI / 2.0, Vector3d::UnitZ()));  // y of the sensor is -x of the map
   PosedFrame frame = frameAt(0.0);
   for (int i = 0; i <= 100; ++i) {
     EXPECT_FALSE(bring(frame));

@@ -41,7 +41,7 @@ class LiveMapTest : public testing::Test {
     host_.steps.push_back(std::make_unique<LevelStep>(host_.params, host_.transforms, host_.frame));
   }
 
-  /// Adds a frame that changes the block at this x.
+  /// Adds a frame that changes the block with this x.
   void pushFrame(int block_x = 0) {
     PosedFrame frame;
     frame.stamp = ros::Time(static_cast<double>(++frames_sent_));
@@ -89,7 +89,7 @@ TEST_F(LiveMapTest, TheMeshIsMadeAtTheRateThatIsNeeded) {
   EXPECT_EQ(mapper_->meshes, 11) << "nothing has changed";
 }
 
-/// If the mesh takes long, frames get at least as much of the thread's time.
+/// After a mesh that took long, at least as much time is spent on frames.
 TEST_F(LiveMapTest, ALongMeshRestsAsLong) {
   mapper_->mesh_ms = 3000.0;
   for (int i = 0; i < 100; ++i) {
@@ -164,7 +164,8 @@ TEST_F(LiveMapTest, FusesInOrderAndHandsTheMeshOver) {
   EXPECT_EQ(changes.stamp, ros::Time(3.0));
 }
 
-/// The memory report is not requested while blocks move to disk during a frame.
+/// The report waits for blocks that move to disk after a mesh, so it follows the next frame, or
+/// comes when no frame is ready.
 TEST_F(LiveMapTest, AMeshIsReportedOnceNoFrameIsReady) {
   pushFrame();
   map_.step();  // fuses
@@ -194,7 +195,7 @@ TEST_F(LiveMapTest, NothingIsMeshedForNobody) {
   EXPECT_EQ(changes_.take().blocks.size(), 1u) << "extracted only to save it";
 }
 
-/// The rest follows when the mesh is due again, or at once before saving.
+/// Each further part follows when the mesh is due again, or with the next flushMesh().
 TEST_F(LiveMapTest, MeshesInPartsUntilNothingIsLeft) {
   mapper_->parts_left = 2;
   pushFrame();
@@ -396,8 +397,7 @@ TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
   EXPECT_TRUE(host.map.origin().T_W_M) << "clearing removed the level";
 }
 
-/// A feature of the node in 30 lines: frames in one half of space are not fused, and the status
-/// reports them.
+/// An example of a feature: rejects frames in one half of space, and reports them in the status.
 class HalfSpaceStep : public Step {
  public:
   std::optional<Rejection> place(PosedFrame& frame) override {

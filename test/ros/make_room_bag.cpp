@@ -54,7 +54,7 @@ class RoomBag {
 void writeLate(const std::string& path) {
   constexpr int kFrames = 30;
   constexpr double kInterval_s = 0.1;
-  /// delay of the recorded transforms after their images
+  /// Delay of the transforms after their images.
   const ros::Duration late(0.15);
   RoomBag bag(path, {96, 72, {80.0f, 80.0f, 47.5f, 35.5f}});
   const ros::Time start(1000.0);
@@ -95,7 +95,7 @@ void writeBag(const std::string& kind, const std::string& path) {
   if (kind == "late") return writeLate(path);
   if (kind == "drifting") return writeDrifting(path);
   if (kind == "covered") return writeCovered(path);
-  throw std::runtime_error("no such kind: " + kind);
+  throw std::runtime_error("unknown kind: " + kind);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-/// Maps saved and loaded by services, and refused calls.
+/// Tests the services save_map and load_map: maps, and refused calls.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
@@ -58,7 +58,7 @@ class MapsTest : public WallCamera {
     saveMap(contents, in(name));
   }
 
-  /// Checks that the map is unchanged afterwards.
+  /// Checks that load_map refuses a file and leaves the map unchanged.
   void expectRefused(const std::string& name, const std::string& word) {
     const std::string before = readBytes(saveMapAs("before.dtsdf").path);
     ASSERT_FALSE(before.empty());
@@ -137,7 +137,7 @@ TEST_F(MapsTest, AreWhatTheirJournalLeadsTo) {
   })) << readBytes(in("reconstruct.log"));
 }
 
-/// A camera that is somewhere else in the loaded map loses one frame.
+/// If the camera is elsewhere when a map is loaded, at most one frame is lost.
 TEST_F(MapsTest, LetTheCameraBeAnywhere) {
   ASSERT_TRUE(saveMapAs("wall.dtsdf").success);
   ASSERT_TRUE(loadMapFrom("wall.dtsdf").success);
@@ -177,7 +177,7 @@ TEST_F(MapsTest, GiveAnEmptyMapTheirSettings) {
     for (const geometry_msgs::Point& point : marker.points) EXPECT_NEAR(point.z, 1.0, 0.02);
   }
   fuseFrames(2);
-  // A map is saved with its own settings; an empty map takes others.
+  // A map is saved with its own settings; once empty, it adopts those of the next file.
   ASSERT_TRUE(saveMapAs("coarse_too.dtsdf").success);
   EXPECT_NEAR(std::get<double>(readMapInfo(in("coarse_too.dtsdf")).settings["map/voxel_size_m"]),
               0.08, 1e-9);
@@ -191,7 +191,7 @@ TEST_F(MapsTest, AreRefusedWhereTheyDoNotFit) {
   expectRefused("coarse.dtsdf", "map/voxel_size_m");
   writeOtherMap("elsewhere.dtsdf", 0.05f, "odom");
   expectRefused("elsewhere.dtsdf", "'odom'");
-  // File names are external: they must not move a cursor or forge a line of the log.
+  // The name of the map frame is external: it must not move the cursor or forge a line of the log.
   const std::string evil = "map\n[INFO] all is well\x1b[2J\u009b2J\u202e" + std::string(5000, 'x');
   writeOtherMap("evil.dtsdf", 0.05f, evil);
   expectRefused("evil.dtsdf", "'map\\x0a[INFO] all is well\\x1b[2J\\xc2\\x9b2J\\xe2\\x80\\xae");
@@ -213,7 +213,7 @@ TEST_F(MapsTest, AreRefusedWhereTheyAreDamaged) {
   expectRefused("text.dtsdf", "is not a map file");
 }
 
-/// OutputPath decides which names are refused, and the services follow it.
+/// The OutputPath tests cover all refused names.
 TEST_F(MapsTest, LieUnderTheOutputDirectory) {
   expectRefused("/nowhere/map.dtsdf", "cannot read");  // files are read from anywhere
   const auto saved = saveMapAs("../map.dtsdf");
@@ -247,7 +247,7 @@ TEST_F(MapsTest, AreServedOneByOneWhenManyAsk) {
   fuseFrames(1);
 }
 
-/// A separate node starts with a map from a path anywhere.
+/// A separate node starts with a map from outside of its output directory.
 TEST_F(MapsTest, AreThereFromTheStart) {
   const auto saved = saveMapAs("start.dtsdf");
   const TemporaryFolder elsewhere;

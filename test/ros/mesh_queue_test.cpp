@@ -47,7 +47,7 @@ TEST_F(MeshQueueTest, ChangesOfABlockBecomeOne) {
     handover_.add(makeUpdate({{0, 0, 0}, {-1, 2, 3}}, i), ros::Time(static_cast<double>(i)));
   }
   const MeshChanges changes = handover_.take();
-  ASSERT_EQ(changes.blocks.size(), 2u) << "a stalled output keeps one mesh at most";
+  ASSERT_EQ(changes.blocks.size(), 2u) << "at most one mesh of a block waits";
   for (const SharedBlockMesh& block : changes.blocks) EXPECT_EQ(block->triangles.size(), 300u);
   EXPECT_EQ(changes.stamp, ros::Time(100.0));
 }

@@ -1,4 +1,4 @@
-/// The mesh on its topic and on disk: chunks, late subscribers, surface points, services.
+/// The mesh on its topics and in files: chunks, late subscribers, surface points, services.
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
@@ -58,7 +58,7 @@ TEST_F(MeshTest, NothingIsMeshedWhileNobodyListens) {
 }
 
 TEST_F(MeshTest, MarkersShowTheWallWhereItIs) {
-  const MeshWatcher mesh(nh_);  // already late: earlier frames must not be lost
+  const MeshWatcher mesh(nh_);  // subscribes late, and must still get earlier frames
   ASSERT_TRUE(waitForMesh(mesh));
   EXPECT_GT(mesh.shown().size(), 1u);
   for (const auto& [id, marker] : mesh.shown()) {
@@ -142,8 +142,8 @@ TEST_F(MeshTest, OnlyChunksThatChangedAreSent) {
   for (const auto& [id, marker] : mesh.shown()) old_ids.insert(id);
   const uint64_t added = mesh.addedMarkers();
 
-  // From elsewhere the camera sees only other chunks. The first frame after the jump is dropped,
-  // and a surface is shown after two frames.
+  // At its new place, the camera sees only other chunks. The first frame after the jump is dropped,
+  // and a surface is meshed after two frames.
   const uint64_t fused = status_.status().frames_fused;
   for (int i = 0; i < 3; ++i) {
     const ros::Time stamp = camera_.nextStamp();
@@ -213,7 +213,7 @@ TEST_F(MeshTest, ExampleRefusesWhatIsNotAMesh) {
   EXPECT_FALSE(fs::exists(path));
 }
 
-/// MeshFile's tests cover the contents of the files.
+/// Unit tests cover the contents of the files.
 TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
   const auto ply = saveMesh("folder/mesh.ply");
   ASSERT_TRUE(ply.success) << ply.message;
@@ -235,7 +235,7 @@ TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
   }
 }
 
-/// A call from before more fields were added.
+/// rosservice fills omitted fields with zeros.
 TEST_F(MeshTest, ACallByNameOfTheFileAloneWorks) {
   const std::string command =
       std::string(DTSDF_ENVIRONMENT) +
@@ -255,7 +255,7 @@ TEST_F(MeshTest, SavesARegionAlone) {
   EXPECT_TRUE(call.response.success) << call.response.message;
   EXPECT_GT(call.response.triangles, whole.triangles / 10);
   EXPECT_LT(call.response.triangles, whole.triangles);
-  call.request.frame_id = "camera";  // at x = 20 by now, or at 0
+  call.request.frame_id = "camera";  // at x = 20 or 0, depending on the tests before
   call.request.region.pose.position.x = 500.0;
   ASSERT_TRUE(callService("/mapping/save_mesh", call));
   EXPECT_FALSE(call.response.success);
@@ -292,7 +292,7 @@ TEST_F(MeshTest, SavesASimplerMeshAndTellsItsError) {
   }
 }
 
-/// Also while the node is paused.
+/// Also while mapping is paused.
 TEST_F(MeshTest, ConcurrentCallsAllSaveTheSame) {
   pauseMapping(true);
   std::vector<std::thread> callers;

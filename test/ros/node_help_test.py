@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""node_help_test.py MAPPING_NODE SIMULATED_CAMERA: the help needs no master."""
+"""node_help_test.py MAPPING_NODE SIMULATED_CAMERA: tests that --help works without a ROS master."""
 import os
 import subprocess
 import sys

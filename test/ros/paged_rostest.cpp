@@ -1,5 +1,5 @@
-/// A map that is mostly on disk: the displayed mesh stays, late subscribers get all of it, and it
-/// is saved like that of a map in memory.
+/// A map that is mostly on disk: the displayed mesh stays complete, late subscribers get all of it,
+/// and saved files equal those of a map in memory.
 #include <dtsdf_mapping/GetDistances.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ class PagedMap : public WallCamera {
  protected:
   static constexpr int kFrames = 100;
 
-  /// Moves along the wall.
+  /// Fuses frames along the wall.
   void fly() {
     for (int i = 0; i < kFrames; ++i) {
       ASSERT_NO_FATAL_FAILURE(fuseFrame({1.2 * i, 0.0, 0.0}));
@@ -40,7 +40,7 @@ class PagedMap : public WallCamera {
     return {};
   }
 
-  /// Planners' queries along the whole wall are answered as from a map in memory.
+  /// Checks that the node's distances along the whole wall equal those in `space`.
   void expectAnswersOf(Space& space) {
     space.updateDistances();
     dtsdf_mapping::GetDistances call;
@@ -71,7 +71,7 @@ class PagedMap : public WallCamera {
               2 * kFrames);
   }
 
-  /// The mesh of the same map, loaded into memory.
+  /// Saves the map, and loads it into memory. Compares distances; returns the mesh as a .ply file.
   std::string meshOfSavedMap() {
     const auto saved = saveMapAs("map.dtsdf");
     EXPECT_TRUE(saved.success) << saved.message;
@@ -112,13 +112,13 @@ TEST_F(PagedMap, IsShownAndSavedAsAWhole) {
   EXPECT_TRUE(waitUntil([&] { return late.triangles() == triangles_on_display; }))
       << late.triangles() << " of " << triangles_on_display;
 
-  // In the other formats, too.
+  // The other formats are saved, too.
   for (const char* name : {"mesh.obj", "mesh.stl", "mesh.glb"}) {
     const auto saved = saveMesh(name);
     EXPECT_TRUE(saved.success) << saved.message;
     EXPECT_EQ(saved.triangles, triangles_on_display);
   }
-  // On the way back, blocks on disk change and are shown with the changes.
+  // On the way back, blocks on disk change, and the changes are shown.
   for (int i = kFrames; i-- > 0;) ASSERT_NO_FATAL_FAILURE(fuseFrame({1.2 * i, 0.1, 0.0}));
   const auto again = saveMesh("again.ply");
   ASSERT_TRUE(again.success) << again.message;

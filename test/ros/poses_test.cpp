@@ -18,7 +18,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// A mapper whose map fits only a camera at the given place on the x axis.
+/// With a mapper that aligns only frames within 0.1 m of camera_x_m_ on the x axis.
 class PosesTest : public testing::Test {
  protected:
   PosesTest() {
@@ -199,7 +199,7 @@ TEST_F(PosesTest, ACorrectionIsForgottenWhereStampsGoBack) {
 
 TEST_F(PosesTest, ATrackedCameraBeginsUprightAndNeedsNoPose) {
   start(PoseMode::kTrack);
-  push(1.0, 77.0);  // the pose from TF does not count
+  push(1.0, 77.0);  // the pose from TF is ignored
   ASSERT_EQ(fused(), 1u);
   const Isometry3d T_M_C = readPose(poses_->published()->pose.pose);
   EXPECT_EQ(T_M_C.translation(), Vector3d::Zero());
@@ -309,7 +309,7 @@ using Eigen::Matrix3d;
 
 constexpr double kSigma_m = 0.05, kSigma_rad = 0.035;
 
-/// Known to 1 mm and 1 mrad, except along one axis, where it keeps the expected position.
+/// Standard deviations are 1 mm and 1 mrad, except kSigma_m along one axis, which is not observed.
 Alignment slidingAlong(const Vector3d& axis) {
   Alignment alignment;
   alignment.status = AlignmentStatus::kAligned;
@@ -347,7 +347,7 @@ TEST(PoseCovariance, TrackedPosesAreUnknownAlongWhatIsFree) {
   EXPECT_EQ(odometryCovariance(first, params), first.covariance) << "the pose is the given one";
 }
 
-/// Compared with the errors themselves: those of the camera, moved as a rigid body.
+/// Compares with an error of the camera that is moved as a rigid body.
 TEST(PoseCovariance, ErrorsMoveWithTheBody) {
   Eigen::Matrix<double, 6, 1> error;
   error << 0.01, -0.02, 0.03, 0.001, 0.002, -0.003;

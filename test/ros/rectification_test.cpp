@@ -70,8 +70,8 @@ std::vector<double> padded(std::vector<double> D, size_t size) {
   return D;
 }
 
-/// Returns the number of measured pixels. Each must have the value of the raw pixel that its ray
-/// meets, or of either if two are equally near.
+/// Checks that each measured pixel has the value of the raw pixel nearest to its ray; of two
+/// equally near, either. Returns the number of measured pixels.
 int checkPixels(const sensor_msgs::CameraInfo& info, const sensor_msgs::Image& rectified,
                 const Eigen::Vector4d& K, const Eigen::Vector4d& P) {
   int measured = 0;
@@ -153,7 +153,7 @@ TEST(Rectification, TurnedCamerasKeepTheirPoints) {
   EXPECT_GT(measured, kSensorWidth * kSensorHeight / 2);
 }
 
-/// Whatever a camera_info says, pixels behind the raw camera are not measured.
+/// R turns the rectified camera by 180 degrees, so that all its pixels are behind the raw camera.
 TEST(Rectification, NothingIsMeasuredBehindTheCamera) {
   const auto info = makeInfo("plumb_bob", kPlumbBob);
   info->R = {-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0};

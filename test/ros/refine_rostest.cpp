@@ -1,4 +1,5 @@
-/// A bag with drifting odometry: images are fused where they fit, and the drift is published.
+/// A bag with drifting odometry: images are fused at corrected poses, and the correction is
+/// published.
 #include <dtsdf_mapping/SetPose.h>
 #include <gtest/gtest.h>
 

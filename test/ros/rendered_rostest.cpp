@@ -1,4 +1,4 @@
-/// The map rendered from the camera's pose, for subscribers.
+/// Tests the published view of the map from the camera's pose.
 #include <gtest/gtest.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>

@@ -1,5 +1,5 @@
-/// Simplifying a mesh while another call wants to save, or the node ends: it gives up at once,
-/// reports that, and leaves no file.
+/// If another call saves, or the node ends, the simplification of a mesh is cancelled at once: the
+/// call reports this, and leaves no file.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -93,7 +93,7 @@ class Simplify : public testing::Test {
     fs::create_directories(folder_);
     saveMap(makeWaves(), folder_ + "/waves.dtsdf");
     ASSERT_TRUE(loadMapFrom("waves.dtsdf").success);
-    // Brings the mesh up to date, and measures the duration without interruption.
+    // The first call also extracts the mesh; the second measures the uninterrupted duration.
     ASSERT_TRUE(saveSimplified("/mapping", "first.ply").response.success);
     const Saved whole = saveSimplified("/mapping", "whole.ply");
     ASSERT_TRUE(whole.response.success) << whole.response.message;
@@ -105,7 +105,7 @@ class Simplify : public testing::Test {
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
 
-  /// Partly written files also have other names.
+  /// Number of files whose names contain `begin`, as those of partly written files do.
   static size_t filesNamed(const std::string& begin) {
     size_t count = 0;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {

@@ -1,4 +1,4 @@
-/// The demo without RViz: the simulated camera moves around its room, and the mesh is that of the
+/// The demo without RViz: the simulated camera moves around its room, and the mesh matches the
 /// room.
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <gtest/gtest.h>
@@ -18,8 +18,8 @@ namespace {
 constexpr uint64_t kFramesOfLap = 60;
 constexpr double kVoxel_m = 0.05;
 
-/// The wall in the middle, 30 mm thin and thus thinner than a voxel, is yellow on one side and
-/// green on the other.
+/// Checks that the wall in the middle is yellow on one side and green on the other. It is 30 mm
+/// thick, less than a voxel.
 void expectWallPainted(const MeshWatcher& mesh) {
   size_t sides[2] = {0, 0}, wrong = 0;
   for (const auto& [id, marker] : mesh.shown()) {

@@ -1,4 +1,4 @@
-/// A large mesh is published and saved continuously, while the map keeps fusing.
+/// Fusion continues while a large mesh is published and saved.
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
 

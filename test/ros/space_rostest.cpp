@@ -1,4 +1,4 @@
-/// Planners' queries to the node (grid and updates, slices, distances), and how these follow the
+/// What the node offers to planners (grid with updates, slices, distances), and how it follows the
 /// map.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dtsdf_mapping/GetDistanceGrid.h>
@@ -29,7 +29,7 @@ using dtsdf_mapping::GetDistances;
 
 constexpr double kCell_m = 0.05;
 
-/// The map frame is level, with the camera looking along x at a wall one metre ahead.
+/// Pose of a camera at x_m that looks along x; the wall is 1 m ahead. z of the map is up.
 Eigen::Isometry3d lookAlongX(double x_m) {
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   T_W_C.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -96,7 +96,8 @@ class SpaceTest : public WallCamera {
     }
   }
 
-  /// The reader's number of grids, after those published for new subscribers.
+  /// Waits for the grids that are published for new subscribers; returns the reader's number of
+  /// grids.
   static size_t settledGrids(const GridReader& reader) {
     size_t grids = 0;
     ros::WallTime since = ros::WallTime::now();
@@ -108,7 +109,7 @@ class SpaceTest : public WallCamera {
     return grids;
   }
 
-  /// Checks that the reader gets the same result as a new subscriber, after a while.
+  /// Waits until the reader has the same grid as a new subscriber.
   void expectUpToDate(const GridReader& reader) {
     nav_msgs::OccupancyGrid grid;
     EXPECT_TRUE(waitUntil([&] {
@@ -184,7 +185,7 @@ TEST_F(SpaceTest, BadRequestsAreAnsweredWhy) {
   EXPECT_FALSE(far.known[0]);
 }
 
-/// The wall is at x = 1.02 m; an arm covers the mapped part near the camera's axis.
+/// The wall is at x = 1.02 m. The answer can leave out a part of it, such as the robot's own arm.
 TEST_F(SpaceTest, AGridIsAskedFor) {
   fuseFrames(3);
   GetDistances::Request points;
@@ -226,8 +227,8 @@ TEST_F(SpaceTest, AGridIsAskedFor) {
   EXPECT_NE(answer.message.find("2097152 points"), std::string::npos) << answer.message;
 }
 
-/// Queries are answered from the last regular mesh, of two per second: if each query made a mesh,
-/// there would be as many stamps as frames.
+/// Answers come from the last regular mesh update, at two per second. If each query updated the
+/// mesh, there would be as many stamps as frames.
 TEST_F(SpaceTest, AQuestionMakesNoMesh) {
   setSpaceRate(1.0);
   GetDistances::Request request;
@@ -264,14 +265,14 @@ TEST_F(SpaceTest, GridAndUpdatesMakeWhatALateOneGets) {
   EXPECT_EQ(reader.at(0.5, 0.6), -1) << "outside of the view is unknown";
   expectUpToDate(reader);
 
-  // Inside the same grid, as updates.
+  // Changes inside the grid are published as updates.
   size_t grids = settledGrids(reader);
   fuseFrames(3, 3.0);
   ASSERT_TRUE(waitUntil([&] { return reader.at(4.02, 0.0) == 100 && reader.at(3.5, 0.0) == 0; }));
   EXPECT_EQ(reader.grids(), grids);
   expectUpToDate(reader);
 
-  // Outside of it: the grid grows by a step.
+  // For changes outside, the grid grows by 256 cells.
   const uint32_t width = reader.grid().info.width;
   grids = settledGrids(reader);
   fuseFrames(3, 13.0);

@@ -1,5 +1,5 @@
-/// Subscribers that do not read, on every topic of the mesh: the node's memory stays bounded,
-/// others are still served, and when they read again they get everything they missed.
+/// Subscribers to every topic of the mesh stop reading: the node's memory stays bounded, other
+/// subscribers are still served, and the stalled ones get everything once they read again.
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -83,7 +83,7 @@ TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
       << "32 MB per topic, plus a larger map";
   EXPECT_EQ(topicStatus("mesh").listeners, 1u + kListeners);
 
-  // The others received changes all along, and have all of them in the end.
+  // Other subscribers received changes during the stall, and finally have the whole mesh.
   EXPECT_GT(mesh.addedMarkers() - markers_before, 100u);
   EXPECT_GT(clouds, clouds_before);
   const auto saved = saveMesh("mesh.ply");
@@ -93,7 +93,7 @@ TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
   }));
   EXPECT_TRUE(waitUntil([&] { return cornersOf(mesh) == blocks.state().corners(); }));
 
-  // A listener that reads again has everything after a refresh.
+  // A stalled listener that reads again gets the whole mesh with a refresh.
   BlocksState late;
   const auto deadline = Clock::now() + std::chrono::seconds(60);
   while (Clock::now() < deadline) {
@@ -109,12 +109,12 @@ TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
       << late.triangles() << " of " << saved.triangles << " triangles";
 }
 
-/// Follows the test above, whose map exceeds the kernel's buffers of a connection.
+/// Needs the map of the test above, which exceeds the kernel's buffers of a connection.
 TEST_F(StalledListener, KilledInMidMessageHarmsNobody) {
   const MeshWatcher mesh(nh_);
   ASSERT_TRUE(waitUntil([&] { return mesh.triangles() > 100000; }));
   const auto listeners = [&](const std::string& topic) { return topicStatus(topic).listeners; };
-  // The listeners of that test end when their destructors close the connections.
+  // The listeners of that test have closed their connections.
   ASSERT_TRUE(
       waitUntil([&] { return listeners("mesh") == 1 && listeners("surface_points") == 0; }));
   for (const char* topic : {"mesh", "surface_points"}) {
@@ -125,7 +125,7 @@ TEST_F(StalledListener, KilledInMidMessageHarmsNobody) {
                              : listenRaw<PointCloud2>("/mapping/surface_points");
     ASSERT_TRUE(waitUntil([&] { return listeners(topic) == before + 1; }));
     fuseNextPlace();
-    ros::WallDuration(1.0).sleep();  // in the middle of a message
+    ros::WallDuration(1.0).sleep();  // the node is then sending a message
     killed.breakOffAfter(1000);
     EXPECT_TRUE(waitUntil([&] { return listeners(topic) == before; }));
     fuseNextPlace();

@@ -1,4 +1,4 @@
-// The contributions of the node's parts to the status, except for the input.
+// Tests what the parts of the node, except for the input, add to the status.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -153,7 +153,7 @@ TEST(Status, GivesEachPartOfMemoryWithItsPlaceAndLimit) {
     EXPECT_EQ(partOf(status, "staging").bytes, on_gpu ? 55u : 0u);
     EXPECT_EQ(partOf(status, "space").place, "host");
     addMemory(status, "space", kHost, 7);
-    EXPECT_EQ(partOf(status, "space").bytes, 77u) << "map and followers together";
+    EXPECT_EQ(partOf(status, "space").bytes, 77u) << "parts with the same name are added";
     fillMeshes({}, 300, 600, status);
     EXPECT_EQ(partOf(status, "mesh").bytes, 300u);
     EXPECT_EQ(partOf(status, "mesh").limit_bytes, 600u);

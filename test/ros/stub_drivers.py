@@ -1,10 +1,10 @@
-"""Packages that stand in for the cameras' drivers: with the same names of packages, launch files,
-arguments, managers, topics and frames, the same encodings and distortion, and a wall in view. An unknown
-argument from one of our launch files fails as it would with the driver."""
+"""Stubs of camera drivers that see a wall. They have the drivers' names of packages, launch files,
+arguments, managers, topics and frames, and the same encodings and distortion. An unknown argument in one
+of our launch files fails as with the driver."""
 import os
 import stat
 
-# For each driver: its package, its launch file, its arguments, and its behaviour.
+# {package: launch file, arguments and behaviour of the driver}.
 DRIVERS = {
     "realsense2_camera": {
         "file": "rs_camera.launch",
@@ -30,7 +30,7 @@ DRIVERS = {
         "namespace": "", "manager": "$(arg camera)_nodelet_manager",
         "topic": "depth/image_rect_raw", "base": "$(arg tf_prefix)camera_base",
         "frame": "$(arg tf_prefix)depth_camera_link",
-        "distortion": "0.5 0.1 0 0 0 0.8 0.1 0"},  # of the raw image, as image_proc leaves it
+        "distortion": "0.5 0.1 0 0 0 0.8 0.1 0"},  # of the raw image; image_proc copies it
     "orbbec_camera": {
         "file": "astra.launch",
         "arguments": {"camera_name": "camera", "serial_number": "", "usb_port": "",
@@ -105,14 +105,14 @@ while not rospy.is_shutdown():
     time.sleep(0.1)
 '''
 
-# Stationary odometry under the name of rtabmap's.
+# Stationary odometry under the name of rtabmap's node.
 ODOMETRY = '''#!/bin/sh
 exec rosrun tf2_ros static_transform_publisher 0 0 0 0 0 0 odom camera_link "$@"
 '''
 
-# rtabmap: gives poses by TF and, after 25 images, of which every fifth is a node of its graph,
-# closes a loop: all images were 0.1 m from their given poses. Its messages have only the parts that
-# matter here, filled as in rtabmap: each node's stamp is sent once.
+# rtabmap: publishes poses on TF, and adds every fifth image to its graph. After 25 images it closes a
+# loop, which moves all poses by 0.1 m. Its message has only the fields that are used here. As in
+# rtabmap, each node's stamp is sent once.
 SLAM = '''#!/usr/bin/env python3
 import genpy.dynamic
 import rospy

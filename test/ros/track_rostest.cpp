@@ -21,7 +21,7 @@ namespace {
 /// Half a voxel, and the corresponding angle at 2 m.
 constexpr double kClose_m = 0.02, kClose_rad = 0.01;
 
-/// Tracking starts with an upright camera at the origin.
+/// The pose in the map of a camera at T_R_C: tracking starts with an upright camera at the origin.
 Eigen::Isometry3d mapPose(const Eigen::Isometry3d& T_R_C) {
   Eigen::Isometry3d begin = Eigen::Isometry3d::Identity();
   begin.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
@@ -66,7 +66,7 @@ TEST_F(Track, ACameraIsFollowedWithoutTransforms) {
   play(0, room_bag::kCarried);
   ASSERT_TRUE(way_.waitFor(room_bag::stampOf(room_bag::kCarried - 1))) << status_.status().message;
   ASSERT_TRUE(status_.waitForFused(room_bag::kCarried)) << status_.status().message;
-  EXPECT_EQ(way_.odometry().header.frame_id, "odom");  // at the map's origin
+  EXPECT_EQ(way_.odometry().header.frame_id, "odom");  // odom coincides with map
   EXPECT_EQ(way_.odometry().child_frame_id, "camera");
   expectAt(room_bag::poseAt(room_bag::kCarried - 1));
   for (size_t axis = 0; axis < 6; ++axis) {
@@ -164,7 +164,7 @@ TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
   expectAt(room_bag::poseAt(0));
 }
 
-/// No pose is known in the map. The camera is held still, upside down.
+/// The new node does not know the camera's pose. The camera is held still, upside down.
 TEST_F(Track, AfterARestartItIsFoundAnywhereInASavedMap) {
   ros::param::set("/mapping/map/load_file", outputFolder() + "/room.dtsdf");
   // A new node replaces the one with its name.

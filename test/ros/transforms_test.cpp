@@ -28,7 +28,8 @@ class TransformsTest : public testing::Test {
     return transforms_.find(parent, frame, ros::Time(0));
   }
 
-  /// Adds images of a camera at 10 per second, with their transforms. @return how many had a pose.
+  /// Adds transforms at 10 per second, and looks up the pose of an image at each. Returns how many
+  /// poses were found.
   int map(double from_s, double duration_s) {
     int found = 0;
     for (double stamp_s = from_s; stamp_s < from_s + duration_s - 0.05; stamp_s += 0.1) {
@@ -129,8 +130,7 @@ geometry_msgs::TransformStamped cameraAt(double stamp_s) {
   return makeTransform("map", "camera", Eigen::Isometry3d::Identity(), ros::Time(stamp_s));
 }
 
-// A single message on /tf_static, an hour ahead, for a frame that is also on /tf used to end
-// mapping for good.
+/// A static transform, an hour ahead, of a frame that is also on /tf: tf2 then refuses all others.
 TEST_F(TransformsTest, AStaticOneOfAMovingFrameEndsNothingForGood) {
   transforms_.take(makeTransform("camera", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0)),
                    "test", true);

@@ -12,8 +12,8 @@ namespace dtsdf {
 /// Runs `rosbag play` in another process while the test waits for its effects.
 class BagPlayer {
  public:
-  /// Plays the test's bag (parameter "~bag") between two times. Waits for subscribers of all its
-  /// topics.
+  /// Plays the test's bag (parameter "~bag") between two times after its start, once all its topics
+  /// have subscribers.
   BagPlayer(double from_s, double to_s) {
     std::string bag;
     ros::param::get("~bag", bag);
@@ -25,7 +25,7 @@ class BagPlayer {
   }
   BagPlayer(const BagPlayer&) = delete;
   BagPlayer& operator=(const BagPlayer&) = delete;
-  /// Waits until it ends.
+  /// Waits for the end of playback.
   ~BagPlayer() {
     if (pipe_ != nullptr) pclose(pipe_);
   }

@@ -1,4 +1,4 @@
-/// The image topics of one camera, which outlive a test.
+/// The image topics of one camera, which are kept between tests.
 #pragma once
 
 #include <sensor_msgs/CameraInfo.h>

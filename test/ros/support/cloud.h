@@ -16,7 +16,7 @@ namespace dtsdf {
 /// The layout of points in a message.
 struct CloudLayout {
   uint8_t datatype = sensor_msgs::PointField::FLOAT32;
-  std::string names = "xyz";  ///< In the order of their bytes, after 4 others.
+  std::string names = "xyz";  ///< In the order of their bytes, after 4 unused bytes.
   uint32_t padding = 4;       ///< Bytes after each row.
   bool is_bigendian = false;
 };

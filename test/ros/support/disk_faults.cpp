@@ -1,6 +1,6 @@
-// Preloaded into a program, makes the disk of a folder fail while the file FOLDER.fault says how:
-// it contains "full", "read_only" or "gone". DTSDF_DISK_FOLDER gives FOLDER. Needed because
-// permissions do not bind root, and filling a disk would harm others.
+// Preloaded into a program, simulates a failing disk for a folder, DTSDF_DISK_FOLDER, while the
+// file FOLDER.fault exists and contains "full", "read_only" or "gone". Permissions would not stop
+// root, and filling the real disk would disturb other programs.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -25,7 +25,7 @@ class FakeCamera {
   /// Waits until the mapper has subscribed.
   bool connect() const;
 
-  /// The current time as a stamp, later than the previous one.
+  /// The current time, but at least 10 ms after the previous stamp.
   ros::Time nextStamp();
 
   sensor_msgs::Image image(const ros::Time& stamp) const;
@@ -39,7 +39,7 @@ class FakeCamera {
   void sendPose(const Eigen::Isometry3d& T_W_F, const ros::Time& stamp,
                 const std::string& frame = "camera");
 
-  /// Sends a good frame with its transform. Returns its stamp.
+  /// Sends a valid frame with its transform. Returns its stamp.
   ros::Time sendFrame();
 
  private:

@@ -1,5 +1,5 @@
-/// A reader of grid and updates like costmap_2d's StaticLayer: it subscribes to updates once it has
-/// a grid, and places them relative to the grid's corner. StaticLayer does not check bounds.
+/// Reads the grid and its updates like costmap_2d's StaticLayer: subscribes to updates once it has
+/// a grid, and places them relative to the grid's corner. Unlike StaticLayer, it checks bounds.
 #pragma once
 
 #include <map_msgs/OccupancyGridUpdate.h>
@@ -23,7 +23,7 @@ class GridReader {
   /// Number of updates that would have written outside of the grid.
   size_t misplaced() const { return misplaced_; }
 
-  /// Number of columns with this value.
+  /// Number of cells with this value.
   size_t count(int8_t value) const;
 
   /// The value at a point of the map frame; -2 outside of the grid.

@@ -1,4 +1,5 @@
-/// Topics that a test program keeps from the first test that needs them until it ends.
+/// Topics that a test program advertises in the first test that needs them, and keeps until it
+/// ends.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -8,9 +9,9 @@
 
 namespace dtsdf {
 
-/// Keeps a publisher's topic after the end of its test. A topic that disappears and is back at once
-/// can end its subscriber: roscpp reconnects 100 ms later, and throws bad_weak_ptr if the master's
-/// message that the topic is gone arrives just then (docs/reliability.md).
+/// Keeps a publisher's topic after the end of its test. A topic that disappears and returns at once
+/// can crash its subscriber: roscpp reconnects 100 ms later, and throws bad_weak_ptr if it learns
+/// just then from the master that the topic is gone (docs/reliability.md).
 ros::Publisher keepTopic(const ros::Publisher& publisher);
 
 /// Call it before ROS shuts down.

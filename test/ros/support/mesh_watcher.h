@@ -1,4 +1,4 @@
-/// The content of the mesh topic as RViz would show it, with counts of messages.
+/// The content of the mesh topic as RViz would show it, with counts of changed markers.
 #pragma once
 
 #include <ros/node_handle.h>

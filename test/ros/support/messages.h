@@ -1,4 +1,4 @@
-/// Messages of cameras and transforms with a test's own numbers.
+/// Makes messages of cameras and transforms.
 #pragma once
 
 #include <sensor_msgs/Image.h>

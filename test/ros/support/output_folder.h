@@ -27,7 +27,7 @@ inline NodeParams nodeParams() {
   return readNodeParams(readParamServer(ros::NodeHandle("/mapping"), violations));
 }
 
-/// The file that save_mesh makes of such a mesh.
+/// The content of the .ply file that save_mesh writes for a mesh.
 inline std::string plyOf(const Mesh& mesh, MeshColour colour) {
   const TemporaryFolder folder;
   saveMesh(mesh, colour, folder / "mesh.ply");
@@ -38,7 +38,7 @@ inline std::string outputFolder() {
   return ros::param::param<std::string>("/mapping/output_directory", "");
 }
 
-/// Names begin with the time.
+/// Relies on names that begin with the time.
 inline std::string newestJournalIn(const std::string& folder) {
   std::string newest;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
@@ -63,7 +63,7 @@ inline void pauseMapping(bool on) {
   ASSERT_TRUE(pause.response.success);
 }
 
-/// The answer of a service of the node to a file name.
+/// Calls a service of the node that takes a file name.
 template <class Service>
 typename Service::Response callFile(const std::string& service, const std::string& file_name) {
   Service call;

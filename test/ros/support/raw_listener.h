@@ -34,8 +34,8 @@ class RawListener {
     return message;
   }
 
-  /// Reads this many bytes and disconnects like a killed process: undelivered data is refused. No
-  /// more can be read afterwards.
+  /// Reads this many bytes and disconnects like a killed process, which discards undelivered data.
+  /// Nothing can be read afterwards.
   void breakOffAfter(size_t bytes);
 
  private:
@@ -50,7 +50,7 @@ RawListener listenRaw(const std::string& topic) {
   return {topic, traits::datatype<Message>(), traits::md5sum<Message>()};
 }
 
-/// The process that publishes a topic.
+/// The id of the process that publishes a topic.
 int publishingProcess(const std::string& topic);
 
 /// Resident memory of a process, in bytes (VmRSS).

@@ -1,5 +1,4 @@
-/// The contents of the bags of poses: a camera carried through the analytic room. For
-/// make_room_bag, and for the tests that play them.
+/// The motion of the camera in the bags that make_room_bag writes, for the tests that play them.
 #pragma once
 
 #include <ros/time.h>
@@ -26,10 +25,10 @@ inline ros::Time stampOf(int frame) { return ros::Time(1000.0) + ros::Duration(k
 /// Pose of the camera in the room, R.
 inline Eigen::Isometry3d poseAt(int frame) { return roomCameraPose(kPeriod_s * frame); }
 
-/// With drifting transforms from odom to base: the final error of odom in the room, 9 cm and 3
-/// degrees.
+/// The bag `drifting`: the transforms from odom to base drift, finally by 9 cm and 3 degrees.
 constexpr int kDriftingFrames = 60;
 
+/// The pose of odom in the room.
 inline Eigen::Isometry3d driftAt(int frame) {
   const double share = static_cast<double>(frame) / kDriftingFrames;
   Eigen::Isometry3d T_R_O(Eigen::Translation3d(0.08 * share, -0.04 * share, 0.01 * share));
@@ -37,7 +36,8 @@ inline Eigen::Isometry3d driftAt(int frame) {
   return T_R_O;
 }
 
-/// Without transforms: carried, then covered for two seconds, then held still near the last place.
+/// The bag `covered`, without transforms: the camera is carried, then covered for two seconds, then
+/// held still near its last place.
 constexpr int kCarried = 30, kCovered = 40, kHeld = 10;
 
 inline bool isCovered(int frame) { return frame >= kCarried && frame < kCarried + kCovered; }

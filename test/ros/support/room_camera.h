@@ -29,7 +29,6 @@ class RoomCamera {
   /// Sends the view from a pose in the room.
   void see(const Eigen::Isometry3d& T_R_C, const ros::Time& stamp);
 
-  /// Sends a transform.
   void sendTransform(const std::string& parent, const std::string& child,
                      const Eigen::Isometry3d& T, const ros::Time& stamp);
 
@@ -43,7 +42,7 @@ class WayWatcher {
  public:
   explicit WayWatcher(ros::NodeHandle nh);
 
-  /// Whether published messages now arrive.
+  /// Whether the node's odometry is connected.
   bool isConnected() const { return odometry_topic_.getNumPublishers() > 0; }
 
   const nav_msgs::Odometry& odometry() const { return odometry_; }
@@ -53,10 +52,10 @@ class WayWatcher {
   /// Waits for the odometry with a stamp.
   bool waitFor(const ros::Time& stamp) const;
 
-  /// Its pose.
+  /// The pose in the newest odometry.
   Eigen::Isometry3d pose() const;
 
-  /// The transform from TF at a stamp; waits for it.
+  /// The transform from TF at a stamp; waits up to 10 s for it.
   std::optional<Eigen::Isometry3d> transform(const std::string& parent, const std::string& child,
                                              const ros::Time& stamp) const;
 

@@ -18,7 +18,7 @@ class StatusWatcher {
   /// Number of frames dropped for a reason so far.
   uint64_t dropped(const std::string& reason) const;
 
-  /// Waits for more of them than `before`.
+  /// Waits until more than `before` frames are dropped for a reason.
   bool waitForDrop(const std::string& reason, uint64_t before) const;
   bool waitForFused(uint64_t count) const;
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The display of mesh_blocks in RViz, on a virtual screen: its picture equals that of the markers, and
-its options work. Needs the environment of the build (env.sh); skipped without Xvfb."""
+"""Tests RViz's display of mesh_blocks on a virtual screen: its picture matches that of the markers, and
+its options work. Needs the environment of the build (env.sh); skipped if a program of NEEDED is missing."""
 import os
 import shutil
 import subprocess
@@ -37,7 +37,7 @@ def setUpModule():
     start("roscore", "-p", str(port))
     deadline = time.monotonic() + 60
     while subprocess.run(["rosnode", "list"], capture_output=True, check=False).returncode != 0:
-        assert time.monotonic() < deadline, "no master"
+        assert time.monotonic() < deadline, "the ROS master did not start"
         time.sleep(0.2)
     start(f"{PROGRAMS}/publish_mesh", str(TRIANGLES))
 
@@ -117,6 +117,6 @@ class Display(unittest.TestCase):
 if __name__ == "__main__":
     missing = [program for program in NEEDED if shutil.which(program) is None]
     if missing:
-        print("skipped, without " + ", ".join(missing))
+        print("skipped: missing " + ", ".join(missing))
         sys.exit(SKIPPED)
     unittest.main()

@@ -1,5 +1,5 @@
-/// Publishes a wavy sheet of about TRIANGLES triangles under the node's name, in the way the node
-/// publishes its mesh, for displays: publish_mesh TRIANGLES.
+/// publish_mesh TRIANGLES: publishes a wavy sheet of at least TRIANGLES triangles under the node's
+/// name, as the node publishes its mesh.
 #include <ros/ros.h>
 
 #include <cmath>

@@ -1,7 +1,7 @@
-/// RViz without a window: shows the mesh with a configuration until it has a number of triangles,
-/// turns the view, counts the pictures drawn, and saves a picture of the configured view.
+/// Shows the mesh in RViz's render panel. Waits for TRIANGLES triangles, rotates the view for
+/// SECONDS, measures the frame rate, and saves a picture of the configured view.
 ///   show_mesh CONFIG TRIANGLES SECONDS PICTURE.png [DISTANCE_M [NAME=VALUE]...]
-/// NAME is a property of the display "Mesh", or Pitch, of the view. Prints "LOADED_S TRIANGLES
+/// NAME is a property of the display "Mesh", or Pitch for the view. Prints "LOADED_S TRIANGLES
 /// PICTURES_PER_S CPU_MS_PER_PICTURE"; the CPU time is that of all threads. Exits with 1 if the
 /// triangles do not arrive in time.
 #include <OgreRenderTarget.h>
@@ -96,7 +96,7 @@ int main(int argc, char** argv) {
   const size_t wanted = std::strtoul(argv[2], nullptr, 10);
   if (argc > 5) viewer.setDistance(std::strtof(argv[5], nullptr));
   const QVariant detail = viewer.option("Detail")->getValue();
-  viewer.setOption("Detail", "0");  // full detail, so that all triangles count
+  viewer.setOption("Detail", "0");  // full detail, so that all triangles are counted
 
   QElapsedTimer timer;
   timer.start();
@@ -123,7 +123,7 @@ int main(int argc, char** argv) {
   const double cpu_ms =
       1000.0 * static_cast<double>(std::clock() - cpu_before) / CLOCKS_PER_SEC / pictures;
   viewer.setYaw(yaw);
-  timer.restart();  // detail is drawn only after the view has been still for a while
+  timer.restart();  // full detail returns once the view has been still for a while
   while (secondsOf(timer) < 2.0) viewer.draw();
   viewer.save(argv[4]);
   std::printf("%.2f %zu %.2f %.0f\n", loaded_s, triangles, pictures_per_s, cpu_ms);

@@ -15,7 +15,7 @@ using Colour = std::array<uint8_t, 3>;
 /// The colour of a scene's surface at a point, in W.
 using SurfaceColour = std::function<Colour(const Eigen::Vector3d& p_W)>;
 
-/// Waves of colour that differ from place to place.
+/// Waves of colour, one channel along each axis.
 Colour wavesAt(const Eigen::Vector3d& p_W);
 
 /// A colour image, rgb8, that owns its pixels.

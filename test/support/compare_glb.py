@@ -2,7 +2,7 @@
 """Reads a .glb by the specification of glTF 2.0, and a .ply, and compares their meshes.
 
 compare_glb.py MESH.glb MESH.ply: exits 0 if the .glb conforms to the parts of the specification that
-it uses, and both have the same vertices, normals, colours and triangles, the .glb's with y up.
+it uses, and both have the same vertices, normals, colours and triangles (with y up in the .glb).
 """
 import json
 import struct
@@ -31,7 +31,7 @@ def read_chunks(data):
 
 
 def check_views(document, binary):
-    """The views are contiguous."""
+    """Checks that the views are contiguous."""
     end = 0
     for view in document["bufferViews"]:
         require(view["byteOffset"] == end and end % 4 == 0, "views overlap or have gaps")
@@ -61,7 +61,7 @@ def read_glb(path):
         document, binary = read_chunks(file.read())
     check_views(document, binary)
     require(document["asset"]["version"] == "2.0", "wrong version")
-    # Viewers multiply colours by it, and metal would be black.
+    # Viewers multiply colours by those of the material, and draw metal black.
     require(document["materials"] == [MATERIAL], "wrong material")
     root = document["nodes"][document["scenes"][document["scene"]]["nodes"][0]]
     node = document["nodes"][root["children"][0]]

@@ -32,7 +32,7 @@ std::vector<SceneFrame> renderFrames(const Scene& scene,
                                      const std::vector<Eigen::Isometry3d>& T_W_C, int width = 160,
                                      int height = 120);
 
-/// A room of 3 x 2.4 x 2 m with a ball; the walls are not on the grid.
+/// A room of 3 x 2.4 x 2 m with a ball; the walls are not on the voxel grid.
 Scene makeBallRoom();
 
 /// A box that moves along a wall and disappears after 12 frames, seen by a camera that moves a
@@ -51,7 +51,7 @@ MapperParams makeCpuParams(FusionMode mode = FusionMode::kNormalRayCasting, bool
 /// A name such as "NormalRayCastingDirectional".
 std::string modeName(FusionMode mode, bool directional);
 
-/// These settings with this memory budget, and a folder for paging.
+/// The settings with a memory budget and a folder for paging.
 MapperParams pagedParams(MapperParams params, int max_memory_mb, const std::string& folder);
 
 /// Fuses all frames and makes the mesh once; every frame must be fused.

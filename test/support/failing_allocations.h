@@ -1,5 +1,5 @@
-/// Replaces `new` by one that fails when a test says so. Include it in one file of a program,
-/// outside of unity builds.
+/// Replaces `new` by one that fails on demand. Include it in one file of a program, outside of
+/// unity builds.
 #pragma once
 
 #include <cstdlib>
@@ -12,7 +12,7 @@ thread_local int allocations_left = -1;
 
 }  // namespace dtsdf
 
-// Inlined, the compiler would report mismatched new and delete.
+// If they were inlined, the compiler would report mismatched new and delete.
 [[gnu::noinline]] void* operator new(size_t bytes) {
   const bool fails = dtsdf::allocations_left == 0;
   if (dtsdf::allocations_left >= 0) --dtsdf::allocations_left;
@@ -20,7 +20,7 @@ thread_local int allocations_left = -1;
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
-/// A sanitizer's own operator would bypass the one above.
+/// Without this one, a sanitizer's own operator new[] would bypass the operator above.
 [[gnu::noinline]] void* operator new[](size_t bytes) { return operator new(bytes); }
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }

@@ -12,7 +12,7 @@
 
 namespace dtsdf {
 
-/// Unknown space, except for parts of many cubes with one cell each.
+/// Unknown space. Changes come in parts_left parts of many cubes, each with one free cell.
 class FakeSpace : public Space {
  public:
   double cellSize_m() const override { return 0.1; }

@@ -4,8 +4,8 @@ import socket
 
 
 def free_port():
-    """A free port below the range of outgoing connections (from 32768 on, in Linux): from that range, a
-    parallel test could be given it between this call and the master's start."""
+    """A free port below Linux's range for outgoing connections (from 32768 on): the system could give a
+    port in that range to another test before the master starts."""
     while True:
         port = random.randrange(20000, 32768)
         with socket.socket() as probe:

@@ -98,7 +98,7 @@ class JournaledMap {
   JournalWriter& journal_;
 };
 
-/// The bytes of the map's file, which are equal exactly for equal maps.
+/// The bytes of the map's file, which are equal if and only if the maps are.
 inline std::string fileOf(Mapper& mapper) {
   const TemporaryFolder folder;
   saveMap(mapper.contents(), folder / "map.dtsdf", 1);
@@ -116,7 +116,7 @@ inline std::string mapOf(const std::string& path, const MapperParams& params) {
   return mapOf(journal, params);
 }
 
-/// Images of the room along a lap, at most 0.1 s apart.
+/// Images of a lap through the room, `step_s` apart.
 inline std::vector<SceneFrame> roomImages(int count, double step_s = 0.1) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < count; ++i) poses.push_back(roomCameraPose(step_s * i));

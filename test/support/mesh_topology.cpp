@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace {
 
-/// Number of traversals of a side from its smaller to its greater vertex, and back.
+/// How often triangles traverse a side from its smaller to its greater vertex, and back.
 struct Passes {
   int up = 0, down = 0;
 };

@@ -1,5 +1,5 @@
-/// Disk faults. For the page files in a folder: reads fail for a while, or return other bytes than
-/// written. For all files: the disk is full.
+/// Simulates disk faults. In the page files in a folder, reads and writes fail, or bytes change.
+/// For all files, the disk is full.
 #pragma once
 
 #include <fcntl.h>
@@ -25,7 +25,7 @@ inline std::vector<int> openFilesIn(const std::string& folder) {
   return files;
 }
 
-/// Overwrites the first bytes of each of `pieces` pieces of `bytes` bytes.
+/// In each page file, overwrites the first bytes of `pieces` successive pieces of `bytes` bytes.
 inline void damagePages(const std::string& folder, int pieces, off_t bytes) {
   for (const int file : openFilesIn(folder)) {
     for (int i = 0; i < pieces; ++i) {
@@ -45,7 +45,7 @@ inline void overwritePages(const std::string& folder) {
   }
 }
 
-/// While it exists, reads and writes fail.
+/// While it exists, reads and writes of the page files fail.
 class DiskOutage {
  public:
   explicit DiskOutage(const std::string& folder) {

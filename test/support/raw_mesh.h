@@ -7,8 +7,8 @@
 
 namespace dtsdf {
 
-/// Joins the blocks with these packed keys in ascending order; keys unknown to the store are
-/// skipped.
+/// Joins the blocks with these packed keys, which must be in ascending order; skips keys that the
+/// store does not contain.
 inline Mesh rawMesh(const MeshStore& store, const std::vector<PackedKey>& keys) {
   Mesh mesh;
   BlockJoiner joiner;

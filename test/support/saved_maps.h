@@ -26,7 +26,7 @@ Colour stripes(const Eigen::Vector3d& p_W);
 /// Fuses the frames `first` to `last` - 1, and paints them if `painted`.
 void feed(Mapper& mapper, size_t first, size_t last, bool painted);
 
-/// One thread, because on a busy machine several wait for each other.
+/// With one thread, because on a busy machine several would wait for each other.
 inline MapperParams roomParams(float voxel_size_m = 0.02f) {
   return makeCpuParams(FusionMode::kNormalRayCasting, true, voxel_size_m, 1);
 }
@@ -34,10 +34,10 @@ inline MapperParams roomParams(float voxel_size_m = 0.02f) {
 /// The map of the whole recording.
 MapContents roomContents(bool painted = true, const MapperParams& params = roomParams());
 
-/// The whole mesh, made from scratch.
+/// The mesh of a mapper whose mesh has not been updated before.
 Mesh meshOf(Mapper& mapper, float voxel_size_m);
 
-/// A copy; contents themselves are not copyable, so that nobody copies them by accident.
+/// A copy of contents, which have no copy constructor, to prevent accidental copies.
 MapContents copyOf(const MapContents& contents);
 
 testing::AssertionResult sameContents(const MapContents& a, const MapContents& b);

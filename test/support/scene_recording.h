@@ -23,8 +23,8 @@ inline void writeCameraInfo(const std::filesystem::path& file, const Intrinsics&
   writeBytes(file.string(), camera.str());
 }
 
-/// Images in units of 0.2 mm, 0.1 s apart, from a camera with a field of view of 65 degrees. The
-/// file of poses contains `moved` of each number and pose.
+/// Images in units of 0.2 mm, 0.1 s apart, from a camera with a horizontal field of view of 65
+/// degrees. The file of poses contains T_W_C[i], or moved(i, T_W_C[i]) if given.
 inline void writeSceneRecording(
     const std::filesystem::path& folder, const Scene& scene,
     const std::vector<Eigen::Isometry3d>& T_W_C, int width = 160, int height = 120,

@@ -1,4 +1,4 @@
-/// An exact depth image of an analytic surface with its row fits, the input of the rules on pixels.
+/// An exact depth image of an analytic surface with its row fits, as input for the rules on pixels.
 #pragma once
 
 #include <functional>

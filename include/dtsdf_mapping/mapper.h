@@ -154,7 +154,7 @@ class Mapper {
   /// finishMeshUpdate() would return them in parts.
   MeshUpdate updateMesh();
 
-  /// Empties the voxels that lie in a region, in all directions, with their colours. Arrays and
+  /// Empties all voxels in a region, of every direction, and removes their colours. Arrays and
   /// blocks that become empty are freed. The next mesh update has the changes; an extraction
   /// already under way may still show the region. Later frames may fill the region again.
   /// @throws std::invalid_argument for a region with a problem (see findProblem()), with the map

@@ -37,8 +37,8 @@ constexpr size_t kNoMapLimit = std::numeric_limits<size_t>::max();
 /// @throws std::runtime_error with one sentence that names the path and says what to do.
 MapContents loadMap(const std::string& path, size_t max_bytes = kNoMapLimit, int threads = 0);
 
-/// Loads a map for a mapper with these settings, within its map/max_memory_mb. Free cells count
-/// towards that limit even if the mapper drops them, without space/enabled.
+/// Loads a map for a mapper with these settings; the limit is maxMapBytes(). Free cells count
+/// towards it even if the mapper drops them, without space/enabled.
 MapContents loadMap(const std::string& path, const MapperParams& params, int threads = 0);
 
 /// Reads a map file except its voxels and colours, so damage to these goes unnoticed.

@@ -9,8 +9,8 @@ namespace dtsdf {
 
 /// Reads a YAML file; nested sections become keys such as "map/voxel_size_m". An empty file is an
 /// empty tree. Strings in quotes stay strings; true/false, yes/no and on/off are flags.
-/// @throws std::runtime_error with file and line, for a file that is missing or not YAML, and for
-/// lists, keys without a value and keys given twice.
+/// @throws std::runtime_error with file and line, for a file that is missing or not YAML, lists of
+/// anything but names, keys without a value and keys given twice.
 ParamTree loadYamlParams(const std::string& path);
 
 /// Reads settings from a string of YAML; error messages call it `name`.

@@ -127,7 +127,7 @@ void Engine::moveInBackground() {
   });
 }
 
-/// Blocks on disk are read back to be emptied, some at a time.
+/// Blocks on disk are read back in batches, to be emptied.
 ClearedRegion Engine::clearRegion(const Region& region) {
   constexpr size_t kAtOnce = 256;
   const RegionView view = checkedRegionView(region, params_.map);

@@ -1,4 +1,4 @@
-/// Extraction in parts, for maps whose marked blocks do not fit into memory together.
+/// Extraction in parts, for changes that do not fit into memory together.
 #pragma once
 
 #include <algorithm>

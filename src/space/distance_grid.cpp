@@ -67,7 +67,8 @@ BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_
 
 PointGrid gridIn(const BoxRegion& box, double resolution_m) {
   if (!(resolution_m > 0.0) || !std::isfinite(resolution_m)) {
-    throw std::runtime_error("the resolution must be above 0 m, or 0 to use the size of the cells");
+    throw std::runtime_error(
+        "the resolution must be above 0 m (0 stands for the size of the cells)");
   }
   constexpr double kRounding = 1e-6;  // 0.3 m are three steps of 0.1 m
   const Eigen::Vector3d steps = (box.size_m / resolution_m).array() - kRounding;

@@ -29,9 +29,8 @@ constexpr const char* kDoubts[] = {
     "reconstruct with --pose-convention body), then clear the map",
     "the poses seem to be those of OpenGL (y up, z backwards); multiply each from the right by "
     "diag(1, -1, -1, 1), or run reconstruct with --pose-convention opengl",
-    "the poses seem to be inverted, from the map to the camera; invert each, or run reconstruct "
-    "with "
-    "--pose-convention inverted"};
+    "the poses seem to be inverted, from the map to the camera; invert each, or run "
+    "reconstruct with --pose-convention inverted"};
 
 /// Transform from the optical frame's axes to those of the poses' convention.
 Eigen::Isometry3d axesOf(size_t way) {

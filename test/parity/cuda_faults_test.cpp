@@ -58,8 +58,8 @@ class CudaFaults : public testing::Test {
 TEST_F(CudaFaults, NoCallThatLacksMemoryLeavesAnythingBehind) {
   BackendPair pair(params_, Candidate::kCuda);
   int met = 0, refused = 0;
-  // The mapper recovers from some failures without a report. So all calls have failed once only
-  // after 30 runs in a row without a report.
+  // The mapper recovers from some failures without a report. So the end is reached only after 30
+  // runs in a row without one.
   for (uint64_t n = 1, untold = 0; untold < 30; ++n) {
     SCOPED_TRACE("call " + std::to_string(n));
     pair.clear();

@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// Takes the device's free memory in decreasing pieces, down to the size that small allocations
+/// Takes the device's free memory in ever smaller pieces, down to the size that small allocations
 /// share.
 std::vector<gpu::DeviceBuffer<char>> takeDeviceMemory() {
   std::vector<gpu::DeviceBuffer<char>> pieces;

@@ -56,7 +56,7 @@ class PossibleLeaders : public testing::TestWithParam<float> {
   }
 };
 
-/// In the directional and the undirected map.
+/// Tests units of directional and of undirected maps.
 TEST_P(PossibleLeaders, AUnitWithoutOneIsEmpty) {
   for (const bool directional : {true, false}) {
     int surfaces = 0, spared_with_speaker = 0;

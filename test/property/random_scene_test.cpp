@@ -91,7 +91,7 @@ class RandomScenes : public testing::TestWithParam<int> {
   uint32_t seed() const { return caseSeed(GetParam()); }
 };
 
-/// Meshing after most frames on one thread equals meshing once on two threads. What was before
+/// Meshing after most frames on one thread equals meshing once on two threads. A frame before
 /// clear() has no effect.
 TEST_P(RandomScenes, WorkMayBeCutUpAnyWay) {
   SCOPED_TRACE(describeSeed(seed()));

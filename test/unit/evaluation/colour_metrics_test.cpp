@@ -17,7 +17,7 @@ TriangleMesh colouredRectangle(const Rgb8& colour) {
   return mesh;
 }
 
-/// Values from the definition of the CIE.
+/// Lab values as the CIE defines them.
 TEST(Lab, KnownColours) {
   const auto expectLab = [](const Eigen::Vector3d& rgb, const Eigen::Vector3d& lab) {
     EXPECT_LT((toLab(rgb) - lab).norm(), 0.05) << toLab(rgb).transpose();

@@ -31,7 +31,7 @@ def evaluate(*arguments):
 
 
 def helix(offset_m=0.0):
-    """Pairs of a pose on a helix and one on its transform, alternately `offset_m` above and below."""
+    """Pairs of a pose on a helix and its rigid transform, alternately `offset_m` too low and too high."""
     turn = math.radians(30.0)
     for i in range(40):
         x, y = math.cos(0.3 * i), math.sin(0.3 * i)
@@ -68,7 +68,7 @@ class EvaluateTrajectory(unittest.TestCase):
         # Alternately 0.04 m up and down.
         self.assertAlmostEqual(float(figures["rpe_image_m"]), 0.04, delta=1e-5)
         self.assertAlmostEqual(float(figures["rpe_image_deg"]), 0.0, delta=1e-3)
-        self.assertLess(float(figures["rpe_second_m"]), 1e-5)  # 30 images later: on the same side
+        self.assertLess(float(figures["rpe_second_m"]), 1e-5)  # 30 images apart: the same offset
 
     def test_wrong_files_are_named(self):
         write(self.truth, (true for true, _ in helix()))

@@ -37,7 +37,7 @@ TEST(Trajectory, HasNoPoseWhereNoneIsNear) {
   EXPECT_FALSE(trajectory.poseAt(1.5, 0.02));
   EXPECT_FALSE(trajectory.poseAt(0.9, 0.02));
   EXPECT_FALSE(trajectory.poseAt(2.1, 0.02));
-  EXPECT_TRUE(trajectory.poseAt(1.02, 0.02));  // also where rounding takes it over the limit
+  EXPECT_TRUE(trajectory.poseAt(1.02, 0.02));  // even if rounding exceeds the limit
   EXPECT_TRUE(trajectory.poseAt(1.98, 0.02));
 }
 

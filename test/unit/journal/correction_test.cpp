@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kCount = 8;
 
-/// The error of a pose of the lap: a turn and a sideways shift that grow with i.
+/// The error of pose i of the lap: a turn and a sideways shift that grow with i.
 Eigen::Isometry3d drift(int i) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.002 * i, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(0.0, 0.01 * i, 0.0);
@@ -177,7 +177,7 @@ TEST_F(CorrectedJournal, CorrectionsFollowEachOther) {
   }
   Refusion first = refusionOf(halfway);
   journal_.add(first.correction());
-  // From image 5 on, the second path keeps the poses of the first one.
+  // The second path corrects images 0 to 4, and keeps image 5 and those after it.
   std::vector<StampedPose> rest = truePoses(5);
   rest.push_back(halfway[5]);
   Refusion second = refusionOf(rest);

@@ -1,5 +1,4 @@
-// Tests how it is detected that a source of poses has adopted a correction, on motions in closed
-// form.
+// GivenMotion must detect whether a source of poses has adopted a correction.
 #include "journal/pose_correction.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +50,7 @@ TEST(GivenMotion, WithoutMotionItIsTheNearerOne) {
 }
 
 // After a pause, a camera that was moving may be anywhere, so no correction counts as adopted. A
-// camera that stood still is assumed to stand still.
+// camera that stood still is assumed to have stayed.
 TEST(GivenMotion, AfterAPauseOnlyACameraThatStoodIsSeenToJump) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.2, 0.0, 0.0));
   for (double next_s = 1.5; next_s < 31.0; next_s += 0.1) {

@@ -1,5 +1,5 @@
-// From a journal, reconstruct makes the node's map or that of corrected poses, and map_tool exports
-// images.
+// reconstruct makes a map from a journal, with the node's poses or corrected ones. map_tool exports
+// its images.
 #include <gtest/gtest.h>
 
 #include "io/trajectory.h"
@@ -70,7 +70,7 @@ TEST_F(JournalProgram, MakesTheMapOfCorrectedPoses) {
     poses.push_back({0.1 * static_cast<double>(i), images_[i].frame.T_W_C});
   }
   saveTrajectory(poses, folder_ / "poses.txt");
-  // The program reads poses with limited digits. The first one has not moved.
+  // The poses as read from the file, with its limited digits. The first one counts as unmoved.
   const std::vector<StampedPose> read = readTrajectory(folder_ / "poses.txt", "").poses();
   for (size_t i = 0; i < images_.size(); ++i) {
     plain->integrate(movedTo(images_[i], i == 0 ? wrongPose(0) : read[i].T_W_C).view());

@@ -108,7 +108,7 @@ TEST_F(Journal, KeepsEveryBitOfAnImage) {
   EXPECT_EQ(std::memcmp(floats + 8, &parts[3], 8), 0);
 }
 
-/// A journal may end anywhere, as after kill -9.
+/// A journal may end at any byte, as after kill -9.
 TEST_F(Journal, IsWholeToTheLastRecordWherever) {
   std::string path;
   {

@@ -17,7 +17,7 @@ Eigen::Isometry3d opticalFromBody() {
   return T;
 }
 
-/// The doubt about a path through the room. @param poseOf Makes the given pose from the true one.
+/// What PoseConvention says after a lap through the room with the poses poseOf(true pose).
 template <class PoseOf>
 std::string doubtAbout(const PoseOf& poseOf, double lap_s = 6.0,
                        DepthEncoding encoding = DepthEncoding::kFloat32) {

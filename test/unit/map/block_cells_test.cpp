@@ -79,7 +79,7 @@ TEST(BlockCells, ListEachBlockOnceInItsCell) {
   EXPECT_EQ(listed, live);
 }
 
-/// Near the origin and at the limit of the keys, where floats are coarse.
+/// The camera is near the origin, or near the greatest keys, where floats are coarse.
 TEST(BlockCells, HaveAllBlocksInViewAndFewOthers) {
   std::mt19937 random(2);
   constexpr int kFar = kMaxBlockCoordinate - 700;

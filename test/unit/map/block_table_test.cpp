@@ -68,7 +68,7 @@ TEST(BlockTable, PassesOverWhatLiesOutsideOfItsExtent) {
   EXPECT_EQ(count.slots, 2u);
   EXPECT_EQ(count.arrays, 12u);
   const Admission admission = table.admit(requests);
-  EXPECT_EQ(admission.refused, 0u) << "blocks outside of the extent counted against the budget";
+  EXPECT_EQ(admission.refused, 0u) << "blocks outside the extent counted against the budget";
   EXPECT_EQ(admission.changed_slots.size(), 2u);
   EXPECT_LT(table.find(requests.back().key), 0);
   expectConsistent(table);
@@ -162,7 +162,7 @@ TEST(BlockTable, VacatingUnderRandomLoadLosesNothing) {
   EXPECT_EQ(table.bytesInUse(), 0u);
 }
 
-/// A block that no extraction has seen can go at once; the others have to be reported first.
+/// A block that no extraction has seen can be removed at once; others have to be reported first.
 TEST(BlockTable, TellsVacantBlocksThatNoMeshHasSeenApart) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x01}});
@@ -195,7 +195,7 @@ TEST(BlockTable, ABlockFilledAgainIsToldAnewWhenItIsEmptied) {
 
 TEST(BlockTable, FindsWhatLiesBeyondABall) {
   BlockTable table(kPlenty);
-  // Distances of the nearest points from (4, 4, 4), in voxels: 0, 4, 12, 20; 12; 12 sqrt(2).
+  // The nearest points of these blocks are 0, 4, 12, 20, 12 and 12 sqrt(2) voxels from (4, 4, 4).
   table.admit({{keyOf(0), 1},
                {keyOf(1), 1},
                {keyOf(2), 1},
@@ -222,7 +222,7 @@ TEST(BlockTable, FindsWhatLiesBeyondABall) {
   EXPECT_EQ(beyond(12.0), slots({keyOf(3), keyOf(2, 2)})) << "a touching block is included";
 }
 
-/// Memory is allocated for these sizes beforehand, so it must suffice.
+/// Memory is allocated beforehand for these sizes, so they must suffice.
 TEST(BlockTable, PoolsStayWithinTheSizesToldBefore) {
   std::mt19937 random(25);
   for (const size_t budget : {kPlenty, 40 * BlockTable::kArrayBytes}) {

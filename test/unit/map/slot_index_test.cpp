@@ -34,7 +34,7 @@ void expectEqual(const SlotIndex& index, const std::unordered_map<PackedKey, int
   }
 }
 
-/// Compared with a standard library table, with few or many erasures.
+/// Compares the index with a standard library table, for few and for many erasures.
 TEST(SlotIndex, FollowsInsertionsAndErasures) {
   constexpr unsigned kLastKey = 6000;
   std::mt19937 random(7);
@@ -61,7 +61,7 @@ TEST(SlotIndex, FollowsInsertionsAndErasures) {
   }
 }
 
-/// As for a moving camera that keeps only nearby blocks.
+/// Keys come and go as for a moving camera that keeps only nearby blocks.
 TEST(SlotIndex, TakesNoMoreMemoryForWhatHasGone) {
   constexpr int32_t kKept = 20, kApart = 8;
   const auto key_at = [](int32_t step) { return packKey({step * kApart, 0, 0}); };

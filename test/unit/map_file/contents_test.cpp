@@ -1,4 +1,4 @@
-// A map moves from one mapper to another, which continues it.
+// The contents of a map move to another mapper, which continues the map.
 #include <gtest/gtest.h>
 
 #include <limits>

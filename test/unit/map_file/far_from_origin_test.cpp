@@ -23,7 +23,7 @@ constexpr float kVoxel_m = 1.0f / 64.0f;
 /// Bound on the additional error of the wall far from the origin.
 constexpr double kMaxError_m = 1e-4;
 constexpr double kMapError_m = 1e-3;
-/// Some more triangles than near the origin may be too thin to have an area in floats.
+/// Far from the origin, this many more triangles may be too thin to have an area in floats.
 constexpr size_t kMaxThinTriangles = 5;
 
 /// A tilted wall in front of a camera, both shifted.
@@ -127,7 +127,7 @@ TEST_P(FarFromOrigin, ChunksAreAsGoodAsNearBy) {
                measure(assembledFromChunks(near.map()), near));
 }
 
-/// A mesh far from the map's origin differs from one near it only in its own origin.
+/// Far from the map's origin, only the mesh's own origin differs.
 TEST_P(FarFromOrigin, NormalsAndTrianglesAreThoseNearBy) {
   const Mesh near = Wall(Vector3d::Zero()).map().assemble();
   const Mesh far = Wall(shift()).map().assemble();

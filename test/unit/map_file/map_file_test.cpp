@@ -350,7 +350,7 @@ TEST_F(MapFile, WithHugeSizesIsRefused) {
   EXPECT_TRUE(contains(errorOfBytes(longer), "damaged"));
 }
 
-/// A file with a box stores the box's frames with the map.
+/// The file of a box also stores the box and the numbers of its frames.
 TEST_F(MapFile, OfABoxSaysWhich) {
   MapBox box{{-4, -5, -6}, {1, 2, 3}, 2, {{0, 4}, {7, 9}}, {{7, 9}}};
   const auto mapper = makeProbedMapper(smallParams());

@@ -180,7 +180,8 @@ TEST(Align, LeavesTheMapAndTakesWhatItCannotUse) {
   EXPECT_TRUE(sameMaps(untouched.mapper(), session.mapper()));
 }
 
-/// All poses have the same error: images are corrected, and the correction learns most of it.
+/// All poses have the same error. Images are corrected, and the filter takes over most of the
+/// error.
 TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());

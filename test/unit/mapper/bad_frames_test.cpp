@@ -24,7 +24,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 MapperParams testParams() { return makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f); }
 
-/// A frame of the room, or a later one; rendered once.
+/// A frame of the room, or a later one. Both are rendered only once.
 SceneFrame goodFrame(bool later = false) {
   static const SceneFrame frames[] = {renderFrame(makeRoomScene(), roomCameraPose(0.0), 80, 60),
                                       renderFrame(makeRoomScene(), roomCameraPose(2.0), 80, 60)};
@@ -148,7 +148,7 @@ TEST(EmptyDepth, IsNoMeasurement) {
   }
 }
 
-/// 50 m are out of range: such a frame still clears, and counts as empty only without clearing.
+/// Depths of 50 m are out of range, but clear. Such a frame counts as empty only without clearing.
 TEST(EmptyDepth, BeyondTheRangeIsNoMeasurementWithoutClearing) {
   SceneFrame frame = goodFrame();
   std::fill(frame.depth_m.begin(), frame.depth_m.end(), 50.0f);
@@ -220,7 +220,7 @@ TEST(OddFrames, EncodingsAgree) {
 TEST(OddFrames, AnAlmostRotationIsTaken) {
   const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(testParams());
   SceneFrame frame = goodFrame();
-  frame.frame.T_W_C.linear() *= 1.0 + 1e-5;  // as from rounding
+  frame.frame.T_W_C.linear() *= 1.0 + 1e-5;  // as after rounding
   EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kFused);
 }
 

@@ -1,4 +1,4 @@
-// Only what is farther than map/keep_radius_m is dropped from a map.
+// Only blocks beyond map/keep_radius_m are dropped from a map.
 #include <gtest/gtest.h>
 
 #include <cmath>

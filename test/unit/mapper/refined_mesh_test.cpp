@@ -25,7 +25,7 @@ std::vector<SceneFrame> framesAround(const Scene& scene, const Vector3d& centre)
   return renderFrames(scene, sphereOfPoses(centre, 1.1, 24));
 }
 
-/// With the directional and the undirected map.
+/// Tests a directional and an undirected map.
 class RefinedMesh : public testing::TestWithParam<bool> {
  protected:
   MapperParams params(int refine, int threads = 2, float voxel_size_m = 0.02f) const {
@@ -65,7 +65,8 @@ Mesh verticesBeside(const Mesh& mesh, const Mesh& other) {
   return beside;
 }
 
-/// Closed across units and blocks, also a kilometre away, where positions are rounded to 2^-14 m.
+/// The mesh is closed across units and blocks, even a kilometre away, where positions are rounded
+/// to 2^-14 m.
 TEST_P(RefinedMesh, OfABallIsClosed) {
   for (const Vector3d& centre : {Vector3d(0.13, -0.07, 0.21), Vector3d(1000.13, -700.07, 30.21)}) {
     const std::vector<SceneFrame> frames = framesAround(

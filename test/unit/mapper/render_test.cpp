@@ -62,7 +62,7 @@ Differences compare(const RenderedView& view, const SceneFrame& truth) {
   return result;
 }
 
-/// Three walls and a ball.
+/// Two walls, a floor and a ball.
 Scene cornerWithBall() {
   Scene scene;
   scene.add(Plane{{2.0, 0.0, 0.0}, -Vector3d::UnitX()});
@@ -79,7 +79,7 @@ std::vector<Isometry3d> cornerPoses() {
 
 class Views : public testing::TestWithParam<bool> {};
 
-/// From a pose between those of the mapped images.
+/// The view's pose lies between those of the mapped images.
 TEST_P(Views, ShowWhatTheSceneHas) {
   Session session(makeCpuParams(FusionMode::kNormalRayCasting, GetParam(), kViewVoxel_m));
   see(session, cornerWithBall(), cornerPoses());
@@ -161,7 +161,7 @@ TEST(Render, EachSideOfAPlateHasItsOwnDepthAndColour) {
   }
 }
 
-/// A rod two pixels wide in front of a wall.
+/// A rod 1.3 pixels wide in front of a wall.
 TEST(Render, WhatIsThinIsNotPassedOver) {
   Scene scene;
   scene.add(Plane{{3.0, 0.0, 0.0}, -Vector3d::UnitX()});

@@ -1,4 +1,4 @@
-// Tests the part of a mesh in a box.
+// Tests the cropping of a mesh to a box.
 #include <gtest/gtest.h>
 
 #include "dtsdf_mapping/mesh.h"

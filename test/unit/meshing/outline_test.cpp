@@ -183,8 +183,8 @@ TEST(Outline, GoesOnWhereTheFirstVerticesAreForgotten) {
   }
 }
 
-/// Two fans meet at the last vertex. The vertices that its sums seem to name as its neighbours, at
-/// 0.3 and 0.4 of the way, are not.
+/// Two fans meet at the last vertex. The ends computed from its sums would be the vertices at 0.3
+/// and 0.4 of the way, which are not its neighbours.
 TEST(Outline, StaysWhereTwoFansSeemToLeadToForgottenVertices) {
   Outline outline;
   constexpr uint32_t kTenth = 100000;

@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-/// A chunk with so many vertices, all at one place, and a triangle that uses the last of them.
+/// A chunk of this many vertices at one place, with a triangle that uses the last of them.
 PackedChunk chunkOf(size_t vertices) {
   PackedChunk chunk;
   chunk.positions.resize(3 * vertices);

@@ -15,7 +15,7 @@ namespace {
 
 bool isBefore(const Vec3i& a, const Vec3i& b) { return packKey(a) < packKey(b); }
 
-/// Cells with surfaces, and a table of them.
+/// Surface cells, as a list and in a table.
 class Surfaces {
  public:
   void put(const Vec3i& cell) {

@@ -58,8 +58,8 @@ TEST(Space, IsNotThereUnlessAskedFor) { EXPECT_EQ(makeMapper(makeCpuParams())->s
 class SpaceCells : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Sizes, SpaceCells, ::testing::Values(1, 2, 4, 8));
 
-/// Cells reported as free lie on the free side of all surfaces, and most free cells away from
-/// surfaces are known.
+/// Free cells lie on the free side of all surfaces, and most cells away from surfaces are found to
+/// be free.
 TEST_P(SpaceCells, WhatIsCalledFreeIsFree) {
   const Scene scene = makeBallRoom();
   const auto mapper = mapOf(scene, posesIn(), spaceParams(GetParam()));
@@ -85,8 +85,8 @@ TEST_P(SpaceCells, WhatIsCalledFreeIsFree) {
   EXPECT_GE(static_cast<double>(found), 0.9 * static_cast<double>(inside));
 }
 
-/// Compared with the distance to the nearest vertex, which is at most half a voxel's diagonal from
-/// the nearest point of the mesh.
+/// Compares distances with that to the nearest vertex, which is at most half a voxel's diagonal
+/// from the nearest point of the mesh.
 TEST_P(SpaceCells, DistancesAreThoseToTheMesh) {
   const MapperParams params = spaceParams(GetParam());
   const auto mapper = makeMapper(params);
@@ -180,8 +180,8 @@ bool isConnected(const Space& space, const Vec3i& from, const Vec3i& to) {
   return false;
 }
 
-/// A plate of 2 mm across a corridor, seen from both sides, with cells of 80 mm: it blocks every
-/// path. Without the plate a path exists.
+/// A plate of 2 mm across a corridor, seen from both sides, blocks every path, even with cells of
+/// 80 mm. Without the plate, there is a path.
 TEST(Space, AThinPlateStopsAPath) {
   for (const bool is_closed : {true, false}) {
     Scene scene;

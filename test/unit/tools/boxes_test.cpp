@@ -35,7 +35,7 @@ TEST(BoxText, ReadsBackAsItWas) {
   }
 }
 
-/// Cuts space into boxes at random, as a plan does.
+/// Cuts space into boxes at random places.
 std::vector<BlockExtent> cutAtRandom(size_t count, std::mt19937& random) {
   std::vector<BlockExtent> boxes{BlockExtent()};
   constexpr int32_t BlockKey::*kAxes[] = {&BlockKey::x, &BlockKey::y, &BlockKey::z};

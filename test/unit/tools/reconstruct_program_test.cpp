@@ -18,7 +18,7 @@ class ReconstructProgram : public testing::Test {
  protected:
   void SetUp() override {
     writeTumFolder(tum_, 6, 80, 60);
-    // Each image shows a different place.
+    // Each image shows a different place, so surfaces are seen only once.
     tum_option_ = "--tum " + tum_.path() + " --poses-mode tf --set mesh/min_support=1 ";
   }
 

@@ -86,8 +86,8 @@ struct NumberSetter {
   }
 };
 
-/// The rules with one number at an end of its range, and its key; the key is empty beyond the last
-/// one.
+/// @return the rules with one number at an end of its range, and its key: empty if there is no such
+/// number.
 std::pair<Rules, std::string> rulesWith(int wanted, bool to_greatest) {
   Rules rules;
   NumberSetter set{wanted, to_greatest, {}};

@@ -28,7 +28,8 @@ TEST(RunSettings, ReportsSettingsAndRulesTogether) {
   EXPECT_EQ(violations[1], "rules/none = 1: no such setting");
 }
 
-/// Frame names are written as in the node; otherwise programs would refuse each other's maps.
+/// Frame names lose a leading slash, as in the node. Otherwise, programs would refuse each other's
+/// maps.
 TEST(RunSettings, FramesHaveNoLeadingSlash) {
   RunOptions options;
   options.settings = {"map_frame=/odom", "input/camera_frame=/camera"};
@@ -54,7 +55,7 @@ TEST(SettingList, HasEveryKeyWithDefaultUnitAndRange) {
   EXPECT_EQ(static_cast<size_t>(std::count(list.begin(), list.end(), '\n')), writer.tree.size());
 }
 
-/// Aligned poses agree for longer than given ones; explicit settings stay.
+/// Evidence lasts longer with aligned poses. An explicit setting is kept.
 TEST(RunSettings, EvidenceLastsAsLongAsPosesAgree) {
   const auto memoryWith = [](const std::string& mode, std::vector<std::string> settings) {
     RunOptions options;

@@ -1,4 +1,4 @@
-// Tests triangles in a camera's image against rays through their planes.
+// Tests which pixels the triangles of a sheet cover.
 #include "kernels/render/drawn_triangle.h"
 
 #include <gtest/gtest.h>

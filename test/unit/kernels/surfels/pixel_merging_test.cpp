@@ -1,4 +1,4 @@
-// Tests which pixels are merged and the resulting surfels, on analytic planes, steps and creases.
+// Tests which pixels are merged, and the resulting surfels, on analytic planes and steps.
 #include "kernels/surfels/pixel_merging.h"
 
 #include <gtest/gtest.h>
@@ -86,8 +86,8 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
   }
 }
 
-/// A step that crosses patches and quads, smaller and larger than the jump limit: squares across it
-/// are not merged, all others are.
+/// A small or large step crosses patches and quads: squares across it are not merged, all others
+/// are.
 TEST(PixelMerging, DoesNotSpanAStep) {
   const int edge = 27;  // first column on the far side
   const double x_edge = (edge - 0.5 - kIntrinsics.cx) / kIntrinsics.fx;

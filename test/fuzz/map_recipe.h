@@ -44,7 +44,7 @@ class MapRecipe {
   }
 
  private:
-  /// How a record is written; bits.
+  /// How a record is written, as bits of the second byte after its id.
   enum How : uint8_t {
     kSkipped = 1,  ///< Readers may skip it.
     kCompressed = 2,

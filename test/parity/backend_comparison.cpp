@@ -37,7 +37,7 @@ std::string firstDifference(const std::vector<Voxel>& a, const std::vector<Voxel
   std::ostringstream text;
   text.precision(9);
   if (a.size() != b.size()) {
-    text << a.size() << " voxels and " << b.size();
+    text << a.size() << " voxels expected, found " << b.size();
     return text.str();
   }
   for (size_t i = 0; i < a.size(); ++i) {
@@ -48,7 +48,7 @@ std::string firstDifference(const std::vector<Voxel>& a, const std::vector<Voxel
     };
     text << "voxel " << i << ": ";
     write(a[i]);
-    text << " and ";
+    text << " expected, found ";
     write(b[i]);
     break;
   }
@@ -211,10 +211,10 @@ void expectEqualUpdates(const MeshUpdate& expected, const MeshUpdate& actual) {
   ASSERT_EQ(actual.blocks.size(), expected.blocks.size());
   for (size_t i = 0; i < expected.blocks.size(); ++i) {
     ASSERT_TRUE(sameBlockMesh(expected.blocks[i], actual.blocks[i]))
-        << describe(expected.blocks[i].key) << " and " << describe(actual.blocks[i].key) << ": "
-        << expected.blocks[i].vertices.size() << " vertices and "
+        << describe(expected.blocks[i].key) << ", found " << describe(actual.blocks[i].key) << ": "
+        << expected.blocks[i].vertices.size() << " vertices, found "
         << actual.blocks[i].vertices.size() << ", " << expected.blocks[i].triangles.size() / 3
-        << " triangles and " << actual.blocks[i].triangles.size() / 3;
+        << " triangles, found " << actual.blocks[i].triangles.size() / 3;
   }
 }
 

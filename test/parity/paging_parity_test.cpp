@@ -20,7 +20,7 @@ struct Way {
   int budget_mb = 4;
   int mesh_every = 3;  ///< In frames; 0: once, at the end.
   bool painted = false, aligned = false, cleared = false, space = false, refined = false;
-  bool turns = false;  ///< Visits rooms in turns; see BlocksThatGoWithinAFrame.
+  bool turns = false;  ///< Alternates between rooms; see BlocksThatGoWithinAFrame.
   float keep_radius_m = 0.0f;
 };
 

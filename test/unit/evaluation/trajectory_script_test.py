@@ -31,7 +31,7 @@ def evaluate(*arguments):
 
 
 def helix(offset_m=0.0):
-    """Pairs of a pose on a helix and its rigid transform, alternately `offset_m` too low and too high."""
+    """Pairs of a pose on a helix and its transform, alternately `offset_m` too low and too high."""
     turn = math.radians(30.0)
     for i in range(40):
         x, y = math.cos(0.3 * i), math.sin(0.3 * i)

@@ -35,7 +35,7 @@ TEST(DepthPng, AGammaChangesNothing) {
 TEST(DepthPng, SizesAreCheckedBeforeMemoryIsTaken) {
   // One row too many. All pixels are 0, so the file is small.
   std::vector<uint8_t> bytes = encode(cv::Mat(4097, 2048, CV_16UC1, cv::Scalar(0)));
-  bytes.resize(1000);  // the size is checked before the missing bytes matter
+  bytes.resize(1000);  // the error is about the size, not about the missing bytes
   EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), bytes.size()); }).find("2048 x 4097"),
             std::string::npos);
   const TemporaryFolder folder;

@@ -20,8 +20,8 @@ namespace {
 
 constexpr float kVoxelSize = 0.05f;
 
-/// A block's part of the plane z = height, with free space above; `height` is in voxels from the
-/// block's first voxel, and not on the grid.
+/// A block's part of the plane z = height, with free space above. `height` is in voxels above the
+/// block's first voxel, and not an integer.
 BlockMesh planeBlock(const BlockKey& key, float height) {
   BlockMesh mesh;
   mesh.key = key;

@@ -46,7 +46,7 @@ TEST_F(IclArchive, MatchesByNumberAndImage0HasNoPose) {
   EXPECT_EQ(source->skipped(), (std::map<std::string, size_t>{{"no pose with its number", 1}}));
 }
 
-// With the published intrinsics, a pixel's y is (v - 239.5) z / -480: upwards.
+// With the published intrinsics, a pixel's y is (v - 239.5) z / -480, so y points up.
 TEST_F(IclArchive, FlippedRowsLeaveEveryPointWhereItIs) {
   const auto image1 = openRecording(options_)->next();
   const DepthFrame& frame = image1->depth;

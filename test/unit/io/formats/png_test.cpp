@@ -17,7 +17,8 @@ class OwnImages : public testing::Test {
     options_.intrinsics = Intrinsics{10, 10, 8, 6};
   }
 
-  /// Checks the poses read from this file: image i is at x = i - 8, as in poseMatrix().
+  /// Checks that poses are read from a file with this text: image i is at x = i - 8, as in
+  /// poseMatrix().
   void expectPoses(const std::string& name, const std::string& text) {
     writeBytes(folder_ / name, text);
     options_.poses_path = folder_ / name;

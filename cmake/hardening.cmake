@@ -2,14 +2,14 @@
 option(WITH_HARDENING "Stack protector, checked string functions, read-only relocations, PIE" ON)
 option(WITH_FUZZERS "Build test/fuzz as fuzzers, with ASan and UBSan (needs clang)" OFF)
 set(WITH_SANITIZER "" CACHE STRING
-    "address (with undefined and division of floats) or thread; see scripts/check_sanitizers")
+    "address (with undefined; clang: also float divisions) or thread; see scripts/check_sanitizers")
 set_property(CACHE WITH_SANITIZER PROPERTY STRINGS "" address thread)
 if(NOT WITH_SANITIZER MATCHES "^(address|thread)?$")
-  message(FATAL_ERROR "WITH_SANITIZER=${WITH_SANITIZER}, but it has to be address, thread or empty")
+  message(FATAL_ERROR "WITH_SANITIZER=${WITH_SANITIZER}, but it must be address, thread or empty")
 endif()
 if(WITH_FUZZERS AND NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")
-  message(FATAL_ERROR "WITH_FUZZERS=ON needs clang: set CMAKE_CXX_COMPILER=clang++, in a folder of "
-                      "its own, or use scripts/fuzz")
+  message(FATAL_ERROR "WITH_FUZZERS=ON needs clang: set CMAKE_CXX_COMPILER=clang++ in a new build "
+                      "folder, or use scripts/fuzz")
 endif()
 
 if(WITH_FUZZERS)
@@ -17,7 +17,8 @@ if(WITH_FUZZERS)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 if(WITH_SANITIZER STREQUAL "address")
-  # Divisions by 0 do not abort, so a suppression list can allow intended ones; only clang has it.
+  # Divisions by 0 do not abort, so that a suppression list can allow intended ones. Only clang
+  # checks these and casts.
   set(flags -fsanitize=address,undefined -fno-sanitize-recover=undefined)
   if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
     list(APPEND flags -fsanitize=float-divide-by-zero,float-cast-overflow
@@ -31,7 +32,7 @@ if(WITH_SANITIZER)
   add_link_options(${flags})
 endif()
 
-# _FORTIFY_SOURCE needs optimisation, and hides the faults that it checks from sanitizers.
+# _FORTIFY_SOURCE needs optimisation. It would hide the faults that it checks from sanitizers.
 if(WITH_HARDENING)
   include(CheckPIESupported)
   check_pie_supported(LANGUAGES CXX)

@@ -14,7 +14,7 @@ target_compile_features(dtsdf_mapping INTERFACE cxx_std_17)
 target_include_directories(dtsdf_mapping INTERFACE
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
 # The backends are linked from their archives, as far as the mapper needs them. Symbols of archives
-# are hidden, so that the CUDA runtime of a program does not clash with ours.
+# are hidden, so that a program's CUDA runtime does not clash with this one.
 target_link_libraries(dtsdf_mapping PUBLIC Eigen3::Eigen PRIVATE dtsdf_mapper dtsdf_datasets
                                     -Wl,--exclude-libs,ALL)
 set_target_properties(dtsdf_mapping PROPERTIES

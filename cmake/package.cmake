@@ -10,7 +10,7 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION misc)
 
 if(EXISTS /opt/ros/noetic)
-  # Packages of the archive do not say which libraries they contain, so all are named here.
+  # Packages of the ROS archive do not declare their libraries, so dependencies are listed here.
   set(CPACK_PACKAGE_NAME ros-noetic-dtsdf-mapping)
   set(CPACK_PACKAGING_INSTALL_PREFIX /opt/ros/noetic)
   set(CPACK_DEBIAN_PACKAGE_DEPENDS
@@ -31,8 +31,9 @@ python3-rosbag, rosout, tf2-tools")
   set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "rviz, openmpi-bin")
 endif()
 
-# catkin installs a workspace's setup files into the root of the prefix; in a package they would
-# replace those of ROS. They lie in the build's prefix, catkin's marker in the package's; all go.
+# catkin installs a workspace's setup files into the root of the prefix. In a package, they would
+# replace those of ROS, so they are removed from the build's prefix, and catkin's marker from the
+# package's.
 set(catkin_files .catkin .rosinstall _setup_util.py env.sh setup.bash setup.sh setup.zsh
                  local_setup.bash local_setup.sh local_setup.zsh)
 install(CODE "

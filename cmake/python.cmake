@@ -1,17 +1,18 @@
 # The Python package dtsdf_mapping: its files, and the module _core if it can be built. With catkin
 # the folder also contains the messages, so the package's files are always installed.
 if(NOT WITH_PYTHON MATCHES "^(AUTO|ON|OFF)$")
-  message(FATAL_ERROR "WITH_PYTHON=${WITH_PYTHON}, but it has to be AUTO, ON or OFF")
+  message(FATAL_ERROR "WITH_PYTHON=${WITH_PYTHON}, but it must be AUTO, ON or OFF")
 endif()
 
 set(DTSDF_PYTHON OFF)
-# An interpreter without sanitizer cannot load a module built with one.
+# An interpreter without a sanitizer cannot load a module that was built with one.
 if(WITH_PYTHON STREQUAL "OFF")
   set(python_state "not wanted")
 elseif(WITH_SANITIZER OR WITH_FUZZERS)
-  set(python_state "there is none with a sanitizer")
+  set(python_state "not built with a sanitizer")
 else()
-  # catkin and pip set the interpreter. find_package(Python3) would leave pybind11 half its results.
+  # catkin and pip set PYTHON_EXECUTABLE. find_package(Python3) would set only some of the variables
+  # that pybind11 reads.
   if(PYTHON_EXECUTABLE)
     set(DTSDF_PYTHON_EXECUTABLE ${PYTHON_EXECUTABLE})
   else()
@@ -19,7 +20,8 @@ else()
     set(DTSDF_PYTHON_EXECUTABLE ${DTSDF_PYTHON3})
     set(PYTHON_EXECUTABLE ${DTSDF_PYTHON3})
   endif()
-  # Replaces pybind11's search by CMake's modules, which other ROS packages have run in part.
+  # Replaces pybind11's search through CMake's modules, parts of which other ROS packages have
+  # already run.
   set(python_includes)
   set(numpy_missing 1)
   if(DTSDF_PYTHON_EXECUTABLE)
@@ -34,7 +36,7 @@ print(folder if os.path.exists(folder + '/Python.h') else '', end='')"
                     OUTPUT_QUIET ERROR_QUIET)
   endif()
   if(python_includes)
-    set(PYBIND11_NOPYTHON ON)  # its headers are wanted, nothing else
+    set(PYBIND11_NOPYTHON ON)  # only its headers are needed
     find_package(pybind11 QUIET CONFIG)
   endif()
   set(python_state)
@@ -59,7 +61,7 @@ print(folder if os.path.exists(folder + '/Python.h') else '', end='')"
 endif()
 if(WITH_PYTHON STREQUAL "ON" AND NOT DTSDF_PYTHON)
   message(FATAL_ERROR "WITH_PYTHON=ON, but the Python module cannot be built (${python_state}): install "
-                      "what is missing, choose another Python by -DPYTHON_EXECUTABLE=/usr/bin/python3, or "
+                      "what is missing, choose another Python with -DPYTHON_EXECUTABLE=/usr/bin/python3, or "
                       "build with WITH_PYTHON=OFF.")
 endif()
 message(STATUS "dtsdf_mapping: Python module ${DTSDF_PYTHON} (WITH_PYTHON=${WITH_PYTHON}; ${python_state})")

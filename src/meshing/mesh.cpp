@@ -116,7 +116,7 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
   BlockJoiner joiner;
   Outline outline;
   mesh.origin_m = originOf(bounds, voxel_size_m_);
-  // Reserves enough to never reallocate. Memory that is never touched costs nothing.
+  // Reserves so much that nothing is reallocated. Memory that is never touched costs nothing.
   mesh.vertices_m.reserve(vertices);
   mesh.normals.reserve(vertices);
   mesh.triangles.reserve(triangles + vertices);  // a hole of n vertices adds n - 2

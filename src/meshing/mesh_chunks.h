@@ -1,4 +1,4 @@
-/// The chunks that a mesh consists of, and those that changed since they were sent.
+/// The chunks of a mesh, and which of them changed since they were sent.
 #pragma once
 
 #include <algorithm>

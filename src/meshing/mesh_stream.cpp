@@ -53,7 +53,7 @@ BlockJoiner::BlockJoiner() {
 }
 
 const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
-  // Only an edge's owner and the owner's lower neighbours list it: no block after the owner does.
+  // Only an edge's owner and the owner's lower neighbours list the edge, so no later block does.
   const PackedKey key = packKey(block.key);
   shared_edges_.erase(shared_edges_.begin(), shared_edges_.lower_bound(key));
   shared_sides_.erase(shared_sides_.begin(), shared_sides_.lower_bound(key));
@@ -73,7 +73,7 @@ const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
   return joined_;
 }
 
-/// Sets the numbers that earlier blocks gave to edges which this block may list.
+/// Sets the numbers that earlier blocks gave to edges that this block may list.
 void BlockJoiner::open(const BlockKey& block) {
   for (int n = 0; n < kCornerBlocks; ++n) {
     Owner& owner = owners_[n];
@@ -84,8 +84,7 @@ void BlockJoiner::open(const BlockKey& block) {
   }
 }
 
-/// Saves, for later blocks, the edges that this block was the first to list. Its own edges (n = 0)
-/// are left out: no later block lists them.
+/// Saves edges that this block was the first to list. No later block lists its own edges (n = 0).
 void BlockJoiner::close(const BlockKey& block) {
   for (int n = 0; n < kCornerBlocks; ++n) {
     Owner& owner = owners_[n];
@@ -106,7 +105,7 @@ uint32_t BlockJoiner::numberOf(const BlockMesh& block, uint32_t edge) {
     return packKey(block.key + cornerBlockOffset(ownedEdges()[end].owner));
   };
   const PackedKey last = std::min(ownerOf(first), ownerOf(second));
-  // This includes midpoints inside the block: both units that share the side list them.
+  // Midpoints inside the block are included, as both units that share the side list them.
   return shared_sides_[last].emplace(uint64_t{low} << 32 | high, next_).first->second;
 }
 
@@ -138,9 +137,9 @@ namespace {
 /// Vertices are output and dropped at least this many at a time.
 constexpr size_t kVerticesAtOnce = 65536;
 
-/// Removes blocks from the front of a list while their key, `distance` blocks farther along each
-/// axis, still comes before `key`. @return the number of vertices up to the last block removed;
-/// `before` if there was none.
+/// Removes blocks from the front of a list while the block `distance` farther along each axis still
+/// comes before `key`. @return the number of vertices up to the end of the last removed block;
+/// `before` if there is none.
 template <class Blocks>
 uint64_t dropPassedBlocks(Blocks& blocks, int32_t distance, PackedKey key, uint64_t before) {
   const Vec3i beyond{distance, distance, distance};
@@ -183,7 +182,7 @@ void MeshStream::add(const BlockMesh& block) {
   open_.push_back({block.key, end()});
   needed_.push_back({block.key, end()});
   // Only adjacent blocks, at most one step apart on each axis, list the same vertex. Outlines are
-  // followed from vertices not yet written to those of adjacent blocks.
+  // followed from vertices that are not yet written into adjacent blocks.
   const PackedKey key = packKey(block.key);
   closed_ = dropPassedBlocks(open_, 1, key, closed_);
   if (closed_ < written_ + kVerticesAtOnce) return;
@@ -210,7 +209,7 @@ void MeshStream::addVertex(const BlockMesh& block, size_t i) {
       positionFrom(window_.origin_m, positions_.positionInMap(block.key, block.vertices[i])));
   window_.normals.push_back({0.0f, 0.0f, 0.0f});
   outline_.addVertex(outlineKind(block.vertices[i]));
-  // A block meshed before the map was first painted has no colours: its vertices are unpainted.
+  // A block that was meshed before the map was first painted has no colours.
   if (is_painted_) {
     window_.colours.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);
   }

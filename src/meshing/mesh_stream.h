@@ -1,5 +1,5 @@
-/// Joins the meshes of blocks: merges the vertices that neighbouring blocks repeat, computes vertex
-/// normals, and can output the mesh in pieces if it does not fit into memory.
+/// Joins the meshes of blocks: merges the vertices that neighbouring blocks repeat, and computes
+/// vertex normals. A mesh that does not fit into memory can be output in pieces.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ inline std::array<double, 3> originOf(const BlockExtent& bounds, double voxel_si
   return is_near ? std::array<double, 3>{0.0, 0.0, 0.0} : middle_m;
 }
 
-/// Converts a position in W to one of a mesh with this origin.
+/// Converts a position in W to one relative to a mesh's origin.
 inline Vec3f positionFrom(const std::array<double, 3>& origin_m, const std::array<double, 3>& p_W) {
   return {static_cast<float>(p_W[0] - origin_m[0]), static_cast<float>(p_W[1] - origin_m[1]),
           static_cast<float>(p_W[2] - origin_m[2])};
@@ -45,13 +45,12 @@ inline Vec3f positionFrom(const std::array<double, 3>& origin_m, const std::arra
 /// A block's vertices in the joined mesh.
 struct JoinedBlock {
   std::vector<uint32_t> number;  ///< Number of each vertex in the joined mesh.
-  std::vector<uint32_t> fresh;   ///< Vertices new with this block, in the order of numbers.
-  std::vector<Vec3f> faced;      ///< The way each vertex's edge faces, see facingSteps().
+  std::vector<uint32_t> fresh;   ///< Vertices that no earlier block has, by number.
+  std::vector<Vec3f> faced;      ///< The facing of each vertex's edge; see facingSteps().
 };
 
-/// Numbers the vertices of blocks, which must be added in order of their packed keys. Remembers
-/// only the vertices that later blocks may share, so that even a mesh that fills the memory can be
-/// joined.
+/// Numbers the vertices of blocks, which must be added in order of their packed keys. To save
+/// memory, remembers only the vertices that later blocks may share.
 class BlockJoiner {
  public:
   BlockJoiner();
@@ -60,11 +59,11 @@ class BlockJoiner {
   const JoinedBlock& add(const BlockMesh& block);
 
  private:
-  /// An edge that several blocks share: its index among the edges on its owner's lower faces, and
-  /// the number of the vertex on it.
+  /// A vertex on an edge that several blocks share: the edge's index among those on its owner's
+  /// lower faces, and the vertex's number.
   using SharedEdge = std::pair<uint16_t, uint32_t>;
 
-  /// Shared edges of one owner while a block is added: of that block or one of its upper
+  /// Shared edges of one owner: of the block that is being added, or of one of its upper
   /// neighbours.
   struct Owner {
     std::vector<uint32_t> number;   ///< Vertex number by edge index; all kNone between calls.
@@ -79,8 +78,8 @@ class BlockJoiner {
 
   uint32_t next_ = 0;  ///< Number of the next new vertex.
   JoinedBlock joined_;
-  /// Vertices that several blocks may list, by the last block that may do so: those on edges, and
-  /// midpoints of sides by the numbers of their two ends, the lower one in the upper 32 bits.
+  /// Vertices that several blocks may list, by the key of the last such block: those on edges, and
+  /// midpoints by the numbers of their two ends, the lower one in the upper 32 bits.
   std::map<PackedKey, std::vector<SharedEdge>> shared_edges_;
   std::map<PackedKey, std::unordered_map<uint64_t, uint32_t>> shared_sides_;
   std::array<Owner, kCornerBlocks> owners_;  ///< Indexed like cornerBlockOffset().
@@ -88,11 +87,12 @@ class BlockJoiner {
   std::array<uint32_t, kGridEdges> number_of_edge_ = {};
 };
 
-/// Adds the area-weighted normal of a block's triangle to the normals of its vertices `t`; `corner`
-/// points to its three indices in the block. At the rim of the measured surface anchoring may fold
-/// a triangle: it then faces against its edges, as no triangle with vertices on its edges does, and
-/// its normal is reversed. Positions are relative to the block, so they are equally accurate
-/// anywhere in the map.
+/// Adds the area-weighted normal of a block's triangle to the normals of its vertices. At the rim
+/// of the measured surface, anchoring may fold a triangle over. Its normal then points against the
+/// facings of its edges, and is reversed. Positions are relative to the block, so the normal is
+/// equally accurate anywhere in the map.
+/// @param corner Points to the triangle's three indices in the block.
+/// @param t The same vertices in the joined mesh.
 inline void addNormal(const BlockMesh& block, const JoinedBlock& joined, const uint16_t* corner,
                       const std::array<uint32_t, 3>& t, std::vector<Vec3f>& normals) {
   const uint16_t a = corner[0], b = corner[1], c = corner[2];
@@ -109,15 +109,14 @@ Outline::Kind outlineKind(const BlockVertex& vertex);
 /// Normalises sums of normals; a sum of 0 becomes (0, 0, 1).
 void makeUnit(std::vector<Vec3f>& normals);
 
-/// Joins blocks that are added in order of their packed keys. Keeps only the vertices that later
-/// blocks may share or that outlines through them may reach. Outputs the same vertices and
+/// Joins blocks that are added in order of their packed keys. Keeps only vertices that later blocks
+/// may share, or that outlines through later blocks may reach. Outputs the same vertices and
 /// triangles as MeshStore::assemble(), in the same order.
 class MeshStream {
  public:
-  /// Receives the mesh.
   struct Sink {
-    std::function<void(const Mesh& piece)> vertices;  ///< Receives vertices only.
-    /// Receives vertex numbers in the whole mesh, sometimes before the vertices themselves.
+    std::function<void(const Mesh& piece)> vertices;  ///< Receives the next vertices.
+    /// Receives the vertex numbers of a triangle, sometimes before these vertices.
     std::function<void(const std::array<uint32_t, 3>&)> triangle;
   };
 
@@ -127,13 +126,13 @@ class MeshStream {
 
   void add(const BlockMesh& block);
 
-  /// Outputs the rest.
+  /// Outputs the rest. Call this after the last block.
   void finish();
 
  private:
   struct AddedBlock {
     BlockKey key;
-    uint64_t end;  ///< Number of vertices in all blocks up to this one.
+    uint64_t end;  ///< Number of vertices up to the end of this block.
   };
 
   uint64_t end() const { return first_ + window_.vertices_m.size(); }

@@ -84,8 +84,9 @@ class ChunkPacker {
   }
 
  private:
-  /// Rounds relative to the block. Blocks that repeat a vertex have the same position, shifted by
-  /// whole voxels, which are added exactly. In double a position in steps is exact too.
+  /// Rounds relative to the block. If blocks repeat a vertex, its positions in them differ by whole
+  /// voxels, which are added exactly, so all get the same result. In double, a position in steps is
+  /// exact, too.
   uint16_t stepsOf(int voxel, float position) const {
     const double steps = static_cast<double>(position) * steps_per_voxel_ + 0.5;
     const auto truncated = static_cast<int>(steps);
@@ -132,7 +133,7 @@ class ChunkPacker {
     }
   }
 
-  /// Vertices that no image has seen get the same colour as in files.
+  /// Unpainted vertices get the same colour as in mesh files.
   void addColours() {
     Mesh mesh;
     mesh.colours = std::move(colours_);

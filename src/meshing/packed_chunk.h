@@ -1,6 +1,6 @@
 /// A chunk of the mesh in compact form, as it is sent. Positions are whole steps of a lattice that
-/// all chunks of a map share, so that neighbouring chunks meet without cracks. Chunks can be
-/// coarsened, to be viewed from far away.
+/// all chunks of a map share, so that neighbouring chunks meet without cracks. For views from far
+/// away, chunks can be coarsened.
 #pragma once
 
 #include <array>
@@ -15,8 +15,9 @@ namespace dtsdf {
 /// The positions that chunk vertices may have: multiples of a step along each axis of W. The edge
 /// of a voxel is 2^n steps long.
 struct ChunkLattice {
-  /// A chunk has `chunk_blocks` blocks along each edge. A voxel has 512 steps, or fewer, so that 16
-  /// bits span the chunk and the two voxels by which vertices may lie beyond it.
+  /// A voxel has 512 steps, or fewer if 16 bits could not span the chunk and two voxels more on
+  /// each side, by which vertices may lie beyond it.
+  /// @param chunk_blocks Number of blocks along each edge of a chunk.
   ChunkLattice(float voxel_size_m, int chunk_blocks);
 
   int chunk_blocks;
@@ -46,8 +47,8 @@ struct PackedChunk {
 PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const BlockKey& corner,
                       const std::vector<PackedKey>& blocks);
 
-/// Checks a chunk from outside: the lengths of its arrays, its indices and its origin, on which the
-/// functions below rely. @throws std::runtime_error that says what is wrong.
+/// Checks a received chunk: the lengths of its arrays, its indices and its origin. The functions
+/// below rely on these. @throws std::runtime_error that says what is wrong.
 void checkChunk(const PackedChunk& chunk);
 
 /// Checks a lattice's step. @throws std::runtime_error that says what is wrong.
@@ -64,10 +65,11 @@ Vec3f normalOfPacked(int16_t u, int16_t v);
 /// Unpacks a chunk. Positions become floats relative to the chunk's origin.
 Mesh unpackChunk(const PackedChunk& chunk, double step_m);
 
-/// Merges the vertices that lie in one cell and face the same of six ways, so that both sides of a
-/// thin object stay apart. Cells are cubes of 2^cell_log2 steps, the same for all chunks. A vertex
-/// moves to the middle of its cell, shifted by a quarter of a cell the way it faces, so that
-/// neighbouring chunks still meet. Triangles that lose their area are dropped.
+/// Merges the vertices in a cell whose normals are closest to the same of the directions +-x, +-y
+/// and +-z; so both sides of a thin object stay apart. Cells are cubes of 2^cell_log2 steps on the
+/// map's lattice. Merged vertices lie at the middle of their cell, shifted by a quarter of a cell
+/// in their direction. So neighbouring chunks still meet, unless a position must be clamped to 16
+/// bits. Triangles that collapse are dropped.
 PackedChunk coarsen(const PackedChunk& chunk, int cell_log2);
 
 }  // namespace dtsdf

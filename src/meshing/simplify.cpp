@@ -47,10 +47,10 @@ constexpr size_t kReportEach = 4096;
 /// Share of the gap between two opposing surfaces that each of them may use.
 constexpr double kShareBetween = 0.45;
 
-/// Errors up to this many mean edges are common: gaps are first measured only as far as these need.
+/// Most errors are below this number of mean edges, so gaps are first measured only for these.
 constexpr double kNearEdges = 2.0;
 
-/// Surfaces whose normals differ by more than this face each other: cosine of 105 degrees.
+/// Surfaces whose normals have a cosine below this (about 105 degrees) face each other.
 constexpr float kOpposite = -0.25f;
 
 /// How far each vertex may move before surfaces that face each other could meet: almost half its
@@ -66,7 +66,7 @@ class Tolerances {
         tree_(mesh.vertices_m, mesh.triangles),
         tolerance_m_(mesh.vertices_m.size(), kUnknown) {}
 
-  /// How far a vertex may move within an error.
+  /// How far a vertex may move, but at most `error_m`.
   double within(uint32_t vertex, double error_m) {
     float& tolerance_m = tolerance_m_[vertex];
     if (tolerance_m == kUnknown) tolerance_m = measure(vertex, near_m_);
@@ -89,7 +89,7 @@ class Tolerances {
   const Mesh& mesh_;
   const double near_m_, max_error_m_;
   const SurfaceTree tree_;
-  SurfaceTree::Hint hint_ = SurfaceTree::kNoHint;  ///< Consecutive vertices tend to be neighbours.
+  SurfaceTree::Hint hint_ = SurfaceTree::kNoHint;  ///< From the last vertex, often a neighbour.
   /// Per vertex. Infinite: not measured yet; negative: no gap is narrow enough to limit errors up
   /// to near_m_.
   std::vector<float> tolerance_m_;
@@ -149,8 +149,8 @@ class TriangleFans {
     return is_closed;
   }
 
-  /// Whether the surface stays manifold when u, with these wings, merges into v: the only
-  /// neighbours they share must be those of the two triangles between them.
+  /// Whether the surface stays manifold if u, with these wings, merges into v. There must be two
+  /// triangles between u and v, and no other common neighbours than theirs.
   bool keepsManifold(uint32_t u, const std::vector<Wing>& wings, uint32_t v) {
     list(v, wings_);
     ++stamp_;
@@ -164,7 +164,7 @@ class TriangleFans {
     return common == 2 && between == 2;
   }
 
-  /// Removes the triangles between u and v, and gives the others of u to v.
+  /// Removes the triangles between u and v, and assigns the others of u to v.
   void merge(uint32_t u, const std::vector<Wing>& wings, uint32_t v) {
     for (const Wing& wing : wings) {
       Triangle& corners = faces_[wing.triangle].corners;
@@ -200,15 +200,15 @@ class TriangleFans {
   std::vector<Wing> wings_;
 };
 
-/// The largest angle by which a triangle may turn in a merge: cosine of 70 degrees.
+/// Cosine of the largest angle by which a triangle may turn in a merge, 70 degrees.
 constexpr float kMinTurn = 0.34f;
 
 /// The smallest height of a triangle, as a share of its longest side.
 constexpr float kMinHeight = 0.01f;
 
 /// Merges vertices into their neighbours. Each removed vertex is assigned to a triangle close
-/// enough to it; a later merge that changes this triangle must find one close enough among the new
-/// ones.
+/// enough to it. A later merge that changes this triangle is made only if one of the new triangles
+/// is close enough.
 class Collapser {
  public:
   /// The mesh must outlive this object.
@@ -242,8 +242,9 @@ class Collapser {
     for (State& state : states_) state.tried = kNone;
   }
 
-  /// The neighbour that a vertex merges into at the lowest cost, as of the last change of the
-  /// triangles at the vertex; the vertex itself if that costs too much or was already tried.
+  /// The neighbour into which a vertex merges at the lowest cost; the vertex itself if that costs
+  /// too much or has already failed. Costs are computed again only when the triangles at the vertex
+  /// have changed.
   uint32_t cheapest(uint32_t vertex, double error_m) {
     State& state = states_[vertex];
     if (state.tried == state.changes) return vertex;  // nothing has changed since
@@ -251,8 +252,7 @@ class Collapser {
     return state.cost > error_m * error_m ? vertex : state.to;
   }
 
-  /// Merges u into v. @return false, and change nothing, if that would exceed the error or damage
-  /// the surface.
+  /// Merges u into v. @return false if that would exceed the error or damage the surface.
   bool tryMerge(uint32_t u, uint32_t v, double error_m) {
     fans_.list(u, wings_);
     const bool is_neighbour =
@@ -293,7 +293,7 @@ class Collapser {
   }
 
   /// The largest distance of a removed vertex from the simplified mesh. Point::off_m is an upper
-  /// bound of it, so only a few distances have to be measured.
+  /// bound of each distance, so only a few have to be measured.
   double largestDistance_m(const Mesh& simple) const {
     const SurfaceTree tree(simple.vertices_m, simple.triangles);
     double largest_m = 0.0;
@@ -307,11 +307,12 @@ class Collapser {
  private:
   static constexpr uint32_t kNone = TriangleFans::kNone;
 
-  /// A vertex, for when it is removed. `next` is the next vertex assigned to the same triangle.
+  /// A vertex of the original mesh. Once it is removed, `next` is the next vertex assigned to the
+  /// same triangle.
   struct Point {
     Vec3f p, normal;
     uint32_t next;
-    float off_m;  ///< Distance from its triangle when that was assigned.
+    float off_m;  ///< Distance from its triangle; 0 until it is removed.
   };
   struct State {
     double cost;
@@ -356,7 +357,7 @@ class Collapser {
     }
   }
 
-  /// Whether no remaining triangle turns too far or becomes too thin.
+  /// Whether none of the triangles that a merge keeps turns too far or becomes too thin.
   bool keepsOrientation(uint32_t v) const {
     for (const Wing& wing : wings_) {
       if (wing.from == v || wing.to == v) continue;
@@ -374,8 +375,8 @@ class Collapser {
     return true;
   }
 
-  /// Assigns u and the removed vertices at its triangles to triangles as they would be after the
-  /// merge; false if one of them has no triangle close enough.
+  /// Finds triangles, as they would be after the merge, for u and the removed vertices assigned to
+  /// its triangles. @return false if no triangle is close enough to one of these.
   bool reassignVertices(uint32_t u, uint32_t v, double error_m) {
     moves_.clear();
     new_wings_.clear();
@@ -439,8 +440,8 @@ class Collapser {
   std::vector<std::tuple<uint32_t, uint32_t, float>> moves_;
 };
 
-/// Errors per decade. A mesh is simplified within one after the other, up to the requested error: a
-/// larger error always continues from the result of a smaller one.
+/// Errors per decade. A mesh is simplified with one after the other, up to the requested error, so
+/// a larger error always continues from the result of a smaller one.
 constexpr double kStepsOfDecade[] = {1.0, 1.5, 2.0, 3.0, 5.0, 7.0};
 
 /// Errors below this share of the mean edge remove hardly any vertex.
@@ -454,10 +455,10 @@ constexpr double kMinGain = 0.1;
 /// If one error removes no more than this share of the vertices, larger ones are not tried.
 constexpr double kEndGain = 1e-3;
 
-/// Errors are limited to this many mean edges: no triangle is that large.
+/// Errors are limited to this number of mean edges.
 constexpr double kMaxEdges = 24.0;
 
-/// Errors below this many mean edges may be too small to remove anything, so kEndGain does not
+/// Errors below this number of mean edges may be too small to remove anything, so kEndGain does not
 /// apply to them.
 constexpr double kSmallShareOfEdge = 3.0;
 
@@ -469,7 +470,7 @@ double meanEdge_m(const Mesh& mesh) {
   return sum_m / static_cast<double>(mesh.triangles.size());
 }
 
-/// The errors to go through. The requested error decides only where they end.
+/// The errors to simplify with, in order. Only their end depends on the requested error.
 std::vector<double> errorsUpTo(double max_error_m, double mean_edge_m) {
   const double first_m = std::min(kFirstShareOfEdge * mean_edge_m, max_error_m);
   std::vector<double> errors;
@@ -488,9 +489,9 @@ std::vector<double> errorsUpTo(double max_error_m, double mean_edge_m) {
   }
 }
 
-/// Merges vertices within an error. Each pass chooses all merges before it makes the first one:
-/// choosing each after the one before it would turn a plane into slivers. Merges are made in the
-/// order of the vertices, since neighbours are close in memory.
+/// Merges vertices within an error. Each pass chooses all merges before it makes the first one;
+/// otherwise planes would become slivers. Merges are made in the order of the vertices, since
+/// neighbours are close in memory.
 /// @param live Vertices that may still be removed.
 template <class Report>
 void simplifyWithin(double error_m, Collapser& collapser, std::vector<uint32_t>& live,

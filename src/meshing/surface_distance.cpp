@@ -31,7 +31,7 @@ double squaredDistanceOfSegment(const Vec3f& p, const Vec3f& a, const Vec3f& b) 
 
 }  // namespace
 
-// Inside the triangle's prism it is the distance from its plane, else from the nearest side.
+// If p projects into the triangle, this is the distance from its plane, else from a side.
 double squaredDistanceOfTriangle(const Vec3f& p, const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   const Vec3f n = cross(b - a, c - a);
   const float area = dot(n, n);
@@ -60,7 +60,7 @@ SurfaceTree::SurfaceTree(const std::vector<Vec3f>& vertices_m,
   split(items, 0, 0, static_cast<uint32_t>(items.size()), triangles);
 }
 
-/// Splits at the median of the triangles' places, along the longest side of their bounding box.
+/// Splits at the median of the triangles' places, along the axis where these extend farthest.
 void SurfaceTree::split(std::vector<Item>& items, uint32_t node, uint32_t begin, uint32_t end,
                         const std::vector<Triangle>& triangles) {
   if (end - begin <= kLeafTriangles) {

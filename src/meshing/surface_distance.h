@@ -45,7 +45,7 @@ class SurfaceTree {
 
   using Triangle = std::array<uint32_t, 3>;
 
-  /// A triangle, and the sum of its corners, by which triangles are split.
+  /// A triangle and the sum of its corners, by which nodes are split.
   struct Item {
     Vec3f place;
     uint32_t triangle;

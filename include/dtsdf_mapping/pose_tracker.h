@@ -47,8 +47,8 @@ class PoseTracker {
   /// search began. None before the first frame.
   std::optional<Eigen::Isometry3d> lastPose() const;
 
-  /// The pose predicted for a time after the last frame; none before the first frame and while the
-  /// camera is lost.
+  /// The pose predicted for a time after the last frame; none before the first frame, while the
+  /// camera is lost, and between setPose() and the next frame.
   std::optional<Eigen::Isometry3d> poseAt(double stamp_s) const;
 
   /// Whether the camera is lost.

@@ -1,8 +1,8 @@
-/// Anchors: where a surface was measured, near a corner of the grid.
+/// Anchors: points near a corner of the grid at which its surface was measured.
 ///
-/// A voxel's distance extends its plane beyond the end of what was measured, so the distance alone
-/// would continue the surface there. The anchor is the measured point nearest to the corner's foot
-/// on the plane, relative to the corner. Vertices are pulled towards it (meshing/anchoring.h).
+/// In one frame, this is the measured point nearest to the corner's foot; over frames, it is a
+/// weighted mean. The distance alone would extend a surface past the end of what was measured, so
+/// vertices are pulled towards anchors (meshing/anchoring.h).
 #pragma once
 
 #include "kernels/core/vec.h"
@@ -12,7 +12,8 @@ namespace dtsdf {
 /// Largest offset of an anchor from its corner along each axis, in voxels.
 constexpr float kAnchorReach = 1.0f;
 
-/// An anchor is a number from 1 to 40^3: an offset from the corner, in 40 steps along each axis.
+/// An anchor is stored as a number from 1 to 40^3: the offset from the corner in 40 steps along
+/// each axis.
 constexpr uint16_t kNoAnchor = 0;
 constexpr int32_t kAnchorSteps = 40;
 constexpr float kStepsPerVoxel = kAnchorSteps / (2.0f * kAnchorReach);
@@ -39,30 +40,30 @@ DTSDF_HD Vec3f anchorOffset(uint16_t anchor) {
           offset(steps / (kAnchorSteps * kAnchorSteps))};
 }
 
-// The key of a measured point near a corner. The point nearest to the corner's foot has the largest
-// key, so atomic maxima find it in any order. The key has 8 bits of nearness, in rings of equal
-// area, and 8 bits of offset for each axis. A point whose offset does not fit has the key 0.
+// A measured point near a corner is packed into a key: 8 bits of nearness to the corner's foot, in
+// equal steps of squared distance, then 8 bits of offset for each axis. The nearest point has the
+// largest key, so atomic maxima find it in any order. A point farther than kAnchorReach along an
+// axis has the key 0.
 
 constexpr float kPointSteps = 127.0f;
-constexpr float kPointRings = 84.0f;  ///< Per squared voxel; the largest squared distance is 3.
+constexpr float kPointRings = 84.0f;  ///< Per squared voxel; squared distances are at most 3.
 
 /// Bit position of an axis's offset in the key.
 DTSDF_HD int pointShift(int axis) { return 16 - 8 * axis; }
 
-/// Packs the offset along one axis. @pre It is in [-kAnchorReach, kAnchorReach], so that the
-/// rounded number is positive.
+/// Packs an offset in [-kAnchorReach, kAnchorReach] along one axis into 8 bits.
 DTSDF_HD uint32_t packPoint(float offset) {
   return static_cast<uint32_t>(static_cast<int32_t>(offset * kPointSteps + 128.5f));
 }
 
-/// Packs the squared distance from the foot, in [0, 3], as the key's nearness.
+/// The nearness in a key, from the point's squared distance to the foot.
 DTSDF_HD uint32_t packNearness(float squared_distance) {
   const float rings = minimum(maximum(squared_distance, 0.0f) * kPointRings, 255.0f);
   return (255u - static_cast<uint32_t>(static_cast<int32_t>(rings))) << 24;
 }
 
 /// Key of the point at `offset` from a corner; `plane_distance` is the corner's distance from the
-/// point's plane. The components of `offset` may be in any order, that of `shifts`.
+/// point's plane. `shifts` holds the pointShift() of each component of `offset`.
 DTSDF_HD uint32_t pointKey(const Vec3f& offset, const Vec3i& shifts, float plane_distance) {
   const float farthest = maximum(maximum(fabsf(offset.x), fabsf(offset.y)), fabsf(offset.z));
   const uint32_t key = packNearness(dot(offset, offset) - plane_distance * plane_distance) |

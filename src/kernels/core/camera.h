@@ -1,4 +1,4 @@
-/// The pinhole camera, and the local frame that an image is fused in.
+/// A frame's pinhole camera and its local frame.
 #pragma once
 
 #include "dtsdf_mapping/pinhole.h"
@@ -25,7 +25,8 @@ DTSDF_HD int64_t pixelIndex(const FrameView& frame, const Pixel& pixel) {
   return static_cast<int64_t>(pixel.v) * frame.width + pixel.u;
 }
 
-/// The point on a pixel's ray at depth z_m, in the camera's optical frame, in metres.
+/// The point on a pixel's ray at depth z_m, in the camera's optical frame, in metres. (u_px, v_px)
+/// is measured from the centre of the first pixel.
 DTSDF_HD Vec3f backProject(const Intrinsics& K, float u_px, float v_px, float z_m) {
   return {(u_px - K.cx) / K.fx * z_m, (v_px - K.cy) / K.fy * z_m, z_m};
 }
@@ -33,7 +34,7 @@ DTSDF_HD Vec3f backProject(const Intrinsics& K, float u_px, float v_px, float z_
 /// A voxel's position in the image; valid only if the depth is positive.
 struct VoxelInImage {
   float depth_m;
-  float u, v;  ///< In pixels, from the corner of the first, whose centre is (0.5, 0.5).
+  float u, v;  ///< In pixels; the centre of the first pixel is at (0.5, 0.5).
 };
 
 /// Projects a point of the local frame, given in voxels.
@@ -43,7 +44,7 @@ DTSDF_HD VoxelInImage projectToImage(const FrameView& frame, const Vec3f& p_L) {
   return {p_C.z, K.fx * p_C.x / p_C.z + K.cx + 0.5f, K.fy * p_C.y / p_C.z + K.cy + 0.5f};
 }
 
-/// Bounding box, in the image and in depth, of a body's projected corners.
+/// Bounding box of projected corners, in the image and in depth.
 struct ProjectedBounds {
   float near_m, far_m;
   float left, right, top, bottom;  ///< In pixels, as in VoxelInImage.
@@ -57,8 +58,8 @@ DTSDF_HD ProjectedBounds unite(const ProjectedBounds& a, const ProjectedBounds& 
           maximum(a.right, b.right),   minimum(a.top, b.top),     maximum(a.bottom, b.bottom)};
 }
 
-/// Whether a frame may see part of a ball, given in voxels in the local frame; false only if the
-/// whole ball is outside the image.
+/// Whether part of a ball may be in the image; false only if none is. `middle` is in the local
+/// frame, lengths are in voxels.
 DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3f& middle, float radius) {
   const Vec3f p = rotateInverse(frame.T_L_C, middle - frame.T_L_C.t);
   const float z = p.z + radius;
@@ -69,7 +70,7 @@ DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3f& middle, float rad
   const float top = (-1.0f - K.cy) / K.fy;
   const float bottom = (static_cast<float>(frame.height) - K.cy) / K.fy;
   const auto reaches = [&](float at, float low, float high) {
-    // A ray at slope `low` is leftmost at depth z if low < 0, else at the nearest depth, 0.
+    // Over depths from 0 to z, a ray of slope `low` is leftmost at z if low < 0, else at 0.
     return at + radius >= minimum(low, 0.0f) * z && at - radius <= maximum(high, 0.0f) * z;
   };
   return reaches(p.x, left, right) && reaches(p.y, top, bottom);

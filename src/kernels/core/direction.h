@@ -10,8 +10,8 @@ constexpr int kDirectionCount = 6;
 /// All directions as a mask, bit d for direction d.
 constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
 
-/// sin(pi/8): a normal belongs to direction D if its cosine to v_D exceeds this (paper, Sec. III).
-/// An axis-aligned normal belongs to one direction, any other to at most three.
+/// sin(pi/8): a normal belongs to direction D if its cosine to v_D exceeds this (paper, Sec. III),
+/// so to at most three directions.
 constexpr float kDirectionThreshold = 0.38268343f;
 
 DTSDF_HD int directionAxis(int direction) { return direction >> 1; }
@@ -59,7 +59,7 @@ DTSDF_HD uint32_t directionMask(const DirectionSet& set) {
   return mask;
 }
 
-/// Calls visit(direction) for each direction of a mask, in ascending order. The GPU's loop can be
+/// Calls visit(direction) for each direction of a mask, in ascending order. On the GPU the loop is
 /// unrolled, so that arrays indexed in visit() stay in registers.
 template <class Visit>
 DTSDF_HD void visitDirections(uint32_t mask, const Visit& visit) {

@@ -35,7 +35,7 @@ DTSDF_HD BlockKey unpackKey(PackedKey packed) {
           static_cast<int32_t>((packed >> 42) & mask) - offset};
 }
 
-/// Finaliser of a 64-bit hash; spreads neighbouring keys over the whole table.
+/// The 64-bit finaliser of MurmurHash3; spreads neighbouring keys over the whole table.
 DTSDF_HD uint64_t hashKey(PackedKey key) {
   key ^= key >> 33;
   key *= 0xff51afd7ed558ccdULL;
@@ -45,8 +45,7 @@ DTSDF_HD uint64_t hashKey(PackedKey key) {
   return key;
 }
 
-/// The arithmetic shift rounds towards minus infinity, on every supported compiler even before
-/// C++20.
+/// Rounds towards minus infinity: all supported compilers shift negative numbers arithmetically.
 DTSDF_HD BlockKey blockOfVoxel(const Vec3i& voxel) {
   return {voxel.x >> kBlockSideLog2, voxel.y >> kBlockSideLog2, voxel.z >> kBlockSideLog2};
 }
@@ -58,7 +57,7 @@ DTSDF_HD Vec3i firstVoxelOfBlock(const BlockKey& key) {
 /// Index of a voxel inside its block, x fastest.
 DTSDF_HD int voxelIndex(int x, int y, int z) { return x + kBlockSide * (y + kBlockSide * z); }
 
-/// Index of a voxel, given in map coordinates, inside its block.
+/// Index of a voxel inside its block, from its coordinates in voxels.
 DTSDF_HD int indexInBlock(const Vec3i& voxel) {
   constexpr int kMask = kBlockSide - 1;
   return voxelIndex(voxel.x & kMask, voxel.y & kMask, voxel.z & kMask);

@@ -1,8 +1,8 @@
 /// Marks functions that compile for the CPU and, under nvcc, for the GPU.
 ///
-/// The rules in kernels/ are written once and run on both backends. To give the same bits on both,
-/// they use only operations that IEEE 754 rounds exactly (+ - * / and square root, floor,
-/// comparisons, conversions), and the build disables the contraction of a * b + c.
+/// The rules in kernels/ run on both backends and must give the same bits. So they use only
+/// operations whose results IEEE 754 defines exactly (+ - * / and square root, floor, comparisons,
+/// conversions), and the build disables the contraction of a * b + c.
 #pragma once
 
 #ifdef __CUDACC__

@@ -10,9 +10,9 @@ struct Vec3d {
   double x, y, z;
 };
 
-/// A box or a ball. Points are tested in the region's unit of length.
+/// A box or a ball in the map frame W. Its lengths and the tested points have the same unit.
 struct RegionView {
-  double R_B_W[9];  ///< Row-major; its rows are the directions of the box's edges.
+  double R_B_W[9];  ///< Row-major; its rows are the directions of the box's edges in W.
   Vec3d center;
   Vec3d half;         ///< Half the box's extents.
   double radius;      ///< Radius of a ball.

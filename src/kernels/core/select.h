@@ -1,5 +1,5 @@
-/// Conditions and functions as operations on values. A rule written with them works on one unit
-/// (here, with float and bool) or on several at once (src/cpu/lanes.h).
+/// Functions in place of branches and operators. A rule written with them works on one unit (here,
+/// with float and bool) or on several at once (src/cpu/lanes.h).
 #pragma once
 
 #include <cmath>
@@ -13,13 +13,13 @@ DTSDF_HD float select(bool condition, float yes, float no) { return condition ? 
 DTSDF_HD int32_t select(bool condition, int32_t yes, int32_t no) { return condition ? yes : no; }
 DTSDF_HD bool select(bool condition, bool yes, bool no) { return condition ? yes : no; }
 DTSDF_HD bool any(bool condition) { return condition; }
-/// Whether to enter a branch that has no effect where the condition is false; false only if it
-/// holds for no unit.
+/// Whether to enter a branch that has no effect where the condition is false. False only if the
+/// condition holds for no unit.
 DTSDF_HD bool shouldBranch(bool condition) { return condition; }
 DTSDF_HD float magnitude(float a) { return fabsf(a); }
 DTSDF_HD float squareRoot(float a) { return sqrtf(a); }
 
-/// The k-th unit's value.
+/// Value of the k-th unit.
 DTSDF_HD float lane(float value, int) { return value; }
 DTSDF_HD int32_t lane(int32_t value, int) { return value; }
 

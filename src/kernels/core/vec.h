@@ -1,4 +1,4 @@
-/// Small vectors for the shared rules: plain structs, since Eigen floods nvcc with warnings.
+/// Small vectors for the rules, as plain structs: Eigen floods nvcc with warnings.
 #pragma once
 
 #include <cmath>
@@ -60,8 +60,8 @@ DTSDF_HD Vec greatestOf(const Vec& a, const Vec& b) {
   return {a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z};
 }
 
-/// Floor of a number that fits in an int32_t. A conversion rounds towards zero; targets such as
-/// x86-64 without SSE 4.1 have no instruction for floorf.
+/// Floor of a number that fits in an int32_t. floorf() is a library call on targets such as x86-64
+/// without SSE 4.1.
 DTSDF_HD int32_t floorToInt(float a) {
   const auto truncated = static_cast<int32_t>(a);
   return truncated - (static_cast<float>(truncated) > a ? 1 : 0);

@@ -1,4 +1,4 @@
-/// A voxel of a directional signed distance field, and a frame's fixed-point sums for it.
+/// A voxel of a directional signed distance field, and the fixed-point sums of a frame for a voxel.
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -6,13 +6,12 @@
 
 namespace dtsdf {
 
-/// The map's knowledge, at a corner of the grid, of one direction's surfaces. All zero: none.
+/// One direction's surface at a corner of the grid. All zero: nothing is known.
 ///
-/// The weight is used for averaging only. The evidence decides whether there is a surface: it
-/// counts frames that supported it less those that contradicted it (fusion/evidence.h). Negative
-/// evidence means that frames saw free space here; it remains when the distance is gone. Weights
-/// are in units of 2^-16 and fit in 24 bits: a frame adds at most 1, and fusion/max_weight is below
-/// 256.
+/// The weight says how much was measured, in units of 2^-16; it fits in 24 bits, as
+/// fusion/max_weight is below 256. The evidence decides whether there is a surface
+/// (fusion/evidence.h). Negative evidence means that frames saw free space here; it remains when
+/// the distance is cleared.
 struct Voxel {
   /// Signed distance, positive in front of the surface, in units of 2^-11 voxels.
   int16_t sdf_units;
@@ -58,24 +57,23 @@ DTSDF_HD int32_t evidenceOf(const Voxel& voxel) {
 /// Whether a voxel holds no distance. It may still hold evidence of free space.
 DTSDF_HD bool isEmpty(const Voxel& voxel) { return weightUnits(voxel) == 0; }
 
-/// Distance and weight at a corner, as meshing needs them; weight 0 if unknown.
+/// Distance in voxels and weight at a corner, for meshing; weight 0 if unknown.
 struct Sample {
   float sdf, weight;
 };
 
-/// A voxel as the mesh sees it: unknown if its evidence is below `min_evidence`.
+/// A voxel's sample; unknown if its evidence is below `min_evidence`.
 DTSDF_HD Sample sampleOf(const Voxel& voxel, int32_t min_evidence) {
   return {sdfOf(voxel), evidenceOf(voxel) >= min_evidence ? weightOf(voxel) : 0.0f};
 }
 
-/// A frame's sums for one voxel, in fixed point so that they do not depend on the order, and the
-/// nearest measured point.
+/// A frame's sums for one voxel, and the measured point nearest to the voxel's foot. In fixed
+/// point, so that the order of additions does not matter.
 ///
 /// Weights are in units of 2^-20 and at most 2^20. Distances are in units of truncation / 2^15, of
-/// magnitude at most 2^15. A pixel adds less than 2^21 to a voxel's weight: a whole pixel at most
-/// 2^20, its subpixels together as much plus rounding, and merged pixels no more than one pixel. An
-/// image has at most kMaxPixels = 2^23 pixels, so |weighted_sdf| < 2^(21+15+23) = 2^59 and weight <
-/// 2^44: neither overflows 64 bits at any image size, range or voxel size.
+/// magnitude at most 2^15. A pixel, whole, merged or subdivided, adds less than 2^21 to a voxel's
+/// weight, and an image has at most kMaxPixels = 2^23 pixels. So |weighted_sdf| < 2^(21+15+23) =
+/// 2^59 and weight < 2^44: neither overflows 64 bits.
 struct VoxelSums {
   int64_t weighted_sdf;
   int64_t weight;
@@ -87,7 +85,7 @@ constexpr int kMaxPixels = 1 << 23;
 constexpr float kWeightScale = 1048576.0f;  // 2^20
 constexpr float kSdfScale = 32768.0f;       // 2^15
 
-/// Rounds a non-negative weight in units of 2^-20.
+/// Rounds a non-negative weight, given in units of 2^-20.
 DTSDF_HD int32_t roundWeight(float weight_units) {
   return static_cast<int32_t>(weight_units + 0.5f);
 }
@@ -98,13 +96,14 @@ DTSDF_HD int32_t quantiseWeight(float weight) { return roundWeight(weight * kWei
 /// Rounds a distance given in units of truncation / 2^15.
 DTSDF_HD int32_t roundSdf(float sdf_units) { return floorToInt(sdf_units + 0.5f); }
 
-/// Rounds a distance given as a share of the truncation, clamped to [-1, 1].
+/// Converts a distance to fixed point. It is given as a share of the truncation, and clamped to
+/// [-1, 1].
 DTSDF_HD int32_t quantiseSdf(float sdf_share) {
   return roundSdf(minimum(maximum(sdf_share, -1.0f), 1.0f) * kSdfScale);
 }
 
-/// The sums of a single sample; `point_key` (anchor.h) is its measured point's. A sample of weight
-/// 0 adds nothing.
+/// The sums of a single sample; `point_key` is the key of its measured point (anchor.h). A sample
+/// of weight 0 adds nothing.
 DTSDF_HD VoxelSums sumsOfSample(int32_t weight, int32_t sdf, uint32_t point_key) {
   return {static_cast<int64_t>(weight) * sdf, weight, weight > 0 ? point_key : 0u, 0};
 }

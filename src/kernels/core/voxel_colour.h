@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// A colour as in images, and how well it was seen. Copied as one word.
+/// A colour, encoded as in the images, and its weight. Aligned, so that it is copied as one word.
 struct alignas(4) VoxelColour {
   uint8_t red, green, blue;
   uint8_t weight;  ///< A code, see colourWeight(); 0: never seen.
@@ -19,7 +19,7 @@ struct alignas(4) VoxelColour {
 constexpr int kBricksPerArray = 8, kBrickSide = kBlockSide / 2;
 constexpr int kVoxelsPerBrick = kVoxelsPerBlock / kBricksPerArray;
 
-/// The brick of a voxel in an array, and its place in the brick; both x fastest.
+/// The brick of a voxel in its array, and the voxel's index in the brick; x fastest in both.
 DTSDF_HD int brickOf(int voxel) { return (voxel >> 2 & 1) | (voxel >> 4 & 2) | (voxel >> 6 & 4); }
 DTSDF_HD int placeInBrick(int voxel) { return (voxel & 3) | (voxel >> 1 & 12) | (voxel >> 2 & 48); }
 DTSDF_HD int voxelInBrick(int brick, int place) {
@@ -27,16 +27,15 @@ DTSDF_HD int voxelInBrick(int brick, int place) {
          (brick & 4) << 6;
 }
 
-/// One of 48 bits, for a block's brick that holds the voxel in a direction.
+/// Bit of the brick that holds a voxel in a direction: one of 48 per block.
 DTSDF_HD uint64_t brickBit(int direction, int voxel) {
   return uint64_t{1} << (kBricksPerArray * direction + brickOf(voxel));
 }
 
 /// Weights from 2^-12 to 15.5 in eight bits: four of exponent, and the highest four of a float's
-/// fraction. Good views weigh a thousand times as much as bad ones, so fine steps of a sixteenth
-/// are worth more than a wider range.
+/// fraction.
 constexpr uint32_t kColourWeightBits = 19;         // low bits of the float that are dropped
-constexpr uint32_t kColourWeightZero = 115u << 4;  // the code of 2^-12, which counts as 0
+constexpr uint32_t kColourWeightZero = 115u << 4;  // upper bits of 2^-12, which counts as 0
 constexpr uint32_t kGreatestColourWeight = 255;
 
 /// The weight of a code.
@@ -60,7 +59,7 @@ DTSDF_HD uint8_t colourWeightCode(float weight) {
 
 DTSDF_HD bool isPainted(const VoxelColour& colour) { return colour.weight != 0; }
 
-/// Whether the difference would show in a mesh.
+/// Whether two colours look different in a mesh.
 DTSDF_HD bool looksDifferent(const VoxelColour& a, const VoxelColour& b) {
   return a.red != b.red || a.green != b.green || a.blue != b.blue || isPainted(a) != isPainted(b);
 }

@@ -7,15 +7,13 @@
 
 namespace dtsdf {
 
-/// The most likely direction of a point's error, a unit vector, if its surface is displaced along
-/// the normal n. This is the direction of C n, where C = I + sigma^2 r r^T is the point's
-/// covariance in voxels: a point may stand for any place within a voxel, and its depth error sigma,
-/// `noise_voxels`, lies along the unit ray r. `ray` is r at any positive length.
+/// The unit vector along which a point's error most likely lies, if its surface is displaced along
+/// the normal n. It has the direction of C n, where C = I + sigma^2 r r^T is the point's covariance
+/// in voxels: a point may represent any place within a voxel, and its depth has the error sigma,
+/// `noise_voxels`, along the unit ray r. `ray` is r at any positive length.
 ///
-/// So an exact point is cast along its normal, and a very noisy one along its ray. Its samples are
-/// then those of its own pixel, and the errors of many images cancel out, even where the plane is
-/// wrong, such as at an edge smoothed by a wide window. (Surfaces 3.5 to 5 m from a Kinect, 20 mm
-/// voxels: RMSE 7.5 mm along the normals, 5.0 along C n.)
+/// So an exact point is cast along its normal, and a very noisy one along its ray, where errors
+/// average out even if the normal is wrong, as at an edge smoothed by a wide window.
 DTSDF_HD Vec3f castDirection(const Vec3f& normal, const Vec3f& ray, float noise_voxels) {
   const float along_ray = noise_voxels * noise_voxels * dot(normal, ray) / dot(ray, ray);
   const Vec3f C_n = normal + along_ray * ray;
@@ -33,12 +31,12 @@ DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const FrameSensing& sensi
   return makeSampleLine(surfel.p_L, surfel.normal_L, direction, sampleReach(noise_voxels, fusion));
 }
 
-/// Components of v along the axes k, u and v of a line whose dominant axis is `axis`.
+/// Components of a vector along the axes (k, u, v) of a line whose dominant axis is `axis`.
 DTSDF_HD Vec3f permute(const Vec3f& v, int axis) {
   return axis == 0 ? v : (axis == 1 ? Vec3f{v.y, v.z, v.x} : Vec3f{v.z, v.x, v.y});
 }
 
-/// Step on a surfel's plane for a step of `pixels` along an axis of the image, in voxels.
+/// The vector on a surfel's plane, in voxels, for a step of `pixels` along the image axis `axis_C`.
 DTSDF_HD Vec3f stepOnPlane(const Surfel& surfel, const FrameView& frame, const Vec3f& axis_C,
                            float focal_px, float pixels) {
   const Vec3f ray = surfel.p_L - frame.T_L_C.t, axis_L = rotate(frame.T_L_C, axis_C);
@@ -52,7 +50,7 @@ DTSDF_HD float perSquare(const Vec3f& side) {
   return square > 0.0f ? 1.0f / square : 0.0f;
 }
 
-/// Whether a surfel covers more than the ray through its pixel.
+/// Whether a surfel has sides, and is not a point.
 DTSDF_HD bool isWide(const Surfel& surfel) {
   return surfel.half_across_px + surfel.half_down_px > 0.0f;
 }
@@ -65,7 +63,7 @@ DTSDF_HD MeasuredSides measuredSides(const Surfel& surfel, const FrameView& fram
   return {permute(across, axis), permute(down, axis), perSquare(across), perSquare(down)};
 }
 
-/// The directions of a surfel's normal, with the weights that it is cast with, in units of 2^-20.
+/// The directions that a surfel is cast into, with its weights in units of 2^-20.
 DTSDF_HD DirectionSet lineDirections(const Surfel& surfel, bool directional) {
   DirectionSet directions = directionsOf(surfel.normal_L, directional);
   for (int i = 0; i < 3; ++i) directions.weight[i] *= surfel.weight * kWeightScale;
@@ -112,8 +110,8 @@ DTSDF_HD void castPlanes(const SampleLine& line, const MeasuredSides& sides,
   }
 }
 
-/// Visits a surfel's samples in all blocks: calls add(voxel, sample, sdf) with the voxel in local
-/// coordinates and its distance in fixed point. Consecutive samples are often in one block.
+/// Calls add(voxel, sample, sdf) for each sample of a surfel, with the voxel in local coordinates
+/// and its distance in fixed point. Consecutive samples are often in the same block.
 template <class Add>
 DTSDF_HD void castSurfel(const SampleLine& line, const MeasuredSides& sides,
                          const FusionSettings& fusion, Add& add) {

@@ -1,18 +1,13 @@
-/// Evidence: a counter of frames per voxel, which decides whether there is a surface.
+/// Evidence: a counter per voxel that decides whether there is a surface.
 ///
-/// A frame that covers enough of a voxel, near the frame's own surface, supports the voxel's
-/// surface, unless the outline that it sees ends before that. A frame that looks through the place
-/// where the voxel puts its surface contradicts it (free_space.h). All other frames leave the
-/// counter alone.
+/// A frame that measures the voxel's surface supports it (voxel_update.h). A frame that looks
+/// through the voxel's place contradicts it (free_space.h). Frames count even before there is a
+/// surface: below zero, the counter is evidence of free space.
 ///
-/// Frames also count before there is a surface: below zero the counter is evidence of free space.
-/// So if poses or outlines are off, a surface that some frames measured where others see through is
-/// weighed against all of these, not just against later ones.
-///
-/// The counter saturates at both ends, so how fast a removed object disappears does not depend on
-/// how well or how long it was seen, nor how fast a new one appears on how long its place was free.
-/// (Similar to the inlier ratio of Dong et al., "PSDF Fusion", ECCV 2018, and the clamped log-odds
-/// of Hornung et al., "OctoMap", 2013, but in whole frames.)
+/// The counter saturates at both ends. So the number of frames after which a removed object
+/// disappears, or a new one appears, does not grow with the time before. (Similar to the inlier
+/// ratio of Dong et al., "PSDF Fusion", ECCV 2018, and the clamped log-odds of Hornung et al.,
+/// "OctoMap", 2013, but it counts whole frames.)
 #pragma once
 
 #include "kernels/core/voxel.h"
@@ -31,8 +26,8 @@ DTSDF_HD bool isFull(const Voxel& voxel, const FusionRules& rules) {
   return evidenceOf(voxel) + rules.support_gain > rules.max_evidence;
 }
 
-/// A voxel after `frames` contradictions. If the frame covers the voxel it takes a support back as
-/// well, even if it gave none. Without evidence of a surface the voxel loses its distance.
+/// A voxel after `frames` contradictions. A frame that covers the voxel also takes back a support,
+/// whether or not it gave one. Without positive evidence the voxel loses its distance.
 DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_covered,
                                  const FusionRules& rules) {
   const int32_t cost = frames * rules.contradiction_cost + (is_covered ? rules.support_gain : 0);
@@ -41,8 +36,8 @@ DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_cov
   return makeVoxel(0.0f, 0, less > -rules.max_evidence ? less : -rules.max_evidence);
 }
 
-/// Minimum evidence of a surface shown in the mesh: above that of min_support - 1 supports. No more
-/// supports are required than frames were fused.
+/// Minimum evidence of a surface in the mesh: one more than min_support - 1 supports give. At most
+/// as many supports are required as frames were fused.
 DTSDF_HD int32_t minEvidence(int32_t min_support, uint64_t fused_frames, const FusionRules& rules) {
   const int32_t support = fused_frames < static_cast<uint64_t>(min_support)
                               ? static_cast<int32_t>(fused_frames)

@@ -1,8 +1,8 @@
 /// Finds blocks that a frame cannot see through, without reading their voxels.
 ///
-/// Most of what a frame might clear lies behind surfaces. So each patch of the image stores its
-/// greatest free depth, and a block is skipped if it lies behind that of all patches that it
-/// covers. The result is the same.
+/// Most blocks in view lie behind surfaces. So each patch of the image stores its largest free
+/// depth, and a block is skipped if it lies behind this depth in all patches that it covers. This
+/// saves time only; no place that the frame sees through is skipped.
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -56,8 +56,8 @@ DTSDF_HD bool maySeeThrough(const FrameSensing& sensing, const Vec3f& low, const
   return false;
 }
 
-/// Whether a frame may see through any place judged for a block's voxels. Places are up to the
-/// truncation, or an anchor's reach, away from their voxels.
+/// Whether a frame may see through the place of any voxel in a block. A place is at most the
+/// truncation, or an anchor's reach, away from its voxel.
 DTSDF_HD bool maySeeThroughBlock(const FrameSensing& sensing, const Vec3f& first_voxel_L,
                                  float truncation_voxels) {
   constexpr float kMargin = 0.125f;  // so that rounding does not matter

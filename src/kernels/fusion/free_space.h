@@ -1,19 +1,13 @@
-/// Finds where an image sees through surfaces of the map.
+/// Finds where an image looks through surfaces of the map.
 ///
-/// Casting along normals writes near surfaces only and never takes anything back, so stray
-/// measurements and removed objects would stay. Voxel projection clears such places by itself; the
-/// paper's other modes do not.
+/// Casting along lines writes only near surfaces, so without clearing, stray measurements and
+/// removed objects would stay. Voxel projection also writes in front of surfaces, and needs no
+/// clearing.
 ///
-/// A voxel puts its surface at its foot: the nearest point of that surface, by the voxel's distance
-/// and the gradient of its array. A frame contradicts the voxel if it sees free space there, at all
-/// of the 3 x 3 pixels around the foot that are in the image: each was measured, or is a gap, and
-/// is farther away. So nothing contradicts a voxel next to or behind a thin object, nor where
-/// nothing is measured. A voxel without a distance is judged at its own position, together with the
-/// cells around it.
-///
-/// If the frame covers the voxel, it looks at the anchor instead, and supports the surface only if
-/// the anchor's own pixel does not see free space. So a surface ends where as many images see it as
-/// see past it, not at the outermost outline.
+/// A voxel is tested at its place: its foot; its anchor, if the frame covers the voxel; or the
+/// voxel itself, if it has no distance. The frame contradicts the voxel if it sees free space there
+/// at all of the 3 x 3 pixels around. So it contradicts nothing next to an outline or a thin
+/// object, nor where it measured nothing.
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -26,7 +20,7 @@
 namespace dtsdf {
 
 /// The inputs of a pixel's plane: its own row fit, those of the pixels above and below (0 outside
-/// of the image), and their links.
+/// the image), and its links and those of the pixel above.
 struct PlaneAround {
   float inverse_depth;
   float row_value, row_slope, above, below;
@@ -46,7 +40,7 @@ DTSDF_HD PlaneAround planeAround(const ImageView& image, const Pixel& pixel) {
 }
 
 /// Depth in metres up to which a pixel's ray is free: that of its plane, less a margin
-/// perpendicular to the plane; 0 for an empty pixel. Measurements beyond the fused range count here
+/// perpendicular to the plane; 0 if nothing is measured. Measurements beyond the fused range count
 /// too. Branch-free, for vectorisation.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const PlaneAround& plane,
                          const FusionSettings& fusion) {
@@ -56,7 +50,7 @@ DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const 
   const float margin_m =
       frame.voxel_size_m *
       (fusion.rules.free_margin + fusion.noise_level * noiseInVoxels(sensing, depth_m));
-  // The slope down the column is that between the row fits on the linked sides.
+  // The slope down the column is taken between the row fits of linked pixels.
   const int32_t to_above = (plane.above > 0.0f) & ((plane.links_above & kLinkDown) != 0);
   const int32_t to_below = (plane.below > 0.0f) & ((plane.links & kLinkDown) != 0);
   const float upper = plane.row_value - plane.above, lower = plane.below - plane.row_value;
@@ -88,7 +82,7 @@ DTSDF_HD Real slopeBeside(const Real& own, const Real& upper, const Real& has_up
 }
 
 /// Slope of the distance at a voxel along an axis, per voxel, from its neighbours in the block; 0
-/// without any. Branch-free, as branches on which neighbours exist are unpredictable.
+/// without any. Branch-free, as it is unpredictable which neighbours exist.
 DTSDF_HD float slopeAlong(const Voxel* voxels, int index, int axis) {
   const int at = component(voxelOffset(index), axis);
   const int step = axis == 0 ? 1 : (axis == 1 ? kBlockSide : kBlockSide * kBlockSide);
@@ -106,7 +100,7 @@ DTSDF_HD Vec3f slopeAt(const Voxel* voxels, int index) {
 /// Stands for all directions, which share the array of an undirected map.
 constexpr int kAnyDirection = -1;
 
-/// The facing of an array's surfaces: a minimum cosine to an axis.
+/// Where an array's surfaces may face: a minimum cosine between their normals and an axis.
 struct Facing {
   Vec3f axis;
   float min_cosine;
@@ -120,9 +114,9 @@ DTSDF_HD Facing facingOf(int direction) {
   return {{axis == 0 ? sign : 0.0f, axis == 1 ? sign : 0.0f, axis == 2 ? sign : 0.0f}, kMinCosine};
 }
 
-/// Unit vector along which the distance rises at a voxel. If the slope is too small, or is not that
-/// of a surface in the direction, it is the direction's axis: 0 in the undirected map, where the
-/// voxel is then its own foot.
+/// Unit gradient of the distance at a voxel. If the slope is too small or does not match the
+/// direction, this is the direction's axis; in the undirected map it is 0, so the voxel is its own
+/// foot.
 DTSDF_HD Vec3f gradientOf(const Vec3f& slope, const Facing& facing) {
   constexpr float kMinLength = 0.3f;
   const float length = norm(slope);
@@ -139,8 +133,8 @@ DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const F
 }
 
 /// Whether a frame can change a voxel by looking through its place; for one voxel or several at
-/// once. A covered voxel needs an anchor; an uncovered one must be in a block that is checked in
-/// this frame and, if empty, have evidence left to lose.
+/// once. A covered voxel needs an anchor. A voxel that is not covered must be in a block that is
+/// checked in this frame and, if it is empty, have evidence left to lose.
 template <class Mask>
 DTSDF_HD Mask canChange(const Mask& is_covered, const Mask& has_anchor, const Mask& is_empty,
                         const Mask& may_lose, const Mask& in_turn) {
@@ -153,36 +147,35 @@ DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, bool in_turn,
   return canChange(is_covered, voxel.anchor != kNoAnchor, isEmpty(voxel), may_lose, in_turn);
 }
 
-/// Start of the path to a voxel's judged place, in voxels from the block's first one. The place is
-/// the foot (for an empty voxel, the voxel itself), so the path starts at the voxel; or it is the
-/// anchor, if the frame covers the voxel, as the foot of a voxel next to an outline lies outside
-/// the surface.
+/// The point from which a voxel's place lies judgedSdf() against the gradient: the voxel or, if the
+/// frame covers it, its anchor. In voxels from the block's first one.
 DTSDF_HD Vec3f judgedOrigin(uint16_t anchor, int index, bool is_covered) {
   const float to_anchor = is_covered ? 1.0f : 0.0f;
   return toFloat(voxelOffset(index)) + to_anchor * anchorOffset(anchor);
 }
 
-/// Length of the path from judgedOrigin() to the judged place, against the gradient.
+/// Distance in voxels from judgedOrigin() to the voxel's place: 0 for an anchor.
 DTSDF_HD float judgedSdf(const Voxel& voxel, bool is_covered) {
   return is_covered ? 0.0f : sdfOf(voxel);
 }
 
+/// A voxel's place, in voxels from the block's first one.
 DTSDF_HD Vec3f placeOf(const Voxel* voxels, int index, int direction, bool is_covered) {
   const Voxel& voxel = voxels[index];
   return footOf(judgedOrigin(voxel.anchor, index, is_covered), judgedSdf(voxel, is_covered),
                 slopeAt(voxels, index), facingOf(direction));
 }
 
-/// Distance in pixels around a place at which a frame must look through as well: one, as a pixel
-/// resolves no more, or for an empty voxel as far as its adjacent cells reach.
+/// Spacing in pixels of the 3 x 3 points at which a frame must look through a place: one, or the
+/// width of a voxel if the voxel is empty, as it represents all cells around it.
 DTSDF_HD int lookSpread(const FrameView& frame, const Voxel& voxel, float depth_m) {
   if (!isEmpty(voxel)) return 1;
   const float cell_px = frame.voxel_size_m * frame.intrinsics.fx / depth_m;
   return cell_px < 1.0f ? 1 : floorToInt(minimum(cell_px, 1000.0f));
 }
 
-/// Whether the frame sees through at 3 x 3 points around a place, `spread` pixels apart, as far as
-/// these are in the image.
+/// Whether the frame looks through a place at 3 x 3 points around it, `spread` pixels apart. Points
+/// outside the image do not count.
 DTSDF_HD bool seesThroughAround(const FrameSensing& sensing, const VoxelInImage& at, int spread) {
   const FrameView& frame = sensing.image.frame;
   const Pixel centre{static_cast<int>(at.u), static_cast<int>(at.v)};
@@ -206,20 +199,20 @@ DTSDF_HD bool isInImage(const FrameView& frame, const VoxelInImage& at) {
 /// What a frame sees at a voxel's place.
 enum class Observation : uint32_t {
   kOccupied,   ///< The surface may be there.
-  kAtOutline,  ///< The place's own pixel looks through it, but not all around it do.
+  kAtOutline,  ///< The place's own pixel looks through it, but not all pixels around do.
   kFree,       ///< All pixels around look through the place.
 };
 
-/// Depth that a frame must see beyond to look through a voxel's place. An empty voxel stands for
-/// all cells that it is a corner of, which reach a voxel farther. Outside the image, no depth
-/// suffices.
+/// Depth beyond which a frame must see to look through a voxel's place: for an empty voxel a voxel
+/// farther, as it represents all cells around it. Infinite outside the image.
 DTSDF_HD float judgedDepth(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
   constexpr float kInfiniteDepth_m = 1e30f;
   const float depth_m = is_empty ? at.depth_m + frame.voxel_size_m : at.depth_m;
   return isInImage(frame, at) ? depth_m : kInfiniteDepth_m;
 }
 
-/// Index of the pixel at a place; outside the image, any. Branch-free, for vectorisation.
+/// Index of the pixel that a place projects to; 0 outside the image. Branch-free, for
+/// vectorisation.
 DTSDF_HD int32_t judgingPixel(const FrameView& frame, const VoxelInImage& at) {
   const bool is_inside = isInImage(frame, at);
   const auto u = static_cast<int32_t>(is_inside ? at.u : 0.0f);
@@ -253,25 +246,25 @@ DTSDF_HD Observation judge(const FrameSensing& sensing, const Vec3f& first_voxel
   return judge(sensing, voxels[index], projectToImage(sensing.image.frame, first_voxel_L + place));
 }
 
-/// Whether an observation takes evidence from a voxel. At an outline it takes only a support, so
-/// that images whose outlines lie on either side of a place balance. Supports add nothing to a full
-/// voxel, so outlines take nothing from it: as a camera circles an object, the outline passes over
-/// every place, in more images the closer they follow each other.
+/// Whether an observation takes evidence from a voxel. At an outline it only takes back a support,
+/// so a surface ends where as many images see it as see past it. It takes nothing from a full
+/// voxel, in which supports do not count in full either: as a camera circles an object, its outline
+/// passes over every place.
 DTSDF_HD bool contradicts(Observation observation, const Voxel& voxel, bool is_covered,
                           const FusionRules& rules) {
   return observation == Observation::kFree ||
          (observation == Observation::kAtOutline && is_covered && !isFull(voxel, rules));
 }
 
-/// Number of contradictions that an observation counts for. A check in a block's turn counts for
-/// all frames until its next one.
+/// Number of contradictions that an observation counts for. A voxel that is not covered is checked
+/// in one of look_turns frames, so each check counts for all of them.
 DTSDF_HD int32_t contradictionWeight(Observation observation, bool is_covered,
                                      const FusionRules& rules) {
   if (observation != Observation::kFree) return 0;
   return is_covered ? 1 : rules.look_turns;
 }
 
-/// Whether it is a block's turn to be checked, as in one of look_turns frames.
+/// Whether a frame checks the voxels of a block that it does not cover: one in look_turns does.
 DTSDF_HD bool isInTurn(PackedKey key, uint64_t frame_number, const FusionRules& rules) {
   const auto turns = static_cast<uint64_t>(rules.look_turns);
   return (hashKey(key) >> 32) % turns == frame_number % turns;
@@ -281,8 +274,7 @@ DTSDF_HD bool isInTurn(PackedKey key, uint64_t frame_number, const FusionRules& 
 /// block, plus at most 16 of truncation.
 constexpr float kFootRadius = 3.0f * static_cast<float>(kBlockSide);
 
-/// Whether a frame may see part of the ball around a block's middle; false only if the whole ball
-/// is outside the image.
+/// Whether part of the ball around a block's middle may be in the image; false only if none is.
 DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3i& block_L,
                           float radius = kFootRadius) {
   constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);

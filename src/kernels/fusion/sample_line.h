@@ -1,17 +1,14 @@
 /// Finds the samples that a surfel updates when it is cast into the grid, their blocks, and their
 /// distances and weights.
 ///
-/// A line runs through the measured point, along the view ray or along the normal (turned towards
-/// the ray if the depth is noisy), and is followed to both sides. The paper updates the one nearest
-/// corner at each step (Amanatides and Woo 1987). Here the line is intersected with each grid plane
-/// across its dominant axis, and the four corners around the intersection are updated. So samples
-/// close to the line count most, both of its sides are covered, and no corner is visited twice.
-/// Each plane is computed independently, so a block can process just the part of the line inside
-/// it.
+/// The line runs through the surfel's point to both sides, along the view ray or the normal (turned
+/// towards the ray if the depth is noisy). It is intersected with each grid plane across its
+/// dominant axis, and the four corners around the intersection are updated; no corner is visited
+/// twice. Weights fall with the distance from the line (squared bilinear) and from the surfel's
+/// plane (linear). Departure: the paper updates the nearest corner at each step (Amanatides and Woo
+/// 1987).
 ///
-/// Weights fall with the distance from the line (squared bilinear) and from the measured plane
-/// (linear), since the plane stands for the surface near the point only. Both are departures from
-/// the paper, measured in docs/results.
+/// Each plane is computed independently, so a block can process just the part of a line inside it.
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -33,9 +30,9 @@ DTSDF_HD float noiseInVoxels(const FrameSensing& sensing, float depth_m) {
   return noise * depth_m * depth_m / sensing.image.frame.voxel_size_m;
 }
 
-/// Half the sides of a wide pixel or subpixel on its plane, along the image's rows and columns, in
-/// voxels and in its line's axes; and the inverses of their squared lengths. All 0 if the surfel is
-/// a point.
+/// Half the sides of a wide pixel or subpixel on its plane, along the image's rows and columns:
+/// vectors in voxels, in the axes (k, u, v) of its line, and the inverses of their squared lengths.
+/// All 0 if the surfel is a point.
 struct MeasuredSides {
   Vec3f across, down;
   float per_across, per_down;
@@ -45,7 +42,8 @@ struct MeasuredSides {
 
 DTSDF_HD MeasuredSides noSides() { return {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, 0.0f}; }
 
-/// An offset from a foot, moved by at most half a side to where it is nearest to the foot.
+/// A measured point's offset from a corner, moved along `side` by at most its length either way, to
+/// where it is nearest to the corner.
 DTSDF_HD Vec3f movedAlong(const Vec3f& side, float per_side, const Vec3f& offset) {
   const float share = minimum(maximum(-per_side * dot(offset, side), -1.0f), 1.0f);
   return offset + share * side;
@@ -63,8 +61,8 @@ struct SampleLine {
   float normal_k, normal_u, normal_v;  ///< Surface normal, for the point-to-plane distance.
 };
 
-/// `reach` in voxels limits the planes by distance along the line, and the weights by distance from
-/// the surface. `direction` is a unit vector.
+/// `direction` is a unit vector. `reach`, in voxels, limits planes by the distance along the line
+/// and weights by the distance from the surface.
 DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Vec3f& direction,
                                    float reach) {
   const float ax = fabsf(direction.x), ay = fabsf(direction.y), az = fabsf(direction.z);
@@ -131,7 +129,7 @@ struct CornerSample {
 };
 
 /// The sample at the corner (du, dv), each 0 or 1, of a cell; `shifts` is from pointShifts(). With
-/// sides, the measured point is the place between them that is nearest to the corner's foot, as the
+/// sides, the measured point is the place on the pixel that is nearest to the corner's foot, as the
 /// surface continues to the next pixel. No loops or branches, so that compilers can vectorise loops
 /// over it.
 template <bool kHasSides>
@@ -171,7 +169,7 @@ DTSDF_HD Span blocksOf(const Span& a, const Span& b) {
 
 DTSDF_HD bool contains(const Span& span, int at) { return span.first <= at && at <= span.last; }
 
-/// Whether the block (u, v) in a layer of blocks has samples of these planes.
+/// Whether a line has samples on these planes in block (block_u, block_v) of their layer.
 DTSDF_HD bool hasSamplesIn(const SampleLine& line, const Span& planes, int block_u, int block_v) {
   for (int plane = planes.first; plane <= planes.last; ++plane) {
     const CellCrossing at = crossCell(line, plane);
@@ -182,9 +180,8 @@ DTSDF_HD bool hasSamplesIn(const SampleLine& line, const Span& planes, int block
 }
 
 /// Calls visit(block) once for each block that holds samples of a line, in local block coordinates.
-/// A line moves by at most a voxel from one plane to the next, so its ends in a layer of blocks
-/// bound all it touches there; only if it crosses the layer diagonally may some blocks in these
-/// bounds have no samples.
+/// The line's ends in a layer of blocks bound the blocks there. If these extend along both u and v,
+/// some of them may have no samples.
 template <class Visit>
 DTSDF_HD void visitBlocks(const SampleLine& line, const Visit& visit) {
   if (line.first_plane > line.last_plane) return;

@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// Updates a voxel by its projective distance to the pixel that it falls on (Curless and Levoy
+/// Updates a voxel with its projective distance to the pixel that it projects to (Curless and Levoy
 /// 1996; the paper's VP). Calls add(direction, weight, sdf, point_key) with fixed-point values.
 template <class Add>
 DTSDF_HD void projectVoxel(const FrameView& frame, const FusionSettings& fusion,

@@ -23,14 +23,14 @@ DTSDF_HD float blockDepthWeight(const FrameView& frame, const Vec3i& block_L,
                      rules);
 }
 
-/// The part of a frame's sums for a voxel that folding needs, as floats.
+/// A frame's sums for a voxel, as floats.
 struct RoundedSums {
   float weighted_sdf, weight;
   float dither;      ///< In [0, 1), pseudo-random, so that rounded values are right on average.
   uint32_t nearest;  ///< Key of the nearest point; 0: none.
 };
 
-/// A hash of the sums, the same on every backend.
+/// A pseudo-random number in [0, 1): a hash of the sums, so it is the same on every backend.
 DTSDF_HD float ditherOf(const VoxelSums& sums) {
   const uint32_t bits = (static_cast<uint32_t>(sums.weight) * 0x9e3779b1u ^
                          static_cast<uint32_t>(sums.weighted_sdf)) *
@@ -43,17 +43,16 @@ DTSDF_HD RoundedSums roundSums(const VoxelSums& sums) {
           sums.nearest};
 }
 
-/// Weight of a point in the mean for an anchor, by its squared distance from the corner's foot;
-/// near points count more.
+/// Weight of a point in the mean that makes an anchor, by its squared distance from the corner's
+/// foot; near points count more.
 DTSDF_HD float anchorWeight(float squared_distance) {
   constexpr float kFarthest = 15.0f / 16.0f;
   const float closeness = 1.0f - minimum(sqrtf(maximum(squared_distance, 0.0f)), kFarthest);
   return closeness * closeness;
 }
 
-/// The anchor after a frame with this distance and weight: the mean of the frames' nearest points,
-/// weighted by how near they were. So the anchor moves to the nearest place where the surface was
-/// seen, and noise is averaged out.
+/// The anchor after a frame with this distance and weight (in units of 2^-16): the weighted mean of
+/// the frames' nearest points.
 DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, float sdf, float weight, const RoundedSums& sums) {
   const Vec3f point = pointOffset(sums.nearest), anchor = anchorOffset(voxel.anchor);
   const float from_foot = dot(anchor, anchor) - sdfOf(voxel) * sdfOf(voxel);
@@ -72,8 +71,9 @@ DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, float sdf, float weight, const 
 }
 
 /// The fold of the paper's two-pass scheme: D = (W D + w d) / (W + w), W = min(W + w, max). d is
-/// the mean of the frame's distances; its weight w is the share of the voxel that it covers, at
-/// most 1, times the depth weight. Branch-free, for vectorisation. @pre The sums have a weight.
+/// the mean of the frame's distances. The frame's weight w is the share of the voxel that it
+/// covers, at most 1, times the depth weight. Branch-free, for vectorisation. @pre The sums have a
+/// weight.
 DTSDF_HD Voxel foldRoundedSums(const Voxel& voxel, const RoundedSums& sums, float depth_weight,
                                const FusionSettings& fusion) {
   const float covered = sums.weight / kWeightScale;  // share of the voxel, may exceed 1
@@ -85,8 +85,8 @@ DTSDF_HD Voxel foldRoundedSums(const Voxel& voxel, const RoundedSums& sums, floa
   const int32_t total = before + added;
   const float share = static_cast<float>(added) / static_cast<float>(total);
   const float mean = sdfOf(voxel) + share * (sdf - sdfOf(voxel));
-  // A frame supports a surface if it covers enough of the voxel and measures it within the distance
-  // at which meshing needs samples. What only noise reaches is averaged, but proves nothing.
+  // Distances beyond support_reach come from the wider reach of noisy points. They are averaged,
+  // but do not count as evidence.
   const bool supports =
       (covered >= fusion.rules.support_share) & (fabsf(sdf) <= fusion.support_reach);
   const int32_t evidence =

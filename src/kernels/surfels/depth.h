@@ -5,16 +5,16 @@
 
 namespace dtsdf {
 
-/// A sensor's values: the length of their unit, the depths that are fused, and the value from which
-/// on nothing is measured: the largest of 16 bits, which drivers use for "out of range".
+/// The unit of raw depths, the range of depths that are fused, and the raw value from which on
+/// depths are not measurements.
 struct DepthRange {
   float unit_m, min_m, max_m, overflow;
   float rounded_to_m;  ///< Unit of integer depths; 0 for floats.
 };
 
-/// Inverse depth of a raw value in 1/m; 0 if nothing is measured, or something too near. Negative
-/// beyond the fused range: such a measurement makes no surface, but the space in front of it is
-/// free. So a positive value always means a measurement to fuse.
+/// Inverse depth of a raw value, in 1/m: positive if it is fused; negative beyond the fused range,
+/// where it makes no surface but the space in front of it is free; 0 if nothing is measured, or
+/// something too near.
 DTSDF_HD float inverseDepth(float raw, const DepthRange& range) {
   const float depth_m = raw * range.unit_m;
   // Branch-free, for vectorisation. Comparisons with NaN are false.
@@ -31,8 +31,8 @@ DTSDF_HD bool isEdgeBetween(float a, float b, float depth_jump) {
   return fabsf(b - a) > depth_jump * maximum(fabsf(a), fabsf(b));
 }
 
-/// Tolerance for a plane through a gap, in 1/m: the noise of a difference, the rounding to integer
-/// depths as it adds up in predictsGap(), and that of floats.
+/// How far a gap may be off the plane beside it, in 1/m: the noise of a difference, and the errors
+/// that rounding to integer depths and to floats cause in predictsGap().
 DTSDF_HD float gapTolerance(const SurfelSettings& surfels, const DepthNoise& noise,
                             float rounded_to_m, float inverse_depth) {
   constexpr float kUnits = 1.5f, kRounding = 2e-6f;
@@ -40,19 +40,21 @@ DTSDF_HD float gapTolerance(const SurfelSettings& surfels, const DepthNoise& noi
          inverse_depth * (kUnits * rounded_to_m * inverse_depth + kRounding);
 }
 
-/// Whether the pixels on one side of a gap predict it; true if the second pixel is not measured.
+/// Whether the two pixels on one side of a gap predict its value; true if the second, `behind_it`,
+/// is not measured.
 DTSDF_HD bool predictsGap(float beside, float behind_it, float in_gap, float tolerance) {
   return behind_it == 0.0f || fabsf((beside + beside - fabsf(behind_it)) - in_gap) <= tolerance;
 }
 
-/// Whether a line of empty pixels continues: the next pixel is empty as well, between two measured
-/// ones.
+/// Whether a line of empty pixels continues: the next pixel is empty as well, and lies between two
+/// measured ones.
 DTSDF_HD bool goesOn(float next, float one_side, float other_side) {
   return next == 0.0f && one_side != 0.0f && other_side != 0.0f;
 }
 
-/// Whether an empty pixel is part of such a line along its row or column. `before` and `after` hold
-/// its neighbours along its row, its column, and its diagonals down and up.
+/// Whether an empty pixel is part of a line of empty pixels along its row or column. `before` and
+/// `after` hold its opposite neighbours along the row, the column, the falling and the rising
+/// diagonal.
 DTSDF_HD bool isOnEmptyLine(const float* before, const float* after) {
   const float left = before[0], right = after[0], above = before[1], below = after[1];
   const float above_left = before[2], below_right = after[2];
@@ -66,13 +68,14 @@ DTSDF_HD bool isOnEmptyLine(const float* before, const float* after) {
   return in_row || in_column;
 }
 
-/// Inverse depth of a pixel. An unmeasured pixel between opposite neighbours gets their mean, if it
-/// lies on a plane predicted by these and the pixels behind them; of several pairs, the one that
-/// differs least is used. Registered and rectified images have lines of such pixels all over.
-/// Elsewhere two pairs must fit, as a single one may be the sides of a notch in an outline, outside
-/// the surface. Other pixels get minus the inverse depth of the nearest such neighbour, up to which
-/// they are free; 0 without one. `measured(u, v)` is inverseDepth() of a pixel; depths were rounded
-/// to multiples of `rounded_to_m`.
+/// Inverse depth of a pixel, with gaps filled. `measured(u, v)` returns inverseDepth() of a pixel;
+/// depths were rounded to multiples of `rounded_to_m`.
+///
+/// An empty pixel takes the mean of two opposite neighbours if these and the pixels behind them lie
+/// on a plane; of several such pairs, the one that differs least is used. Away from lines of empty
+/// pixels two pairs must fit, as a single pair may be the sides of a notch in an outline. Other
+/// empty pixels are free up to the nearest neighbour whose opposite is measured too; they get minus
+/// its inverse depth, or 0 without one.
 template <class Measured>
 DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int height,
                                   const Pixel& pixel, const SurfelSettings& surfels,
@@ -86,7 +89,7 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     return u >= 0 && v >= 0 && u < width && v < height ? measured(u, v) : 0.0f;
   };
   float before[kPairs], after[kPairs];
-  for (int i = 0; i < kPairs; ++i) {  // read all before any is tested
+  for (int i = 0; i < kPairs; ++i) {  // reads all before testing any
     before[i] = at(i, -1);
     after[i] = at(i, 1);
   }
@@ -98,7 +101,7 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     nearest = maximum(nearest, maximum(fabsf(a), fabsf(b)));
     if (isEdgeBetween(a, b, surfels.depth_jump)) continue;
     const float tolerance = gapTolerance(surfels, noise, rounded_to_m, fabsf(in_gap));
-    // Measurements beyond the range are negative; both pixels of a pair are, or neither.
+    // Both values have the same sign here, negative beyond the fused range: other pairs are edges.
     if (!predictsGap(fabsf(a), at(i, -2), fabsf(in_gap), tolerance) ||
         !predictsGap(fabsf(b), at(i, 2), fabsf(in_gap), tolerance)) {
       continue;

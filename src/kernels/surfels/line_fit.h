@@ -1,16 +1,16 @@
 /// Straight lines fitted to inverse depths along a row or down a column, as far as pixels are
 /// linked.
 ///
-/// A line over one side alone would have the slope of that side's middle, which tilts the normal on
-/// a curved surface. So where one side ends the other ends too, except for the pixels that the
-/// noise requires.
+/// On a curved surface, a line fitted to one side of a pixel would have the slope at the middle of
+/// that side. So both sides end where the shorter one does, except for the pixels that the noise
+/// requires.
 #pragma once
 
 #include "kernels/surfels/links.h"
 
 namespace dtsdf {
 
-/// Determines how many pixels a fit takes to each side.
+/// Parameters of windowRadius().
 struct FitWindow {
   float voxels_px_m;  ///< Half width that the voxels require, in pixels at 1 m.
   float max_px;
@@ -19,9 +19,8 @@ struct FitWindow {
   float turn;  ///< 1.155 times the angle by which noise may turn a normal.
 };
 
-/// The slope of a plane fitted over a square window of half width r has the standard deviation of a
-/// sample divided by sqrt(sum of k^2), which is 1.155 (r + 1/2)^2; times focal length and depth,
-/// this is an angle.
+/// With noise sigma, the slope of a plane fitted over a square of half width r has the standard
+/// deviation sigma / (1.155 (r + 1/2)^2). Its product with focal length and depth is an angle.
 DTSDF_HD FitWindow fitWindow(const FrameView& frame, const DepthNoise& noise,
                              const SurfelSettings& surfels) {
   const SurfelRules& rules = surfels.rules;
@@ -40,7 +39,7 @@ DTSDF_HD WindowRadius windowRadius(float inverse_depth, const FitWindow& window)
   const float noise_px = noiseAt(window.noise, inverse_depth) * window.focal_px;
   const float for_noise = minimum(sqrtf(noise_px / (window.turn * inverse_depth)), window.max_px);
   const float for_voxels = minimum(window.voxels_px_m * inverse_depth, window.max_px);
-  const float for_slope = 1.0f;  // a slope needs two samples, if one is wanted at all
+  const float for_slope = 1.0f;  // a slope needs two samples
   const float radius = maximum(maximum(for_voxels, for_noise), minimum(for_slope, window.max_px));
   return {static_cast<int32_t>(radius + 0.5f), static_cast<int32_t>(maximum(for_noise, for_slope))};
 }
@@ -71,9 +70,9 @@ DTSDF_HD PixelLine columnAround(int v, const FrameView& frame, const WindowRadiu
   return lineAround(v, frame.height, frame.width, kLinkDown, radius);
 }
 
-/// A straight line fitted to inverse depths, at the centre of the walk.
+/// A straight line fitted to inverse depths; see LineWalk for companions.
 struct LineFit {
-  float value;
+  float value;           ///< At the centre.
   float slope;           ///< Per pixel.
   float mean_companion;  ///< Mean of the companions of all samples.
   int32_t count;         ///< Samples including the centre; a slope needs two.
@@ -81,8 +80,8 @@ struct LineFit {
 
 DTSDF_HD LineFit noFit() { return {0.0f, 0.0f, 0.0f, 0}; }
 
-/// A walk from the centre to both sides, with sums over its samples: the value y at offset k
-/// relative to the centre's, and the companion, another value of the same pixel.
+/// A walk from the centre to both sides, with sums over its samples: y is the value at offset k
+/// less that at the centre; the companion is another value of the same pixel.
 struct LineWalk {
   int32_t before_open, after_open;  ///< 1 until that side ends, then 0.
   float before, after;              ///< Samples taken.
@@ -117,7 +116,7 @@ DTSDF_HD void takeStep(LineWalk& walk, float step, int32_t may_diverge, const Si
 }
 
 /// Whether a walk continues to a pixel (1 or 0): it has a value, and is linked to the pixel before.
-/// `links` are those of whichever comes first in the image.
+/// `links` are those of the pixel of the two that comes first in the image.
 DTSDF_HD int32_t continuesWalk(float current, PixelLinks links, PixelLinks link) {
   return static_cast<int32_t>(current > 0.0f) & static_cast<int32_t>((links & link) != 0);
 }
@@ -168,7 +167,7 @@ DTSDF_HD LineFit fitLine(const LineSamples& centre, const PixelLine& line) {
   return finishLine(*centre.value, walk);
 }
 
-/// The row pass's result for the column pass: no fit unless it has a slope.
+/// A row's fit as the column pass uses it: none if it has no slope.
 DTSDF_HD LineFit rowFitOf(const LineFit& fit) { return fit.count < 2 ? noFit() : fit; }
 
 /// The fit around pixel u of a row of inverse depths.

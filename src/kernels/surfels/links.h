@@ -1,11 +1,11 @@
-/// Finds which neighbouring pixels lie on one surface.
+/// Links: finds which neighbouring pixels lie on one surface. There are three cases:
 ///
-/// They do if a plane that faces the camera, through one of them, predicts the other to within the
-/// noise plus a voxel. A steeper surface must continue, both in line and in the adjacent lines,
-/// without an allowance for noise. Beyond a depth edge no such step follows, and a pixel that mixes
-/// both sides of an edge differs in depth from the next one along the edge. Or the surface ends
-/// there, curving out of sight: a mixed pixel lies anywhere between the two sides, hardly ever that
-/// close to the front.
+/// - They have the same depth, to within the noise plus a voxel.
+/// - The surface is steep: a neighbouring step in the line, and those in both adjacent lines, are
+///   similar, without an allowance for noise. Next to a depth edge the steps in the line differ; at
+///   a mixed pixel, those in the adjacent lines.
+/// - The surface curves out of sight: the step is much smaller than the jump behind it. A mixed
+///   pixel is hardly ever that close to the front.
 #pragma once
 
 #include "kernels/surfels/depth.h"
@@ -34,19 +34,20 @@ DTSDF_HD LinkLimits linkLimits(const FrameView& frame, const DepthNoise& noise,
           rules.linked_rim_share};
 }
 
-/// Difference of two inverse depths that the map does not resolve.
+/// Difference of inverse depth that the map does not resolve.
 DTSDF_HD float mapTolerance(float a, float b, const LinkLimits& limits) {
   return limits.same_m * (a * b);
 }
 
-/// Whether a plane with this step of inverse depth predicts a neighbour.
+/// Whether a plane with this step of inverse depth predicts a neighbour, to within the noise plus a
+/// voxel.
 DTSDF_HD bool isPredicted(float from, float to, float step, const LinkLimits& limits) {
   return fabsf((to - from) - step) <=
          noiseOfStep(limits.noise, maximum(from, to), limits.noise_level) +
              mapTolerance(from, to, limits);
 }
 
-/// Inverse depths along a line of the image: pixel number `at` of `count` in the line, which is
+/// A pixel in a row or column of inverse depths: number `at` of `count` in its line, which is
 /// number `beside` of `lines` adjacent lines.
 struct LineInImage {
   const float* inverse_depth;  ///< At the pixel.
@@ -54,13 +55,13 @@ struct LineInImage {
   int at, count, beside, lines;
 };
 
-/// Whether two neighbours are measured and differ by this step.
+/// Whether two neighbours are measured and differ by this step, within the tolerance.
 DTSDF_HD bool isSameStep(float from, float to, float step, float tolerance) {
   return from > 0.0f && to > 0.0f && fabsf((to - from) - step) <= tolerance;
 }
 
-/// Whether a step continues in line on at least one side, up to its turn, and is the same in both
-/// adjacent lines.
+/// Whether a step continues: on at least one side, the next step in the line is similar (within
+/// `turn`), and the steps in both adjacent lines are the same.
 DTSDF_HD bool goesOn(const LineInImage& line, float step, const LinkLimits& limits) {
   const float *a = line.inverse_depth, *b = a + line.stride;
   const float same = mapTolerance(*a, *b, limits), turn = maximum(same, limits.turn * fabsf(step));
@@ -72,8 +73,8 @@ DTSDF_HD bool goesOn(const LineInImage& line, float step, const LinkLimits& limi
          (line.beside + 1 == line.lines || isSameStep(a[d], b[d], step, same));
 }
 
-/// Whether a surface ends with a step: behind it is nothing to fuse, or something much farther
-/// away.
+/// Whether a surface curves out of sight with this step: behind it, nothing is fused, or something
+/// much farther away.
 DTSDF_HD bool curvesOutOfSight(const LineInImage& line, float step, const LinkLimits& limits) {
   const float *a = line.inverse_depth, *b = a + line.stride;
   if (fabsf(step) > limits.rim_slope * maximum(*a, *b)) return false;
@@ -83,8 +84,8 @@ DTSDF_HD bool curvesOutOfSight(const LineInImage& line, float step, const LinkLi
   return fabsf(step) <= limits.rim_share * (minimum(*a, *b) - maximum(behind, 0.0f));
 }
 
-/// Results of linkByStep() other than 0 (no link): a link, or a step that only its surroundings can
-/// decide.
+/// Results of linkByStep() other than 0 (no link): a link, or a step that is decided by the pixels
+/// around it.
 constexpr int32_t kLinked = 1, kOpenStep = 2;
 
 /// Classifies the step between two neighbours. Branch-free, so that the CPU can test several at

@@ -1,11 +1,9 @@
-/// The noise of a depth image, estimated from the image itself.
+/// Estimates the noise of a depth image from the image itself.
 ///
-/// Fusion has to know it: where noise exceeds the reach of a measurement, outliers no longer
-/// average with the surface but form shells of their own, and normals from few pixels scatter.
-/// Surfaces are smoother than noise: over seven samples in a line, a polynomial of fourth degree
-/// describes the surface, and the rest is noise. Noise that neighbours share shifts the whole of a
-/// short line, so longer lines are used as well. These also see the surface's detail, but that
-/// varies over the image, while noise is taken to be the same everywhere.
+/// Over seven samples in a line, a polynomial of fourth degree describes the surface, and the rest
+/// is noise. Short lines do not show noise that neighbouring pixels share, so longer lines are used
+/// as well. These also contain detail of the surface, but detail varies over the image, while noise
+/// is assumed to be the same everywhere.
 #pragma once
 
 #include <cstring>
@@ -21,11 +19,11 @@ constexpr int kNoiseRadius = 3;  ///< Half length of a line, in samples.
 constexpr int kNoiseLength = 2 * kNoiseRadius + 1;
 constexpr int kNoiseBins = 1 << 11;
 
-/// Kinds of lines: two with three pixels between samples, along the row and down the column; two
-/// with seven, the width of a stereo camera's matching windows; and short ones. Rows and columns
-/// may differ in noise.
+/// Kinds of lines: 0 and 1 with steps of three pixels, along rows and columns; 2 and 3 with steps
+/// of seven, about the width of a stereo camera's matching window; 4 with steps of one, along
+/// either. Rows and columns may differ in noise.
 constexpr int kNoiseKinds = 5, kShortLines = kNoiseKinds - 1;
-constexpr int kNoiseSteps = 3;  ///< Lines at each point, with different steps.
+constexpr int kNoiseSteps = 3;  ///< Lines at each grid point, one per step.
 
 /// Location of a line's samples.
 struct NoiseLinePlace {
@@ -35,20 +33,21 @@ struct NoiseLinePlace {
   int kind;
 };
 
-/// Location of a grid point in the image. In images smaller than the grid, pixels occur, and count,
-/// more than once.
+/// The pixel at a grid point. In images smaller than the grid, several points share a pixel, which
+/// then counts several times.
 DTSDF_HD Pixel noisePoint(int column, int row, int width, int height) {
   return {(2 * column + 1) * width / (2 * kNoiseColumns),
           (2 * row + 1) * height / (2 * kNoiseRows)};
 }
 
-/// The line with this step at a grid point; lines alternate between rows and columns.
+/// The line at a grid point with step number `step` (0: three pixels, 1: seven, 2: one). Lines
+/// alternate between rows and columns.
 DTSDF_HD NoiseLinePlace noiseLinePlace(int column, int row, const Pixel& middle, int step) {
   const int step_px = step == 0 ? 3 : (step == 1 ? 7 : 1), odd = (column + row) % 2;
   return {middle, step_px, odd == 1, step < 2 ? 2 * step + odd : kShortLines};
 }
 
-/// The same by the point's index, from 0 to kNoisePoints - 1.
+/// The same, from the grid point's index, 0 to kNoisePoints - 1.
 DTSDF_HD NoiseLinePlace noiseLinePlace(int index, int step, int width, int height) {
   const int column = index % kNoiseColumns, row = index / kNoiseColumns;
   return noiseLinePlace(column, row, noisePoint(column, row, width, height), step);
@@ -57,9 +56,9 @@ DTSDF_HD NoiseLinePlace noiseLinePlace(int index, int step, int width, int heigh
 /// Value of a gap between two pixels of a line: their mean if both are measured, else 0.
 DTSDF_HD float meanOfBoth(float a, float b) { return a > 0.0f && b > 0.0f ? 0.5f * (a + b) : 0.0f; }
 
-/// Reads the inverse depths of a line. @return false if the line leaves the image, its middle is
-/// not measured, or another of its pixels is neither measured nor between two measured ones along
-/// the line. `measured(u, v)` is inverseDepth() of a pixel.
+/// Reads the inverse depths of a line. `measured(u, v)` returns inverseDepth() of a pixel. @return
+/// false if the line leaves the image, its middle is not measured, or another sample is neither
+/// measured nor between two measured pixels along the line.
 template <class Measured>
 DTSDF_HD bool readNoiseLine(const Measured& measured, int width, int height,
                             const NoiseLinePlace& place, float (&inverse_depth)[kNoiseLength]) {
@@ -75,7 +74,7 @@ DTSDF_HD bool readNoiseLine(const Measured& measured, int width, int height,
   const auto sampleAt = [&](int offset_px) {
     return measured(middle.u + along_u * offset_px, middle.v + along_v * offset_px);
   };
-  for (int i = 0; i < kNoiseLength; ++i) {  // read all before any is tested: most are measured
+  for (int i = 0; i < kNoiseLength; ++i) {  // reads all before testing any, as most are measured
     inverse_depth[i] = sampleAt((i - kNoiseRadius) * step_px);
   }
   for (int i = 0; i < kNoiseLength; ++i) {
@@ -89,18 +88,18 @@ DTSDF_HD bool readNoiseLine(const Measured& measured, int width, int height,
   return true;
 }
 
-/// Variance at 1 m (DepthNoise) of what no polynomial of fourth degree explains in a line's
-/// samples; negative unless all are measured on one surface. It is what the orthogonal polynomials
-/// of fifth and sixth degree take up; the sums of their squares are 84 and 924.
+/// Variance of the noise in a line's samples, at 1 m (see DepthNoise): half the sum of their
+/// squared components along the orthogonal polynomials of fifth and sixth degree, whose squared
+/// norms are 84 and 924. Negative unless all samples lie on one surface.
 DTSDF_HD float noiseVariance(const float (&inverse_depth)[kNoiseLength],
                              const SurfelSettings& surfels) {
   for (int i = 0; i < kNoiseLength; ++i) {
     if (!(inverse_depth[i] > 0.0f)) return -1.0f;
     const float before = inverse_depth[i > 0 ? i - 1 : 0];
-    if (isEdgeBetween(before, inverse_depth[i], surfels.depth_jump)) return -1.0f;  // not noise
+    if (isEdgeBetween(before, inverse_depth[i], surfels.depth_jump)) return -1.0f;
   }
   const float origin = inverse_depth[kNoiseRadius];
-  float odd[kNoiseRadius + 1], even[kNoiseRadius + 1];  // from pairs of samples k to both sides
+  float odd[kNoiseRadius + 1], even[kNoiseRadius + 1];  // of the samples k steps to either side
   for (int k = 1; k <= kNoiseRadius; ++k) {
     const float after = inverse_depth[kNoiseRadius + k] - origin;
     const float before = inverse_depth[kNoiseRadius - k] - origin;
@@ -114,7 +113,7 @@ DTSDF_HD float noiseVariance(const float (&inverse_depth)[kNoiseLength],
   return surfels.noise_in_depth != 0 ? variance / (square * square) : variance;
 }
 
-/// Bins an eighth of an octave wide: a float's exponent and three bits of its fraction.
+/// Bin of a variance, eight per octave: a float's exponent and three bits of its fraction.
 DTSDF_HD int noiseBin(float variance) {
   uint32_t bits;
   memcpy(&bits, &variance, sizeof(bits));
@@ -123,12 +122,11 @@ DTSDF_HD int noiseBin(float variance) {
 
 constexpr int kNoiseQuartiles = 3;
 
-/// Rank of the lower quartile, median or upper quartile (0, 1, 2) in the order of the lines'
-/// variances.
+/// Rank of a quartile (0: lower, 1: median, 2: upper) among the variances of `lines` lines.
 DTSDF_HD uint32_t quartileRank(uint32_t lines, int quartile) { return lines * (quartile + 1) / 4; }
 
-/// Variance of the noise if the lines' quartile is at the lower end of this bin. With two degrees
-/// of freedom, the lines' variances are distributed exponentially around it.
+/// Variance of the noise, if this quartile of the lines' variances is at the lower end of `bin`.
+/// With two degrees of freedom, variances are distributed exponentially.
 DTSDF_HD float noiseOfBin(int bin, int quartile) {
   constexpr float kShares[kNoiseQuartiles] = {0.28768207f, 0.69314718f, 1.38629436f};
   const uint32_t bits = static_cast<uint32_t>(bin) << 20;
@@ -137,15 +135,15 @@ DTSDF_HD float noiseOfBin(int bin, int quartile) {
   return variance / kShares[quartile];
 }
 
-/// Variances of noise from each quartile of one kind of line, equal if all is noise; 0 without
-/// lines.
+/// The noise's variance as estimated from each quartile of one kind of line; 0 without lines. The
+/// estimates are equal if the lines contain only noise.
 struct NoiseOfLines {
   float quartiles[kNoiseQuartiles];
   uint32_t lines;
 };
 
 /// The variance common to the whole image: the lower quartile less its difference from the upper,
-/// which is due to the detail of surfaces. 0 for few lines, whose quartiles scatter too much.
+/// which is due to the detail of surfaces. 0 for too few lines, whose quartiles scatter.
 DTSDF_HD float commonVariance(const NoiseOfLines& of) {
   constexpr uint32_t kMinLines = 16;
   if (of.lines < kMinLines) return 0.0f;
@@ -153,8 +151,8 @@ DTSDF_HD float commonVariance(const NoiseOfLines& of) {
   return maximum(0.0f, minimum(common, of.quartiles[1]));
 }
 
-/// Standard deviation of an image's noise. Short lines see hardly any detail, so their median is
-/// all noise; the longest lines may raise the estimate only up to a limit.
+/// Standard deviation of an image's noise. Short lines contain hardly any detail, so their median
+/// is used directly. The longest lines may raise the estimate only up to a limit.
 DTSDF_HD float combinedNoise(const NoiseOfLines (&kinds)[kNoiseKinds], const SurfelRules& rules) {
   const float three = maximum(commonVariance(kinds[0]), commonVariance(kinds[1]));
   const float seven = maximum(commonVariance(kinds[2]), commonVariance(kinds[3]));

@@ -2,8 +2,8 @@
 ///
 /// Where a voxel is many pixels wide, neighbouring pixels of a smooth surface update the same
 /// voxels with almost the same plane, so their mean gives the same result for a fraction of the
-/// work. The image is divided into patches of 4 x 4 pixels. A patch is merged as a whole, or else
-/// by quads of 2 x 2 pixels, or else its pixels stay single.
+/// work. Each patch of 4 x 4 pixels is merged as a whole, or else by quads of 2 x 2 pixels, or else
+/// not at all.
 #pragma once
 
 #include "kernels/surfels/links.h"
@@ -22,9 +22,9 @@ struct PixelSquare {
   int32_t side;
 };
 
-/// Whether the surface turns little across a square, by the slopes of the row fits' values over a
-/// square's width before and after it. `along` is 1 for rows, the image's width for columns;
-/// `across` the other.
+/// Whether the surface turns little across a square: compares the slopes of the row fits' values
+/// over a square's width before and after it. `along` and `across` are the strides from pixel to
+/// pixel along the slopes, and from one line to the next.
 DTSDF_HD bool turnsLittle(const ImageView& image, const PixelSquare& square, int64_t along,
                           int64_t across, float largest_turn) {
   const float* line = image.row_value + pixelIndex(image.frame, square.first);
@@ -52,15 +52,15 @@ DTSDF_HD bool isLinked(const ImageView& image, const PixelSquare& square) {
   return true;
 }
 
-/// Whether a square lies in the image, with as many pixels around it on each side.
+/// Whether a square and a margin of its own side all around lie in the image.
 DTSDF_HD bool hasSurroundings(const FrameView& frame, const PixelSquare& square) {
   const auto& [u, v] = square.first;
   const int beside = square.side, beyond = square.side + beside;
   return u >= beside && v >= beside && u + beyond <= frame.width && v + beyond <= frame.height;
 }
 
-/// Whether a square of pixels is fused as one surfel: all must be measured, narrow compared with a
-/// voxel, of the same depth to the map, and on one smooth surface.
+/// Whether a square of pixels is fused as one surfel: all must be measured and linked, the square
+/// must be narrow compared with a voxel and at most a voxel deep, and the surface must turn little.
 DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
                        const SurfelSettings& surfels) {
   const FrameView& frame = image.frame;
@@ -91,7 +91,7 @@ DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
 using MergedPatch = uint32_t;
 constexpr int kPatchBit = 4;
 
-/// Whether the square of a bit can be merged, in the patch with this first pixel.
+/// Whether the square of bit `bit` of MergedPatch is merged, in the patch that starts at `first`.
 DTSDF_HD bool isBitMerged(const ImageView& image, const Pixel& first, int bit,
                           const SurfelSettings& surfels) {
   if (bit == kPatchBit) return isMerged(image, {first, kPatchSide}, surfels);
@@ -99,7 +99,8 @@ DTSDF_HD bool isBitMerged(const ImageView& image, const Pixel& first, int bit,
   return quad.u < image.frame.width && isMerged(image, {quad, kQuadSide}, surfels);
 }
 
-/// The merged squares of a patch in which these bits' squares can be: the whole, or else quads.
+/// The merged squares of a patch, given the bits of all squares that can be merged: the whole
+/// patch, or else quads.
 DTSDF_HD MergedPatch wholeOrQuads(uint32_t bits) {
   constexpr MergedPatch kWhole = 1u << kPatchBit;
   return (bits & kWhole) != 0 ? kWhole : bits & (kWhole - 1u);
@@ -115,7 +116,7 @@ DTSDF_HD MergedPatch mergePatch(const ImageView& image, const Pixel& first,
   return wholeOrQuads(bits);
 }
 
-/// The single pixels in a patch's row, a bit each.
+/// The unmerged pixels of a patch in image row v, a bit each.
 DTSDF_HD uint32_t singlesInRow(MergedPatch patch, int v) {
   if (patch >> kPatchBit & 1) return 0;
   const MergedPatch quads = patch >> ((v & kQuadSide) != 0 ? 2 : 0);

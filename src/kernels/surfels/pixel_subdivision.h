@@ -1,8 +1,9 @@
-/// Finds which pixels are fused as several surfels: the counterpart of pixel_merging.h.
+/// Finds which pixels are fused as several surfels.
 ///
 /// Far away or at a grazing angle, a pixel covers more of the surface than a voxel. A single surfel
 /// at its centre would leave voxels between neighbouring pixels without samples, and so holes. Such
-/// a pixel is subdivided into thirds along one or both axes of the image; they lie on its plane.
+/// a pixel is subdivided into thirds along one or both axes of the image. The subpixels lie on its
+/// plane.
 #pragma once
 
 #include "kernels/surfels/plane_fit.h"
@@ -16,16 +17,16 @@ struct Subdivision {
   float half_across_px = 0.0f, half_down_px = 0.0f;
 };
 
-/// A surfel updates the samples on both sides of it, so thirds leave none out in pixels up to five
-/// voxels wide.
+/// A surfel updates the samples on both of its sides, so with thirds, pixels up to five voxels wide
+/// leave no sample out.
 constexpr int kThirds = 3;
 
 DTSDF_HD int subpixelCount(const Subdivision& subdivision) {
   return subdivision.across * subdivision.down;
 }
 
-/// Whether a neighbour continues a pixel's surface: it must be linked, and predicted by the pixel's
-/// plane, which rises by `step` in inverse depth. The link belongs to whichever comes first.
+/// Whether a neighbour continues a pixel's surface: it must be linked (`link` is the bit for this
+/// axis), and predicted by the pixel's plane, which rises by `step` in inverse depth towards it.
 DTSDF_HD bool continuesPlane(const FrameSensing& sensing, const Pixel& pixel,
                              const Pixel& neighbour, PixelLinks link, float step,
                              const SurfelSettings& surfels) {
@@ -42,9 +43,8 @@ DTSDF_HD bool continuesPlane(const FrameSensing& sensing, const Pixel& pixel,
 }
 
 /// How a measured pixel with a plane is subdivided: along axes where it is wider than a voxel and
-/// both neighbours continue its surface. The sides of pixels over half a voxel wide are used as
-/// well, since the mesh would have gaps between the centres of pixels that are, for instance, 0.6
-/// voxels apart.
+/// both neighbours continue its surface. Half widths are set from half a voxel on: with points at
+/// pixel centres only, the mesh would have gaps between pixels 0.6 voxels apart, for instance.
 DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pixel,
                                     const PixelPlane& plane, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
@@ -83,8 +83,8 @@ DTSDF_HD float subpixelOffset(int subpixel, int count) {
   return static_cast<float>(subpixel - count / 2) / static_cast<float>(count);
 }
 
-/// Inverse depth of a pixel's plane at an offset (du, dv), limited to be no farther away than the
-/// pixel and its neighbours on those sides, which must be measured.
+/// Inverse depth of a pixel's plane at an offset (du, dv) in pixels, but no farther away than the
+/// farthest of the pixel and its neighbours on those sides, which must be measured.
 DTSDF_HD float inverseDepthBeside(const ImageView& image, const Pixel& pixel,
                                   const PixelPlane& plane, float du, float dv) {
   const int width = image.frame.width;

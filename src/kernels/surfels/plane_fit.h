@@ -1,15 +1,14 @@
-/// Surface normals from a depth image, by edge-stopped plane fits in inverse depth.
+/// Surface normals from a depth image, by plane fits in inverse depth that end at depth edges.
 ///
-/// The inverse depth of a plane is an affine function of the pixel: with n^T P = delta and P = z
-/// ((u - cx) / fx, (v - cy) / fy, 1),
+/// The inverse depth of a plane n^T P = delta, with P = z ((u - cx) / fx, (v - cy) / fy, 1), is
+/// affine in the pixel:
 ///   1 / z = (n_x (u - cx) / fx + n_y (v - cy) / fy + n_z) / delta.
-/// So fitting the value and slopes of 1 / z in a window around a pixel gives a plane's normal
-/// without bias, and the noise of triangulating sensors is uniform in 1 / z. The least-squares fit
-/// over a rectangle separates into a fit along the row and one along the column. Each walk ends
-/// where pixels are not linked, so nothing is mixed across a discontinuity.
+/// So its value and slopes, fitted in a window around a pixel, give the normal without bias, and
+/// the noise of triangulating sensors is uniform in 1 / z. The least-squares fit over a rectangle
+/// separates into a fit along the row and one along the column.
 ///
-/// A strip a single pixel wide (a rod, a wire, or what shows through a slit) has only one of the
-/// two fits. If that line is long enough, the strip is taken to face the camera across its width.
+/// A strip one pixel wide (a rod, a wire, or a surface seen through a slit) has only one of the two
+/// fits. If that line is long enough, the strip is assumed to face the camera across its width.
 #pragma once
 
 #include "kernels/surfels/line_fit.h"
@@ -17,7 +16,7 @@
 namespace dtsdf {
 
 /// Unit normal, facing the camera, of the plane with this value and slopes of 1 / z at (u, v); zero
-/// if there is none.
+/// if these are all 0.
 DTSDF_HD Vec3f planeNormal(float u, float v, float value, float slope_u, float slope_v,
                            const Intrinsics& K) {
   const Vec3f n{-(K.fx * slope_u), -(K.fy * slope_v),
@@ -56,14 +55,14 @@ DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
                  columnAround(pixel.v, frame, radius));
 }
 
-/// Whether a pixel is in front of both adjacent pixels, or behind both as through a slit. In
-/// between are pixels that mix the two sides of a step, and rows of a floor seen at too flat an
-/// angle. Unmeasured neighbours (0) do not count.
+/// Whether a pixel is in front of both adjacent pixels, or behind both, as if seen through a slit;
+/// both must be measured. Pixels in between may mix two sides of a step, or be rows of a floor at a
+/// grazing angle.
 DTSDF_HD bool standsAlone(float before, float inverse_depth, float after) {
   return before > 0.0f && after > 0.0f && (before > inverse_depth) == (after > inverse_depth);
 }
 
-/// The same for the neighbours along the row, or across the rows.
+/// standsAlone() for the neighbours in the column (`across_rows`) or in the row.
 DTSDF_HD bool standsAloneAcross(const ImageView& image, const Pixel& pixel, bool across_rows) {
   const FrameView& frame = image.frame;
   const float* centre = image.inverse_depth + pixelIndex(frame, pixel);
@@ -76,15 +75,14 @@ DTSDF_HD bool standsAloneAcross(const ImageView& image, const Pixel& pixel, bool
 /// Any two pixels form a line; a third confirms it.
 constexpr int32_t kFewestOnALine = 3;
 
-/// The plane of a strip one pixel wide, along the row or down the column. Across its width it faces
-/// the camera. A single line of pixels is trusted less.
+/// The plane of a strip one pixel wide, along the row or down the column. Its weight is reduced.
 DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, bool along_row,
                                const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;
   const int64_t at = pixelIndex(frame, pixel);
   const float* centre = sensing.image.inverse_depth + at;
   WindowRadius radius = windowRadius(*centre, fitWindow(frame, sensing.noise, surfels));
-  radius.one_side = radius.both;  // few pixels as it is
+  radius.one_side = radius.both;  // a strip has few pixels
   const PixelLine line =
       along_row ? rowAround(pixel.u, frame.width, radius) : columnAround(pixel.v, frame, radius);
   const LineFit fit = fitLine({centre, centre, sensing.image.links + at}, line);
@@ -111,8 +109,9 @@ DTSDF_HD bool hasRowBetween(const ImageView& image, int64_t at) {
          (image.links[at] & kLinkRight) != 0;
 }
 
-/// The normal at the point between the four pixels from (u, v) to (u + 1, v + 1), fitted down the
-/// column between them to the means of both sides' row fits. Zero if there is none.
+/// The normal at the point between the four pixels from (u, v) to (u + 1, v + 1), from a line
+/// fitted down the column between them to the means of the row fits on its left and right. Zero if
+/// there is none.
 DTSDF_HD Vec3f fitNormalBetween(const FrameSensing& sensing, const Pixel& pixel,
                                 const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
@@ -121,7 +120,7 @@ DTSDF_HD Vec3f fitNormalBetween(const FrameSensing& sensing, const Pixel& pixel,
   if (!(origin > 0.0f)) return {0.0f, 0.0f, 0.0f};
   const WindowRadius radius = windowRadius(origin, fitWindow(image.frame, sensing.noise, surfels));
   const int rows_above = pixel.v + 1, rows_below = image.frame.height - 1 - pixel.v;
-  // Sums of a line fit with samples at any offsets, and of the slopes along the rows.
+  // Sums of a line fit with samples at any offsets, and of slopes along the rows.
   float n = 0.0f, k = 0.0f, kk = 0.0f, y = 0.0f, ky = 0.0f, slopes = 0.0f;
   const auto addRowBetween = [&](int64_t at, float offset) {
     const float left = image.row_value[at], right = image.row_value[at + 1];

@@ -6,7 +6,7 @@
 
 namespace dtsdf {
 
-/// Bits of the links of a pixel to its next neighbours.
+/// A pixel's links to the neighbours on its right and below, a bit each.
 using PixelLinks = uint8_t;
 constexpr PixelLinks kLinkRight = 1, kLinkDown = 2;
 
@@ -15,14 +15,14 @@ struct ImageView {
   FrameView frame;
   const float* inverse_depth;  ///< In 1/m, by filledInverseDepth(); a surface only if positive.
   const float* row_value;      ///< Inverse depth by the row fits; 0 without a fit.
-  const float* row_slope;
-  const PixelLinks* links;  ///< Links to neighbours on the same surface.
+  const float* row_slope;      ///< Per pixel.
+  const PixelLinks* links;
 };
 
 /// The noise of an image. It is uniform in inverse depth for sensors that triangulate, and in depth
 /// for time of flight.
 struct DepthNoise {
-  float sigma;       ///< Standard deviation at 1 m, of inverse depth in 1/m and of depth in m.
+  float sigma;       ///< Standard deviation at 1 m: of depth in m, or of inverse depth in 1/m.
   int32_t in_depth;  ///< 1: uniform in depth, 0: uniform in inverse depth.
 };
 
@@ -32,8 +32,8 @@ DTSDF_HD float noiseAt(const DepthNoise& noise, float inverse_depth) {
   return noise.sigma * (in_depth * (inverse_depth * inverse_depth) + (1.0f - in_depth));
 }
 
-/// Largest difference between two inverse depths, in 1/m, that noise explains; the variance of a
-/// difference is twice that of a sample.
+/// Largest difference between two inverse depths, in 1/m, that noise explains. `nearer` is the
+/// larger one. The variance of a difference is twice that of a sample.
 DTSDF_HD float noiseOfStep(const DepthNoise& noise, float nearer, float noise_level) {
   constexpr float kSqrt2 = 1.41421356f;
   return kSqrt2 * noise_level * noiseAt(noise, nearer);
@@ -44,7 +44,7 @@ struct FrameSensing {
   ImageView image;
   DepthNoise noise;
   const float* free_depth;          ///< freeDepth() per pixel; null if not needed.
-  const float* max_free = nullptr;  ///< Greatest free depth in each patch (fusion/free_patches.h).
+  const float* max_free = nullptr;  ///< Largest free depth in each patch (fusion/free_patches.h).
 };
 
 /// The settings that the rules of surfels need.
@@ -52,7 +52,7 @@ struct SurfelSettings {
   int32_t normal_radius_px;  ///< Largest half width of a window; 0: no normals are needed.
   float depth_jump;  ///< Largest share by which neighbouring depths on one surface may differ.
   SurfelRules rules;
-  int32_t noise_in_depth;  ///< The same as in DepthNoise.
+  int32_t noise_in_depth;  ///< See DepthNoise::in_depth.
 };
 
 }  // namespace dtsdf

@@ -7,19 +7,19 @@
 
 namespace dtsdf {
 
-/// Point and unit normal in the local frame L, in voxels. Weight 0: no measurement.
+/// Point, in voxels, and unit normal in the local frame L. Weight 0: no measurement.
 struct Surfel {
   Vec3f p_L;
   float weight;
   Vec3f normal_L;
   float depth_m;
   /// Distance along the image's rows and columns up to which the surface is known to continue on
-  /// both sides of the point.
+  /// both sides of the point; see Subdivision.
   float half_across_px = 0.0f, half_down_px = 0.0f;
 };
 
-/// Share of a voxel's face that a pixel covers at a depth, seen face on. With it, a frame's effect
-/// on a voxel does not depend on the number of its pixels.
+/// Share of a voxel's face that a pixel covers at a depth, if the surface faces the camera; may
+/// exceed 1. As a weight, it makes a frame's effect independent of the image's resolution.
 DTSDF_HD float coveredShare(const FrameView& frame, float depth_m) {
   const float width = depth_m / (frame.intrinsics.fx * frame.voxel_size_m);
   return width * width;
@@ -49,7 +49,7 @@ DTSDF_HD Surfel makeSurfel(const FrameView& frame, float u, float v, float depth
           half_down_px};
 }
 
-/// A measurement without a normal, as voxel projection into an undirected map needs it.
+/// A surfel without a normal, for voxel projection into an undirected map.
 DTSDF_HD Surfel makePointSurfel(const ImageView& image, const Pixel& pixel) {
   const FrameView& frame = image.frame;
   const float inverse_depth = image.inverse_depth[pixelIndex(frame, pixel)];
@@ -108,7 +108,7 @@ DTSDF_HD Surfel makeWholePixelSurfel(const ImageView& image, const PixelMeasurem
                     measured.plane.normal_C, measured.plane.trust);
 }
 
-/// The only surfel of a pixel that is neither merged nor subdivided.
+/// The surfel of a pixel for voxel projection, with its normal if the map needs one.
 DTSDF_HD Surfel makePixelSurfel(const FrameSensing& sensing, const Pixel& pixel,
                                 const SurfelSettings& surfels) {
   if (surfels.normal_radius_px == 0) return makePointSurfel(sensing.image, pixel);
@@ -116,7 +116,8 @@ DTSDF_HD Surfel makePixelSurfel(const FrameSensing& sensing, const Pixel& pixel,
   return makeWholePixelSurfel(sensing.image, wholePixel(sensing, pixel, column, surfels));
 }
 
-/// The surfel of merged pixels. The mean of 1 / z is that of a plane at the square's centre.
+/// The surfel of merged pixels, at the square's centre. There a plane has the mean of the pixels'
+/// inverse depths.
 DTSDF_HD Surfel makeMergedSurfel(const FrameSensing& sensing, const PixelSquare& square,
                                  const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;

@@ -1,42 +1,39 @@
-/// Constants of the rules that make surfels from an image: defaults, units and reasons. A
-/// measurement behind a value is named; "by judgement" means that there is none.
-///
-/// A plane predicts a pixel to within noise_level deviations of noise plus a voxel, within which
-/// the map does not separate surfaces.
+/// Constants of the rules that make surfels from an image: defaults, units and reasons.
 #pragma once
 
 namespace dtsdf {
 
 struct SurfelRules {
-  /// Standard deviations that count as noise; for a difference, those of the difference.
+  /// Number of standard deviations that count as noise.
   float noise_level = 3.0f;
 
-  /// Largest difference from one step of a steep surface to the next in line, as a share of the
-  /// step. Sides two pixels wide end in steps of which one is at least half as large.
+  /// Largest change from one step of a steep surface to the next in line, as a share of the step. A
+  /// side two pixels wide has one full step between two partial ones, one of which is at least half
+  /// as large.
   float linked_turn = 0.5f;
   /// Largest final step of a surface that curves out of sight, as a share of the jump behind it.
-  /// One in ten mixed pixels is that near to the front, and spans a tenth of the jump.
+  /// One mixed pixel in ten is that close to the front, by chance.
   float linked_rim_share = 0.1f;
 
-  /// Noise shared by the pixels of a window may raise the estimate to this multiple of that over
-  /// three pixels. Averaging over seven pixels gives a factor of two.
+  /// Largest ratio of the estimate with lines of seven-pixel steps to that without, for noise that
+  /// neighbouring pixels share. Averaging depth over seven pixels gives a ratio of two.
   float largest_shared_noise = 3.0f;
 
   /// Half width of the window that normals are fitted in, in voxels. Finer detail is lost in the
   /// map anyway, and more samples mean less noise.
   float window_voxels = 0.75f;
-  /// Maximum angle that noise may turn a normal by, in radians; the window grows for it up to its
-  /// limit.
+  /// Largest standard deviation of a normal's angle due to noise, in radians. The window grows to
+  /// achieve it, up to its limit.
   float largest_noise_turn = 0.15f;
-  /// Factor of the weight of a surfel from a single line of pixels: enough if nothing else was
-  /// measured, too little to disturb what was.
+  /// Factor of the weight of surfels from strips one pixel wide: enough where nothing else is
+  /// measured, too little to disturb other measurements.
   float strip_weight = 0.05f;
 
-  /// Largest width of a square of merged pixels, in voxels: less than half, so that their samples
-  /// are nearly the same.
+  /// Largest width of a square of merged pixels, in voxels. Below half a voxel, the pixels update
+  /// nearly the same samples.
   float merged_width = 0.45f;
-  /// Largest turn of the surface across the square, in radians: at a crease the pixels keep their
-  /// own normals.
+  /// Largest turn of the surface across the square, in radians; pixels at a crease keep their own
+  /// normals.
   float merged_turn = 1.0f;
 };
 

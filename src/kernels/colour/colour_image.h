@@ -1,5 +1,5 @@
-/// A colour image and its halved copies, from which a voxel takes the mean of the pixels it covers
-/// for the cost of four.
+/// A colour image and its halved copies. A voxel takes the mean of the pixels it covers from four
+/// pixels of one copy.
 #pragma once
 
 #include <cstring>
@@ -23,7 +23,7 @@ DTSDF_HD ColourPixel takePixel(const uint8_t* pixel, const PixelLayout& layout) 
   return {pixel[layout.red], pixel[layout.green], pixel[layout.blue], 0};
 }
 
-/// Number of sizes of an image: the full one, then each half as wide and high as the one before.
+/// Number of levels: the full image, then copies half as wide and high as the one before.
 constexpr int kColourLevels = 4;
 
 struct ColourLevel {
@@ -64,7 +64,8 @@ DTSDF_HD const ColourPixel& pixelAt(const ColourImage& image, const ColourLevel&
   return image.pixels[level.first + static_cast<int64_t>(y) * level.width + x];
 }
 
-/// Rounded means of four pixels' bytes, for two bytes of the word at once, in 16 bits each.
+/// Rounded means of the bytes of four pixels. Two bytes of a word are summed at once, in 16 bits
+/// each.
 DTSDF_HD uint32_t meanOfPixels(uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
   constexpr uint32_t kBytes = 0x00ff00ff, kHalf = 0x00020002;
   const uint32_t even = (a & kBytes) + (b & kBytes) + (c & kBytes) + (d & kBytes) + kHalf;
@@ -120,8 +121,8 @@ DTSDF_HD Rgb between(const Rgb& a, const Rgb& b, float share) {
           between(a.blue, b.blue, share)};
 }
 
-/// The colour at a point of the image, in pixels from the corner of the first pixel; bilinear
-/// between pixels of the level.
+/// The colour at a point of the image, bilinear between pixels of a level. u_px and v_px are in
+/// pixels of the full image, from the corner of its first pixel.
 DTSDF_HD Rgb colourAt(const ColourImage& image, int level_number, float u_px, float v_px) {
   const ColourLevel& level = image.level[level_number];
   const float scale = 1.0f / static_cast<float>(1 << level_number);

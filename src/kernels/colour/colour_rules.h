@@ -6,22 +6,21 @@
 namespace dtsdf {
 
 struct ColourRules {
-  /// Maximum distance of voxels from the surface that they represent, in voxels. They are painted,
-  /// and hide what is behind. It is over 0.5, so that each place of a surface has such a voxel.
+  /// Largest distance from its surface, in voxels, at which a voxel is painted and hides what is
+  /// behind it. Above 0.5, so that each place of a surface has such a voxel.
   float surface_distance = 0.6f;
-  /// Minimum difference in depth between a point's surface and another one, in voxels. Smaller
-  /// differences are due to the roughness of the surface.
+  /// A surface hides a point that is farther away by more than this, in voxels. Smaller differences
+  /// are due to the roughness of the surface.
   float hidden_depth = 2.0f;
 
   /// Side of the squares that pixels are averaged over, in voxels. Finer detail is lost in the map
   /// anyway, and would appear as noise.
   float sample_width = 0.5f;
-  /// Largest weight of a colour, in views as good as the newest, so that later views go on
-  /// counting.
+  /// Largest weight of a colour, as a multiple of the newest view's, so that later views still
+  /// count.
   int32_t max_views = 8;
 
-  /// Minimum number of painted voxels for estimating an image's exposure: a small part of an image,
-  /// by judgement.
+  /// Minimum number of painted voxels to estimate an image's exposure from; by judgement.
   int32_t min_overlap = 256;
 };
 

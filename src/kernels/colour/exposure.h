@@ -1,8 +1,9 @@
 /// The exposure of an image relative to that of the map: a surface should have one colour, whatever
 /// the camera's exposure time.
 ///
-/// Each channel has one gain, the ratio of the map's values to the image's at the same voxels. A
-/// gain also suits gamma-encoded values, which a longer exposure multiplies by a power of itself.
+/// Each channel has a gain, from the ratio of the map's values to the image's at the same voxels. A
+/// gain suits gamma-encoded values as well: a longer exposure multiplies all of them by the same
+/// factor.
 #pragma once
 
 #include "kernels/colour/colour_rules.h"
@@ -17,8 +18,8 @@ struct Exposure {
 
 DTSDF_HD Exposure sameExposure() { return {{1.0f, 1.0f, 1.0f}}; }
 
-/// Sums over the voxels seen by both the map and the image, by channel. A voxel adds at most 255^2,
-/// so the sums hold 2^47 voxels, more than any map has.
+/// Sums by channel over the voxels that both the map and the image have a colour for. A voxel adds
+/// at most 255^2, so the sums hold 2^47 voxels.
 struct ExposureSums {
   int64_t map[3], image[3];
   int64_t map_squares[3], image_squares[3], products[3];
@@ -67,12 +68,11 @@ DTSDF_HD void addToSums(ExposureSums& sums, const VoxelColour& map, const VoxelC
   ++sums.voxels;
 }
 
-/// The gain of a channel: the ratio of its values, drawn towards 1 to the extent that these differ
-/// for other reasons. The ratio explains the part of the squared difference between map and image
-/// that a change of exposure causes, which affects all voxels alike. The rest is due to other
-/// angles, places and lights, which also bias the ratio; such biases would add up over images.
-/// (cabinet, 58 images with one exposure, 20 mm: red comes out 1.18 times too bright with the whole
-/// ratio, 1.01 times like this, and 1.03 times with a factor of 1 in place of the 2. With images
+/// The gain of a channel: the ratio of the map's values to the image's, drawn towards 1 if it
+/// explains little of their squared difference. The unexplained part is due to other angles, places
+/// and lights. These also bias the ratio, and such biases would add up over images. (cabinet, 58
+/// images with one exposure, 20 mm: red comes out 1.18 times too bright with the whole ratio, 1.01
+/// times with this gain, and 1.03 times with a factor of 1 in place of the 2. With images
 /// alternately darkened by up to 40 %: 0.97.)
 DTSDF_HD float gainOf(const ExposureSums& sums, int channel) {
   const auto map = static_cast<double>(sums.map_squares[channel]);
@@ -89,8 +89,8 @@ DTSDF_HD float gainOf(const ExposureSums& sums, int channel) {
   return static_cast<float>(1.0 + share * (ratio - 1.0));
 }
 
-/// The gains for an image. They stay as before if too little of the map is seen again, and are 1 if
-/// exposures are fixed.
+/// The gains for an image. They stay as before if the image sees too few painted voxels, and are 1
+/// if exposures are fixed.
 DTSDF_HD Exposure exposureOf(const ExposureSums& sums, const Exposure& before,
                              const PaintSettings& settings) {
   if (settings.fixed_exposure) return sameExposure();

@@ -1,8 +1,7 @@
 /// Finds what the map's own surface hides from a colour camera.
 ///
-/// Surface points are drawn into a depth image with one cell for each 2 x 2 pixels. Each point
-/// covers its surroundings with a piece of its plane, and a cell keeps the nearest depth. This
-/// minimum does not depend on the order.
+/// Surface points are drawn into a depth image with one cell for each 2 x 2 pixels. Each point is
+/// drawn as a piece of its plane, and a cell keeps the nearest depth, whatever the order.
 #pragma once
 
 #include "kernels/colour/surface_point.h"
@@ -17,18 +16,18 @@ constexpr float kNoSurface_m = 1e30f;
 
 DTSDF_HD int32_t cellsFor(int32_t pixels) { return (pixels + kCellSide - 1) >> kCellSideLog2; }
 
-/// The cell of a coordinate, clamped to the image. Extreme intrinsics may give coordinates that do
-/// not fit in an integer.
+/// The cell of a pixel coordinate, clamped to the image. With extreme intrinsics, `px` may not fit
+/// in an integer.
 DTSDF_HD int32_t cellOf(float px, int32_t cells) {
   constexpr float kFarBeyond = 16777216.0f;
   const int32_t cell = floorToInt(minimum(maximum(px, 0.0f), kFarBeyond)) >> kCellSideLog2;
   return cells > cell ? cell : cells - 1;
 }
 
-/// Whether a voxel hides what is behind it: its surface must be near, and lie between it and the
-/// next voxel along the direction's axis, which must be known as well. So isolated noise in front
-/// of a surface does not hide it. A next voxel in another block is taken to be known. The
-/// undirected map has no axis.
+/// Whether a voxel hides what is behind it. Its surface must be near, and lie between it and the
+/// next voxel along the direction's axis. That voxel must be known too, so that isolated noise in
+/// front of a surface does not hide it; a next voxel in another block is not tested. The undirected
+/// map has no axis, so a near surface suffices.
 DTSDF_HD bool hides(const PointView& view, const Voxel* voxels, int index, int direction) {
   if (!isNearSurface(view, voxels[index])) return false;
   if (!view.directional) return true;
@@ -80,9 +79,9 @@ DTSDF_HD float depthInCell(const SurfacePoint& point, int32_t u, int32_t v) {
   return depthBeside(point, centre_u - point.u, centre_v - point.v);
 }
 
-/// Depth of a piece in cell (u, v), or kNoSurface_m. It covers its own cell and those where its
-/// plane is within a voxel of its depth. At a grazing angle this is a stripe; a wider one would
-/// hide the surface behind it.
+/// Depth of a piece in cell (u, v), or kNoSurface_m if it does not cover the cell. It covers its
+/// own cell and those where its plane is within a voxel of the point's depth. At a grazing angle, a
+/// larger piece would hide the surface behind it.
 DTSDF_HD float depthOfPiece(const SurfacePiece& piece, int32_t u, int32_t v) {
   const float depth_m = depthInCell(piece.point, u, v);
   const bool is_own = (u == piece.own_u) & (v == piece.own_v);
@@ -104,9 +103,9 @@ DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, cons
   }
 }
 
-/// Whether a nearer surface hides a point: the depth in its cell is less than that of the point and
-/// that of its plane, which may come nearer within the cell. `hiding_m` holds the nearest depth of
-/// each cell in metres, row by row.
+/// Whether a nearer surface hides a point: the depth in its cell must be less, by more than
+/// hidden_depth, than the point's and than that of its plane at the cell's centre. `hiding_m` holds
+/// the nearest depth of each cell in metres, row by row.
 DTSDF_HD bool isHidden(const PointView& view, const float* hiding_m, const SurfacePoint& point) {
   const int32_t width = cellsFor(view.frame.width), height = cellsFor(view.frame.height);
   const int32_t u = cellOf(point.u, width), v = cellOf(point.v, height);

@@ -23,12 +23,9 @@ struct ColourSample {
 
 DTSDF_HD uint8_t roundColour(float value) { return static_cast<uint8_t>(value + 0.5f); }
 
-/// How well an image sees a point, in (0, 1]. It is squared, since one view that is twice as good
-/// is worth more than two views.
-///
-///   cosine           the angle
-///   min(1, z0 / z)   the distance
-///   min(1, width)    the sharpness: width of a voxel in pixels, foreshortened
+/// How well an image sees a point, in (0, 1]: by angle, distance and sharpness, the foreshortened
+/// width of a voxel in pixels. It is squared, since one view that is twice as good is worth more
+/// than two views.
 DTSDF_HD float viewWeight(const PointView& view, const SurfacePoint& point) {
   const float width_px = point.cosine * voxelWidth(view.frame, point);
   const float quality = point.cosine * minimum(1.0f, view.full_weight_depth_m / point.depth_m) *
@@ -49,7 +46,7 @@ DTSDF_HD ColourSample sampleAt(const ColourSensing& sensing, const SurfacePoint&
           viewWeight(view, point)};
 }
 
-/// The image's sample for the voxel with this index in its array.
+/// The image's sample for the voxel with this index in its array; weight 0 if it is not seen.
 DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& first_voxel_L,
                                    const Voxel* voxels, int index, int direction) {
   const ColourSample nothing{0, 0, 0, 0.0f};
@@ -63,9 +60,8 @@ DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& fi
   return isHidden(view, sensing.hiding_m, point) ? nothing : sampleAt(sensing, point);
 }
 
-/// The weighted mean of a voxel's colour and a sample. The weight grows to at most max_views such
-/// samples, so that the colour goes on following what is seen; a larger weight, from better views,
-/// stays.
+/// The weighted mean of a voxel's colour and a sample. The weight grows up to max_views times the
+/// sample's, so that later views still count. A larger weight, from better views, is kept.
 DTSDF_HD VoxelColour paintedColour(const VoxelColour& colour, const ColourSample& sample,
                                    const Exposure& exposure, const ColourRules& rules) {
   const float before = colourWeight(colour.weight), total = before + sample.weight;

@@ -12,8 +12,7 @@ struct SurfacePoint {
   float depth_m;
   float cosine;  ///< Between the normal and the ray to the camera; negative if seen from behind.
   float u, v;    ///< In pixels, from the corner of the first pixel.
-  /// Inverse depth in 1/m, and its change per pixel on the plane through the point, where it is
-  /// affine in the pixel.
+  /// Inverse depth in 1/m, and its change per pixel on the plane through the point.
   float inverse_depth, per_u, per_v;
 };
 
@@ -33,14 +32,14 @@ DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel) {
 /// the distance to a surface.
 DTSDF_HD float pointRadius(const ColourRules& rules) { return 7.0f + rules.surface_distance; }
 
-/// Whether a voxel with this gradient has a surface point in a direction: surfaces are fused into
-/// the directions of their normals. A zero gradient belongs to none.
+/// Whether a voxel with this normal has a surface point in a direction: the normal must belong to
+/// it. A zero normal belongs to none.
 DTSDF_HD bool hasPoint(const PointView& view, const Vec3f& normal, int direction) {
   return view.directional ? directionWeight(normal, direction) > 0.0f : dot(normal, normal) > 0.0f;
 }
 
-/// Minimum cosine at which a plane is used beyond its point. Below it, the surface is taken to face
-/// the camera.
+/// Minimum cosine between normal and ray at which the plane around a point is used. Below it, the
+/// depth around the point is taken to be constant.
 constexpr float kMinPlaneCosine = 0.02f;
 
 /// Projects a point in metres with a unit normal; the result may be outside the image.
@@ -72,8 +71,8 @@ DTSDF_HD bool isInImage(const PointView& view, const SurfacePoint& point) {
          point.v < static_cast<float>(frame.height);
 }
 
-/// Finds the surface point of the voxel at `index` in its array. Returns false if no surface there
-/// belongs to the direction, or if the point is not in the image.
+/// Finds the surface point of the voxel at `index` in its array. @return false if its normal does
+/// not belong to the direction, or if the point is outside the image or too far away.
 DTSDF_HD bool findSurfacePoint(const PointView& view, const Vec3f& first_voxel_L,
                                const Voxel* voxels, int index, int direction, SurfacePoint& point) {
   const Facing facing = facingOf(view.directional ? direction : kAnyDirection);
@@ -89,8 +88,8 @@ DTSDF_HD float voxelWidth(const FrameView& frame, const SurfacePoint& point) {
   return frame.intrinsics.fx * frame.voxel_size_m / point.depth_m;
 }
 
-/// Depth in metres of the point's plane, (du, dv) pixels from the point; kept in front of the
-/// horizon.
+/// Depth in metres of the point's plane, (du, dv) pixels from the point; at most 100 times the
+/// point's.
 DTSDF_HD float depthBeside(const SurfacePoint& point, float du, float dv) {
   const float inverse_depth = point.inverse_depth + du * point.per_u + dv * point.per_v;
   return 1.0f / maximum(inverse_depth, 0.01f * point.inverse_depth);

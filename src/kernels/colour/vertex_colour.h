@@ -42,9 +42,9 @@ DTSDF_HD VertexColour colourOf(const ColourMean& mean) {
 struct ColouredCorners {
   CornerArrays voxels;
   const VoxelColour* colours[kCornerBlocks][kDirectionCount][kBricksPerArray];
-  /// Directions with colours, bit d for direction d.
+  /// Directions with colours in a brick, bit d for direction d.
   uint8_t kept[kCornerBlocks][kBricksPerArray];
-  /// Painted corners, by z and y: bit x for x. findPaintedRow() fills it, once per block, if
+  /// Painted corners by direction, z and y: bit x for x. findPaintedRow() fills it, if
   /// colourNearEdge() is needed.
   uint16_t painted_rows[kDirectionCount][kCornerGridSide][kCornerGridSide];
 
@@ -74,7 +74,7 @@ struct ColouredCorners {
 /// in waves of colour, voxels of 25 mm: RMSE in CIE Lab 6.5, 6.1 and 6.0 with 1, 2 and 3.)
 constexpr int kFillReach = 2;
 
-/// The directions that have colours for any of the corners in a box.
+/// The directions with bricks of colours for the corners in a box.
 DTSDF_HD uint32_t directionsIn(const ColouredCorners& corners, const Vec3i& first,
                                const Vec3i& last) {
   uint32_t directions = 0;
@@ -88,8 +88,9 @@ DTSDF_HD uint32_t directionsIn(const ColouredCorners& corners, const Vec3i& firs
   return directions;
 }
 
-/// Finds the painted voxels in one of the kPaintedRows rows of corners along x.
 constexpr int kPaintedRows = kDirectionCount * kCornerGridSide * kCornerGridSide;
+
+/// Finds the painted voxels in one of the kPaintedRows rows of corners along x.
 DTSDF_HD void findPaintedRow(ColouredCorners& corners, int number) {
   constexpr int kLast = kCornerGridSide - 1;
   const int y = number % kCornerGridSide, z = number / kCornerGridSide % kCornerGridSide;
@@ -106,9 +107,8 @@ DTSDF_HD void findPaintedRow(ColouredCorners& corners, int number) {
   corners.painted_rows[direction][z][y] = static_cast<uint16_t>(painted);
 }
 
-/// The mean colour of the voxels painted up to `reach` voxels around an edge's ends, in directions
-/// with a say on the edge, as far as the block's own corners go. It colours vertices whose own
-/// voxels no image has painted, as happens in folds and at the rim of what was seen.
+/// The mean colour of painted voxels up to `reach` voxels around an edge's ends, among the block's
+/// own corners, in directions with a say on the edge.
 DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, bool directional,
                                    int reach) {
   const int axis = edgeAxis(edge);
@@ -139,10 +139,9 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, boo
 /// directions; `colour(direction, upper)` and `sample(direction, upper)` give a direction's values
 /// at the edge's lower or upper end.
 ///
-/// Directions that cross the edge as the vertex does decide, as they do for its position; if none
-/// does, all in `asked` count. Samples are read only where a direction is painted. The colour of a
-/// crossing direction is interpolated like its surface: colours belong to the feet of voxels, and
-/// the vertex's foot divides the way between them in the same ratio.
+/// The painted directions that cross the edge as the vertex does decide; if there are none, all in
+/// `asked` count. In a crossing direction, the colour is interpolated like the distance, as colours
+/// belong to the feet of voxels. Samples are read only where a direction is painted.
 template <class ColourAt, class SampleAt>
 DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colour,
                                const SampleAt& sample) {
@@ -155,7 +154,7 @@ DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colou
       const float from_lower = fabsf(lower.sdf), length = from_lower + fabsf(upper.sdf);
       const float at = length > 0.0f ? from_lower / length : 0.5f;
       const float weight = lower.weight * upper.weight;
-      const float least = 1e-3f;  // an end that is the only painted one counts, even if far away
+      const float least = 1e-3f;  // so that an end counts if only it is painted
       addTo(crossing, lower_colour, weight * maximum(1.0f - at, least));
       addTo(crossing, upper_colour, weight * maximum(at, least));
     }

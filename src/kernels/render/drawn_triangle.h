@@ -1,7 +1,8 @@
 /// A triangle of the mesh as a camera sees it: which pixels it covers, and what they show.
 ///
-/// Corners are rounded to 1/256 of a pixel, and coverage is computed in integers. Of the triangles
-/// that share a side exactly one covers a pixel on it, so a closed mesh shows no slit.
+/// Corners are rounded to 1/256 of a pixel, and coverage is computed in integers. A pixel centre on
+/// the side between two triangles is covered by exactly one of them, so a closed mesh shows no
+/// slit.
 #pragma once
 
 #include <cstring>
@@ -14,12 +15,14 @@
 
 namespace dtsdf {
 
+/// A pixel of a view: the depth's bits in the upper half, the packed normal or colour in the lower.
+/// The smallest key is the nearest.
 using ViewKey = uint64_t;
 
 /// Key of a pixel where nothing was drawn; larger than any other.
 constexpr ViewKey kNothingSeen = ~ViewKey{0};
 
-/// The bits of a positive depth, which sort as depths do.
+/// The bits of a positive depth, which sort like depths.
 DTSDF_HD uint32_t depthBits(float depth) {
   uint32_t bits;
   memcpy(&bits, &depth, sizeof(bits));
@@ -30,7 +33,7 @@ DTSDF_HD ViewKey viewKey(float depth, uint32_t shown) {
   return static_cast<ViewKey>(depthBits(depth)) << 32 | shown;
 }
 
-/// Whether something at this depth may be in front of a key.
+/// Whether something at this depth may be in front of what a key holds.
 DTSDF_HD bool mayBeBefore(float depth, ViewKey key) {
   return depthBits(depth) <= static_cast<uint32_t>(key >> 32);
 }
@@ -43,7 +46,7 @@ DTSDF_HD float depthOf(ViewKey key) {
   return depth;
 }
 
-/// Normals are stored as places on an octahedron, unfolded into a square of 65536 x 65536.
+/// Normals are stored in octahedral encoding, with 16 bits for each of the two coordinates.
 constexpr float kNormalSteps = 65535.0f;
 
 DTSDF_HD float signOf(float a) { return select(a < 0.0f, -1.0f, 1.0f); }
@@ -67,7 +70,7 @@ DTSDF_HD uint32_t packNormal(const Vec3f& normal_C) {
   return step(x) << 16 | step(y);
 }
 
-/// Unpacks a unit normal. Branch-free, as branches would cost more than they save.
+/// Unpacks a unit normal. Branch-free, which is faster.
 DTSDF_HD Vec3f unpackNormal(uint32_t packed) {
   const auto place = [](uint32_t step) {
     return static_cast<float>(static_cast<int32_t>(step)) * (2.0f / kNormalSteps) - 1.0f;
@@ -100,7 +103,7 @@ DTSDF_HD VertexColour colourOf(ViewKey key) {
 
 /// Largest distance of a vertex from its block's middle, in voxels; see BlockVertex.
 constexpr float kDrawnReach = 11.3f;
-/// The same for all that the labels of the units around it depend on: one block more.
+/// The same for the voxels that the labels of the units around it depend on: one block more.
 constexpr float kLabelledReach = kDrawnReach + 13.9f;
 
 /// Whether anything within `reach` of a block's middle may be in view; false only if nothing is.
@@ -116,10 +119,10 @@ constexpr int32_t kPixelSteps = 256;
 struct ProjectedVertex {
   int32_t x, y;         ///< In steps; pixel centres are at multiples of kPixelSteps.
   float inverse_depth;  ///< Per voxel; 0: not in front of the camera.
-  Vec3f normal_C;       ///< Its length grows with the vertex's triangles.
+  Vec3f normal_C;       ///< Not normalised; see normalOfShares().
 };
 
-/// Projects a point of the local frame; the normal is left 0.
+/// Projects a point of the local frame, in voxels. The normal is left 0.
 DTSDF_HD ProjectedVertex projectVertex(const FrameView& frame, const Vec3f& p_L) {
   constexpr float kMinDepth = 0.1f;        // in voxels
   constexpr float kFarthest = 2097152.0f;  // pixels; products of steps fit in 64 bits
@@ -145,14 +148,14 @@ DTSDF_HD Vec3i normalShare(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   return {steps(normal.x), steps(normal.y), steps(normal.z)};
 }
 
-/// The normal of a vertex from its triangles' contributions. Its length is kept, so at a border, a
-/// vertex with only a sliver of a triangle has little influence.
+/// The normal of a vertex, from the sum of its triangles' shares. Not normalised, so that at a
+/// border, a vertex with only a sliver of a triangle has little influence.
 DTSDF_HD Vec3f normalOfShares(const FrameView& frame, const Vec3i& sum) {
   return rotateInverse(frame.T_L_C, toFloat(sum));
 }
 
-/// Twice the areas between a point and a triangle's sides, in squared steps; of[k] is for the side
-/// opposite to corner k. They are the corners' weights at the point.
+/// The weights of a triangle's corners at a point, not normalised: of[k] is twice the area between
+/// the point and the side opposite corner k, in squared steps.
 struct CornerWeights {
   int64_t of[3];
 };
@@ -162,7 +165,8 @@ struct DrawnTriangle {
   int32_t u0, v0, u1, v1;     ///< Bounding box, in pixels.
   CornerWeights first;        ///< At pixel (u0, v0).
   CornerWeights right, down;  ///< Change from pixel to pixel.
-  /// Minimum weights of a covered pixel, 0 or 1: each side belongs to one triangle.
+  /// Minimum weights of a covered pixel: 0 if pixel centres on that side belong to this triangle,
+  /// else 1.
   int64_t least[3];
   bool is_drawn;  ///< Whether it faces the camera and may cover a pixel.
 };
@@ -190,8 +194,8 @@ DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const ProjectedVerte
   drawn.u1 = min3(last(greatest3(a.x, b.x, c.x)), frame.width - 1, frame.width - 1);
   drawn.v1 = min3(last(greatest3(a.y, b.y, c.y)), frame.height - 1, frame.height - 1);
   if (drawn.u0 > drawn.u1 || drawn.v0 > drawn.v1) return drawn;
-  // Rows run downwards, so corners are taken in reverse: triangles that face the camera have a
-  // positive area.
+  // Image rows run downwards, so corners are taken in reverse to give triangles that face the
+  // camera a positive area.
   const ProjectedVertex* const corner[3] = {&a, &b, &c};
   int64_t area = 0;
   for (int k = 0; k < 3; ++k) {
@@ -223,13 +227,14 @@ DTSDF_HD bool covers(const DrawnTriangle& drawn, const CornerWeights& weights) {
          weights.of[2] >= drawn.least[2];
 }
 
-/// The point where a pixel's ray meets a triangle: weights of the corners, and the depth in voxels.
+/// The point where a pixel's ray meets a triangle: weights of the corners, not normalised, and the
+/// depth in voxels.
 struct TrianglePlace {
   float share[3];
   float depth;
 };
 
-/// Inverse depth is linear in the pixel.
+/// Uses that inverse depth is linear in the pixel.
 DTSDF_HD TrianglePlace placeOn(const ProjectedVertex& a, const ProjectedVertex& b,
                                const ProjectedVertex& c, const CornerWeights& weights) {
   const auto in_image = [&](int k) { return static_cast<float>(weights.of[k]); };

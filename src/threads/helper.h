@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Call it from one thread at a time.
+/// Call it from one thread at a time. The destructor waits for the task and ignores its error.
 class Helper {
  public:
   ~Helper() {
@@ -22,7 +22,8 @@ class Helper {
     if (thread_.joinable()) thread_.join();
   }
 
-  /// Starts a task, once the previous one is done. @throws an error of the previous task.
+  /// Waits for the previous task and starts this one. @throws an error of the previous task; this
+  /// one is then not started.
   void start(std::function<void()> task) {
     wait();
     if (!thread_.joinable()) thread_ = std::thread([this] { run(); });

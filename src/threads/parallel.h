@@ -15,7 +15,7 @@
 
 namespace dtsdf {
 
-/// Number of threads to use; 0: one per core.
+/// Number of threads to use; one per core if `threads` is 0.
 inline int threadCount(int threads) {
   if (threads > 0) return threads;
   return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -24,14 +24,13 @@ inline int threadCount(int threads) {
 /// Calls body(i, scratch) for each i below `count`, on up to threadCount(threads) threads, each
 /// with its own Scratch. After an exception the remaining calls are skipped, and the first
 /// exception is thrown to the caller. A thread takes `kGrain` indices at a time; use several if the
-/// calls are short. No other thread is woken if one can take all, and the loop does not wait for a
-/// thread that arrives after all are taken.
+/// calls are short. If one thread can take all indices, no other is woken.
 template <class Scratch, size_t kGrain = 1, class Body>
 void parallelFor(size_t count, int threads, const Body& body) {
   std::exception_ptr error;
   std::mutex mutex;
-  // Indices that a thread takes first, so that it gets the same rows in successive loops. After
-  // them it takes from other stretches.
+  // Indices that one thread takes first, so that successive loops give it the same rows. Then it
+  // takes from other stretches.
   struct alignas(64) Stretch {
     std::atomic<size_t> next{0};
     size_t end = 0;
@@ -63,7 +62,7 @@ void parallelFor(size_t count, int threads, const Body& body) {
   if (error != nullptr) std::rethrow_exception(error);
 }
 
-/// Calls body(i) for each i below `count`, like the loop with scratch.
+/// Calls body(i) for each i below `count`; otherwise the same.
 template <size_t kGrain = 1, class Body>
 void parallelFor(size_t count, int threads, const Body& body) {
   using NoScratch = char;

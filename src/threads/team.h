@@ -16,7 +16,7 @@
 
 namespace dtsdf {
 
-/// Spins until `condition` holds, but no longer than it takes to wake a thread, to leave the core
+/// Spins until `condition` holds, for about as long as waking a thread takes, then leaves the core
 /// to others. @return whether it holds.
 template <class Condition>
 bool spinUntil(const Condition& condition) {
@@ -45,7 +45,8 @@ class TeamMember {
     thread_.join();
   }
 
-  /// Makes the thread call work(of, number), which must not throw. @pre release() has returned.
+  /// Makes the thread call work(of, number), which must not throw. @pre release() has returned
+  /// since the last call.
   void call(void (*work)(const void*, size_t), const void* of, size_t number) {
     work_ = work;
     of_ = of;
@@ -107,13 +108,14 @@ class TeamMember {
   std::thread thread_;  ///< The last member, as the thread uses the others.
 };
 
-/// Threads that help one thread during its life. After a fork the child has no helpers.
+/// Threads that help one thread with its loops. After a fork, the child has none.
 class Team {
  public:
   Team() = default;
   ~Team() {
     if (isForked()) {
-      for (auto& member : members_) static_cast<void>(member.release());  // threads do not fork
+      for (auto& member : members_)
+        static_cast<void>(member.release());  // they do not run in the child
     }
   }
   Team(const Team&) = delete;
@@ -126,8 +128,9 @@ class Team {
     return team;
   }
 
-  /// Calls body(number) on up to `threads` threads, the caller being number 0, and returns once all
-  /// calls have ended. The body must not throw. A nested call runs on its own thread only.
+  /// Calls body(number) on up to `threads` threads, the caller being number 0. When the caller's
+  /// body returns, calls that have not started are dropped, and run() waits for the others. The
+  /// body must not throw. A nested call runs on the calling thread only.
   template <class Body>
   void run(size_t threads, const Body& body) {
     if (threads < 2 || isHelping()) return body(0);
@@ -152,7 +155,8 @@ class Team {
 
   bool isForked() const { return getpid() != pid_; }
 
-  /// Starts members until there are `wanted`. @return their number, less if threads cannot be made.
+  /// Starts members until there are `wanted`. @return their number; fewer if threads cannot be
+  /// made, 0 after a fork.
   size_t gather(size_t wanted) {
     if (isForked()) return 0;
     try {

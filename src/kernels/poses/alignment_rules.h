@@ -12,25 +12,25 @@ struct AlignmentRules {
   /// Half width of the window that a point's plane is fitted in, in pixels.
   int32_t window_px = 3;
   /// Distance from a point, along its normal, within which its surface is searched for at first, in
-  /// voxels. (A corner 2 m away, voxels of 20 mm, poses off by 10 cm and 8 degrees at once: 78 of
-  /// 96 are found within 8, 89 within 10, all within 12.)
+  /// voxels. (A corner 2 m away, voxels of 20 mm, 96 poses off by 10 cm and 8 degrees at once: 78
+  /// are found with a reach of 8, 89 with 10, all with 12.)
   float reach = 12.0f;
   /// Residual from which on a point does not count in the last iterations, in voxels.
   float cutoff = 1.0f;
-  /// This many points carry as much information as one with an independent error, as points of a
-  /// surface share the errors of the map there and of the sensor.
+  /// Number of points that count as one with an independent error, as points on a surface share the
+  /// errors of the map and of the sensor there.
   float points_per_witness = 100.0f;
-  /// If a smaller share of points meets a surface, too little of the map is there to align to.
+  /// Minimum share of points that meet a surface; with less, alignment fails.
   float min_matched = 0.15f;
-  /// If the share of inliers among these is smaller, the image does not fit.
+  /// Minimum share of inliers among the points that meet a surface; with less, alignment fails.
   float min_inliers = 0.5f;
-  /// If the share of inliers is smaller, the image may have slipped: plain surfaces still fit while
-  /// a camera slides along them. (A phone that turned fast: 0.74 to 0.84 while it slipped by 5
-  /// degrees, 0.90 to 1 otherwise; a Kinect: never below 0.95.)
+  /// Minimum share of inliers of an image that is not taken to have slipped: a camera slides along
+  /// featureless surfaces with most points still fitting. (A phone that turned fast: 0.74 to 0.84
+  /// while it slipped by 5 degrees, 0.90 to 1 otherwise; a Kinect: never below 0.95.)
   float held_inliers = 0.85f;
-  /// A pose whose surfaces are off the map by less than this, in voxels along their normals (root
-  /// mean square), is as good as the map can determine. The map's own error was up to 0.17 with
-  /// exact poses, and 0.4 to 0.6 in the median with those of real recordings.
+  /// Largest root mean square distance of an image from the map, in voxels along its normals, that
+  /// is within the map's own error. That error was up to 0.17 with exact poses, and 0.4 to 0.6 in
+  /// the median with those of real recordings.
   float min_misplacement = 0.2f;
 };
 

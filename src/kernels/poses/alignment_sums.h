@@ -1,8 +1,8 @@
 /// Distances of an image's points to the map's surfaces, and the sums for Gauss-Newton on the
 /// image's pose.
 ///
-/// A point is compared with the signed distance in the directions of its normal, where fusion would
-/// write it. So the back of a thin plate never attracts points of its front.
+/// A point is compared with the signed distance in the directions that its normal belongs to. So
+/// points of a thin plate's front are never attracted by its back.
 #pragma once
 
 #include "kernels/core/camera.h"
@@ -22,12 +22,12 @@ struct AlignedPoint {
 
 DTSDF_HD AlignedPoint noAlignedPoint() { return {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f}; }
 
-/// The points of an image: every `stride`-th pixel of each row and column.
+/// The points of an image, on a grid: every `stride`-th column and row.
 struct AlignmentGrid {
   int32_t stride, columns, rows;
 };
 
-/// The grid with at least as many points as the rules ask for, and few more than that.
+/// The coarsest grid with at least rules.points points; all pixels of an image that has fewer.
 DTSDF_HD AlignmentGrid alignmentGrid(const FrameView& frame, const AlignmentRules& rules) {
   int32_t stride = 1;
   while (static_cast<int64_t>(frame.width / (stride + 1)) * (frame.height / (stride + 1)) >=
@@ -42,10 +42,10 @@ DTSDF_HD Pixel pixelOfPoint(const AlignmentGrid& grid, int32_t index) {
           (index / grid.columns) * grid.stride + grid.stride / 2};
 }
 
-/// Fits a plane in inverse depth, with slopes per pixel, to the window around a pixel. It uses the
-/// pairs of opposite pixels on the same surface, whose mean inverse depth hardly differs from the
-/// middle's. @return false if too few are. `inverse_depth(du, dv)` is positive where something is
-/// measured.
+/// Fits a plane in inverse depth, with slopes per pixel, to the window around a pixel. It uses
+/// pairs of opposite pixels whose mean hardly differs from the middle, which are on the same
+/// surface. `inverse_depth(du, dv)` is positive where something is measured. @return false if fewer
+/// than half of the pairs are used.
 template <class InverseDepth>
 DTSDF_HD bool fitAlignedPlane(const AlignmentSettings& settings, const InverseDepth& inverse_depth,
                               float& value, float& slope_u, float& slope_v) {
@@ -80,8 +80,8 @@ DTSDF_HD bool fitAlignedPlane(const AlignmentSettings& settings, const InverseDe
   return true;
 }
 
-/// The point of a pixel. It counts by how squarely it is seen, and less when far away, as noise
-/// grows with distance.
+/// The point of a pixel. Its weight is the cosine between its normal and its ray, and falls with
+/// depth, as noise grows.
 template <class InverseDepth>
 DTSDF_HD AlignedPoint makeAlignedPoint(const FrameView& frame, const Pixel& pixel,
                                        const AlignmentSettings& settings,
@@ -118,8 +118,7 @@ template <class VoxelAt>
 DTSDF_HD FieldSample sampleField(const Vec3f& p_L, VoxelAt&& voxel) {
   const Vec3i base{floorToInt(p_L.x), floorToInt(p_L.y), floorToInt(p_L.z)};
   const Vec3f f = p_L - toFloat(base);
-  // The two outermost corners are read first, since one is often empty. The other reads do not wait
-  // for each other.
+  // Two opposite corners are read first, as one of them is often empty.
   float sdf[8];
   bool known = true;
   const auto read = [&](int i) {
@@ -162,8 +161,8 @@ DTSDF_HD FieldSample sampleDirections(const Vec3f& p_L, const DirectionSet& dire
   return {sdf / weight, (1.0f / weight) * gradient, true};
 }
 
-/// Offset along a point's normal of the n-th place where its surface is searched for, in voxels: at
-/// the point itself, then on both sides, farther and farther away.
+/// Offset along a point's normal of the n-th place where its surface is searched for, in voxels: 0,
+/// 1, -1, 2, -2 and so on.
 DTSDF_HD float searchOffset(int32_t n) {
   const int32_t k = (n + 1) / 2;
   return static_cast<float>(n % 2 == 1 ? k : -k);
@@ -175,7 +174,7 @@ DTSDF_HD int32_t searchOffsetCount(float reach) { return 2 * static_cast<int32_t
 /// Minimum cosine between the map's gradient and a point's normal: cos(pi/4).
 constexpr float kMinAgreement = 0.70710678f;
 
-/// The distance of a point to the map's plane at `away` voxels along its normal.
+/// The distance of a point to the plane that the map holds `away` voxels along the point's normal.
 template <class VoxelAt>
 DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
                                const DirectionSet& directions, float away, VoxelAt&& voxel) {
@@ -183,14 +182,14 @@ DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
   if (!field.known) return field;
   const float length = norm(field.gradient), slope = dot(field.gradient, normal);
   field.known = slope > kMinAgreement * length;
-  // A distance changes by one voxel per voxel; this holds even where averaging made it less steep.
+  // The gradient of a distance has the length 1, even where averaging has flattened it.
   field.gradient = (1.0f / length) * field.gradient;
   field.sdf -= away * (slope / length);
   return field;
 }
 
-/// The distance of a point to the surface, in voxels. Where the map holds none at the point, it is
-/// that to the nearest plane along the point's normal, up to `reach` voxels away.
+/// The distance of a point to the surface, in voxels. If the map holds none at the point, the
+/// nearest plane along the point's normal is used, up to `reach` voxels away.
 template <class VoxelAt>
 DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool directional,
                                  float reach, VoxelAt&& voxel) {

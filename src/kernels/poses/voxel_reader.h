@@ -6,8 +6,9 @@
 
 namespace dtsdf {
 
-/// `find(key)` returns the slot of a block, or -1; `arrayOf(slot, direction)` returns its voxels of
-/// a direction, or null. The last block is remembered, as most voxels are in the same one.
+/// `find(key)` returns the slot of a block from its packed key, or -1; `arrayOf(slot, direction)`
+/// returns a voxel array, or null. The last block is remembered, as most voxels are in the same
+/// one.
 template <class Find, class ArrayOf>
 class VoxelReader {
  public:

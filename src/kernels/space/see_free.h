@@ -1,11 +1,10 @@
 /// Finds cells that a depth image sees through.
 ///
-/// A cell is free if all of it is: each pixel that it covers must be free beyond the cell's
-/// farthest corner. It covers the bounding rectangle of its eight corners, which must all be in the
-/// image. To test thousands of cells, the smallest free depths are stored in a pyramid, in which a
-/// texel of level k stands for 2^k x 2^k pixels. Texels of a coarser level include pixels beyond
-/// the cell, so a free cell at an edge may be missed, but an occupied one is never reported as
-/// free.
+/// A cell is free if each pixel in the bounding rectangle of its eight corners is free beyond the
+/// farthest corner; all corners must be in the image. To test thousands of cells, the smallest free
+/// depths are stored in a pyramid, in which a texel of level k stands for 2^k x 2^k pixels. Texels
+/// of a coarser level include pixels beyond the cell, so a free cell at an edge may be missed, but
+/// an occupied one is never reported as free.
 #pragma once
 
 #include "kernels/core/camera.h"
@@ -13,8 +12,8 @@
 
 namespace dtsdf {
 
-/// Number of levels: enough for images of 2^14 pixels a side. For larger ones, all texels of the
-/// last level that a cell covers are read.
+/// Number of levels: enough for images of 2^14 pixels a side. In larger ones, a cell may cover many
+/// texels of the last level.
 constexpr int kFreeLevels = 14;
 
 /// Smallest free depths in metres; 0 where unknown. Level 0 has freeDepth() of each pixel.
@@ -44,7 +43,7 @@ DTSDF_HD bool isFullyInImage(const FreePyramid& free, const ProjectedBounds& see
          seen.bottom < static_cast<float>(free.height);
 }
 
-/// Whether the image is free beyond the far end of the bounds, at all pixels in them.
+/// Whether all pixels within the bounds are free beyond the farthest depth of the bounds.
 DTSDF_HD bool isSeenFree(const FreePyramid& free, const ProjectedBounds& seen) {
   constexpr int32_t kMaxSteps = 3;
   if (!isFullyInImage(free, seen)) return false;
@@ -74,8 +73,7 @@ DTSDF_HD Vec3f cornerOfCube(const FrameView& frame, int32_t cell_log2, const Vec
 constexpr int kCornersAlong = kCubeSide + 1;
 constexpr int kCornersPerCube = kCornersAlong * kCornersAlong * kCornersAlong;
 
-/// Projects corner number `i` of a cube's cells, counted along x, then y, then z. `first_L` is
-/// cornerOfCube().
+/// Projects corner number `i` of a cube's cells, x fastest. `first_L` is cornerOfCube().
 DTSDF_HD VoxelInImage cornerInImage(const FrameView& frame, const Vec3f& first_L, int32_t cell_log2,
                                     int i) {
   const Vec3i steps{i % kCornersAlong, i / kCornersAlong % kCornersAlong,
@@ -83,8 +81,8 @@ DTSDF_HD VoxelInImage cornerInImage(const FrameView& frame, const Vec3f& first_L
   return projectToImage(frame, first_L + static_cast<float>(cellSide(cell_log2)) * toFloat(steps));
 }
 
-/// Whether the image sees through all of a cell, none of which is beyond max_range_m. `corners` are
-/// the projected corners of its cube's cells.
+/// Whether the image sees through all of a cell, which must not extend beyond max_range_m in depth.
+/// `corners` are the projected corners of its cube's cells.
 DTSDF_HD bool isCellSeenFree(const FreePyramid& free,
                              const VoxelInImage (&corners)[kCornersPerCube], int cell,
                              float max_range_m) {

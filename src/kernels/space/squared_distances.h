@@ -10,8 +10,9 @@ namespace dtsdf {
 /// The squared distance if no surface is within reach.
 constexpr uint16_t kSquaredFar = 0xffff;
 
-/// The cubes of a sector that have surfaces: a bit for each by its number, and the index of the
-/// first one's mask in a list in the order of numbers.
+/// The cubes of a sector that have surfaces: a bit for each, by cubeInSector(), and the index of
+/// the first one's mask in DistanceTask::cubes. The masks of the others follow in the order of
+/// their bits.
 struct SurfaceCubes {
   uint64_t known;
   int32_t first;
@@ -20,9 +21,11 @@ struct SurfaceCubes {
 /// A column of adjacent sectors along z to be computed.
 struct SectorStack {
   int32_t count;
-  int32_t place;        ///< Place of its first sector in the box.
-  int32_t first;        ///< Number of its first sector among all to be computed.
-  int32_t first_plane;  ///< Its first plane of cells, counting those within reach above and below.
+  int32_t place;  ///< Of its first sector, in DistanceTask::places.
+  int32_t first;  ///< Number of its first sector among those of all stacks.
+  /// Number of its first plane of cells among those of all stacks, each with the planes within
+  /// reach above and below it.
+  int32_t first_plane;
 };
 
 /// Sectors whose distances are to be computed, and the surfaces in a box around them.
@@ -72,8 +75,8 @@ DTSDF_HD int highestBit(uint32_t bits) {
 #endif
 }
 
-/// Cells with surfaces among 32 in a row, a bit each: in the i-th sector along x within reach of a
-/// stack, at (y, z) from the stack's first cell.
+/// The cells with surfaces in a row of 32 cells along x, a bit each. The row is at (y, z) from the
+/// stack's first cell, in the i-th of windowSide() sectors along x around the stack.
 DTSDF_HD uint32_t surfacesInRow(const DistanceTask& task, const SectorStack& stack, int32_t i,
                                 int32_t y, int32_t z) {
   const int32_t rows = (y >> kSectorSideLog2) + task.box_y * (z >> kSectorSideLog2);
@@ -96,8 +99,8 @@ DTSDF_HD uint32_t surfacesInRow(const DistanceTask& task, const SectorStack& sta
   return row;
 }
 
-/// The squared distance along a row to the nearest surface within reach, from cell x of the middle
-/// word.
+/// The squared distance along a row to the nearest surface, from cell x of the middle word;
+/// kSquaredFar if none is within reach.
 DTSDF_HD int32_t squaredAlongRow(const uint32_t* words, int32_t x, int32_t reach) {
   const int32_t ring = sectorsInReach(reach);
   const uint32_t from = words[ring] >> x, until = words[ring] << (kSectorSide - 1 - x);
@@ -117,7 +120,7 @@ DTSDF_HD int32_t squaredAlongRow(const uint32_t* words, int32_t x, int32_t reach
   return least <= reach ? least * least : kSquaredFar;
 }
 
-/// A minimum squared distance, or kSquaredFar beyond the reach.
+/// `squared`, or kSquaredFar beyond the reach.
 DTSDF_HD uint16_t squaredWithin(int32_t squared, int32_t reach) {
   return squared <= reach * reach ? static_cast<uint16_t>(squared) : kSquaredFar;
 }

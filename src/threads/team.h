@@ -114,8 +114,7 @@ class Team {
   Team() = default;
   ~Team() {
     if (isForked()) {
-      for (auto& member : members_)
-        static_cast<void>(member.release());  // they do not run in the child
+      for (auto& member : members_) static_cast<void>(member.release());  // no thread to join
     }
   }
   Team(const Team&) = delete;

@@ -1,12 +1,10 @@
 /// Pulls vertices towards places where the surface was measured.
 ///
-/// A surfel updates the samples on the corners around it, and its plane continues past the end of
-/// what was seen. So a surface that ends inside a cell has vertices up to a voxel beyond its end,
-/// and where it curves out of sight its vertices are off. The anchors of an edge's ends
-/// (core/anchor.h) show where the surface was measured. A vertex is pulled most of the way to the
-/// nearest anchor if one of the corners' feet was not measured, or if the vertex is not on the
-/// planes whose distances the corners hold (thin parts are seen from many sides, and means of such
-/// distances cross zero where no surface is). Other vertices stay where the distances put them.
+/// A surfel's plane continues past the end of what was seen, so a surface that ends inside a cell
+/// has vertices up to a voxel beyond its end. Where a thin part is seen from many sides, the mean
+/// distances cross zero where no surface is. So a vertex is pulled most of the way to its edge's
+/// nearest anchor (core/anchor.h) if a foot of the edge's corners was not measured, or if the
+/// vertex is not on the planes of their distances. Other vertices stay.
 ///
 /// Only samples at the edge's two ends are used, so all blocks that share an edge find the same
 /// vertex.
@@ -17,9 +15,8 @@
 
 namespace dtsdf {
 
-/// Squared distance, in voxels, from a corner's foot to where the surface was measured. A lower
-/// bound, as the anchor's height may be rounded by a step and the root amplifies that; negative if
-/// the anchor may be at the foot. Without an anchor, the largest possible.
+/// Lower bound of the squared distance, in voxels, from a corner's foot to its anchor, whose offset
+/// is rounded; negative if the anchor may be at the foot. Without an anchor, the largest possible.
 DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
   if (anchor == kNoAnchor) return 4.0f * kAnchorReach * kAnchorReach;
   const Vec3f offset = anchorOffset(anchor);
@@ -27,8 +24,8 @@ DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
   return dot(offset, offset) - height * height;
 }
 
-/// Squared distance, in voxels, of a vertex from the plane of a corner's distance, if the vertex is
-/// nearer to the corner than that plane; else negative. `along` is the vertex's distance from the
+/// Squared gap, in voxels, between a vertex and the plane of a corner's distance; negative if the
+/// vertex is farther from the corner than the plane. `along` is the vertex's distance from the
 /// corner.
 DTSDF_HD float squaredPlaneGap(const Sample& sample, float along) {
   const float height = maximum(fabsf(sample.sdf) - 1.0f / kStepsPerVoxel, 0.0f);
@@ -46,8 +43,8 @@ DTSDF_HD void visitAnchors(const Edge& edge, uint32_t telling, const Anchors& an
   });
 }
 
-/// Distance of a vertex from what was measured, in voxels: the larger one at its edge's two ends,
-/// and of all crossing directions the smallest. If none crosses, the vertex is on no plane.
+/// The gap between a vertex and what was measured, in voxels: the larger one of its edge's two
+/// ends, minimised over the crossing directions; 2 if there are none.
 template <class Edge, class Anchors>
 DTSDF_HD float measuredGap(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                            const Anchors& anchors, float edge_offset) {
@@ -71,7 +68,7 @@ DTSDF_HD float roundShift(float shift) {
 }
 
 /// Shift of the vertex at `edge_offset` on an edge, in voxels. If no direction crosses the edge,
-/// the vote of all with a say put the vertex there, so all their anchors count.
+/// the anchors of all directions with a say count.
 template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                               const Anchors& anchors, int axis, int facing, float edge_offset) {

@@ -1,5 +1,5 @@
-/// The corner grid of a block: its mesh units' corners and edges, their numbers, and where their
-/// samples are stored in the block and its neighbours.
+/// The corner grid of a block: the corners and edges of its mesh units, their numbers, and where
+/// the corners' samples are stored.
 #pragma once
 
 #include "kernels/core/direction.h"
@@ -47,11 +47,13 @@ DTSDF_HD int cornerStride(int axis) {
   return axis == 0 ? 1 : (axis == 1 ? kCornerGridSide : kCornerGridSide * kCornerGridSide);
 }
 
-/// {-1, 0}^3: the blocks, itself included, whose units have a corner in a block.
+/// Offsets in {-1, 0}^3, from a block to those whose units have a corner in it; 0 is the block
+/// itself.
 constexpr int kUnitReach = 8;
 DTSDF_HD Vec3i unitReachOffset(int n) { return {-(n & 1), -(n >> 1 & 1), -(n >> 2 & 1)}; }
 
-/// {0, 1}^3: the blocks that hold the corners of a block's units; 0 is the block itself.
+/// Offsets in {0, 1}^3, from a block to those that hold the corners of its units; 0 is the block
+/// itself.
 constexpr int kCornerBlocks = 8;
 DTSDF_HD Vec3i cornerBlockOffset(int n) { return {n & 1, n >> 1 & 1, n >> 2 & 1}; }
 
@@ -67,14 +69,15 @@ DTSDF_HD CornerSource cornerSource(const Vec3i& corner) {
 }
 DTSDF_HD CornerSource cornerSource(int corner) { return cornerSource(cornerAt(corner)); }
 
-/// {-1, 0, 1}^3: the blocks that hold a corner grid extended by one layer; and the inverse.
+/// Offsets in {-1, 0, 1}^3, from a block to those that hold its corner grid extended by one layer;
+/// and the inverse.
 constexpr int kBlocksAround = 27;
 DTSDF_HD Vec3i aroundOffset(int n) { return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}; }
 DTSDF_HD int aroundNumber(const Vec3i& offset) {
   return offset.x + 1 + 3 * (offset.y + 1) + 9 * (offset.z + 1);
 }
 
-/// Number of the block, of those around, that holds a corner; each coordinate is in [-8, 16).
+/// Number (aroundNumber) of the block that holds a corner; each coordinate is in [-8, 16).
 DTSDF_HD int blockAround(const Vec3i& corner) { return aroundNumber(blockOfVoxel(corner)); }
 
 /// The voxel arrays of a block and of those around it; null where there is none.

@@ -1,8 +1,8 @@
 /// Finds crossings of a sheet that are too poorly known to be meshed.
 ///
-/// A sheet's crossing of an edge is reliable if some directions cross zero there themselves.
-/// Elsewhere corners of different directions meet: where one surface ends, the fringe of another
-/// begins, and vertices between the two are off by half a voxel.
+/// A sheet's crossing of an edge is reliable if some direction crosses zero there itself. Otherwise
+/// its two ends come from different directions: where one surface ends and the fringe of another
+/// begins, a vertex is off by half a voxel.
 #pragma once
 
 #include "kernels/meshing/mesh_rules.h"
@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Whether a direction has a say on a crossing: the one that faces against it has none.
+/// Whether a direction has a say on a crossing: all have except the one that faces against it.
 /// `behind_below` is true for facing 0.
 template <class Mask>
 DTSDF_HD Mask speaksOnCrossing(int direction, int axis, const Mask& behind_below) {

@@ -1,11 +1,8 @@
-/// Edge vertices, the second step of the make stage: where the surface crosses an edge of the
-/// corner grid.
+/// Edge vertices: where the surface crosses an edge of the corner grid.
 ///
-/// Between an edge's two samples the distance is taken to be a parabola instead of a line. With the
-/// gradients g at its ends, f(t) = (1 - t) (a + g_a t / 2) + t (b + g_b (t - 1) / 2) is exact for
-/// quadratic distances, as the errors of linear interpolation and of Taylor's cancel. Its root
-/// takes only a square root. The gradients are central differences, which need samples one voxel
-/// beyond the ends.
+/// The distance along an edge is modelled as a parabola rather than a line. Its second difference
+/// is the mean of those at the edge's two ends, so it is exact for quadratic distances, but it
+/// needs samples one voxel beyond the ends.
 #pragma once
 
 #include "kernels/meshing/corner_grid.h"
@@ -14,12 +11,12 @@
 
 namespace dtsdf {
 
-/// The direction of a surface that crosses an edge at a right angle. An undirected map's only array
-/// (0) holds surfaces of any facing; on an edge it counts as this direction.
+/// The direction whose axis runs along an edge from behind to in front. An undirected map's only
+/// array (0) holds surfaces of any facing; on an edge it counts as this direction.
 DTSDF_HD int facingDirection(int axis, int facing) { return 2 * axis + facing; }
 
-// An Edge has members `lower` and `upper`, which give the sample of a direction at its two ends by
-// []; beyond(end, direction) gives the sample one voxel beyond its lower (0) or upper (1) end.
+// For an Edge, lower[d] and upper[d] are the samples of direction d at its two ends, and
+// beyond(end, d) is the sample one voxel beyond the lower (0) or upper (1) end.
 
 /// The directions with a say on an edge: all but the one that faces against it.
 DTSDF_HD uint32_t speakingOnEdge(int axis, int facing) {
@@ -29,8 +26,8 @@ DTSDF_HD bool speaksOnEdge(int direction, int axis, int facing) {
   return (speakingOnEdge(axis, facing) >> direction & 1u) != 0;
 }
 
-/// Offset of a vertex on an edge that no direction crosses by itself: it divides the edge by the
-/// voted distances of its ends, in half if both are 0.
+/// Offset of a vertex on an edge that no direction crosses by itself: it divides the edge in the
+/// ratio of the voted distances at its ends, in half if both are 0.
 template <class Edge>
 DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearness) {
   CornerVote<float> lower, upper;
@@ -51,8 +48,8 @@ DTSDF_HD bool crosses(const Sample& lower, const Sample& upper, int facing) {
          (lower.weight > 0.0f) & (upper.weight > 0.0f);
 }
 
-/// The directions that cross an edge by themselves, bit d for direction d, from the sides that all
-/// directions see at the edge's ends (possible_leaders.h).
+/// The directions that cross an edge by themselves, bit d for direction d. The arguments are
+/// sidesOfCorner() of the edge's ends (possible_leaders.h).
 DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides, int axis,
                                      int facing) {
   const uint32_t behind = facing == 0 ? lower_sides : upper_sides;
@@ -62,8 +59,8 @@ DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides,
 }
 
 /// Change of the slope along an edge, per voxel: the mean of the known second differences at its
-/// two ends, or 0. Limited to that of a ball of two voxels; more is noise or the fringe of another
-/// surface.
+/// two ends, or 0. Limited to that of a ball with a radius of two voxels; more is noise or the
+/// fringe of another surface.
 DTSDF_HD float bendOnEdge(const Sample& below, const Sample& lower, const Sample& upper,
                           const Sample& above) {
   constexpr float kMaxBend = 0.5f;
@@ -77,8 +74,7 @@ DTSDF_HD float bendOnEdge(const Sample& below, const Sample& lower, const Sample
 
 /// Root of the parabola from a to b, of different signs, with this bend:
 ///   a + (b - a) t - bend t (1 - t) / 2 = 0
-/// It is 0 if a is 0, even if the parabola returns to 0 before b: there the division would be 0 /
-/// 0, and the NaN would spoil the mean over directions.
+/// It is 0 if a is 0, where the formula may divide 0 by 0.
 DTSDF_HD float zeroOfParabola(float a, float b, float bend) {
   if (a == 0.0f) return 0.0f;
   const float slope = b - a - 0.5f * bend;
@@ -86,14 +82,13 @@ DTSDF_HD float zeroOfParabola(float a, float b, float bend) {
   return 2.0f * a / (a < 0.0f ? -slope - root : root - slope);
 }
 
-/// Vertices keep this share of an edge away from corners, so that no triangle is degenerate:
-/// triangles that meet at a corner have sides of at least 2^-10 voxels, which single precision
-/// resolves to one in 2000 even at the far end of a block (8 voxels, spacing 2^-21).
+/// Vertices stay this share of an edge away from corners, so that no triangle is degenerate. Single
+/// precision resolves it everywhere in a block.
 constexpr float kVertexMargin = 1.0f / 1024.0f;
 
-/// Position of the surface on an edge, as a share from its lower end: the weighted mean of the zero
-/// crossings of the directions with this facing (paper, Sec. V-D), each with the product of its two
-/// weights. Facing 0: the lower end is behind. `crossing` is from crossingDirections().
+/// Position of the vertex on an edge, as a share from its lower end: the mean of the zero crossings
+/// of the directions in `crossing`, weighted by the product of their two weights (paper, Sec. V-D),
+/// or votedOffset() if there are none. Facing 0: the lower end is behind.
 template <class Edge>
 DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, uint32_t crossing, int axis,
                           int facing) {

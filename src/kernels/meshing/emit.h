@@ -1,4 +1,4 @@
-/// Triangles, the last step of the make stage, as references to edges of the corner grid.
+/// Triangles, as references to edges of the corner grid.
 #pragma once
 
 #include "kernels/meshing/corner_grid.h"
@@ -6,7 +6,7 @@
 
 namespace dtsdf {
 
-/// The first edge of a unit; its edges' numbers all differ by this from those of the block's first
+/// The first edge of a unit: how much its edges' numbers differ from those of the block's first
 /// unit.
 DTSDF_HD int firstEdge(const Vec3i& unit) {
   return edgeNumber(cornerIndex(unit.x, unit.y, unit.z), 0, 0);

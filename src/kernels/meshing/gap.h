@@ -1,10 +1,9 @@
 /// Gaps: triangles that span a place where nothing was measured.
 ///
-/// A surfel updates the samples on the corners around it, so a gap up to two voxels wide has
-/// samples at all its corners, and units close it. Anchoring (anchoring.h) pulls the vertices on
-/// either side to where the surface was measured, and so apart. At an outline it pulls all of them
-/// to one side and nearer to each other; inside a surface they stay. So a triangle that anchoring
-/// stretches spans a gap, and is left out.
+/// A surfel updates all corners around it, so units close gaps up to two voxels wide. Anchoring
+/// (anchoring.h) pulls the vertices on both sides of a gap to where the surface was measured, and
+/// so apart. It stretches no other triangles: at an outline it pulls all vertices to one side, and
+/// inside a surface they stay. So a triangle that anchoring stretches is left out.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"
@@ -13,8 +12,8 @@
 
 namespace dtsdf {
 
-/// Place of a vertex before anchoring, except for its shift along the edge, which leads across the
-/// surface.
+/// The position of a vertex without its shift across the edge by anchoring. The shift along the
+/// edge is kept, as it mostly leads across the surface.
 DTSDF_HD Vec3f placeOnEdge(const BlockVertex& vertex) {
   const int edge = static_cast<int>(vertex.edge);
   Vec3f place = toFloat(cornerAt(edgeCorner(edge)));
@@ -25,8 +24,8 @@ DTSDF_HD Vec3f placeOnEdge(const BlockVertex& vertex) {
   return place;
 }
 
-/// Whether a vertex was pulled far enough to make a side too long: by nearly half of max_stretch.
-/// Branch-free, as the branch would be unpredictable.
+/// Whether a vertex was pulled by nearly half of max_stretch. Otherwise it cannot make a side too
+/// long. Branch-free, as the branch would be unpredictable.
 DTSDF_HD bool isPulledFar(const MeshRules& rules, const BlockVertex& vertex) {
   const Vec3f shift = vertex.position - placeOnEdge(vertex);
   return dot(shift, shift) > 0.24f * rules.max_stretch * rules.max_stretch;
@@ -46,8 +45,8 @@ DTSDF_HD bool spansGap(const MeshRules& rules, const BlockVertex& a, const Block
          stretchOf(c, a) > rules.max_stretch;
 }
 
-/// Until it is dropped, a triangle that spans a gap has this vertex three times in its block's
-/// list; no other triangle repeats a vertex.
+/// A triangle that spans a gap has this vertex three times in its block's list, until it is
+/// dropped; no other triangle repeats a vertex.
 constexpr uint16_t kGapVertex = 0;
 DTSDF_HD bool isMarkedGap(const uint16_t* triangle) { return triangle[0] == triangle[1]; }
 

@@ -1,15 +1,14 @@
 /// Loose pieces: small pieces of surface that float near a larger one.
 ///
-/// Where noise is wider than a voxel, outliers of a few frames coincide often enough to form small
-/// pieces next to the surface; so do flying pixels. Such pieces are few, but far from the surface.
-/// A piece is left out if it is at most a few units long along each axis and no farther than that
-/// from a larger one. Small things on their own stay, however small.
+/// Outliers of a few frames, and flying pixels, may coincide and form such pieces. A piece is left
+/// out if it is at most a few units long along each axis and no farther than that from a larger
+/// one. Small things on their own stay.
 ///
-/// A piece consists of units with a surface that are connected over faces; if it is small by these
-/// alone, also over edges that the surface crosses in both units. Pieces are searched for in a
-/// window that extends this many units around a block, so a small piece that reaches into the block
-/// lies wholly in the window. Only the part of a larger piece in the window counts, so where a
-/// loose piece crosses a face between blocks, one of them may keep its part.
+/// A piece consists of units with a surface that are connected through faces. If such a piece is
+/// small, it is extended through edges that the surface crosses in both units. Pieces are searched
+/// for in a window that extends kMaxLooseUnits around a block, so a small piece that reaches into
+/// the block lies wholly in the window. Only the part of a larger piece in the window counts, so
+/// where a loose piece crosses a face between blocks, one of them may keep its part.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -55,8 +54,8 @@ DTSDF_HD bool holdsSurface(const UnitLabels& labels) {
   return labels.behind_first != 0 && labels.behind_first != 255;
 }
 
-/// The units that hold a surface, of four in a row, a bit each. `labels` is a word of their
-/// consecutive labels, the first unit's lowest.
+/// Which of four units in a row hold a surface, a bit each. `labels` holds their labels in order,
+/// the first unit's in the lowest bits.
 DTSDF_HD uint32_t surfaceBits(uint64_t labels) {
   constexpr uint64_t kFirsts = 0x00ff00ff00ff00ffu, kOnes = 0x0001000100010001u;
   // 255 becomes 0 and 0 becomes 1; values below 2 do not carry.
@@ -66,9 +65,8 @@ DTSDF_HD uint32_t surfaceBits(uint64_t labels) {
   return static_cast<uint32_t>(carried * kToTop >> 48 & 15u);
 }
 
-/// Edges of a unit are numbered: four times the axis, plus two bits that tell whether the edge is
-/// at the lower (0) or upper (1) end of the other two axes. The opposite edge has both bits
-/// flipped.
+/// Number of an edge of a unit: four times the axis, plus two bits for whether the edge is at the
+/// lower (0) or upper (1) end of the other two axes. The opposite edge has both bits flipped.
 constexpr int kUnitEdges = 12;
 DTSDF_HD int opposite(int edge) { return edge ^ 3; }
 
@@ -92,8 +90,8 @@ DTSDF_HD bool crosses(const UnitLabels& labels, int edge) {
 /// block, or one whose units are all empty.
 using LabelNeighbourhood = const UnitLabels* [kBlocksAround];
 
-/// Visits the window's units that are connected to a unit over an edge, except those also connected
-/// to it over two faces.
+/// Calls visit(other) for the units of the window that are connected to a unit through an edge,
+/// except those also connected to it through two faces.
 template <class Visit>
 DTSDF_HD void visitOverEdges(const LabelNeighbourhood& around, const Vec3i& unit,
                              const Visit& visit) {
@@ -113,7 +111,7 @@ DTSDF_HD void visitOverEdges(const LabelNeighbourhood& around, const Vec3i& unit
   }
 }
 
-/// Whether the set bits, which have no gaps, are more than `most`.
+/// Whether more than `most` bits are set.
 DTSDF_HD bool spansMore(uint32_t bits, int most) {
   for (; most > 0; --most) bits &= bits - 1u;
   return bits != 0;
@@ -129,10 +127,10 @@ struct LooseWindow {
 /// - firstOf(f) returns the first row for which f has bits, or -1.
 /// - eachOfPiece(f) calls f(row) for all rows that the piece may have reached; any(f) returns
 ///   whether f is true for one of them, allOf(f) the union of its bits.
-/// - add(bit, units) adds a bit to any row, and returns whether it is new.
-/// Each call sees what earlier ones wrote. A team with kAtOnce has a thread for each row. For
-/// others, `left` must at first hold the units of the block that pieces are grown from, at least
-/// one of each piece that may be loose; all else but `surface` must be 0.
+/// - add(bit, units) adds a bit to any row, and returns whether it is new. Each call sees what
+///   earlier ones wrote. A team with kAtOnce has a thread for each row. Without it, `left` must at
+///   first hold the block's units from which pieces are grown, at least one of each piece that may
+///   be loose, and all else but `surface` must be 0.
 template <class Team>
 class LoosePieces {
  public:
@@ -155,9 +153,9 @@ class LoosePieces {
     while (removePiece(true, true, isLoose)) continue;
   }
 
-  /// Stores the units of small pieces, connected over faces alone, in `small`. @return whether any
-  /// is in the block; if not, `small` may be incomplete. Without kAtOnce, a piece of the block
-  /// counts only if it is still small when connected over edges as well, as few are.
+  /// Stores the units of small pieces, connected through faces alone, in `small`. @return whether
+  /// any is in the block; if not, `small` may be incomplete. Without kAtOnce, pieces in the block
+  /// are stored only if they are still small when connected through edges as well.
   DTSDF_HD bool findSmall() const {
     if (Team::kAtOnce) removeLongRows();
     bool any = false;
@@ -176,8 +174,8 @@ class LoosePieces {
   }
 
  private:
-  /// Removes all that is connected to more units in a line than a small piece has, which is most of
-  /// the surface. With a thread per row, this is faster than doing the same piece by piece.
+  /// Removes pieces with a longer line of units than a small piece may have, which are most of the
+  /// surface. With a thread per row, this is faster than growing them one by one.
   DTSDF_HD void removeLongRows() const {
     team_.each([&](int row) {
       window_.small[row] = 0;
@@ -197,7 +195,7 @@ class LoosePieces {
     });
   }
 
-  /// Adds to `near` the units that are in such lines along another axis.
+  /// Adds to `near` the units of such lines along another axis.
   DTSDF_HD void addRows(int stride) const {
     team_.each([&](int row) {
       const int at = stride == 1 ? lineOf(row) : layerOf(row);
@@ -215,7 +213,7 @@ class LoosePieces {
     });
   }
 
-  /// Finds the places no farther than max_units_ from a larger piece along each axis.
+  /// Stores in `near` the places no farther than max_units_ from a larger piece along each axis.
   DTSDF_HD void findNear() const {
     team_.each([&](int row) {
       uint32_t larger = window_.surface[row] & ~window_.small[row];
@@ -239,10 +237,10 @@ class LoosePieces {
     });
   }
 
-  /// Removes a piece from `left`: the first, or with in_block the first that reaches into the
-  /// block; adds it to `small` if isOne(). With over_edges, only a part of a piece that turns out
-  /// not to be small is removed. @return whether there was a piece. @pre `piece` is empty; so it is
-  /// afterwards.
+  /// Grows a piece from the first unit in `left` (with in_block, the first in the block) and
+  /// removes it from `left`; adds it to `small` if isOne(). With over_edges, it also grows through
+  /// edges while it is small; of a larger piece, only a part is removed. @return false if there was
+  /// no unit. @pre `piece` is empty, as it is afterwards.
   template <class IsOne>
   DTSDF_HD bool removePiece(bool in_block, bool over_edges, const IsOne& isOne) const {
     const auto unitsOf = [&](int row) {
@@ -269,8 +267,8 @@ class LoosePieces {
     return true;
   }
 
-  /// Rows that grow at once may see each other before or after this; volatile, as both lead to the
-  /// same piece once no row grows any more.
+  /// Rows that grow at the same time may or may not see each other's new units, hence volatile;
+  /// once no row grows any more, the piece is the same.
   DTSDF_HD bool growsOverFaces() const {
     return team_.any([&](int row) {
       const volatile uint16_t* const piece = window_.piece;

@@ -6,8 +6,8 @@
 
 namespace dtsdf {
 
-/// An edge of the corner grid as the rules need it. An undirected map's only array counts as the
-/// direction that the edge faces.
+/// An edge of the corner grid with its samples, an Edge of edge_vertex.h. An undirected map's only
+/// array counts as the direction that the edge faces.
 struct EdgeSamples {
   const ArraysAround& arrays;
   Vec3i corner;
@@ -15,7 +15,7 @@ struct EdgeSamples {
   bool directional;
   Sample lower[kDirectionCount], upper[kDirectionCount];
 
-  /// Copies the corner by members, as it was just written: loading it in larger parts would stall.
+  /// Copies the corner by members, as it was just written so: a wider load would stall.
   DTSDF_HD EdgeSamples(const ArraysAround& arrays, const Vec3i& corner, int axis, bool directional)
       : arrays(arrays),
         corner{corner.x, corner.y, corner.z},
@@ -28,9 +28,10 @@ struct EdgeSamples {
   }
 };
 
-/// Position of an edge's vertex; anchored in a directional map.
+/// Position of an edge's vertex, in voxels from the block's first voxel; anchored in a directional
+/// map.
 /// @param read Mask of directions whose samples are read. It must include those that cross the edge
-///     or, if none does, all with a say.
+/// or, if none does, all with a say.
 DTSDF_HD Vec3f placeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
                            bool directional, uint32_t read) {
   const int axis = edgeAxis(edge), facing = edgeFacing(edge);

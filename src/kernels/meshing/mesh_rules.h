@@ -25,14 +25,13 @@ struct MeshRules {
   /// change no figure by more than 1.5 %.
   float nearness_voxels = 0.2f;
 
-  /// A vertex is pulled to its nearest anchor if a corner's foot is farther than this from where
-  /// the surface was measured, or the vertex from its plane, in voxels; at twice this distance, the
-  /// pull is at its full strength. This is about the spacing of pixels: less moves vertices inside
-  /// a surface (0.1 puts those of a tilted plane .004 instead of .003 off). (100 images on two
-  /// thirds of an orbit, vertices with 0.1, 0.15, 0.25 and without: Asian Dragon at 20 mm 1.75,
-  /// 1.83, 2.02 and 3.26 mm, bunny 0.46, 0.48, 0.53 and 0.77 mm.)
+  /// Gap between a vertex and what was measured, in voxels, from which on the vertex is pulled to
+  /// its nearest anchor; at twice this, the pull has its full strength. (It is about the spacing of
+  /// pixels. Less moves vertices inside a surface: 0.1 puts those of a tilted plane .004 instead of
+  /// .003 off. 100 images on two thirds of an orbit, vertices with 0.1, 0.15, 0.25 and without:
+  /// Asian Dragon at 20 mm 1.75, 1.83, 2.02 and 3.26 mm, bunny 0.46, 0.48, 0.53 and 0.77 mm.)
   float measured_gap = 0.15f;
-  /// Distance from its anchor within which a vertex stays, in voxels.
+  /// Distance from its anchor, in voxels, within which a vertex is not pulled.
   float measured_reach = 0.1f;
   /// Largest share of the remaining way that a vertex is pulled; in [0, 1), so that two vertices
   /// with the same anchor do not coincide.
@@ -48,7 +47,7 @@ struct MeshSettings : MeshRules {
   /// Whether voxels hold distances to planes: true except for voxel projection, whose distances are
   /// along rays and may grow faster than the distance to the surface.
   bool distances_to_planes = true;
-  /// Longest loose piece that is left out, in units, at most kMaxLooseUnits; 0: none is.
+  /// Longest loose piece that is left out, in units, at most kMaxLooseUnits; 0 keeps all.
   int max_loose_units = 0;
 };
 

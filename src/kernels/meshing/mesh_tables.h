@@ -1,11 +1,12 @@
-/// Marching-cubes tables, derived at compile time from the geometry of the cube.
+/// Marching cubes tables, derived at compile time from the geometry of the cube.
 ///
 /// Corner c of a mesh unit lies at (c & 1, c >> 1 & 1, c >> 2 & 1). Bit c of an index is set if the
-/// corner is behind the surface (negative distance). Edge e runs along axis e / 4. On each face,
-/// the contour cuts off each run of corners behind separately. This depends on the face alone, so
-/// neighbouring units agree. Following the contours over the faces gives closed loops, the surface
-/// components of an index, and each loop is triangulated as a fan. The fan starts where none of its
-/// diagonals lies on a face of the cube: there it could coincide with a neighbour's side or
+/// corner is behind the surface (negative distance). Edge e runs along axis e / 4.
+///
+/// On each face, the contour cuts off each run of corners behind separately. This depends on the
+/// face alone, so neighbouring units agree. The contours of all faces join into closed loops, the
+/// components of an index. Each loop is triangulated as a fan that starts where none of its
+/// diagonals lies on a face of the cube: there a diagonal could coincide with a neighbour's side or
 /// diagonal, and four triangles would share it.
 #pragma once
 
@@ -47,9 +48,8 @@ struct MeshTables {
   /// behind (the edge faces +axis); kFallingBit higher if the upper corner is behind.
   uint64_t crossings[256];
   /// Directions that may see a component, bit d for direction d. By the intra-directional filter
-  /// (paper, Sec. V-B) it is impossible in direction D if an edge along D is behind at its +D end
-  /// and in front at its -D end. If no edge along D is crossed, the gradient decides, which is
-  /// checked before (leaders.h).
+  /// (paper, Sec. V-B), a component is impossible in direction D if it crosses an edge along D
+  /// whose +D end is behind and whose -D end is in front.
   uint8_t seen_from[256];
 };
 
@@ -82,7 +82,7 @@ constexpr void traceContours(int index, int (&next)[kCubeEdges]) {
     for (int i = 0; i < 4; ++i) {
       const bool enters = !(index >> corner[i] & 1) && (index >> corner[(i + 1) % 4] & 1);
       if (!enters) continue;
-      int last = (i + 1) % 4;  // last corner of this run of behind corners
+      int last = (i + 1) % 4;  // last corner behind in this run
       while (index >> corner[(last + 1) % 4] & 1) last = (last + 1) % 4;
       next[edgeBetween(corner[i], corner[(i + 1) % 4])] =
           edgeBetween(corner[last], corner[(last + 1) % 4]);

@@ -1,23 +1,22 @@
 /// Finds which directions can lead a sheet in a unit, from the sides of its corners alone, so that
 /// the index stage can skip units that hold no surface.
 ///
-/// This rejects only what the other rules would reject. For any MeshRules (a share of weight is
-/// never negative), a sheet that is not empty has a leader L such that:
-/// - L speaks: it has observed corners on both sides of a surface (directionConfidence).
-/// - Each corner has a vote of some direction other than the opposite of L, which does not vote
-///   (voteOnCorners). So L cannot lead if some corner was observed by no direction, or only by the
-///   opposite of L.
-/// A unit without such a direction has the indices 0. In an undirected map, the only direction must
-/// have observed all corners, and both sides.
+/// This rejects only directions that the other rules would reject, whatever the MeshRules: the
+/// leader of a sheet
+/// - speaks, so it has observed corners on both sides of a surface (directionConfidence());
+/// - has at each corner the vote of a direction other than its opposite, which does not vote
+///   (voteOnCorners()). So no corner was observed by its opposite only, or by no direction. A unit
+///   without such a direction has no surface. In an undirected map, the only direction must have
+///   observed all corners, and both sides.
 #pragma once
 
 #include "kernels/meshing/unit_samples.h"
 
 namespace dtsdf {
 
-/// Sides of a corner: direction d sees it in front (bit d) or behind (bit 8 + d), or can lead no
-/// sheet around it (bit 16 + d). The sides of a unit are the bitwise or of its corners' sides. For
-/// a single corner, bit 24 + d is set if the distance of d is negative.
+/// Sides of a corner: direction d sees it in front (bit d) or behind (bit 8 + d), can lead no sheet
+/// around it (bit 16 + d), or has a negative distance there (bit 24 + d). The sides of a unit are
+/// the bitwise or of its corners' sides.
 constexpr int kBehindBit = 8, kExcludedBit = 16, kNegativeBit = 24;
 
 /// The sides that one direction's sample sees; both if the surface touches the corner.
@@ -37,7 +36,7 @@ DTSDF_HD uint32_t possibleSpeakers(uint32_t sides) {
   return sides & sides >> kBehindBit & kAllDirections;
 }
 
-/// Directions that can lead no sheet with a corner observed only by `observed`.
+/// Directions that can lead no sheet around a corner, given the directions that have observed it.
 DTSDF_HD uint32_t excludedLeaders(uint32_t observed) {
   constexpr uint32_t kPositive = 0x15, kNegative = 0x2A;
   const uint32_t opposite = (observed & kPositive) << 1 | (observed & kNegative) >> 1;

@@ -1,11 +1,10 @@
-/// Refinement, the optional last step of the make stage: each triangle becomes four, with new
-/// vertices at the middles of its sides, on the curved surface.
+/// Refinement, an option: each triangle becomes four, with new vertices at the middles of its
+/// sides, on the curved surface.
 ///
-/// A middle is that of the side of a PN triangle (Vlachos et al., Curved PN Triangles, 2001): of
-/// the cubic that leaves both ends of the side in their tangent planes. It depends only on the two
-/// ends and their normals, so all triangles with this side share it, across units and blocks.
-///
-/// A triangle's side is identified by the edges of its two ends, as a vertex is by its edge.
+/// The middle of a side is that of the cubic that leaves both ends of the side in their tangent
+/// planes (Vlachos et al., Curved PN Triangles, 2001). It depends only on the two ends and their
+/// normals, so all triangles with this side share it, across units and blocks. A side is identified
+/// by the grid edges of its two ends.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -15,8 +14,7 @@
 
 namespace dtsdf {
 
-/// A loop of n edges has n sides and n - 3 diagonals. The maximum is twelve sides, if four loops of
-/// three cross all twelve edges.
+/// Largest number of sides of an index's triangles: four loops of three edges have twelve.
 constexpr int kMaxSides = 12;
 
 /// The sides of an index's triangles, each once, and which of them bound each triangle; derived at
@@ -25,7 +23,8 @@ struct RefineTables {
   /// Sides of an index in the order of its triangles, as two of the unit's edges each.
   uint8_t side_count[256];
   uint8_t side_edge[256][2 * kMaxSides];
-  /// Sides of each triangle, from its first corner to its second, and so on.
+  /// Numbers of each triangle's sides: the first runs from its first corner to its second, and so
+  /// on.
   uint8_t triangle_side[256][3 * kMaxTriangles];
 };
 
@@ -71,8 +70,7 @@ constexpr int kRefinedTriangles = 4;
 static_assert(kGridEdges + kVoxelsPerBlock * kMaxSheets * kMaxSides <= 65536,
               "a block's vertex indices must fit in 16 bits");
 
-/// BlockVertex::edge of the middle of the side between the vertices of two edges, given in either
-/// order.
+/// BlockVertex::edge of the middle between the vertices of two edges, given in either order.
 constexpr uint32_t kFirstMiddle = kGridEdges;
 DTSDF_HD uint32_t middleNumber(int edge_a, int edge_b) {
   const uint32_t a = static_cast<uint32_t>(edge_a < edge_b ? edge_a : edge_b);
@@ -125,7 +123,8 @@ DTSDF_HD uint32_t sidesOfUnit(const RefineTables& tables, const UnitIndices& ind
   return sides;
 }
 
-/// Calls visit(a, b) for each of these sides, with the edges of its two ends, in canonical order.
+/// Calls visit(a, b) for each side of a unit's triangles, with the edges of its two ends, in
+/// canonical order.
 template <class Visit>
 DTSDF_HD void visitSides(const RefineTables& tables, const UnitIndices& indices, const Vec3i& unit,
                          const Visit& visit) {

@@ -1,5 +1,5 @@
-/// Regularisation, the first step of the make stage: settles the side of corners that the units
-/// around them disagree about.
+/// Regularisation: decides on which side of the surface a corner is if the units around it
+/// disagree.
 ///
 /// Units disagree if their leaders differ, or if one has dropped a component that another keeps.
 /// All units take the side that most of them give a corner, so neighbours cross their common face
@@ -22,7 +22,7 @@ DTSDF_HD int sideOfCorner(const UnitLabels& labels, int c) {
 /// Position of corner c of a unit, relative to the first corner.
 DTSDF_HD Vec3i cornerOffset(int c) { return {c & 1, c >> 1 & 1, c >> 2 & 1}; }
 
-/// Number of units around a corner that have it behind, less those that have it in front.
+/// Number of units around a corner that have it behind, less the number that have it in front.
 /// `at(unit)` returns a unit's labels.
 template <class At>
 DTSDF_HD int cornerBalance(const At& at, const Vec3i& corner) {
@@ -31,12 +31,12 @@ DTSDF_HD int cornerBalance(const At& at, const Vec3i& corner) {
   return balance;
 }
 
-/// Whether a corner is behind for all units around it; a tie is in front.
+/// Whether a corner is behind for all units around it, given their balance; a tie is in front.
 DTSDF_HD bool isBehindForMost(int balance) { return balance > 0; }
 
 /// A unit's indices after regularisation (paper, Sec. V-F). Corners that its sheets agree about
-/// take the side that most units around give them (`behind_for_most`). Corners that the sheets
-/// disagree about stay, as they are between the two sides of something thin.
+/// take the side that most units around give them (`behind_for_most`). Other corners stay, as they
+/// are between the two sides of something thin.
 DTSDF_HD UnitIndices regularise(const UnitLabels& own, unsigned behind_for_most) {
   const UnitIndices indices = indicesOf(own);
   const unsigned agreed = cornersBehind(own) | cornersInFront(own);
@@ -47,8 +47,8 @@ DTSDF_HD UnitIndices regularise(const UnitLabels& own, unsigned behind_for_most)
                                   settled(static_cast<uint8_t>(~own.in_front_of_last))));
 }
 
-/// Location of the labels of a unit in a block or in one of those around it: the block's number
-/// (aroundOffset), and the unit's number in it.
+/// Location of a unit's labels: the number (aroundNumber) of its block, and of the unit in the
+/// block. `unit` is relative to the middle block's first unit.
 DTSDF_HD CornerSource unitSource(const Vec3i& unit) {
   return {blockAround(unit), indexInBlock(unit)};
 }

@@ -1,9 +1,9 @@
 /// The index stage: marching cubes indices of a unit's sheets, from its samples.
 ///
 /// The strongest direction that speaks leads the first sheet; its opposite leads the second if it
-/// speaks as well. All directions except the leader's opposite vote on a sheet's corners. A
-/// component is removed if no speaking direction can see it; a unit with one that has a
-/// weak crossing is left empty.
+/// speaks as well. All directions except the leader's opposite vote on a sheet's corners.
+/// Components that no speaking direction can see are removed. A sheet with a weak crossing is
+/// dropped.
 #pragma once
 
 #include "kernels/meshing/crossings.h"
@@ -13,8 +13,7 @@
 namespace dtsdf {
 
 /// Marching cubes index of a sheet: its labels without the components that none of its speaking
-/// directions can see. kNotKnown if a component has a weak crossing: the unit then has no surface,
-/// and no influence on its neighbours' corners.
+/// directions can see. kNotKnown if a component has a weak crossing.
 DTSDF_HD int sheetIndex(const MeshTables& tables, unsigned labels, unsigned speaking,
                         unsigned weak_crossings) {
   uint8_t index = static_cast<uint8_t>(labels);
@@ -48,8 +47,8 @@ DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samp
 }
 
 /// Computes the indices of the sheets with these leaders, one per unit; kNotKnown for a leader of
-/// -1. `greatest_weight` is the greatest weight at the units' corners, `min_weight` the weight
-/// that each corner must exceed.
+/// -1. `greatest_weight` is the greatest weight at the units' corners; the sum of weights at each
+/// corner must exceed `min_weight`.
 template <class Samples, class Real, class Bits>
 DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, const Samples& samples,
                            const Real& greatest_weight, const Real& min_weight, const Bits& leader,
@@ -76,7 +75,7 @@ DTSDF_HD bool isSurface(int index) { return index > 0 && index < 255; }
 /// Labels of a unit whose sheets have these indices. The two sides of something thin never cross an
 /// edge in the same way. Sheets that do are the same surface twice, for instance where it bends
 /// within the unit, so only the first, with the stronger leader, is kept. A sheet without a surface
-/// does not count against one with a surface.
+/// is dropped if the other has one.
 DTSDF_HD UnitLabels joinSheets(const MeshTables& tables, int first, int second) {
   if (!isSurface(first) && (isSurface(second) || first == kNotKnown)) first = second;
   if (first == kNotKnown) return {0, 0};

@@ -1,29 +1,28 @@
 /// Samples, labels and indices of a mesh unit.
 ///
 /// A mesh unit is a cell of marching cubes: a cube with a voxel's sample at each of its corners.
-/// The files of this folder are the stages of directional marching cubes, in the paper's order
-/// (Sec. V):
+/// The files of this folder are the stages of directional marching cubes (paper, Sec. V):
 ///
 ///   index   possible_leaders.h   which units can hold a surface at all
 ///           leaders.h            which directions speak for a surface, and which lead its sheets
 ///           vote.h               on which side of a sheet each corner is
 ///           crossings.h          which crossings are too poorly known
-///           sheets.h             marching cubes indices, without what no direction can see
+///           sheets.h             marching cubes indices, without impossible components
 ///   make    loose_pieces.h       small pieces near a larger one, which are left out
 ///           regularisation.h     corners that the units around them disagree about
 ///           edge_vertex.h        where the surface crosses an edge
 ///           anchoring.h          vertices pulled to where the surface was measured
+///           gap.h                triangles across gaps, which are left out
 ///           emit.h               triangles, as references to edges
-///   refine  vertex_normal.h      normals of vertices, from the fields around them
+///   refine  vertex_normal.h      normals of vertices, from the gradients of distances
 ///           refine.h             four triangles for each, with vertices on the curved surface
 ///
 /// corner_grid.h locates a block's samples, mesh_tables.h holds the tables of marching cubes, and
 /// mesh_rules.h the constants. Vertices belong to (edge, facing) and depend only on the edge, so
 /// all units around it share them.
 ///
-/// Departure from the paper, measured in docs/results: the paper votes on whole indices per unit
-/// and intersects them; voting per corner makes neighbouring units agree about the corners they
-/// share.
+/// Departure: the paper votes on whole indices per unit and intersects them. With votes per corner,
+/// neighbouring units mostly agree about the corners they share.
 #pragma once
 
 #include "kernels/core/direction.h"
@@ -34,7 +33,7 @@
 
 namespace dtsdf {
 
-/// Number of sheets in a unit: two are the sides of something thinner than the unit.
+/// Largest number of sheets in a unit; two are the two sides of something thin.
 constexpr int kMaxSheets = 2;
 
 /// The indices of a unit, one per sheet; all corners on one side: no surface.
@@ -45,8 +44,8 @@ struct UnitIndices {
 /// The sides of a unit's corners, bit c for corner c: which are behind its first sheet, and which
 /// are in front of its last (which may be the first). Both 0: the unit is empty.
 ///
-/// Both 0 is unambiguous: otherwise it would mean a first sheet with no corner behind it and a last
-/// one with all of them, and a sheet without a surface is never stored together with another.
+/// Nothing else is stored as 0 and 0: that would be a first sheet with no corner behind it and a
+/// last one with all, but a sheet without a surface is never stored together with another.
 struct UnitLabels {
   uint8_t behind_first, in_front_of_last;
 };
@@ -81,10 +80,9 @@ DTSDF_HD UnitIndices indicesOf(const UnitLabels& labels) {
 // direction without weight, maySpeak() for one that does not see both sides of a surface.
 
 /// A surface nearer to a corner than this, in voxels, touches it: its direction counts as having
-/// seen both sides there. The vote decides which side the corner is on (vote.h), and another
-/// direction with the same weight can reverse distances below a quarter of the default
-/// `nearness_voxels`. (Without this, a unit whose only corner behind the surface was reversed would
-/// have no speaking direction, and leave a hole.)
+/// seen both sides there, as the vote may reverse the sign of such small distances (vote.h).
+/// Without this, a unit whose only corner behind the surface was reversed would have no speaking
+/// direction, and leave a hole.
 constexpr float kTouching = 0.25f * MeshRules().nearness_voxels;
 
 template <class Samples>

@@ -1,10 +1,10 @@
-/// Unit normals of edge vertices, for refined meshes (refine.h), from the gradients of the fields
-/// that cross the edge.
+/// Unit normals of edge vertices, for refined meshes (refine.h), from the gradients of the
+/// directions' distances.
 ///
-/// A field's slope across an edge is interpolated between the central differences at the edge's two
-/// ends; its slope along the edge is that of the parabola that gave the vertex (edge_vertex.h).
-/// Samples are read up to one corner beyond the ends, which is as far as a mesh may depend on its
-/// block's surroundings.
+/// The slope across an edge is interpolated between the central differences at the edge's two ends;
+/// the slope along the edge is that of the parabola that gave the vertex (edge_vertex.h). Samples
+/// are read up to one corner beyond the ends, which is as far as a mesh may depend on its block's
+/// surroundings.
 #pragma once
 
 #include "kernels/meshing/edge_vertex.h"
@@ -17,8 +17,8 @@ struct Slope {
   bool is_known;
 };
 
-/// Slope of a field at a known sample, from its neighbours along an axis; one-sided if only one of
-/// them is known.
+/// Slope of the distance at a known sample, from its neighbours along an axis; one-sided if only
+/// one of them is known.
 DTSDF_HD Slope slopeAt(const Sample& below, const Sample& own, const Sample& above) {
   const bool knows_below = below.weight > 0.0f, knows_above = above.weight > 0.0f;
   const float low = knows_below ? below.sdf : own.sdf, high = knows_above ? above.sdf : own.sdf;
@@ -31,8 +31,8 @@ DTSDF_HD Slope slopeBetween(const Slope& lower, const Slope& upper, float t) {
   return {(1.0f - t) * lower.value + t * upper.value, true};
 }
 
-/// Gradient of a field on an edge, at a share t of it from its lower corner; 0 if a component is
-/// unknown. `at(corner)` gives the field's sample.
+/// Gradient of the distance on an edge, at a share t of it from its lower corner; 0 if a component
+/// is unknown. `at(corner)` returns the direction's sample.
 template <class At>
 DTSDF_HD Vec3f gradientOnEdge(const At& at, const Vec3i& corner, int axis, float t) {
   const Vec3i end = corner + unitStep(axis);

@@ -44,7 +44,8 @@ DTSDF_HD Real votedSdf(const CornerVote<Real>& vote) {
 constexpr int kNotKnown = -1;
 
 /// Marching cubes labels of a sheet (bit c: corner c is behind), by the vote of all directions but
-/// the excluded one; kNotKnown if the weight at some corner does not exceed `min_weight`.
+/// the excluded one; kNotKnown if the sum of their weights at some corner does not exceed
+/// `min_weight`.
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits voteOnCorners(const MeshRules& rules, const Samples& samples,
                             const Bits& excluded_direction, const Real& min_weight) {

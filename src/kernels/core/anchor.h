@@ -1,8 +1,8 @@
 /// Anchors: points near a corner of the grid at which its surface was measured.
 ///
-/// In one frame, this is the measured point nearest to the corner's foot; over frames, it is a
-/// weighted mean. The distance alone would extend a surface past the end of what was measured, so
-/// vertices are pulled towards anchors (meshing/anchoring.h).
+/// In one frame, the anchor is the measured point nearest to the corner's foot; over frames, the
+/// weighted mean of these points. The distance alone would extend a surface past the end of what
+/// was measured, so vertices are pulled towards anchors (meshing/anchoring.h).
 #pragma once
 
 #include "kernels/core/vec.h"
@@ -56,7 +56,7 @@ DTSDF_HD uint32_t packPoint(float offset) {
   return static_cast<uint32_t>(static_cast<int32_t>(offset * kPointSteps + 128.5f));
 }
 
-/// The nearness in a key, from the point's squared distance to the foot.
+/// Nearness bits of a key, from the point's squared distance to the foot.
 DTSDF_HD uint32_t packNearness(float squared_distance) {
   const float rings = minimum(maximum(squared_distance, 0.0f) * kPointRings, 255.0f);
   return (255u - static_cast<uint32_t>(static_cast<int32_t>(rings))) << 24;

@@ -180,8 +180,8 @@ DTSDF_HD bool hasSamplesIn(const SampleLine& line, const Span& planes, int block
 }
 
 /// Calls visit(block) once for each block that holds samples of a line, in local block coordinates.
-/// The line's ends in a layer of blocks bound the blocks there. If these extend along both u and v,
-/// some of them may have no samples.
+/// In a layer of blocks, the line's two ends bound the range of blocks; if it extends along both u
+/// and v, some of the blocks may have no samples.
 template <class Visit>
 DTSDF_HD void visitBlocks(const SampleLine& line, const Visit& visit) {
   if (line.first_plane > line.last_plane) return;

@@ -2,9 +2,9 @@
 ///
 /// A surfel's plane continues past the end of what was seen, so a surface that ends inside a cell
 /// has vertices up to a voxel beyond its end. Where a thin part is seen from many sides, the mean
-/// distances cross zero where no surface is. So a vertex is pulled most of the way to its edge's
-/// nearest anchor (core/anchor.h) if a foot of the edge's corners was not measured, or if the
-/// vertex is not on the planes of their distances. Other vertices stay.
+/// distances cross zero where there is no surface. So a vertex is pulled most of the way to the
+/// nearest anchor of its edge's ends (core/anchor.h) if the surface was not measured at their feet,
+/// or if the vertex does not lie on the planes of their distances. Other vertices stay.
 ///
 /// Only samples at the edge's two ends are used, so all blocks that share an edge find the same
 /// vertex.

@@ -47,13 +47,13 @@ DTSDF_HD int cornerStride(int axis) {
   return axis == 0 ? 1 : (axis == 1 ? kCornerGridSide : kCornerGridSide * kCornerGridSide);
 }
 
-/// Offsets in {-1, 0}^3, from a block to those whose units have a corner in it; 0 is the block
+/// Offsets in {-1, 0}^3, from a block to the blocks whose units have a corner in it; 0 is the block
 /// itself.
 constexpr int kUnitReach = 8;
 DTSDF_HD Vec3i unitReachOffset(int n) { return {-(n & 1), -(n >> 1 & 1), -(n >> 2 & 1)}; }
 
-/// Offsets in {0, 1}^3, from a block to those that hold the corners of its units; 0 is the block
-/// itself.
+/// Offsets in {0, 1}^3, from a block to the blocks that hold the corners of its units; 0 is the
+/// block itself.
 constexpr int kCornerBlocks = 8;
 DTSDF_HD Vec3i cornerBlockOffset(int n) { return {n & 1, n >> 1 & 1, n >> 2 & 1}; }
 
@@ -69,8 +69,8 @@ DTSDF_HD CornerSource cornerSource(const Vec3i& corner) {
 }
 DTSDF_HD CornerSource cornerSource(int corner) { return cornerSource(cornerAt(corner)); }
 
-/// Offsets in {-1, 0, 1}^3, from a block to those that hold its corner grid extended by one layer;
-/// and the inverse.
+/// Offsets in {-1, 0, 1}^3, from a block to the blocks that hold its corner grid extended by one
+/// layer; and the inverse.
 constexpr int kBlocksAround = 27;
 DTSDF_HD Vec3i aroundOffset(int n) { return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}; }
 DTSDF_HD int aroundNumber(const Vec3i& offset) {

@@ -22,8 +22,8 @@ DTSDF_HD int sideOfCorner(const UnitLabels& labels, int c) {
 /// Position of corner c of a unit, relative to the first corner.
 DTSDF_HD Vec3i cornerOffset(int c) { return {c & 1, c >> 1 & 1, c >> 2 & 1}; }
 
-/// Number of units around a corner that have it behind, less the number that have it in front.
-/// `at(unit)` returns a unit's labels.
+/// Number of units around a corner for which it is behind the surface, less the number for which it
+/// is in front. `at(unit)` returns a unit's labels.
 template <class At>
 DTSDF_HD int cornerBalance(const At& at, const Vec3i& corner) {
   int balance = 0;
@@ -31,7 +31,7 @@ DTSDF_HD int cornerBalance(const At& at, const Vec3i& corner) {
   return balance;
 }
 
-/// Whether a corner is behind for all units around it, given their balance; a tie is in front.
+/// Whether a corner is behind the surface by a majority of units; a tie counts as in front.
 DTSDF_HD bool isBehindForMost(int balance) { return balance > 0; }
 
 /// A unit's indices after regularisation (paper, Sec. V-F). Corners that its sheets agree about

@@ -185,7 +185,7 @@ DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const ProjectedVerte
                                     const ProjectedVertex& b, const ProjectedVertex& c) {
   DrawnTriangle drawn{};
   if (a.inverse_depth == 0.0f || b.inverse_depth == 0.0f || c.inverse_depth == 0.0f) return drawn;
-  // The first pixel at or after a coordinate, and the last at or before it.
+  // The last pixel at or before a coordinate, and the first at or after it.
   const auto last = [](int32_t at) { return at >> 8; };
   const auto first = [](int32_t at) { return (at + kPixelSteps - 1) >> 8; };
   static_assert(kPixelSteps == 1 << 8, "");
@@ -234,7 +234,7 @@ struct TrianglePlace {
   float depth;
 };
 
-/// Uses that inverse depth is linear in the pixel.
+/// Perspective-correct: inverse depth is linear in the image.
 DTSDF_HD TrianglePlace placeOn(const ProjectedVertex& a, const ProjectedVertex& b,
                                const ProjectedVertex& c, const CornerWeights& weights) {
   const auto in_image = [&](int k) { return static_cast<float>(weights.of[k]); };

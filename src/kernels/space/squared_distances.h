@@ -21,10 +21,10 @@ struct SurfaceCubes {
 /// A column of adjacent sectors along z to be computed.
 struct SectorStack {
   int32_t count;
-  int32_t place;  ///< Of its first sector, in DistanceTask::places.
+  int32_t place;  ///< Index of its first sector in DistanceTask::places.
   int32_t first;  ///< Number of its first sector among those of all stacks.
-  /// Number of its first plane of cells among those of all stacks, each with the planes within
-  /// reach above and below it.
+  /// Number of its first plane of cells among those of all stacks. A stack includes the planes
+  /// within reach above and below it.
   int32_t first_plane;
 };
 

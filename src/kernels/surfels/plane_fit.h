@@ -82,7 +82,7 @@ DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, 
   const int64_t at = pixelIndex(frame, pixel);
   const float* centre = sensing.image.inverse_depth + at;
   WindowRadius radius = windowRadius(*centre, fitWindow(frame, sensing.noise, surfels));
-  radius.one_side = radius.both;  // a strip has few pixels
+  radius.one_side = radius.both;  // a strip has few pixels, so its sides may differ
   const PixelLine line =
       along_row ? rowAround(pixel.u, frame.width, radius) : columnAround(pixel.v, frame, radius);
   const LineFit fit = fitLine({centre, centre, sensing.image.links + at}, line);
@@ -109,9 +109,8 @@ DTSDF_HD bool hasRowBetween(const ImageView& image, int64_t at) {
          (image.links[at] & kLinkRight) != 0;
 }
 
-/// The normal at the point between the four pixels from (u, v) to (u + 1, v + 1), from a line
-/// fitted down the column between them to the means of the row fits on its left and right. Zero if
-/// there is none.
+/// The normal at the point between the four pixels from (u, v) to (u + 1, v + 1), zero if there is
+/// none. The line down the column is fitted to the mean of each row's two fits.
 DTSDF_HD Vec3f fitNormalBetween(const FrameSensing& sensing, const Pixel& pixel,
                                 const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;

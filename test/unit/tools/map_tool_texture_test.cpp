@@ -110,7 +110,7 @@ class MapToolTexture : public testing::Test {
   RgbImage texture_;
 };
 
-/// Waves of 0.1 m, too fine for voxels of 0.04 m.
+/// Waves of 0.1 m, which voxels of 0.04 m hardly resolve.
 Colour fineWavesAt(const Vector3d& p_W) {
   const auto wave = [](double x) { return static_cast<uint8_t>(128.0 + 100.0 * std::sin(x)); };
   return {wave(2.0 * M_PI * (p_W.x() + p_W.y()) / 0.1), wave(2.0 * M_PI * p_W.z() / 0.1), 90};

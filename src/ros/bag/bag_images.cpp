@@ -100,7 +100,7 @@ auto readingBag(const std::string& path, const Read& read) {
   }
 }
 
-/// Camera poses from the bag's transforms or, if a trajectory is given, from that.
+/// Camera poses, from a trajectory file if one is given, else from the bag's transforms.
 class BagPoses {
  public:
   /// @throws std::runtime_error if the trajectory cannot be read.
@@ -287,8 +287,8 @@ class BagImages : public ImageSource<Frame> {
   static constexpr const ImageKind& kKind = kIsColour ? kColourImages : kDepthImages;
 
   /// Adapts the options to colour images, which use the frame of their own header. With
-  /// first_pose_only, the depth camera's frame replaces the map frame: the option, or the frame of
-  /// the first depth image.
+  /// first_pose_only, the depth camera's frame replaces the map frame: camera_frame, or the frame
+  /// of the first depth image.
   void chooseForColour() {
     if (options_.first_pose_only) {
       options_.map_frame = options_.input.camera_frame;
@@ -380,7 +380,7 @@ class BagImages : public ImageSource<Frame> {
   }
 
   /// Applies the mask that has the image's stamp and was recorded within 5 s of it. @return why
-  /// that is impossible; nothing if it was done.
+  /// that is impossible; nothing on success.
   std::optional<Rejection> hideMasked(sensor_msgs::ImageConstPtr& image,
                                       const ros::Time& recorded) const {
     if (options_.mask_topic.empty()) return std::nullopt;

@@ -39,8 +39,8 @@ class WorkerThread {
     return nh;
   }
 
-  /// Starts to serve the queue and to repeat the step, which must not throw. Several threads are
-  /// for tasks that wait.
+  /// Starts to serve the queue and to repeat the step, which must not throw. Use several threads if
+  /// tasks wait.
   void start(ThreadStep step, int threads = 1) {
     step_ = std::move(step);
     for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { loop(); });

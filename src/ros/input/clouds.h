@@ -16,7 +16,7 @@ namespace dtsdf {
 constexpr char kCloudTransport[] = "cloud";
 
 /// Converts the clouds of one topic to 32FC1 depth images. Fits a pinhole camera to the first cloud
-/// with enough points, again if the size changes, and logs it. Not thread safe.
+/// with enough points, and again if the size of the clouds changes. Not thread safe.
 class CloudImages {
  public:
   explicit CloudImages(std::string topic) : topic_(std::move(topic)) {}

@@ -21,7 +21,7 @@ namespace dtsdf {
 /// End of ROS time; ros::Time throws for values that round to it.
 constexpr double kEndOfTime_s = 4294967296.0;
 
-/// Clamps to the range of ROS time; 0 for values that are not finite.
+/// Clamps to the range of ROS time; 0 for a stamp that is not finite.
 inline ros::Time toTime(double stamp_s) {
   return std::isfinite(stamp_s) ? ros::Time(std::clamp(stamp_s, 0.0, kEndOfTime_s - 1.0))
                                 : ros::Time();

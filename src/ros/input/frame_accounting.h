@@ -1,4 +1,4 @@
-/// Counts the fused and the dropped frames of a stream, the latter by reason, and warns of drops.
+/// Counts fused frames, and dropped frames by reason, and warns of drops.
 #pragma once
 
 #include <dtsdf_mapping/StreamStatus.h>
@@ -24,7 +24,7 @@ namespace dtsdf {
 
 struct DropReason {
   const char* name;         ///< Name in the status.
-  bool is_fault = true;     ///< Whether drops are a problem; with a pause, they are not.
+  bool is_fault = true;     ///< Whether such drops are a problem; in a pause, they are not.
   const char* remedy = "";  ///< What to do; empty: see the text of the last drop.
 
   bool operator==(const DropReason& other) const { return name == std::string_view(other.name); }
@@ -42,7 +42,7 @@ inline constexpr DropReason kBadEncoding{"bad_encoding"};
 inline constexpr DropReason kTooLarge{"too_large", true, "lower the camera's resolution"};
 /// A cloud with a single row, whose points belong to no pixels.
 inline constexpr DropReason kUnorganised{"unorganised"};
-/// No pixels, or rows or data that do not fit the size.
+/// No pixels, data that do not fit the size, or data that cannot be decoded.
 inline constexpr DropReason kBadImage{"bad_image"};
 /// Image and camera_info differ in size.
 inline constexpr DropReason kSizeMismatch{"size_mismatch"};
@@ -73,7 +73,7 @@ inline constexpr DropReason kPoseJump{"pose_jump", true,
                                       "check the pose estimate, or raise input/max_speed_m_s"};
 /// Pose not finite, not a rotation, or out of the map's range.
 inline constexpr DropReason kBadPose{"bad_pose", true, "check the pose estimate"};
-/// No pixel with a depth in range.
+/// No usable depth in range, or no surface to paint.
 inline constexpr DropReason kNoMeasurement{"no_measurement"};
 /// Too little memory on the GPU for this frame.
 inline constexpr DropReason kNoMemory{"no_memory"};

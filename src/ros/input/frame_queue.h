@@ -53,8 +53,8 @@ struct PosedFrame {
 
 /// A stream is the depth or the colour of a camera. Frames of all streams are ordered by stamp,
 /// then depth before colour, then by name. A frame is incomplete until it has all messages of its
-/// stamp, then whole until it has a pose, then posed until its turn: when no other stream can bring
-/// an earlier frame, or after `merge_wait_s`.
+/// stamp, then whole until it has a pose, then posed until its turn. Its turn comes when no other
+/// stream can bring an earlier frame, or after `merge_wait_s`.
 ///
 /// A limit in bytes applies to all streams together. Beyond it, the oldest frame of a random stream
 /// is dropped; streams with many frames are chosen more often. Every image is either dropped with a

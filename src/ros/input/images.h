@@ -23,7 +23,7 @@ struct CameraImage {
   sensor_msgs::ImageConstPtr mask = nullptr;  ///< Null unless masks are used.
 };
 
-// Depth and colour images alike.
+// For depth and colour images.
 
 /// Intrinsics of a rectified image: P, or K if P is empty, with binning and the region of interest
 /// applied.
@@ -39,14 +39,14 @@ std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t mo
 /// Why a camera_info is refused on arrival; empty if it is accepted.
 std::string findProblem(const sensor_msgs::CameraInfo& info);
 
-/// What is wrong with an image and its camera_info; nothing if they fit.
+/// What is wrong with an image or its camera_info, except the encoding; nothing if both are usable.
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
                                     const sensor_msgs::CameraInfo& info, size_t pixel_bytes);
 
 /// Whether it is 16UC1, mono16 or 32FC1.
 bool isDepthEncoding(const std::string& encoding);
 
-/// What is wrong with an image, judged by its header and its camera_info; nothing if it is usable.
+/// What is wrong with an image or its camera_info; nothing if both are usable.
 std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
                                          const sensor_msgs::CameraInfo& info);
 
@@ -66,7 +66,7 @@ bool isColourEncoding(const std::string& encoding);
 /// depth.
 bool showsColour(const std::string& encoding);
 
-/// What is wrong with an image, judged by its header and its camera_info; nothing if it is usable.
+/// What is wrong with an image or its camera_info; nothing if both are usable.
 std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
                                           const sensor_msgs::CameraInfo& info);
 

@@ -178,7 +178,7 @@ class InputStatus {
   /// Reports that images no longer arrive, or are no longer fused. @return whether it did.
   bool judgeSilence(const StreamReport& depth, bool is_lost, const std::string& name,
                     MapStatus& status) const {
-    // How long something expected has not happened; 0 if it never has.
+    // Age of the last event, but no longer than events have been expected; 0 if there was none.
     const auto silence = [this](float age_s) {
       return age_s < 0.0f ? 0.0 : std::min<double>(age_s, expected_s_);
     };
@@ -272,7 +272,7 @@ class InputStatus {
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
-  SteadyTime begun_{}, changed_at_{};  ///< Since when images are expected; last change of ROS time.
+  SteadyTime begun_{}, changed_at_{};  ///< When images became expected; when now_ changed.
   ros::Time now_;
   bool is_time_stopped_ = false;
   double expected_s_ = 0.0;     ///< How long frames have been expected.

@@ -18,7 +18,7 @@ namespace dtsdf {
 inline std::optional<std::string> findJump(
     const std::optional<std::pair<double, Eigen::Isometry3d>>& last, double stamp_s,
     const Eigen::Isometry3d& T_W_C, double max_speed_m_s, double max_turn_deg_s) {
-  if (!last || stamp_s < last->first) return std::nullopt;  // also if stamps go back
+  if (!last || stamp_s < last->first) return std::nullopt;
   const double interval_s = stamp_s - last->first;
   const Eigen::Isometry3d& last_T_W_C = last->second;
   constexpr double kMinInterval_s = 1e-3;  // no speed can be measured over less

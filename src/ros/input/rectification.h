@@ -37,7 +37,7 @@ class Rectification {
                                                 const InputParams& input,
                                                 cv_bridge::CvImageConstPtr& pixels);
 
-  /// Why the last image stayed distorted, as logged; empty if it did not.
+  /// Why the last image could not be rectified, as logged; empty if there is no such problem.
   const std::string& warning() const { return warning_; }
 
  private:
@@ -52,9 +52,9 @@ class Rectification {
   bool is_colour_;
   std::string warning_, logged_;
 
-  sensor_msgs::CameraInfo table_info_;              ///< Camera that source_ is for.
+  sensor_msgs::CameraInfo table_info_;              ///< What source_ was made for, without header.
   sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Its stamp is that of an earlier image.
-  cv::Mat source_;             ///< The raw pixel of each pixel, for cv::remap().
+  cv::Mat source_;             ///< Coordinates of each pixel in the raw image, for cv::remap().
   std::vector<float> scales_;  ///< From raw depth to depth along the new axis; empty: 1.
 };
 

@@ -121,7 +121,7 @@ class Transforms {
     core_ = makeCore();
   }
 
-  /// The frame's parent if it is another than `parent`; else empty.
+  /// The frame's parent, if it has one other than `parent`; else empty.
   std::string otherParentOf(const std::string& frame, const std::string& parent) const {
     std::string other;
     const bool has_parent = core()->_getParent(frame, ros::Time(0), other);

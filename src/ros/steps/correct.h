@@ -127,7 +127,7 @@ class CorrectStep : public Step {
   }
   void failed() override { giveUp("the map's backend failed"); }
 
-  /// Takes precedence over a waiting frame, but replays at most two frames for each new one. Two
+  /// Takes precedence over a waiting frame, but replays at most two records for each new frame. Two
   /// are enough to catch up.
   bool work(bool frame_waits) override try {
     constexpr int kWorkPerFrame = 4;
@@ -302,7 +302,7 @@ class CorrectStep : public Step {
 
   void fuseAgain() {
     const bool has_fused = refusion_->step(host_.map.mapBytes());
-    // A step that fused nothing counts, too, because hasCaughtUp() may wait for the disk.
+    // A step that replayed nothing counts, too, because hasCaughtUp() may wait for the disk.
     work_since_frame_ += has_fused ? 2 : 1;
     if (!has_fused && hasCaughtUp()) return finish();
     noteProgress();
@@ -386,11 +386,11 @@ class CorrectStep : public Step {
   std::optional<Request> waiting_, current_;
   std::future<std::unique_ptr<Refusion>> opening_;  ///< Opens the journal for `current_`.
   std::unique_ptr<Refusion> refusion_;
-  int work_since_frame_ = 0;  ///< Since the last frame: 2 per fused frame, 1 per other step.
+  int work_since_frame_ = 0;  ///< Since the last frame: 2 per replayed record, 1 per other step.
   std::future<void> freeing_;
 
-  // The first camera.
-  std::vector<StampedPose> fused_;  ///< By stamp; starts over if stamps jump back.
+  // Of the first camera.
+  std::vector<StampedPose> fused_;  ///< By stamp; cleared if stamps jump back.
   GivenMotion given_;
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< From given to corrected poses.
 

@@ -26,8 +26,9 @@ namespace dtsdf {
 namespace {
 
 /// Serves save_mesh, save_map and load_map, one call at a time, on the service threads: the map's
-/// thread only copies the map or takes over the new one. But it saves a map itself, piece by piece,
-/// if a copy does not fit into memory. The next call cancels the simplification of a mesh.
+/// thread only copies the map or takes over the new one. But if a copy does not fit into
+/// map/max_memory_mb, or blocks are on disk, it saves the map itself, piece by piece. The next call
+/// cancels the simplification of a mesh.
 class FilesStep : public Step {
  public:
   explicit FilesStep(const Host& host) : host_(host), params_(host.params.mapper) {}
@@ -117,8 +118,8 @@ class FilesStep : public Step {
     return host_.map_loop.run(flush).get();
   }
 
-  /// Writes a copy of the mesh (it shares the blocks), so that the output can continue; with
-  /// map/page_folder, the output waits until the mesh is written.
+  /// Writes a copy of the mesh, which shares its blocks, so that the output can continue. With
+  /// map/page_folder, the output waits until the file is written.
   SavedMesh writeMesh(const std::string& path, const std::optional<BoxRegion>& region,
                       double simplify_error_m, const SimplifyProgress& progress) {
     const MeshColour colour = host_.params.mapper.mesh.colour;
@@ -191,7 +192,7 @@ class FilesStep : public Step {
   MapperParams params_;             ///< Settings of the current map.
   std::mutex mutex_;                ///< Held while a file is written or read.
   uint64_t turn_ = 0;               ///< Number of the call that holds the mutex.
-  std::atomic<uint64_t> calls_{0};  ///< Number of the newest call; if larger than turn_, it waits.
+  std::atomic<uint64_t> calls_{0};  ///< Number of the newest call; it waits if larger than turn_.
   std::vector<ros::ServiceServer> servers_;
 };
 

@@ -93,7 +93,7 @@ class LevelStep : public Step {
   std::optional<Rejection> raise(PosedFrame& frame) {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (!frame_.isLevelled()) return std::nullopt;
-    // Frames in which the floor is searched for are dropped.
+    // The frame in which the floor is found is dropped, too.
     const bool looks = !isKnown() && depth != nullptr;
     if (looks && !isByImu()) lookForFloor(*depth);
     const std::optional<Eigen::Isometry3d> T_W_M = frame_.level();

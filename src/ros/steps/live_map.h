@@ -147,7 +147,7 @@ class LiveMap {
 
   /// Stamp of the newest frame in the last finished extraction.
   const ros::Time& meshStamp() const { return surfaces_stamp_; }
-  /// Size of the map in bytes, at the last count.
+  /// Size of the map in bytes, when last measured.
   size_t mapBytes() const { return report_.map_bytes; }
 
   /// Brings the mesh up to date; if isMeshPart() is then true, call again. Works even after a

@@ -120,7 +120,7 @@ class ChunkTopic {
   bool hasSubscribers() const { return topic_.hasSubscribers(); }
   bool isBehind() const { return !pending_.empty(); }
 
-  /// Adds the chunks to publish.
+  /// Marks chunks as pending: all of them for a new listener.
   void addPending(const MeshChunks& chunks, bool with_changes,
                   const std::vector<PackedKey>& refreshed) {
     const auto add = [this](const auto& keys) { pending_.insert(keys.begin(), keys.end()); };

@@ -167,7 +167,7 @@ class PosesStep : public Step {
   const std::deque<StampedPose>& fusedPoses() const { return fused_; }
   /// The newest odometry, even without listeners.
   const std::optional<nav_msgs::Odometry>& published() const { return published_; }
-  /// With refine, the motion in M from given to refined poses of the first camera.
+  /// With refine, maps the first camera's poses from TF to refined poses, in M.
   const Eigen::Isometry3d& T_M_O() const { return T_M_O_; }
 
  private:

@@ -186,7 +186,8 @@ class SpaceStep : public Step {
     response.stamp = stamp;
   }
 
-  /// @throws std::runtime_error if there is no space to answer from.
+  /// @throws std::runtime_error if space is not recorded, the backend has failed or nothing is
+  /// mapped.
   Known knownToPlanners() const {
     if (!is_on_) {
       throw std::runtime_error(
@@ -387,7 +388,7 @@ class SpaceStep : public Step {
   std::unique_ptr<SpaceFollower> follower_;
   std::optional<GroundGrid> grid_;  ///< Set while somebody listens.
   bool is_grid_due_ = false, is_outdated_ = false;
-  bool publish_now_ = false;  ///< Whether another map or new listeners must not wait.
+  bool publish_now_ = false;  ///< Whether not to wait for pace_: for a new map or new listeners.
   SteadyTime grid_at_{};
   bool is_update_due_ = false;  ///< Listeners need an update.
   Pace pace_;
@@ -397,7 +398,7 @@ class SpaceStep : public Step {
   mutable std::mutex mutex_;             ///< Guards the members below.
   std::optional<SpaceChanges> waiting_;  ///< The queue to the output's thread.
   double waiting_cell_m_ = 0.0;          ///< Size of its cells.
-  ros::Time waiting_stamp_;              ///< Its stamp, for known_.
+  ros::Time waiting_stamp_;              ///< Stamp of the mesh that it belongs to.
   Known known_;
   size_t bytes_ = 0;
   PagedValues::Stats pages_;

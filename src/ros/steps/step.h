@@ -1,4 +1,4 @@
-/// Interface of the node's features, which act on frames, publish, and add to the status.
+/// Interface of the node's features: each may act on frames, publish, and add to the status.
 #pragma once
 
 #include <dtsdf_mapping/MapStatus.h>

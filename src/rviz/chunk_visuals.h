@@ -126,7 +126,7 @@ class ChunkVisuals {
  private:
   using Origin = std::array<int64_t, 3>;
 
-  /// Coarser levels have cells of 2, 4, 8 and 16 voxels; a voxel is 512 steps.
+  /// Coarser levels have cells of 2, 4, 8 and 16 voxels if a voxel has 512 steps: see ChunkLattice.
   static constexpr int kCoarseLevels = 4;
   static constexpr int kFinestCellLog2 = 10;
 

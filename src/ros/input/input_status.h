@@ -26,7 +26,7 @@
 
 namespace dtsdf {
 
-/// Types keyed by topic, without the images and clouds that mapping nodes publish.
+/// Types keyed by topic, without topics of mapping nodes that look like input.
 using PublishedTopics = std::map<std::string, std::string>;
 
 /// Asks the master once; empty if there is none.

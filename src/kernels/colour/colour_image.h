@@ -1,5 +1,5 @@
-/// A colour image and its halved copies. A voxel takes the mean of the pixels it covers from four
-/// pixels of one copy.
+/// A colour image and its halved copies. The mean colour of the pixels that a voxel covers is
+/// interpolated between four pixels of one copy.
 #pragma once
 
 #include <cstring>

@@ -139,8 +139,8 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, boo
 /// directions; `colour(direction, upper)` and `sample(direction, upper)` give a direction's values
 /// at the edge's lower or upper end.
 ///
-/// The painted directions that cross the edge as the vertex does decide; if there are none, all in
-/// `asked` count. In a crossing direction, the colour is interpolated like the distance, as colours
+/// Painted directions that cross the edge with the vertex's facing count; if there are none, all in
+/// `asked` do. In a crossing direction, the colour is interpolated like the distance, as colours
 /// belong to the feet of voxels. Samples are read only where a direction is painted.
 template <class ColourAt, class SampleAt>
 DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colour,

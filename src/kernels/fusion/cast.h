@@ -50,7 +50,7 @@ DTSDF_HD float perSquare(const Vec3f& side) {
   return square > 0.0f ? 1.0f / square : 0.0f;
 }
 
-/// Whether a surfel has sides, and is not a point.
+/// Whether a surfel is an area with sides rather than a point.
 DTSDF_HD bool isWide(const Surfel& surfel) {
   return surfel.half_across_px + surfel.half_down_px > 0.0f;
 }

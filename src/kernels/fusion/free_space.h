@@ -127,7 +127,7 @@ DTSDF_HD Vec3f gradientOf(const Vec3f& slope, const Facing& facing) {
   return scale * slope + untold * facing.axis;
 }
 
-/// A voxel's foot, in voxels from the block's first one.
+/// A voxel's foot, in voxels from the block's first voxel.
 DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const Facing& facing) {
   return voxel - sdf * gradientOf(slope, facing);
 }
@@ -147,19 +147,19 @@ DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, bool in_turn,
   return canChange(is_covered, voxel.anchor != kNoAnchor, isEmpty(voxel), may_lose, in_turn);
 }
 
-/// The point from which a voxel's place lies judgedSdf() against the gradient: the voxel or, if the
-/// frame covers it, its anchor. In voxels from the block's first one.
+/// Where the step to a voxel's place starts: at the voxel or, if the frame covers it, at its
+/// anchor. In voxels from the block's first voxel.
 DTSDF_HD Vec3f judgedOrigin(uint16_t anchor, int index, bool is_covered) {
   const float to_anchor = is_covered ? 1.0f : 0.0f;
   return toFloat(voxelOffset(index)) + to_anchor * anchorOffset(anchor);
 }
 
-/// Distance in voxels from judgedOrigin() to the voxel's place: 0 for an anchor.
+/// Length of this step against the gradient, in voxels.
 DTSDF_HD float judgedSdf(const Voxel& voxel, bool is_covered) {
   return is_covered ? 0.0f : sdfOf(voxel);
 }
 
-/// A voxel's place, in voxels from the block's first one.
+/// A voxel's place, in voxels from the block's first voxel.
 DTSDF_HD Vec3f placeOf(const Voxel* voxels, int index, int direction, bool is_covered) {
   const Voxel& voxel = voxels[index];
   return footOf(judgedOrigin(voxel.anchor, index, is_covered), judgedSdf(voxel, is_covered),
@@ -203,8 +203,9 @@ enum class Observation : uint32_t {
   kFree,       ///< All pixels around look through the place.
 };
 
-/// Depth beyond which a frame must see to look through a voxel's place: for an empty voxel a voxel
-/// farther, as it represents all cells around it. Infinite outside the image.
+/// The depth beyond which a frame must see to look through a voxel's place. For an empty voxel it
+/// is a voxel farther than the place, as the voxel represents all cells around it. Infinite outside
+/// the image.
 DTSDF_HD float judgedDepth(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
   constexpr float kInfiniteDepth_m = 1e30f;
   const float depth_m = is_empty ? at.depth_m + frame.voxel_size_m : at.depth_m;
@@ -248,8 +249,8 @@ DTSDF_HD Observation judge(const FrameSensing& sensing, const Vec3f& first_voxel
 
 /// Whether an observation takes evidence from a voxel. At an outline it only takes back a support,
 /// so a surface ends where as many images see it as see past it. It takes nothing from a full
-/// voxel, in which supports do not count in full either: as a camera circles an object, its outline
-/// passes over every place.
+/// voxel, for which a support does not count in full either: as a camera circles an object, its
+/// outline passes over every place.
 DTSDF_HD bool contradicts(Observation observation, const Voxel& voxel, bool is_covered,
                           const FusionRules& rules) {
   return observation == Observation::kFree ||
@@ -264,7 +265,8 @@ DTSDF_HD int32_t contradictionWeight(Observation observation, bool is_covered,
   return is_covered ? 1 : rules.look_turns;
 }
 
-/// Whether a frame checks the voxels of a block that it does not cover: one in look_turns does.
+/// Whether a frame checks a block's uncovered voxels. Each block is checked in one of look_turns
+/// frames.
 DTSDF_HD bool isInTurn(PackedKey key, uint64_t frame_number, const FusionRules& rules) {
   const auto turns = static_cast<uint64_t>(rules.look_turns);
   return (hashKey(key) >> 32) % turns == frame_number % turns;

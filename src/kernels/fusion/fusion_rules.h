@@ -12,7 +12,7 @@ struct FusionRules {
   /// supports a surface. A mesh unit reaches no farther than sqrt(3) voxels from a surface in it;
   /// farther samples would only blur other surfaces (docs/results/ablation.md, Support from near).
   float sample_reach = 1.75f;
-  /// The same for noisy points, in standard deviations, if that is farther: otherwise outliers
+  /// The same for noisy points, in standard deviations, if this is farther. Otherwise outliers
   /// would form shells of their own instead of averaging with the surface. 2.5 deviations include
   /// all but 1.2 % of the measurements.
   float noise_reach = 2.5f;
@@ -55,7 +55,7 @@ struct FusionSettings {
   FusionRules rules;
   /// SurfelRules::noise_level, as used to make the surfels.
   float noise_level = SurfelRules().noise_level;
-  /// Largest distance of a frame's mean measurement at which it supports a surface, in voxels.
+  /// Largest distance, in voxels, at which a frame's measurements support a voxel's surface.
   float support_reach = FusionRules().sample_reach;
 };
 

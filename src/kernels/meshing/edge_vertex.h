@@ -1,8 +1,8 @@
 /// Edge vertices: where the surface crosses an edge of the corner grid.
 ///
-/// The distance along an edge is modelled as a parabola rather than a line. Its second difference
-/// is the mean of those at the edge's two ends, so it is exact for quadratic distances, but it
-/// needs samples one voxel beyond the ends.
+/// The distance along an edge is modelled as a parabola rather than a line. The parabola's second
+/// difference is the mean of those at the edge's two ends. So it is exact for quadratic distances,
+/// but needs samples one voxel beyond the ends.
 #pragma once
 
 #include "kernels/meshing/corner_grid.h"

@@ -127,10 +127,11 @@ struct LooseWindow {
 /// - firstOf(f) returns the first row for which f has bits, or -1.
 /// - eachOfPiece(f) calls f(row) for all rows that the piece may have reached; any(f) returns
 ///   whether f is true for one of them, allOf(f) the union of its bits.
-/// - add(bit, units) adds a bit to any row, and returns whether it is new. Each call sees what
-///   earlier ones wrote. A team with kAtOnce has a thread for each row. Without it, `left` must at
-///   first hold the block's units from which pieces are grown, at least one of each piece that may
-///   be loose, and all else but `surface` must be 0.
+/// - add(bit, units) adds a bit to any row, and returns whether it is new.
+///
+/// Each call sees what earlier ones wrote. A team with kAtOnce has a thread for each row. Without
+/// it, `left` must at first hold the block's units from which pieces are grown, at least one of
+/// each piece that may be loose, and all else but `surface` must be 0.
 template <class Team>
 class LoosePieces {
  public:
@@ -240,7 +241,7 @@ class LoosePieces {
   /// Grows a piece from the first unit in `left` (with in_block, the first in the block) and
   /// removes it from `left`; adds it to `small` if isOne(). With over_edges, it also grows through
   /// edges while it is small; of a larger piece, only a part is removed. @return false if there was
-  /// no unit. @pre `piece` is empty, as it is afterwards.
+  /// no unit. `piece` must be empty, and is empty afterwards.
   template <class IsOne>
   DTSDF_HD bool removePiece(bool in_block, bool over_edges, const IsOne& isOne) const {
     const auto unitsOf = [&](int row) {

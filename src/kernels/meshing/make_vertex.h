@@ -15,7 +15,7 @@ struct EdgeSamples {
   bool directional;
   Sample lower[kDirectionCount], upper[kDirectionCount];
 
-  /// Copies the corner by members, as it was just written so: a wider load would stall.
+  /// Copies the corner member by member, as it was just written: a wider load would stall.
   DTSDF_HD EdgeSamples(const ArraysAround& arrays, const Vec3i& corner, int axis, bool directional)
       : arrays(arrays),
         corner{corner.x, corner.y, corner.z},

@@ -1,13 +1,14 @@
 /// Finds which directions can lead a sheet in a unit, from the sides of its corners alone, so that
 /// the index stage can skip units that hold no surface.
 ///
-/// This rejects only directions that the other rules would reject, whatever the MeshRules: the
-/// leader of a sheet
-/// - speaks, so it has observed corners on both sides of a surface (directionConfidence());
-/// - has at each corner the vote of a direction other than its opposite, which does not vote
-///   (voteOnCorners()). So no corner was observed by its opposite only, or by no direction. A unit
-///   without such a direction has no surface. In an undirected map, the only direction must have
-///   observed all corners, and both sides.
+/// This rejects only directions that the other rules would reject, whatever the MeshRules. The
+/// leader of a sheet meets two conditions:
+/// - It speaks, so it has observed corners on both sides of a surface (directionConfidence()).
+/// - Each corner has the vote of some direction other than the leader's opposite, which does not
+///   vote (voteOnCorners()). So no corner was observed by the opposite alone, or by no direction.
+///
+/// A unit without such a direction has no surface. In an undirected map, the only direction must
+/// have observed all corners, and both sides.
 #pragma once
 
 #include "kernels/meshing/unit_samples.h"

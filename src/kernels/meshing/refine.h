@@ -1,4 +1,4 @@
-/// Refinement, an option: each triangle becomes four, with new vertices at the middles of its
+/// Refinement (optional): each triangle becomes four, with new vertices at the middles of its
 /// sides, on the curved surface.
 ///
 /// The middle of a side is that of the cubic that leaves both ends of the side in their tangent

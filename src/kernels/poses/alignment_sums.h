@@ -43,7 +43,7 @@ DTSDF_HD Pixel pixelOfPoint(const AlignmentGrid& grid, int32_t index) {
 }
 
 /// Fits a plane in inverse depth, with slopes per pixel, to the window around a pixel. It uses
-/// pairs of opposite pixels whose mean hardly differs from the middle, which are on the same
+/// pairs of opposite pixels whose mean hardly differs from the middle, so that they lie on the same
 /// surface. `inverse_depth(du, dv)` is positive where something is measured. @return false if fewer
 /// than half of the pairs are used.
 template <class InverseDepth>
@@ -224,7 +224,7 @@ DTSDF_HD int64_t toAlignmentUnits(float value) {
   return static_cast<int64_t>(value * kAlignmentScale);
 }
 
-/// Adds a point at the frame's pose. From a residual of `cutoff` voxels on, it does not count.
+/// Adds a point at the frame's pose. It does not count if its residual is `cutoff` voxels or more.
 /// `find(p_L, normal)` is findSurface() within a reach.
 template <class Find>
 DTSDF_HD void addPoint(AlignmentSums& sums, const FrameView& frame, const AlignedPoint& point,

@@ -5,8 +5,8 @@
 
 namespace dtsdf {
 
-/// The unit of raw depths, the range of depths that are fused, and the raw value from which on
-/// depths are not measurements.
+/// The unit of raw depths, and the range of depths that are fused. Raw values from `overflow` on
+/// are not measurements.
 struct DepthRange {
   float unit_m, min_m, max_m, overflow;
   float rounded_to_m;  ///< Unit of integer depths; 0 for floats.

@@ -116,7 +116,7 @@ DTSDF_HD void takeStep(LineWalk& walk, float step, int32_t may_diverge, const Si
 }
 
 /// Whether a walk continues to a pixel (1 or 0): it has a value, and is linked to the pixel before.
-/// `links` are those of the pixel of the two that comes first in the image.
+/// `links` belongs to whichever of the two pixels comes first in the image.
 DTSDF_HD int32_t continuesWalk(float current, PixelLinks links, PixelLinks link) {
   return static_cast<int32_t>(current > 0.0f) & static_cast<int32_t>((links & link) != 0);
 }

@@ -49,7 +49,7 @@ std::string encodingOfCompressedDepth(const std::string& format);
 /// Largest number of pixels that a depth or colour image may have.
 size_t maxImagePixels();
 
-/// Decodes a message: 16-bit depth exactly, 32-bit depth as the transport has rounded its inverse.
+/// Decodes a message: 16-bit depth exactly, 32-bit depth as the transport rounded it.
 /// Allocates memory for at most maxImagePixels().
 /// @return the pixels as bytes in native order, in the encoding of encodingOfCompressedDepth().
 /// @throws std::runtime_error that says what is wrong with the message.

@@ -1,4 +1,4 @@
-/// Writes a mesh as binary glTF 2.0 (.glb), as specified by the Khronos Group.
+/// Writes a mesh as binary glTF 2.0 (.glb).
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ uint64_t maxGlbBytes(uint64_t vertices, uint64_t triangles);
 constexpr uint64_t kMaxGlbBytes = 0xffffffffu;
 
 /// Writes a mesh with normals and linear colours. The map frame has z up, glTF has y up: the root
-/// node rotates the mesh. Its child node has an origin near the mesh as translation, so that
+/// node rotates the mesh. Its child node translates it from an origin near the mesh, so that
 /// positions stay precise as floats, however far the mesh is from the origin of the map frame.
 /// @pre maxGlbBytes() is at most kMaxGlbBytes; the mesh is not empty.
 void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file);

@@ -1,4 +1,4 @@
-/// Reads and writes numbers in little-endian files, on little-endian machines only.
+/// Reads and writes little-endian numbers, on little-endian machines.
 #pragma once
 
 #include <array>

@@ -17,7 +17,7 @@
 
 namespace dtsdf {
 
-/// Blocks whose voxels and colours make a chunk; the last chunk of a file may have fewer.
+/// Number of blocks in a chunk; the last chunk of a file may have fewer.
 constexpr size_t kBlocksPerChunk = 256;
 size_t chunkCount(const std::vector<MapBlock>& blocks);
 std::vector<MapBlock> blocksOfChunk(const std::vector<MapBlock>& blocks, size_t chunk);
@@ -26,7 +26,7 @@ std::vector<MapBlock> blocksOfChunk(const std::vector<MapBlock>& blocks, size_t 
 /// roughly ascending order of chunks.
 using ReadChunk = std::function<MapContents(size_t chunk)>;
 
-/// The info of a map's head, without the length and hash of a file.
+/// The MapInfo of a map, still without the length and hash of its file.
 MapInfo infoOf(const MapContents& head);
 
 /// Writes the records of a map; `read` returns its voxels and colours, `head` has everything else.
@@ -38,14 +38,13 @@ MapInfo writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& o
 MapInfo saveMapInChunks(const MapContents& head, const ReadChunk& read, const std::string& path,
                         int threads = 0, const MapBox* box = nullptr);
 
-/// A map in an open file. Its structure and small records are checked at once, and each chunk
-/// against its checksum when it is read.
+/// A map in an open file. Opening it checks its structure and small records; each chunk is checked
+/// when it is read.
 class MapChunks {
  public:
   /// @throws std::runtime_error as loadMap()
   explicit MapChunks(const std::string& path, size_t max_bytes = kNoMapLimit);
-  /// Opens a map for a mapper with these settings: it must fit into their limits of memory and
-  /// disk.
+  /// Opens a map that must fit into the memory and disk limits of these settings.
   MapChunks(const std::string& path, const MapperParams& params);
   /// Reads a map from the records of a file, from record `first` on.
   MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t max_bytes = kNoMapLimit);
@@ -57,7 +56,7 @@ class MapChunks {
   const std::optional<MapBox>& box() const { return box_; }  ///< None: a whole map.
   const MapSize& size() const { return size_; }
   uint64_t contentHash() const { return content_hash_; }  ///< As stored in the file.
-  size_t endRecord() const { return end_ + 1; }           ///< Index of the record after it.
+  size_t endRecord() const { return end_ + 1; }           ///< Index of the record after the map.
 
   /// The blocks of a chunk, their voxels and colours. @throws std::runtime_error for a damaged file
   MapContents part(size_t chunk) const;
@@ -94,7 +93,7 @@ class MapChunks {
   MapSize size_;
   uint64_t content_hash_ = 0;
   std::vector<uint64_t> sums_;            ///< Checksums of each chunk's voxels and colours.
-  std::vector<Record> voxels_, colours_;  ///< Copies: a journal grows while its map is read.
+  std::vector<Record> voxels_, colours_;  ///< Copies, as RecordFile::records() may grow.
 };
 
 /// The map of an open file in parts: its chunks, which are read on demand.

@@ -20,7 +20,7 @@ constexpr char kSettings[] = "SETT", kFrame[] = "FRAM", kLevel[] = "LEVL", kBox[
                kState[] = "STAT", kBlocks[] = "BLKS", kColourIndex[] = "COLI", kFree[] = "FREE",
                kVoxels[] = "VOXL", kColours[] = "COLR", kEnd[] = "END ";
 
-/// Limit of chunks in memory, with any number of threads.
+/// Limit of chunks in memory at once, with any number of threads.
 constexpr int kMaxChunksAtOnce = 4;
 
 constexpr size_t kArrayWords = 512, kBrickWords = 64;
@@ -44,7 +44,7 @@ std::string settingsText(const ParamTree& settings);
 /// The settings that a map is bound to, as text for its content hash.
 std::string boundSettingsText(const ParamTree& settings);
 
-// The content of the small records, to read or write.
+// These read or write the content of the small records.
 
 template <class Io, class Contents, class Size>
 void visitState(Io& io, Contents& contents, Size& size) {

@@ -176,7 +176,7 @@ MapContents contentsWith(const MapOrigin& origin, Mapper& mapper) {
 }
 
 MapInfo saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
-  for (;;) {  // until no block on disk turns out to be damaged
+  for (;;) {  // again without blocks that turn out to be damaged
     const uint64_t lost = mapper.stats().pages.lost;
     const MapContents outline = outlineWith(origin, mapper);
     const MapInfo saved = saveMapInChunks(outline, readerOf(mapper, outline), path);

@@ -32,7 +32,7 @@ void add(const std::string& path, const Pose& pose, NamedPoses& named) {
   for (const std::string& key : keysOf(path)) named.emplace(key, pose);
 }
 
-/// COLMAP: number, qw qx qy qz, tx ty tz from world to camera, camera, name.
+/// Lines of COLMAP: number, qw qx qy qz, tx ty tz from world to camera, camera, name.
 NamedPoses posesOfColmap(const std::vector<ListLine>& lines) {
   NamedPoses named;
   for (const ListLine& line : lines) {

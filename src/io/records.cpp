@@ -19,7 +19,7 @@ namespace dtsdf {
 namespace {
 
 constexpr char kMagic[] = "DTSDFREC";
-/// Of zstd; docs/results/performance.md has sizes and times.
+/// Level of zstd; docs/results/performance.md has sizes and times.
 constexpr int kCompressionLevel = 1;
 /// Highest ratio of zstd: 128 KiB from four bytes.
 constexpr uint64_t kMaxCompression = 32768;

@@ -98,7 +98,7 @@ class RecordWriter {
 class RecordFile {
  public:
   /// @param what Name in error texts, such as "map file".
-  /// @throws std::runtime_error if it is not a regular file or has another purpose.
+  /// @throws std::runtime_error if it is not a regular file, or has another purpose or version.
   RecordFile(const std::string& path, const char* purpose, const std::string& what);
   ~RecordFile();
   RecordFile(const RecordFile&) = delete;

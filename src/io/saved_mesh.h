@@ -1,5 +1,5 @@
-/// Saves the mesh of a map, whole or in part, simplified or not. If it is partly on disk and saved
-/// whole as .ply, it is never in memory as a whole.
+/// Saves the mesh of a map, whole or in part, simplified or not. A whole mesh that is
+/// partly on disk is saved as .ply piece by piece.
 #pragma once
 
 #include <cstddef>

@@ -11,12 +11,12 @@
 
 namespace dtsdf {
 
-/// An image of a recording, and its pose once it is found, or why it has none.
+/// An image of a recording, with its pose or the reason why it has none.
 struct StampedImage {
   double stamp_s;
   std::string path;
   std::optional<Eigen::Isometry3d> T_W_C = std::nullopt;
-  std::string missing = {};  ///< Such as "no pose within 20 ms"; a reason to skip it.
+  std::string missing = {};  ///< Such as "no pose within 20 ms".
 };
 
 // Lines that begin with # are comments. These functions throw std::runtime_error with file and line

@@ -50,7 +50,7 @@ ParamValue namesOf(const YAML::Node& sequence, const std::string& key, const std
   return names;
 }
 
-/// More levels than settings have: stops at nodes that contain themselves.
+/// Limit of nesting, since nodes may contain themselves.
 constexpr std::ptrdiff_t kMaxLevels = 8;
 
 /// Adds the contents of a node under `prefix` ("" or "section/").

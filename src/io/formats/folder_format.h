@@ -15,7 +15,7 @@ struct FolderFormat {
   const char* name;   ///< Name for --format.
   const char* marks;  ///< Files that identify such a folder, in words.
 
-  /// Whether a folder has this layout. Null: it has if listDepth() finds an image.
+  /// Whether a folder has this layout. Null: a folder has it if listDepth() finds an image.
   bool (*isIn)(const std::filesystem::path& folder);
 
   /// Lists all depth images. In a layout without stamps, an image's number is its stamp.
@@ -25,7 +25,7 @@ struct FolderFormat {
   void (*findPoses)(const std::filesystem::path& folder, double tolerance_s,
                     std::vector<StampedImage>& images);
 
-  /// Reads the camera from the folder's files. Null, or none returned: `usual_camera`.
+  /// Reads the camera from the folder's files. If it is null or returns none: `usual_camera`.
   std::optional<CameraInfo> (*readCamera)(const std::filesystem::path& folder,
                                           const std::vector<StampedImage>& images);
 
@@ -34,7 +34,7 @@ struct FolderFormat {
   RecordedImages (*findColours)(const std::filesystem::path& folder,
                                 const CameraInfo& depth_camera);
 
-  double units_per_metre = 1000.0;  ///< Depth units per metre.
+  double units_per_metre = 1000.0;
   /// Reads the depth units from the folder's files; null: always `units_per_metre`.
   double (*unitsOf)(const std::filesystem::path& folder) = nullptr;
   /// Camera of recordings that do not state theirs.

@@ -53,7 +53,7 @@ void findPoses(const fs::path& folder, double tolerance_s, std::vector<StampedIm
                            "; give them with --poses, or track the camera with --poses-mode track");
 }
 
-/// Reads transforms.json. Its principal point is relative to the corner of the first pixel, ours to
+/// Reads transforms.json. Its principal point is relative to the corner of the first pixel, not to
 /// the centre.
 std::optional<CameraInfo> cameraOfTransforms(const std::string& path, const DepthImage& size) try {
   const nlohmann::json root = readJsonFile(path, "the camera is expected there");
@@ -79,7 +79,8 @@ std::optional<CameraInfo> readCamera(const fs::path& folder,
   const std::string transforms = (folder / "transforms.json").string();
   const DepthImage size = readDepthPngSize(images.front().path);
   if (fs::exists(matrix)) {
-    return cameraOfMatrix(readMatrixFile(matrix, 3, 3, ""), size.width, size.height, matrix);
+    return cameraOfMatrix(readMatrixFile(matrix, 3, 3, "the camera is expected there"), size.width,
+                          size.height, matrix);
   }
   if (!fs::exists(yaml) && fs::exists(transforms)) {
     if (const auto camera = cameraOfTransforms(transforms, size)) return camera;

@@ -45,7 +45,8 @@ double paramOf(const nlohmann::json& camera, const char* key, const fs::path& pa
   const auto found = camera.find(key);
   if (found == camera.end() || !found->is_number() || !(found->get<double>() > 0.0) ||
       !(found->get<double>() < 1e6)) {
-    throw std::runtime_error(path.string() + ": camera/" + key + " must be a number above 0");
+    throw std::runtime_error(path.string() + ": camera/" + key +
+                             " must be a number above 0 and below 1e6");
   }
   return found->get<double>();
 }

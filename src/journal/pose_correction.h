@@ -11,8 +11,8 @@
 namespace dtsdf {
 
 /// A correction of a camera's poses. Images before the first and after the last corrected one keep
-/// their pose relative to it. Images between two corrected ones are interpolated between their
-/// poses relative to each.
+/// their pose relative to it. An image between two corrected ones gets a pose from either in this
+/// way, and is interpolated between both.
 class PoseCorrection {
  public:
   /// Stamps closer than this belong to one image.

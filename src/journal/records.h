@@ -32,7 +32,7 @@ struct Begin {
   PoseParams poses;         ///< Settings that poses were found with.
   std::string map_frame;    ///< Name of the frame that poses are given in.
   std::string level_frame;  ///< Name of the frame that the map is in; the same unless levelled.
-  bool has_map = false;     ///< Whether the map's records follow; else it is empty.
+  bool has_map = false;     ///< Whether the map's records follow; else the map is empty.
 };
 
 /// An image that was fused or painted, at the T_W_C of its frame.

@@ -29,8 +29,8 @@ struct CorrectionEffect {
 /// Replays the newest map in a journal: everything since the map was last cleared or loaded. Not
 /// thread safe.
 ///
-/// A correction applies to the newest recording, as PoseCorrection describes. It ends with the
-/// image at which the source of poses has adopted it.
+/// A correction applies to the newest recording, as PoseCorrection describes, until the source of
+/// poses adopts it.
 class JournalReplay {
  public:
   /// Reads the journal without its pixels.

@@ -47,7 +47,7 @@ uint64_t bytesOfJournalsIn(const std::string& folder) {
 
 constexpr std::chrono::seconds kSyncEvery(1);
 
-/// Reserve for file heads, which are written even if the limit is reached: 64 journals.
+/// Reserve for the heads of 64 files, which are written even at the limit.
 constexpr uint64_t kRoomForHeads = 64 * kFileHeadBytes;
 
 }  // namespace

@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace {
 
-/// Smallest focal length, as a share of the image's width or height: a view of 175 degrees.
+/// Smallest focal length, as a share of the image's width or height; the view has 175 degrees.
 constexpr double kShortestFocalLength = 0.02;
 /// Smaller images may have the principal point in the first pixel.
 constexpr int kSmallImage = 16;

@@ -63,7 +63,8 @@ std::string errorText(const std::exception& error) {
   const auto* const of_files = dynamic_cast<const std::filesystem::filesystem_error*>(&error);
   if (of_files == nullptr) {
     std::string text = error.what();
-    std::replace(text.begin(), text.end(), '\n', ' ');  // from libraries
+    std::replace(text.begin(), text.end(), '\n',
+                 ' ');  // libraries' messages may have several lines
     return printableMessage(text);
   }
   const std::string path = "'" + printable(of_files->path1().string()) + "'";

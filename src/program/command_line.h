@@ -80,8 +80,7 @@ class CommandLine {
 
   void addFlag(const std::string& name, const std::string& help, bool& target);
 
-  /// Adds a flag that prints a text and ends the program, even if other options are missing or
-  /// wrong.
+  /// Adds a flag that prints a text and ends the program, even if required options are missing.
   void addTextRequest(const std::string& name, const std::string& help,
                       const std::function<std::string()>& text);
 

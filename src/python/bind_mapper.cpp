@@ -13,7 +13,7 @@
 namespace dtsdf::python {
 namespace {
 
-/// Calls `action` with the mapper while other Python threads run, and returns its result.
+/// Calls `action` with the mapper, without the GIL, and returns its result.
 template <class Action>
 auto withMapper(MapperSession& self, const Action& action) {
   return withoutGil([&] { return self.withMapper(action); });
@@ -35,7 +35,7 @@ Session makeSession(const std::string& backend, const py::object& settings,
   return std::make_shared<MapperSession>(params);
 }
 
-/// Takes the settings that a map is bound to from the file; those given must not differ.
+/// The settings that a map is bound to come from its file; given ones must be equal.
 Session loadSession(const py::object& path, const std::string& backend, const py::object& settings,
                     const py::kwargs& kwargs) {
   const ParamTree given = treeOf(backend, settings, kwargs);
@@ -157,8 +157,9 @@ void bindResult(py::module& m) {
           "Whether the frame was fused or painted; if not, the map is unchanged.")
       .def_property_readonly(
           "status", [](const IntegrationResult& self) { return toString(self.status); },
-          "\"fused\", or the reason why not, in one word.")
-      .def_readonly("message", &IntegrationResult::message, "What was wrong with a frame.")
+          "\"fused\", or why not: \"no measurement\" or \"no memory\".")
+      .def_readonly("message", &IntegrationResult::message,
+                    "Why the frame was not fused; or a warning.")
       .def_readonly("refused_blocks", &IntegrationResult::refused_blocks,
                     "Blocks and arrays refused for lack of memory (map/max_memory_mb).")
       .def_readonly("duration_ms", &IntegrationResult::duration_ms, "Wall time, in milliseconds.")
@@ -184,9 +185,9 @@ void bindMapper(py::module& m) {
           py::init(&makeSession), py::arg("backend") = "", py::arg("settings") = py::none(),
           "backend: \"auto\" (CUDA where there is a usable GPU), \"cuda\" or \"cpu\". settings: a "
           "dict,\n"
-          "flat or nested, or the path of a YAML file; keywords add to them, as in\n"
+          "flat or nested, or the path of a YAML file; keywords override them, as in\n"
           "Mapper(**{\"map/voxel_size_m\": 0.01}). docs/ros.md lists them. Raises ValueError with\n"
-          "every setting that is wrong, RuntimeError if CUDA is asked for and cannot be used.")
+          "every setting that is wrong, RuntimeError if CUDA is requested but cannot be used.")
       .def_static(
           "load", &loadSession, py::arg("path"), py::arg("backend") = "",
           py::arg("settings") = py::none(),

@@ -48,7 +48,7 @@ bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperPar
 bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperParams& params,
               const ColourRules& rules);
 
-/// A box of these blocks and those that may hide a part of them from a colour image.
+/// A box around these blocks and all that may hide a part of them from a colour image.
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
                            const MapperParams& params, const ColourRules& rules);
 

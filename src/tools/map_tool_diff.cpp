@@ -18,7 +18,7 @@
 namespace dtsdf {
 namespace {
 
-/// What the other map has where a map has a surface.
+/// What a map has at a surface of the other map.
 enum Kind : uint8_t { kSame, kChanged, kUnseen };
 
 /// A map, with its mesh to find the surface near a point.

@@ -124,7 +124,8 @@ void renderMap(const std::vector<std::string>& arguments) {
                camera_path);
   addSettings(line, "mesh/..., backend, threads", options);
   line.parse(arguments);
-  if (!trajectory_path.empty()) poses = readTrajectory(trajectory_path, "").poses();
+  if (!trajectory_path.empty())
+    poses = readTrajectory(trajectory_path, "give a file of poses").poses();
   if (poses.empty()) throw std::runtime_error("'" + trajectory_path + "' has no poses");
   const RenderCamera camera = camera_path.empty() ? RenderCamera() : loadCameraInfo(camera_path);
   // Views do not depend on space.

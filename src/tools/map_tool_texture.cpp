@@ -269,7 +269,8 @@ void visitImages(const RunOptions& options, const std::optional<Eigen::Isometry3
   if (options.recording.format == "journal") {
     JournalReplay journal(options.recording.path);
     if (!options.recording.poses_path.empty()) {
-      journal.correctGiven(readTrajectory(options.recording.poses_path, "").poses());
+      journal.correctGiven(
+          readTrajectory(options.recording.poses_path, "poses are expected there").poses());
     }
     ProgressBar progress(what, std::nullopt);
     while (const std::optional<journal::Call> call = journal.next()) {

@@ -1,4 +1,4 @@
-/// reconstruct: makes a map and a mesh from a recording, with all its frames and reproducibly.
+/// reconstruct: makes a map and a mesh from all frames of a recording, reproducibly.
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -44,8 +44,8 @@ MapperParams settingsWith(const MapContents& loaded, const RunSettings& settings
   return params;
 }
 
-/// The origin of a run's map. A loaded map with frames keeps its level, and any keeps the name of
-/// its frame.
+/// The origin of a run's map. A loaded map keeps the name of its frame and, if it has frames, its
+/// level.
 /// @param loaded Null: the run begins with an empty map.
 MapOrigin originOf(const ReconstructOptions& options, const RunSettings& settings,
                    const MapContents* loaded) {

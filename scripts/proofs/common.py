@@ -71,7 +71,7 @@ def reconstruct(options, folder, voxel_mm, settings, mesh, *arguments, poses="tf
 
 
 def render(options, model, folder, *arguments):
-    """Renders images of a mesh below --data into a folder, unless it has them already."""
+    """Renders images of a mesh in --data into a folder, unless it has them already."""
     if not (folder / "groundtruth.txt").exists():
         run(options.programs / "render_orbit", options.data / model, folder, *arguments)
     return folder

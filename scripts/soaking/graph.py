@@ -77,7 +77,7 @@ def stop(program):
 
 
 def pid_of(node):
-    """The process of a node; for a nodelet, its manager's."""
+    """The process id of a node; for a nodelet, that of its manager."""
     import rosgraph
     import xmlrpc.client
     uri = rosgraph.Master("/soak").lookupNode(node)

@@ -28,7 +28,7 @@ MANAGER, NODE = "/mapping_manager", "/mapping"
 POINTS_ASKED = 1000
 RECOVERS_WITHIN_S = 30.0
 SETTLES_WITHIN_S = 180.0
-MOST_ON_THE_WAY = 70  # images in no count yet: at most the lengths of the queues
+MOST_ON_THE_WAY = 70  # images received but not counted yet, limited by the queues
 
 
 def cycle_seconds(hours):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests the Python module on analytic scenes, with processes and threads, and for leaks."""
+"""Tests the Python module: analytic scenes, processes, threads and leaks."""
 import gc
 import multiprocessing
 import os

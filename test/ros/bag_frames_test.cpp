@@ -369,8 +369,7 @@ TEST_F(ColourBag, IsFoundWhereThereIsOneOnly) {
   EXPECT_THROW(openBagColours(options_), std::runtime_error);
 }
 
-/// An inertial sensor, rotated by 90 degrees about z: its y axis, which points up, is -x of the
-/// map.
+/// An inertial sensor, turned by 90 degrees about z: its y axis, which is up, is -x of the map.
 class InertialBag : public testing::Test {
  protected:
   InertialBag() {

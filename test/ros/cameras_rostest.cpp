@@ -142,7 +142,6 @@ TEST_F(Cameras, WhatComesTooLateIsDroppedAndCounted) {
   EXPECT_TRUE(status_.waitForDrop("out_of_order", 0));
   EXPECT_EQ(depthOf(0).dropped.at(0).reason, "out_of_order");
   EXPECT_TRUE(depthOf(1).dropped.empty());
-  // The next frame is fused.
   send(makeFrame("front", stamp + ros::Duration(0.1), 0.0));
   EXPECT_TRUE(
       waitUntil([&] { return status_.status().last_fused_stamp == stamp + ros::Duration(0.1); }));

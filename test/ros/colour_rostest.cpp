@@ -164,8 +164,8 @@ std::string bytesOfBag(const std::string& bag_path) {
   return plyOf(result.meshes->all().assemble(), params.mapper.mesh.colour);
 }
 
-/// Must be the first test, because it needs an empty map. A bag of the same messages gives the same
-/// bytes. Colour has another size and rate.
+/// Must be the first test, because it needs an empty map. A bag of the same messages, with colour
+/// of another size and rate, gives the same bytes.
 TEST_F(Colour, BagAndLiveGiveTheSameBytes) {
   std::vector<Sent> depth, colour;
   for (int i = 0; i < 10; ++i) depth.push_back(makeDepth(start_ + ros::Duration(0.1 * i), 0.3 * i));

@@ -74,7 +74,7 @@ class Correction : public testing::Test {
     ASSERT_TRUE(waitUntil([&] { return nodeReceivesTransforms(); })) << status_.status().message;
   }
 
-  /// Whether the node receives transforms of this test: a busy node connects late to its publisher.
+  /// Whether the node has received a transform of this test; a busy node may connect late.
   bool nodeReceivesTransforms() {
     camera_.sendTransform("map", "base", Eigen::Isometry3d::Identity(),
                           start_ - ros::Duration(0.5));

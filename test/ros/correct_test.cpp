@@ -75,7 +75,7 @@ class CorrectTest : public testing::Test {
   ~CorrectTest() override { host_.steps.clear(); }
 
   static ros::Time stampOf(int i) { return ros::Time(100.0) + ros::Duration(0.1 * i); }
-  /// Image `i` of endless laps.
+  /// Image `i`; after a lap, the images repeat.
   const SceneFrame& image(int i) const { return images_[static_cast<size_t>(i % kCount)]; }
   Eigen::Isometry3d truth(int i) const { return image(i).frame.T_W_C; }
   Eigen::Isometry3d drifted(int i) const {
@@ -177,8 +177,7 @@ class CorrectTest : public testing::Test {
     return changes.blocks.size();
   }
 
-  /// Checks that the map, its mesh and its space equal those of the first images fused at these
-  /// poses.
+  /// Checks that map, mesh and space equal those of the first images, fused at these poses.
   void expectMapOf(const std::vector<Eigen::Isometry3d>& T_W_C) {
     ASSERT_EQ(host_.map.flushMesh(), "");
     follow();
@@ -271,8 +270,7 @@ TEST_F(CorrectTest, EndsAlsoWhereAFrameAlwaysWaits) {
   expectMapOf(truths(next));
 }
 
-/// Later frames with the same drift move with the corrected images, until the source jumps to true
-/// poses.
+/// Later frames with the same drift move with the corrected images, until their source jumps.
 TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
   begin();
   correct(corrected(0.0));

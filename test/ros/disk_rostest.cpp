@@ -34,7 +34,7 @@ FileAnswer save(const std::string& file_name) {
              : call<dtsdf_mapping::SaveMesh>("save_mesh", file_name);
 }
 
-/// {path: bytes} of all files in a folder and its subfolders, including hidden ones.
+/// The bytes of all files in a folder and its subfolders, by path.
 std::map<std::string, std::string> filesIn(const std::string& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {

@@ -227,8 +227,7 @@ TEST_F(FrameQueueTest, ColourThatComesMoreSeldomLeavesDepthItsTurn) {
   EXPECT_GT(accounting_[1].counts().fused, 20u);
 }
 
-/// However the cameras' messages interleave, frames that arrive in time are taken in the same
-/// order.
+/// Frames that arrive in time are taken in the same order, however their messages interleave.
 TEST_F(FrameQueueTest, TheOrderDoesNotDependOnTheArrival) {
   std::mt19937 random(7);
   for (int round = 0; round < 200; ++round) {
@@ -261,7 +260,7 @@ TEST_F(FrameQueueTest, ALastingBacklogIsShortenedUntilItIsWorkedOff) {
   }
   EXPECT_GE(most, 6u);
   EXPECT_LE(most, 8u)
-      << "3, plus one for each nine of the 30 frames taken before the backlog is shortened";
+      << "3, plus one per 9 of the 30 frames that are taken before the queue is shortened";
 
   // After catching up, a burst fits again.
   taken();

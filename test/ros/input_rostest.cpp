@@ -153,8 +153,8 @@ TEST_F(Input, RatesMayChangeWhileItRuns) {
   ASSERT_TRUE(callService("/mapping/publish/set_parameters", call));
 }
 
-/// tf2 refuses all current transforms as too old after one an hour ahead, here on /tf_static. The
-/// node must recover.
+/// After a transform that is an hour ahead, here on /tf_static, tf2 refuses all current ones as too
+/// old. The node must recover.
 TEST_F(Input, NoTransformEndsMappingForGood) {
   expectGoodFrameFused();
   constexpr bool kLatched = true;

@@ -140,8 +140,7 @@ TEST_F(LevelTest, floor) {
   EXPECT_NE(early.message.find("not level yet"), std::string::npos) << early.message;
   EXPECT_FALSE(savedMap().T_W_M) << "an empty map has no level";
 
-  // The search takes ten images at a time: two of the wall and eight of the room, then ten of the
-  // room.
+  // A search takes ten images: first two of the wall and eight of the room, then ten of the room.
   for (int i = 0; i < 18 && status_.status().frames_fused == 0; ++i) sendRoom(0.1 * i);
   sendRoom(1.8);
   EXPECT_GE(status_.status().frames_fused, 1u);

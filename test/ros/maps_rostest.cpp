@@ -1,4 +1,4 @@
-/// Tests the services save_map and load_map: maps, and refused calls.
+/// Tests the services save_map and load_map, and calls that they refuse.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>

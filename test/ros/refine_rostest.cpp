@@ -1,5 +1,4 @@
-/// A bag with drifting odometry: images are fused at corrected poses, and the correction is
-/// published.
+/// A bag with drifting odometry: images are fused at corrected poses, and the drift is published.
 #include <dtsdf_mapping/SetPose.h>
 #include <gtest/gtest.h>
 

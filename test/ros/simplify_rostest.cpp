@@ -105,7 +105,7 @@ class Simplify : public testing::Test {
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
 
-  /// Number of files whose names contain `begin`, as those of partly written files do.
+  /// Number of files whose names contain `begin`, including partly written ones.
   static size_t filesNamed(const std::string& begin) {
     size_t count = 0;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {

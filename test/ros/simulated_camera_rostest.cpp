@@ -1,5 +1,4 @@
-/// The demo without RViz: the simulated camera moves around its room, and the mesh matches the
-/// room.
+/// The demo without RViz: the simulated camera circles in its room, and the mesh matches the room.
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,4 @@
-/// What the node offers to planners (grid with updates, slices, distances), and how it follows the
-/// map.
+/// What planners get from the node, and how it follows the map: grid, slices and distances.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dtsdf_mapping/GetDistanceGrid.h>
 #include <dtsdf_mapping/GetDistances.h>
@@ -96,8 +95,7 @@ class SpaceTest : public WallCamera {
     }
   }
 
-  /// Waits for the grids that are published for new subscribers; returns the reader's number of
-  /// grids.
+  /// The reader's number of grids, once those for new subscribers have arrived.
   static size_t settledGrids(const GridReader& reader) {
     size_t grids = 0;
     ros::WallTime since = ros::WallTime::now();

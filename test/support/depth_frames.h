@@ -44,7 +44,6 @@ std::vector<SceneFrame> movingFrames(int count);
 std::vector<Eigen::Isometry3d> sphereOfPoses(const Eigen::Vector3d& centre_W, double distance_m,
                                              int count);
 
-/// Settings of a mapper on the CPU.
 MapperParams makeCpuParams(FusionMode mode = FusionMode::kNormalRayCasting, bool directional = true,
                            float voxel_size_m = 0.02f, int threads = 2);
 

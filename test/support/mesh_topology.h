@@ -33,7 +33,6 @@ std::ostream& operator<<(std::ostream& out, const MeshTopology& topology);
 /// Only the counts that need no positions: of sides and repeated corners.
 MeshTopology measureTopology(const std::vector<Triangle>& triangles);
 
-/// All counts.
 MeshTopology measureTopology(const Mesh& mesh);
 
 }  // namespace dtsdf

@@ -37,7 +37,6 @@ inline void writeColourRows(const std::string& path, int width, int height, int 
   cv::imwrite(path, image);
 }
 
-/// All colour images of a recording.
 inline std::vector<SourceColour> readAllColours(const RecordingOptions& options) {
   std::vector<SourceColour> images;
   const auto source = openRecordingColours(options);
@@ -51,7 +50,6 @@ inline int redAt(const ColourFrame& image, int v) {
   return static_cast<const uint8_t*>(image.data)[static_cast<size_t>(v) * image.row_bytes];
 }
 
-/// All frames of a source.
 inline std::vector<SourceFrame> readAll(FrameSource& source) {
   std::vector<SourceFrame> frames;
   while (auto frame = source.next()) frames.push_back(std::move(*frame));
@@ -64,7 +62,7 @@ inline int rawAt(const DepthFrame& frame, int u, int v) {
   return reinterpret_cast<const uint16_t*>(row)[u];
 }
 
-/// The 3D point of a pixel.
+/// The point of a pixel, in W.
 inline Eigen::Vector3d pointOf(const DepthFrame& frame, int u, int v) {
   const Intrinsics& K = frame.intrinsics;
   const float z_m = static_cast<float>(rawAt(frame, u, v)) * frame.unit_m;

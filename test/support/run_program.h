@@ -11,8 +11,8 @@
 namespace dtsdf {
 
 struct Outcome {
-  int exit_code;         ///< -1: killed by a signal.
-  std::string out, err;  ///< Standard output and error.
+  int exit_code;  ///< -1: killed by a signal.
+  std::string out, err;
 };
 
 /// Runs a shell command. Its output also stays in the folder, in stdout and stderr.

@@ -6,7 +6,7 @@
 
 namespace dtsdf {
 
-/// Compares vectors or PlainArrays bytewise.
+/// For vectors and PlainArrays.
 template <class Array>
 bool sameBytes(const Array& a, const Array& b) {
   return a.size() == b.size() &&

@@ -1,5 +1,4 @@
-/// Topics that a test program advertises in the first test that needs them, and keeps until it
-/// ends.
+/// Topics that a test program keeps from the first test that needs them until it ends.
 #pragma once
 
 #include <ros/node_handle.h>

@@ -33,7 +33,7 @@ class WallCamera : public testing::Test {
     for (int i = 0; i < count; ++i) ASSERT_NO_FATAL_FAILURE(fuseFrame());
   }
 
-  /// Fuses a frame from the next of kPlaces places, a grid parallel to the wall.
+  /// Fuses a frame from the next of kPlaces places in a grid parallel to the wall.
   void fuseNextPlace() {
     const int place = static_cast<int>(status_.status().frames_fused) % kPlaces;
     fuseFrame({0.5 * (place % 8), 0.5 * (place / 8), 0.0});

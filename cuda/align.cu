@@ -15,7 +15,6 @@ constexpr int kWarp = 32;
 /// Threads that search together for the surface at one point.
 constexpr int kLanes = 4;
 
-/// Number of blocks of threads that hold this number of threads.
 unsigned alignBlocks(size_t threads) {
   return static_cast<unsigned>((threads + kAlignThreads - 1) / kAlignThreads);
 }

@@ -92,7 +92,7 @@ class BlockMesher {
     counted_.wait();
     const MeshSize size = pinned_totals_[0].size;
     if (size.vertices > vertices_.capacity() || size.triangles > triangles_.capacity()) {
-      // vertices_ grows last: if memory runs out before that, its capacity is still too small.
+      // vertices_ grows last: if memory runs out before that, the next call finds it too small.
       const size_t with_spare = size.vertices + size.vertices / 2;
       const size_t vertices =
           size.vertices > vertices_.capacity() ? with_spare : vertices_.capacity();

@@ -25,7 +25,7 @@ struct VisitedBlock {
   uint32_t empty;   ///< Bit d: the array of direction d was empty after the fold.
   Vec3f first_voxel_L;
   bool in_turn;             ///< Whether to check uncovered voxels, too.
-  const uint32_t* covered;  ///< Bits per array of sums; null: not touched.
+  const uint32_t* covered;  ///< Covered voxels, a bit each; null: not touched.
   uint32_t directions;      ///< Directions of its arrays of sums.
 
   /// Bits of the covered voxels in a direction; null if the block has no sums of this direction.

@@ -14,8 +14,8 @@ __device__ __forceinline__ BlockKey keyOfSlot(const MapView& map, int32_t slot) 
   return unpackKey(map.slots[slot].key);
 }
 
-/// Finds the voxel arrays of a block, by direction; null: none. @return a bit for each direction
-/// that has one. @param slot -1 if there is no block.
+/// Finds the voxel arrays of a block, by direction; null: none. `slot` is -1 if there is no block.
+/// @return a bit for each direction that has an array.
 __device__ inline uint32_t findArrays(const MapView& map, int32_t slot,
                                       const Voxel* (&arrays)[kDirectionCount]) {
   uint32_t present = 0;

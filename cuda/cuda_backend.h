@@ -13,8 +13,8 @@ namespace dtsdf {
 /// Why this process cannot map on the current CUDA device; empty if it can.
 std::string findCudaProblem();
 
-/// Returns a function that makes backends, on any thread, for the device that is current now. @pre
-/// findCudaProblem() is empty. @throws BackendError if CUDA fails; so does the function.
+/// Returns a function that makes backends, on any thread, for the device that is current now.
+/// @pre findCudaProblem() is empty. @throws BackendError if CUDA fails, here or in the function.
 BackendMaker cudaBackends(const MapperParams& params, const Rules& rules);
 
 /// Bytes of the current device's memory that all processes use.

@@ -29,7 +29,7 @@ __global__ void enterBlocksKernel(MapView map, const SlotUpdate* updates, uint32
   const int32_t array = arrays[block];
   Voxel* voxels = map.voxels.record(array);
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) voxels[i] = Voxel{};
-  if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {  // of a previous block
+  if (threadIdx.x < kBricksPerArray && map.colour_of != nullptr) {  // drop old colours
     map.colour_of[static_cast<size_t>(array) * kBricksPerArray + threadIdx.x] = 0;
   }
 }

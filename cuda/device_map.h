@@ -122,7 +122,7 @@ class DeviceMap {
   /// Makes room for the marks of this number of slots. The functions for marks must not be called
   /// while an extraction is under way.
   void reserveMarks(size_t slots);
-  /// All marked slots. Waits for the result.
+  /// All marked slots, with their marks. Waits for the result.
   std::vector<MarkedSlot> marked();
   /// Returns and removes the marks of slots. Waits for the result.
   std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots);

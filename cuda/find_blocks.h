@@ -14,7 +14,7 @@ namespace gpu {
 struct FrameCounters {
   uint32_t usable_surfels;  ///< Listed surfels; in voxel projection, those with a weight.
   uint32_t touched;         ///< Touched blocks.
-  uint32_t touched_arrays;  ///< Directions of all touched blocks.
+  uint32_t touched_arrays;  ///< Touched directions, over all blocks.
   uint32_t requests;        ///< Blocks that are missing or lack arrays.
   uint32_t requested_arrays;
   uint32_t table_full;         ///< Not 0: the table was too small, and the counts are not valid.

@@ -140,7 +140,7 @@ Fusion::Fusion(const MapperParams& params, const Rules& rules, const Stream& str
 void Fusion::reserveSums(uint32_t arrays) {
   if (static_cast<size_t>(arrays) * kVoxelsPerBlock <= sums_.capacity()) return;
   const size_t with_spare = std::min(arrays + arrays / 8, kMaxSumArrays);
-  are_cast_ = true;  // until they are zeroed, in case of an exception
+  are_cast_ = true;  // until sums are zeroed, in case of an exception
   sums_.reserveExactly(with_spare * kVoxelsPerBlock, stream_);
   sums_.zero(stream_);
   are_cast_ = false;

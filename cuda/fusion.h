@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The sums of `count` of the frame's arrays, from number `first` on.
+/// The sums for `count` arrays of the frame, from number `first` on.
 struct SumsView {
   VoxelSums* sums;
   uint32_t first, count;

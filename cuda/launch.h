@@ -26,7 +26,7 @@ inline dim3 rowGrid(const FrameView& frame, int stretch = kThreads) {
               frame.height < kMaxGridRows ? frame.height : kMaxGridRows);
 }
 
-/// Whether kernels were compiled with waitForPreviousKernel(); all kernels give the same answer.
+/// Whether waitForPreviousKernel() has an effect in this device's code; the same for all kernels.
 inline bool kernelsCanOverlap(const void* kernel) {
   static const bool they_do = [kernel] {
     constexpr int kMinVersion = 90;

@@ -190,7 +190,7 @@ __device__ uint32_t writeTriangles(const MeshView& mesh,
   return gaps;
 }
 
-/// Writes the normals of the first `count` vertices. @pre These are written.
+/// Writes the normals of the first `count` vertices. @pre Their positions are written.
 __device__ void writeNormals(const MeshView& mesh, uint32_t count, const MeshBlockShared& shared) {
   const BlockVertex* vertices = mesh.vertices + shared.record.first_vertex;
   Vec3f* normals = mesh.normals + shared.record.first_vertex;
@@ -200,7 +200,9 @@ __device__ void writeNormals(const MeshView& mesh, uint32_t count, const MeshBlo
   }
 }
 
-/// Writes the midpoints and refined triangles of this thread's units, numbered from these on.
+/// Writes the midpoints and refined triangles of this thread's units.
+/// @param first_middle Number of the first midpoint among the block's vertices.
+/// @param first_triangle Number of the first triangle in the block.
 /// @return how many of the triangles span gaps.
 __device__ uint32_t writeRefined(const MeshView& mesh,
                                  const UnitIndices (&regular)[kUnitsPerThread],
@@ -245,8 +247,8 @@ __device__ void writeTotals(const MeshView& mesh) {
 }
 
 /// One block of threads per block to mesh, in strides. Meshes that do not fit are counted but not
-/// written. The last block of threads to finish writes the totals to the host. Four share a
-/// multiprocessor, which leaves each thread fewer registers.
+/// written. The last block of threads to finish writes the totals to the host. Four blocks of
+/// threads share a multiprocessor, which leaves fewer registers to each thread.
 template <bool kRefined>
 __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();

@@ -9,7 +9,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Threads per block that makes surfels: most images are a multiple of it wide.
+/// Threads per block that makes surfels. The width of most images is a multiple of this.
 constexpr int kRowThreads = 128;
 
 /// Threads per patch of pixels, of which one tests each bit of its MergedPatch: the patch and its
@@ -72,7 +72,7 @@ __global__ void __launch_bounds__(kRowThreads, 8)
     const size_t patch =
         static_cast<size_t>(v / kPatchSide) * patchesAlong(frame.width) + u / kPatchSide;
     const int side = u < frame.width ? mergedSide(patches[patch], {u, v}) : 0;
-    Surfel merged = noSurfel();  // if the pixel is the first one of a square
+    Surfel merged = noSurfel();  // of a square that starts at the pixel
     PixelMeasurement single{};
     uint32_t found = 0;
     if (side > 1) {

@@ -40,7 +40,7 @@ struct LookView {
   uint32_t candidate_count;
   int32_t* arrays;  ///< The voxel arrays in view: kDirectionCount * slot + direction.
   ColourRequest* requests;
-  BlockExtent painted;  ///< Blocks outside only hide what is behind them.
+  BlockExtent painted;  ///< Blocks outside are not painted, but hide others.
 };
 
 /// Paints an image in steps: takeImage(), look(), and paint() when the bricks for its colours

@@ -15,8 +15,8 @@ namespace gpu {
 /// A raw image with packed rows. Buffers are reused from frame to frame.
 class RawImage {
  public:
-  /// Copies an image to pinned memory and enqueues its upload, in bands: each is uploaded while the
-  /// host copies the next one. @pre The last upload is done.
+  /// Copies an image to pinned memory and enqueues its upload, band by band: each is uploaded while
+  /// the host copies the next one. The image may be freed on return. @pre The last upload is done.
   template <class Frame>
   void upload(const Frame& frame, const Stream& stream) {
     constexpr int kBandEnds[] = {3, 5, 6};  // in sixths; the device waits only for the last band

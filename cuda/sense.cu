@@ -35,14 +35,14 @@ __device__ void countNoiseLine(const RawDepth& raw, const SurfelSettings& surfel
   if (variance >= 0.0f) atomicAdd(&counts.bins[place.kind][noiseBin(variance)], 1u);
 }
 
-/// Finds the quartiles from the counts, and zeroes these; quartiles are 0 without lines. All
+/// Finds the quartiles from the counts, which it zeroes. Without lines, quartiles are 0. All
 /// threads of one block must call it.
 __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseKinds]) {
   using Scan = cub::BlockScan<uint64_t, kThreads>;
   __shared__ typename Scan::TempStorage scan;
   constexpr int kBinsPerThread = kNoiseBins / kThreads;
   static_assert(kNoiseBins % (4 * kThreads) == 0, "each thread has as many fours of bins");
-  constexpr int kBits = 12;  // the last kind has more, for twice as many lines
+  constexpr int kBits = 12;  // per kind; the last one has more, for twice as many lines
   constexpr uint64_t kMask = (uint64_t{1} << kBits) - 1;
   static_assert(kShortLines * kBits + 13 <= 64 && kNoisePoints < 1 << 13, "for all kinds");
   static_assert(kNoisePoints / 2 <= kMask, "one scan counts all kinds");

@@ -15,7 +15,7 @@ namespace gpu {
 bool isLost(cudaError_t code);
 
 /// For tests: makes the n-th checked call from now on, counted from 1, fail with `code`, and all
-/// later ones if isLost(code). The call is not made, but a kernel is launched. 0: no call fails.
+/// later ones if isLost(code). A call that is to fail is not made; a launch is. 0: no call fails.
 void failCall(uint64_t n, cudaError_t code);
 
 /// Counts a call that is about to be made. @return whether it has to fail.

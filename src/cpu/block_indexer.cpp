@@ -21,7 +21,7 @@ struct UnitsOfRow {
   const float (*sdf_at)[kGridCorners];
   const float (*weight_at)[kGridCorners];
   int first_corner;
-  uint32_t observed, speaking;  ///< Bit d: direction d is in some unit.
+  uint32_t observed, speaking;  ///< Bit d: d is observed, or may speak, in some unit.
 
   static int offset(int c) { return cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1); }
   LaneFloats sdf(int d, int c) const {
@@ -85,7 +85,7 @@ inline void BlockIndexer::collect(int32_t min_evidence) {
     for (int n = 0; n < kCornerBlocks; ++n) {
       const Voxel* voxels = corner_arrays_[n][d];
       const uint32_t bit = 1u << d;
-      if (voxels == nullptr && !(held_[n] & bit)) continue;  // most are still all 0
+      if (voxels == nullptr && !(held_[n] & bit)) continue;  // still all 0, as most are
       held_[n] = voxels == nullptr ? held_[n] & ~bit : held_[n] | bit;
       copyPart(voxels == nullptr ? kNothing : voxels, n, min_evidence, sdf_[d], weight_[d]);
     }

@@ -74,13 +74,13 @@ class BlockIndexer {
   /// Per corner block, its voxel arrays by direction.
   const Voxel* const* corner_arrays_[kCornerBlocks] = {};
   uint32_t present_ = 0;  ///< Bit d: some corner block has an array of direction d.
-  /// Per corner block, bit d: its samples of direction d may not all be 0.
+  /// Per corner block, bit d: some of its samples of direction d may be nonzero.
   uint32_t held_[kCornerBlocks] = {};
   float sdf_[kDirectionCount][kGridCorners] = {};
   float weight_[kDirectionCount][kGridCorners] = {};
   uint32_t sides_[kRoom] = {};       ///< Per corner, see sidesOfCorner().
   uint32_t unit_sides_[kRoom] = {};  ///< Union over the unit that starts at a corner.
-  uint8_t candidate_[kGridCorners];  ///< Whether this unit can hold a surface.
+  uint8_t candidate_[kGridCorners];  ///< Whether that unit can hold a surface.
   EdgeSet edges_;
 };
 

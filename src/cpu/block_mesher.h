@@ -83,7 +83,7 @@ class BlockMesher {
     uint32_t update = 0;  ///< Number of the latest update() that selected the block.
     /// Values of indexings_ when voxels, colours, labels and `shown` were last written.
     uint64_t changed = 0, repainted = 0, indexed = 0, made = 0;
-    int32_t min_evidence = 0;                ///< With which the labels were made.
+    int32_t min_evidence = 0;                ///< Minimum evidence when the labels were made.
     std::vector<UnitLabels> labels;          ///< One per unit; none if all are empty.
     std::vector<BlockVertex> vertices;       ///< On the edges of sheets, only during an update.
     std::vector<Vec3f> normals;              ///< One per vertex, if meshes are refined.
@@ -142,7 +142,7 @@ class BlockMesher {
   int threads_;
   bool refined_;
   std::vector<SlotState> state_;
-  /// Slots that got these marks; since then they may have lost them, or their block.
+  /// Slots that were marked. Since then, some may have lost the mark or their block.
   std::vector<int32_t> dirty_, painted_;
   std::atomic<size_t> held_bytes_{0};  ///< Memory of all slots' labels and shown meshes.
   uint32_t update_ = 0;                ///< Number of the latest update().

@@ -15,8 +15,8 @@ bool anySpeaks(const UnitLabels* row) {
   return (words[0] | words[1]) != 0;
 }
 
-/// The units of a neighbouring block that share corners with the block, as a range along an axis;
-/// `offset` is the neighbour's.
+/// The range, along an axis, of the units of a neighbouring block that share corners with the
+/// block. `offset` is the neighbour's, along that axis.
 int firstBeside(int offset) { return offset < 0 ? kBlockSide - 1 : 0; }
 int endBeside(int offset) { return offset > 0 ? 1 : kBlockSide; }
 

@@ -19,8 +19,8 @@ struct ContradictedVoxel {
 
 constexpr int kRows = kBlockSide * kBlockSide;
 
-/// The distances of an array, with 1 for voxels that have one and 0 for others. Voxels without a
-/// distance surround the array.
+/// The distances of an array, and whether each voxel has one (1) or not (0). A border of voxels
+/// without a distance surrounds the array.
 class DistanceGrid {
  public:
   void take(const Voxel* voxels) {

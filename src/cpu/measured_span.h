@@ -66,7 +66,7 @@ class SpanImage {
     width_ = width;
   }
 
-  /// Zeroes a row outside its new span, which the caller must write, and returns it. Thread-safe
+  /// Returns a row that is zeroed outside its new span. The caller must write the span. Thread-safe
   /// for different rows.
   T* newRow(size_t v, const PixelSpan& span) {
     T* const row = &pixels_[v * width_];

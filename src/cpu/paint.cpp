@@ -96,7 +96,7 @@ void drawRows(const SurfacePiece* pieces, int count, int32_t width, float* hidin
   }
 }
 
-/// The same as drawSurface() for each piece. Rewrites up to kCells cells after the image, too.
+/// The same as drawSurface() for each piece. May rewrite up to kCells cells after the image.
 void drawPieces(const SurfacePiece* pieces, int count, int32_t width, float* hiding_m) {
   withWidestVectors([&] { drawRows(pieces, count, width, hiding_m); });
 }

@@ -1,4 +1,4 @@
-/// The stage "paint" on the CPU: paints a colour image onto the surfaces that it sees.
+/// The stage "paint" on the CPU: paints a colour image onto the surfaces that it shows.
 #pragma once
 
 #include <utility>

@@ -72,7 +72,7 @@ class FreeCellFinder {
   const int32_t cell_log2_;
   const float max_range_m_;
   const int threads_;
-  std::vector<std::vector<float>> levels_;  ///< Level 0 is stored by the FrameSensor.
+  std::vector<std::vector<float>> levels_;  ///< Level 0 is empty: see FrameSensing::free_depth.
 };
 
 }  // namespace dtsdf

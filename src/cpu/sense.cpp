@@ -132,7 +132,7 @@ FrameSensing FrameSensor::sense(const DepthFrame& frame) {
   return sensing;
 }
 
-/// Rows are 0 outside their spans, as a raw value of 0 is not a measurement.
+/// Skips raw values of 0 at both ends of a row, as they are not measurements.
 void FrameSensor::invertDepths(const DepthFrame& frame) {
   const int width = frame.width;
   measured_.resize(width, frame.height);
@@ -154,8 +154,8 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   });
 }
 
-/// Estimates the noise from lines. Each step is a task, as different steps belong to different
-/// kinds. Lines whose middle is not measured are skipped.
+/// Estimates the noise from lines. Each step is a task, since no two steps count lines of the same
+/// kind. Lines whose middle is not measured are skipped.
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   NoiseOfLines kinds[kNoiseKinds] = {};
   const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };

@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-/// The voxels and colours that a block's vertices are coloured from. Voxels with less than
+/// The voxels and colours from which a block's vertices get their colours. Voxels with less than
 /// `min_evidence` count as unknown.
 ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t min_evidence);
 

@@ -15,7 +15,7 @@ struct VoxelRow {
   LaneInts sdf_units, anchor, state;
 
   explicit VoxelRow(const Voxel* voxels) {
-    LaneInts::Vector first, last;  // alternately distance and anchor in one word, and state
+    LaneInts::Vector first, last;  // words alternate: distance with anchor, then state
     static_assert(sizeof(first) + sizeof(last) == kBlockSide * sizeof(Voxel), "");
     std::memcpy(&first, voxels, sizeof(first));
     std::memcpy(&last, voxels + kLanes / 2, sizeof(last));

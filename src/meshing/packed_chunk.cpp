@@ -84,9 +84,9 @@ class ChunkPacker {
   }
 
  private:
-  /// Rounds relative to the block. If blocks repeat a vertex, its positions in them differ by whole
-  /// voxels, which are added exactly, so all get the same result. In double, a position in steps is
-  /// exact, too.
+  /// Rounds relative to the block, so that a vertex gets the same result from all its blocks: its
+  /// positions in them differ by whole voxels, which are added exactly. In double, a position in
+  /// steps is exact, too.
   uint16_t stepsOf(int voxel, float position) const {
     const double steps = static_cast<double>(position) * steps_per_voxel_ + 0.5;
     const auto truncated = static_cast<int>(steps);

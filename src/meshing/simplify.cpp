@@ -47,7 +47,8 @@ constexpr size_t kReportEach = 4096;
 /// Share of the gap between two opposing surfaces that each of them may use.
 constexpr double kShareBetween = 0.45;
 
-/// Most errors are below this number of mean edges, so gaps are first measured only for these.
+/// Most errors are below this number of mean edges, so at first, gaps are measured only as far as
+/// such errors require.
 constexpr double kNearEdges = 2.0;
 
 /// Surfaces whose normals have a cosine below this (about 105 degrees) face each other.
@@ -149,8 +150,8 @@ class TriangleFans {
     return is_closed;
   }
 
-  /// Whether the surface stays manifold if u, with these wings, merges into v. There must be two
-  /// triangles between u and v, and no other common neighbours than theirs.
+  /// Whether the surface stays manifold if u, with these wings, merges into v: they must share two
+  /// triangles, and no neighbours except in these.
   bool keepsManifold(uint32_t u, const std::vector<Wing>& wings, uint32_t v) {
     list(v, wings_);
     ++stamp_;

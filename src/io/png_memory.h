@@ -12,7 +12,7 @@
 namespace dtsdf {
 
 /// Drops the ancillary chunks of a PNG, since libpng would convert the values by gAMA or sRGB.
-/// Keeps what is not a valid chunk, for libpng to refuse.
+/// Keeps invalid chunks, for libpng to refuse.
 inline std::string criticalChunks(const uint8_t* data, size_t bytes) {
   constexpr size_t kSignatureBytes = 8, kEmptyChunkBytes = 12;
   constexpr uint8_t kAncillary = 0x20;  // a bit in the first letter of a chunk's type

@@ -46,7 +46,7 @@ constexpr size_t kMaxRecords = 1 << 22;
 
 /// Flags of a record.
 constexpr uint32_t kZstd = 1;          ///< The bytes are one zstd frame.
-constexpr uint32_t kMayBeSkipped = 2;  ///< A reader that does not know the kind skips the record.
+constexpr uint32_t kMayBeSkipped = 2;  ///< Readers skip the record if its kind is unknown.
 
 /// A record in a file.
 struct Record {

@@ -67,7 +67,7 @@ class JournalReplay {
   /// Reads records that were appended since. @return whether there were any.
   bool readOn();
 
-  /// The next image to fuse or paint, or region to clear; none at the end of what was read.
+  /// The next image to fuse or paint, or region to clear; none after the last record read.
   /// @throws std::runtime_error if a record is damaged.
   std::optional<journal::Call> next();
 

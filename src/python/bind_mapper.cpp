@@ -50,7 +50,7 @@ Session loadSession(const py::object& path, const std::string& backend, const py
   return std::make_shared<MapperSession>(bound, contents);
 }
 
-/// Wrong arguments raise an exception; other problems stay in the result.
+/// Raises an exception for wrong arguments; the result reports other problems.
 IntegrationResult checked(IntegrationResult result) {
   switch (result.status) {
     case FrameStatus::kBadImage:

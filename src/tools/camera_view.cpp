@@ -63,7 +63,7 @@ bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperPa
   return image.maySee(pointsOf(blocks, params.map.voxel_size_m, rules), params.max_paint_depth_m);
 }
 
-/// A point is hidden by pieces of surface whose centres lie on its ray, or beside it by up to the
+/// Pieces of surface hide a point if they are on its ray to the camera, or beside it by up to the
 /// radius of a piece and a cell of the image. pieceOf() computes the radius in pixels from fx, but
 /// uses it along both axes.
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,

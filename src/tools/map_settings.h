@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-/// Settings for a mapper of a saved map: those of the file that this version knows, overridden by
+/// Settings for a mapper of a saved map: those of its file, without unknown keys, overridden by
 /// `given`, each key=value. Without map/page_folder, the memory limit is what the map needs.
 /// @throws ParamError with every violation, std::runtime_error if they do not fit the map.
 RunSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given);

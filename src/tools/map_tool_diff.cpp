@@ -215,8 +215,8 @@ void compareMaps(const std::vector<std::string>& arguments) {
       "added, a surface of B where A saw free space. Red: gone, a surface of A where B "
       "saw free space. Blue: a surface of one that the other has not seen. Grey: "
       "unchanged. Prints the area of each.");
-  line.addText({"A", "", "the map before"}, a.map_path);
-  line.addText({"B", "", "the map after"}, b.map_path);
+  line.addText({"A", "", "the earlier map"}, a.map_path);
+  line.addText({"B", "", "the later map"}, b.map_path);
   line.addText({"--mesh", "OUT", std::string("a mesh to write: ") + kMeshExtensions}, a.out_path);
   line.addNumber({"--tolerance", "METRES",
                   "surfaces within this distance are the same (default: two of the larger voxels)"},

@@ -19,7 +19,7 @@
 namespace dtsdf {
 namespace {
 
-/// Images, and pixels of each, that show whether the scale is right.
+/// Number of images, and of pixels in each, that are inspected.
 constexpr size_t kFramesLookedAt = 5;
 constexpr int kColumns = 64, kRows = 48;
 /// With a smaller share of measured pixels, they are probably not depth images.
@@ -105,10 +105,10 @@ void reportOn(const std::deque<SourceFrame>& frames, const FrameSource& source,
   if (share < kFewPixels) {
     warn("hardly any pixel of the first images is measured: are these depth images?");
   } else if (median_m < min_m || median_m > max_m) {
-    warn(
-        formatted("median depth %.4g m: is the scale %.6g? The mapped range is %g to %g m "
-                  "(fusion/min_depth_m, fusion/max_depth_m)",
-                  median_m, 1.0 / double{first.unit_m}, min_m, max_m));
+    warn(formatted(
+        "median depth %.4g m: is the scale %.6g units per metre? The mapped range is %g to %g m "
+        "(fusion/min_depth_m, fusion/max_depth_m)",
+        median_m, 1.0 / double{first.unit_m}, min_m, max_m));
   }
 }
 

@@ -49,7 +49,7 @@ std::optional<Eigen::Isometry3d> detectLevel(const RunOptions& options,
 std::unique_ptr<FrameSource> levelled(std::unique_ptr<FrameSource> source,
                                       const std::optional<Eigen::Isometry3d>& T_W_M);
 
-/// The colour images of `source` with poses in W; null stays null.
+/// The colour images of `source` with poses in W; null if `source` is null.
 std::unique_ptr<ColourSource> levelled(std::unique_ptr<ColourSource> source,
                                        const std::optional<Eigen::Isometry3d>& T_W_M);
 

@@ -8,7 +8,7 @@ import time
 
 
 def program(name):
-    """Path of a program of the package."""
+    """The path of one of the package's programs."""
     found = subprocess.run(["catkin_find", "--first-only", "--libexec", "dtsdf_mapping", name],
                            capture_output=True, text=True, check=False)
     path = found.stdout.strip()

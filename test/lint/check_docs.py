@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks that the documentation agrees with the code: check_docs.py ROOT.
 
-- Relative links of the Markdown files lead to files that exist, and to headings that exist.
+- Relative links in Markdown files lead to existing files and headings.
 - Source files and scripts named in pages exist, and so do pages named in the code.
 - The table in docs/method.md lists exactly the numbers of the rules, with their defaults.
 - docs/ros.md names every key of config/default.yaml.

@@ -19,7 +19,7 @@
 namespace dtsdf {
 namespace {
 
-/// The colour camera is 5 cm beside the depth camera, with a wider view.
+/// The colour camera is 5 cm to the right of the depth camera, with a wider view.
 const Eigen::Translation3d kBeside(0.05, 0.0, 0.0);
 
 struct Lens {

@@ -271,7 +271,7 @@ TEST(Status, OfOneLevelTheMoreImportantIsReported) {
   EXPECT_EQ(status.message, "failed");
 }
 
-/// toTime() does not throw, whatever stamp a message has.
+/// toTime() must not throw for any stamp.
 TEST(Status, TimesAreClamped) {
   for (const double stamp_s : {-1.0, 4294967295.9999999, 1e300, std::nan("")}) toTime(stamp_s);
   EXPECT_EQ(toTime(2.5), ros::Time(2.5));

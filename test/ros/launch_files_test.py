@@ -55,8 +55,7 @@ print("no status" if status is None else eval(told))
 
 
 def watch(environment, until, told, seconds=30.0):
-    """Waits until `until` holds, and returns the printed value of `told`: both are Python expressions of
-    `status`."""
+    """Waits until `until` is true; returns `told` as printed. Both are Python expressions of `status`."""
     output = subprocess.run([sys.executable, "-c", WATCH, until, told, str(seconds)], text=True,
                             env=environment, stdout=subprocess.PIPE, check=False).stdout
     return output.splitlines()[-1] if output else ""

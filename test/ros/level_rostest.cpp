@@ -166,7 +166,7 @@ TEST_F(LevelTest, floor) {
       0.05)
       << "gradients are not along the axes of the requested frame";
 
-  // A loaded map keeps its own level, whatever the node has found.
+  // A loaded map keeps its own level instead of the one that the node has found.
   const MapContents saved = savedMap();
   ASSERT_TRUE(saved.T_W_M);
   EXPECT_EQ(saved.map_frame, "map");

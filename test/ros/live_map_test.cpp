@@ -224,7 +224,7 @@ TEST_F(LiveMapTest, FusesWhileTheOutputStandsStill) {
     work();
   }
   EXPECT_EQ(mapper_->frames, 1000);
-  // Nobody took the changes meanwhile: each block waits once, with its newest mesh.
+  // The changes were not taken: each block waits once, with its newest mesh.
   const MeshChanges changes = changes_.take();
   ASSERT_EQ(changes.blocks.size(), 4u);
   for (const SharedBlockMesh& block : changes.blocks) {

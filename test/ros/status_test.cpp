@@ -46,7 +46,7 @@ TEST(Status, SaysWhatTheBudgetHadNoRoomFor) {
   EXPECT_EQ(statusOf(counts).code, MapStatus::MAPPING);
   counts.refused_cubes = 3;
   expect(statusOf(counts), MapStatus::SPACE_FULL,
-         "the memory for free space (an eighth of map/max_memory_mb) is full: 3 times a cube of "
+         "the memory for free space (an eighth of map/max_memory_mb) is full: 3 cubes of "
          "cells stayed unknown; surfaces are still mapped; raise map/max_memory_mb or "
          "space/cell_voxels");
   EXPECT_EQ(statusOf(counts).refused_cubes, 3u);
@@ -58,7 +58,7 @@ TEST(Status, SaysWhatTheBudgetHadNoRoomFor) {
   counts.pages.failures = 1;
   counts.pages.problem = "no space";
   expect(statusOf(counts), MapStatus::DISK_FULL,
-         "7 blocks were refused because of the disk of map/page_folder: no space");
+         "7 blocks were refused because map/page_folder is full or fails: no space");
   counts.pages.lost = 4;
   expect(statusOf(counts), MapStatus::PAGES_LOST,
          "4 blocks or sectors of cells could not be read back and are lost: no space");
@@ -115,7 +115,8 @@ TEST(Status, SaysWhichMeshesAreLostOrStayInMemory) {
   pages.failures = 1;
   pages.problem = "the disk is full";
   EXPECT_EQ(statusOf(pages, 1000).code, MapStatus::MAPPING) << "there is still room";
-  expect(statusOf(pages, 1001), MapStatus::DISK_FULL, "meshes stay in memory: the disk is full");
+  expect(statusOf(pages, 1001), MapStatus::DISK_FULL,
+         "meshes cannot be moved to disk: the disk is full");
   pages.lost = 8;
   expect(statusOf(pages, 1001), MapStatus::PAGES_LOST,
          "8 blocks of the mesh could not be read back: the disk is full");

@@ -116,7 +116,7 @@ inline std::string noInfoText(const std::string& topic, bool any_stamp) {
          (any_stamp ? "" : " with the image's stamp, or set input/camera_info: latest");
 }
 inline std::string noMaskText(const std::string& topic) {
-  return "no mask with the same stamp on '" + topic + "'";
+  return "no mask with the same stamp on '" + topic + "'; each image needs a mask";
 }
 constexpr char kRepeatedStampText[] =
     "the previous image has the same stamp, so one of the two would get a wrong pose";

@@ -201,8 +201,9 @@ class Transforms {
              "; start the publisher that connects the two, or set map_frame to one of these";
     }
     const std::lock_guard<std::mutex> lock(mutex_);
-    return refused_ > 0 ? "all transforms received were refused: NaN, no rotation, or no frame name"
-                        : "nothing has been received on /tf or /tf_static";
+    return refused_ > 0
+               ? "all transforms received were refused: NaN, an invalid rotation, or no frame name"
+               : "nothing has been received on /tf or /tf_static";
   }
 
   const SteadyClock clock_;

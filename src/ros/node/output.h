@@ -23,7 +23,7 @@ inline void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max
   addPages(status, pages, "blocks of the mesh");
   if (pages.failures > 0 && bytes > max_bytes) {
     report(status, MapStatus::WARN, MapStatus::DISK_FULL,
-           "meshes stay in memory: " + pages.problem);
+           "meshes cannot be moved to disk: " + pages.problem);
   }
 }
 

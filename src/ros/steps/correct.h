@@ -159,8 +159,8 @@ class CorrectStep : public Step {
     if (bytes_ > 0) addMemory(status, "correction", on_gpu ? kGpu : kHost, bytes_);
   }
 
-  /// Map's thread: queues a correction of the frames fused so far, with the poses that belong to
-  /// them, unless it moves none: SLAM may publish an unchanged path every second.
+  /// Map's thread: queues a correction, with the poses that belong to frames fused so far. Ignores
+  /// one that moves none of them: SLAM may publish an unchanged path every second.
   void add(Request request) {
     try {
       host_.map.throwIfFailed();
@@ -389,8 +389,8 @@ class CorrectStep : public Step {
   int work_since_frame_ = 0;  ///< Since the last frame: 2 per replayed record, 1 per other step.
   std::future<void> freeing_;
 
-  // Of the first camera.
-  std::vector<StampedPose> fused_;  ///< By stamp; cleared if stamps jump back.
+  // For the first camera.
+  std::vector<StampedPose> fused_;  ///< Of fused frames, by stamp; cleared if stamps jump back.
   GivenMotion given_;
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< From given to corrected poses.
 

@@ -150,7 +150,7 @@ class FilesStep : public Step {
   }
 
   /// Replaces the map with the one in a file. An empty map takes the file's settings; otherwise,
-  /// they must be equal.
+  /// the settings must match.
   /// @return the number of blocks. @throws std::exception if the file cannot be read or does not
   /// fit. The map then stays as it was, or is empty if there was no room for both maps.
   size_t loadMap(const std::string& path) {

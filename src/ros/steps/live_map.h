@@ -77,9 +77,8 @@ inline void judgeBudget(const MapStats& stats, MapStatus& status) {
     if (count > 0) report(status, MapStatus::WARN, code, what);
   };
   const std::string blocks = std::to_string(stats.refused_blocks) + " blocks were refused";
-  const std::string cubes =
-      std::to_string(stats.refused_cubes) + " times a cube of cells stayed unknown";
-  const std::string of_disk = " because of the disk of map/page_folder: " + stats.pages.problem;
+  const std::string cubes = std::to_string(stats.refused_cubes) + " cubes of cells stayed unknown";
+  const std::string of_disk = " because map/page_folder is full or fails: " + stats.pages.problem;
   const bool is_disk = stats.pages.failures > 0;
   warn(MapStatus::PAGES_LOST, stats.pages.lost,
        std::to_string(stats.pages.lost) +

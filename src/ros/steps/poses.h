@@ -63,7 +63,7 @@ class PosesStep : public Step {
           const Eigen::Isometry3d T_W_B =
               host_.frame.find(request.frame_id) * readPose(request.pose);
           host_.map_loop.run([&] { setPose(T_W_B); }).get();
-          response.message = "the next depth image is tracked from there";
+          response.message = "tracking continues from this pose with the next depth image";
         }));
     servers_.push_back(serve<SaveTrajectory>(
         handles.waiting, "save_trajectory",

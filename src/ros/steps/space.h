@@ -191,7 +191,7 @@ class SpaceStep : public Step {
   Known knownToPlanners() const {
     if (!is_on_) {
       throw std::runtime_error(
-          "the map does not record free space; start the node with space/enabled");
+          "the map does not record free space; start the node with space/enabled: true");
     }
     host_.map.throwIfFailed();  // the last frame may be half fused
     Known known = this->known();
@@ -213,7 +213,7 @@ class SpaceStep : public Step {
     for (size_t i = 0; i < points.size(); ++i) {
       const geometry_msgs::Point& p = points[i];
       if (Eigen::Vector3d(p.x, p.y, p.z).allFinite()) continue;
-      throw std::runtime_error(formatted("point %zu is not finite; leave such points out", i));
+      throw std::runtime_error(formatted("point %zu is not finite; leave it out", i));
     }
   }
 

@@ -29,7 +29,7 @@ int runNode(
 ParamTree readParamServer(const ros::NodeHandle& private_nh,
                           std::vector<ParamViolation>& violations);
 
-/// One line per wrong setting, with printable names and values; one sentence for other errors.
+/// Printable text of a start error: one line per wrong setting, or one sentence.
 inline std::string startErrorText(const std::exception& error) {
   if (dynamic_cast<const ParamError*>(&error) == nullptr) return errorText(error);
   return error.what() +

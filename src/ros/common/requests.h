@@ -32,8 +32,8 @@ Region readRegion(const dtsdf_mapping::Box& box, const dtsdf_mapping::Sphere& sp
 std::string expandHome(const std::string& path, const std::string& name);
 
 /// The absolute path of a file under `output_directory`, which may start with "~/". `extensions`
-/// are the allowed ones, such as {".ply", ".obj"}; the file's may be in upper case. A file to read
-/// may lie anywhere.
+/// are the allowed ones in lower case, such as {".ply", ".obj"}; that of the name may be in upper
+/// case. If `is_read`, the file may lie anywhere.
 /// @throws std::runtime_error if the name is empty, has control characters or another extension, or
 /// leads outside the directory, even through a symbolic link.
 std::string resolveOutputPath(const std::string& output_directory, const std::string& file_name,

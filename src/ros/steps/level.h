@@ -78,7 +78,7 @@ class LevelStep : public Step {
         frameOfPoses(params_), stripLeadingSlash(measured_.frame_id), measured_.stamp);
     if (answer.T_W_C) return set(levelPose(answer.T_W_C->linear() * *up_I_));
     frame_.setLevelProblem("IMU: " + answer.text);
-    // Gives up this measurement after a while, or if stamps went back: the next one may have a
+    // Gives up on this measurement after a while, or if stamps went back: the next one may have a
     // transform.
     constexpr double kMaxWait_s = 10.0;
     const double waited_s = std::abs(imu.header.stamp.toSec() - measured_.stamp.toSec());
@@ -130,6 +130,7 @@ class LevelStep : public Step {
   std::optional<Eigen::Vector3d> up_I_;  ///< In the sensor's frame; waits for its transform.
   std_msgs::Header measured_;            ///< Frame and stamp of up_I_.
   ros::Subscriber imu_;
+
   std::optional<tf2_ros::StaticTransformBroadcaster> broadcaster_;
 };
 

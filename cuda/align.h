@@ -11,7 +11,6 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Aligns images with the map. Buffers are reused from image to image.
 class PoseAligner {
  public:
   PoseAligner(const AlignmentSettings& settings, bool directional, const Stream& stream);

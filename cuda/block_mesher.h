@@ -224,7 +224,6 @@ class BlockMesher {
     return mesh;
   }
 
-  /// Copies the blocks, on several threads if there are many.
   std::vector<BlockMesh> copyBlocks(const std::vector<MeshRecord>& records) const {
     constexpr size_t kMinOfThread = 512, kMaxThreads = 4;
     std::vector<BlockMesh> blocks(records.size());

@@ -18,7 +18,6 @@ constexpr int kThreadBlocksPerProcessor = 8;
 /// Initial capacity, in blocks in view.
 constexpr size_t kFirstInView = 1 << 14;
 
-/// A block that the stage visits.
 struct VisitedBlock {
   int32_t slot;     ///< -1: not in the map.
   bool is_touched;  ///< False: the frame only checks it.
@@ -151,7 +150,7 @@ __device__ uint32_t clearBlock(const FrameSensing& sensing, const FusionSettings
 }
 
 /// Lists an untouched block if the frame checks it, and counts it in FrameCounters. A block that
-/// the host has released since has no arrays, so its check changes nothing.
+/// the host has released meanwhile has no arrays, so nothing changes.
 __device__ void findLook(const FrameView& frame, const FusionRules& rules, const MapView& map,
                          const TouchedView& touched, uint64_t frame_number, int32_t slot,
                          int32_t* looks) {
@@ -172,7 +171,6 @@ __global__ void findLooksKernel(FrameView frame, FusionRules rules, MapView map,
   waitAtEnd();
 }
 
-/// Touched block number i.
 __device__ VisitedBlock visitTouched(const MapView& map, const TouchedView& touched,
                                      const uint32_t* covered, const FusionRules& rules,
                                      uint64_t frame_number, uint32_t i) {

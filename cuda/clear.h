@@ -35,7 +35,7 @@ class Clearing {
 
   /// Waits for the frame. @return its blocks with empty arrays, once, sorted by slot.
   std::vector<EmptyBlock> takeEmptyBlocks();
-  bool hasOutcome() const { return is_cleared_; }  ///< See is_cleared_.
+  bool hasOutcome() const { return is_cleared_; }
 
   void addMemory(MapperMemory& memory) const;
 

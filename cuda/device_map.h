@@ -64,7 +64,6 @@ struct MapView {
   uint32_t* mesh_stamp;
 };
 
-/// The memory of ChangedBlocks.
 struct ChangedLists {
   DeviceBuffer<uint32_t> flags;
   DeviceBuffer<int32_t> slots;
@@ -116,7 +115,6 @@ class DeviceMap {
   void note(const SlotUpdate& change) { noted_.push_back(change); }
   void sendChanges();
 
-  /// Marks every block to be meshed again.
   void markAllDirty() { markAll(dirty_.view()); }
 
   /// Makes room for the marks of this number of slots. The functions for marks must not be called

@@ -62,7 +62,6 @@ class BlockFinder {
   /// Enqueues the comparison with the map, and the read-back of the counters.
   void compare(const DeviceSensing& sensing, const MapView& map);
 
-  /// Waits for the counters.
   const FrameCounters& waitForCounters();
 
   /// Call this if `table_full` is set, and repeat the steps from mark() on: it enlarges the table

@@ -187,7 +187,6 @@ void Fusion::fold(const FrameView& frame, const MapView& map, const TouchedView&
                    fusion_, map, touched, part, covered_.data());
 }
 
-/// Every voxel of the touched blocks gets the distance of its pixel.
 void Fusion::project(const DeviceSensing& sensing, const DeviceSurfels& surfels, const MapView& map,
                      const TouchedView& touched, uint32_t blocks) {
   launch("projectVoxelsKernel", projectVoxelsKernel, blocks, kThreads, 0, stream_, sensing.frame(),

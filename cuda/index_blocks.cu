@@ -85,7 +85,6 @@ __device__ __forceinline__ uint32_t sidesOfUnit(const BlockCorners& block, int u
   return sides;
 }
 
-/// Collects the samples and the sides of this thread's corners.
 __device__ void collectCorners(BlockCorners& block, Sample* samples) {
   const uint32_t present = block.present;
   for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
@@ -121,7 +120,6 @@ __device__ void listCandidates(BlockCorners& block, UnitLabels* stored) {
   }
 }
 
-/// Labels this thread's candidates.
 __device__ void labelCandidates(const MeshView& mesh, const BlockCorners& block,
                                 const Sample* samples, UnitLabels* stored) {
   for (uint32_t k = threadIdx.x; k < block.count; k += blockDim.x) {

@@ -19,7 +19,6 @@ __device__ inline uint32_t warpOr(uint32_t bits) {
 #endif
 }
 
-/// The row of a thread.
 __device__ inline int rowOf(int thread) {
   return windowRow(thread % kWindowSide - kMaxLooseUnits, thread / kWindowSide - kMaxLooseUnits);
 }

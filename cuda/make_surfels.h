@@ -7,7 +7,6 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Surfels on the device.
 struct DeviceSurfels {
   const Surfel* surfels;
   uint32_t room;          ///< Upper limit of their number.
@@ -20,7 +19,6 @@ struct DeviceSurfels {
 #endif
 };
 
-/// Makes the surfels of frames. Buffers are reused from frame to frame.
 class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, const Stream& stream);

@@ -10,7 +10,6 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Pinned memory is reused from call to call.
 class RecordMover {
  public:
   explicit RecordMover(const Stream& stream) : stream_(stream) {}

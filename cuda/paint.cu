@@ -77,7 +77,6 @@ __device__ Vec3f firstVoxelOf(const FrameView& frame, const SlotEntry& entry) {
 /// since few of these have to be processed.
 constexpr int kArrayThreads = 128;
 
-/// A voxel array in view.
 struct ArrayInView {
   int32_t slot, direction, array;
   PackedKey key;
@@ -215,7 +214,6 @@ __device__ void keepSample(const LookView& look, const FoundSample& found) {
   if (n < look.max_samples) look.samples[n] = found;
 }
 
-/// Finds what the image shows of a voxel.
 __device__ void lookAt(const ColourSensing& sensing, const MapView& map, const LookView& look,
                        const ArrayInView& array, int voxel, ExposureSums& sums, ArrayLook& found) {
   const ColourSample sample =

@@ -26,7 +26,7 @@ struct LookCounters {
 
 /// What an image shows of a voxel, stored until it can be painted.
 struct FoundSample {
-  int32_t slot;    ///< Slot of its block.
+  int32_t slot;
   uint16_t voxel;  ///< kVoxelsPerBlock * direction + index.
   ColourSample sample;
 };

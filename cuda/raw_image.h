@@ -12,7 +12,7 @@ namespace dtsdf {
 
 namespace gpu {
 
-/// A raw image with packed rows. Buffers are reused from frame to frame.
+/// A raw image with packed rows.
 class RawImage {
  public:
   /// Copies an image to pinned memory and enqueues its upload, band by band: each is uploaded while

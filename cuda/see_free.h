@@ -10,8 +10,6 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Enqueues the search; the result is taken when the frame is done. Buffers are reused from frame
-/// to frame.
 class FreeCellFinder {
  public:
   FreeCellFinder(int32_t cell_log2, float max_range_m, const Stream& stream);

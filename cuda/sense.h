@@ -41,7 +41,6 @@ struct RawDepth {
 };
 
 #ifdef __CUDACC__
-/// The inverse depth of a pixel.
 __device__ __forceinline__ float inverseDepthAt(const RawDepth& raw, int u, int v) {
   const int64_t i = static_cast<int64_t>(v) * raw.width + u;
   const float value = raw.is_uint16 ? static_cast<float>(static_cast<const uint16_t*>(raw.data)[i])
@@ -56,7 +55,6 @@ struct NoiseCounts {
   uint32_t finished;  ///< Blocks of threads that have counted their lines.
 };
 
-/// Runs the stage on frames. Buffers are reused from frame to frame.
 class FrameSensor {
  public:
   FrameSensor(const MapperParams& params, const Rules& rules, const Stream& stream);

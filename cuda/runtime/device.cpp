@@ -19,8 +19,8 @@ std::string findDriverProblem() {
   const cudaError_t error = cudaGetDeviceCount(&devices);
   cudaGetLastError();
   if (error == cudaErrorInsufficientDriver) {
-    return "the NVIDIA driver is too old: it supports CUDA " + versionText(driver) +
-           ", but this program was built with CUDA " + versionText(runtime);
+    return "the NVIDIA driver is too old and must be updated: it supports CUDA " +
+           versionText(driver) + ", but this program was built with CUDA " + versionText(runtime);
   }
   if (error == cudaErrorNoDevice || (error == cudaSuccess && devices == 0)) {
     return "the driver sees no CUDA device";

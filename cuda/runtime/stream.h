@@ -63,7 +63,7 @@ class Stream {
 
   void record(Event& event) const { DTSDF_CHECK_CUDA(cudaEventRecord(event.get(), stream_)); }
 
-  /// Makes work that is enqueued from now on wait for the event, but not the calling thread.
+  /// Makes work enqueued from now on wait for the event. Does not block the calling thread.
   void waitFor(const Event& event) const {
     DTSDF_CHECK_CUDA(cudaStreamWaitEvent(stream_, event.get(), 0));
   }

@@ -118,8 +118,7 @@ class BlockMesher {
   /// Indexes those blocks whose labels are out of date.
   void indexBlocks(std::vector<int32_t> slots, bool with_vertices);
 
-  /// Adds the blocks around each changed one, at offset(0) to offset(count - 1), to `slots` and
-  /// sorts these by key.
+  /// Adds the blocks at offset(0) to offset(count - 1) from each changed one, and sorts all by key.
   void selectAround(const std::vector<int32_t>& changed, int count, Vec3i (*offset)(int),
                     std::vector<int32_t>& slots);
 

@@ -20,7 +20,6 @@ struct alignas(64) StoredLine {
 };
 static_assert(sizeof(StoredLine) == 64, "");
 
-/// A block that a frame touches.
 struct TouchedBlock {
   Vec3i block_L;        ///< Coordinates relative to the frame's origin.
   PackedKey key;        ///< Coordinates in the map.

@@ -11,7 +11,6 @@
 
 namespace dtsdf {
 
-/// Buffers are reused for each frame.
 class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, int threads);

@@ -101,7 +101,6 @@ void drawPieces(const SurfacePiece* pieces, int count, int32_t width, float* hid
   withWidestVectors([&] { drawRows(pieces, count, width, hiding_m); });
 }
 
-/// Calls visit(direction, voxels) for the arrays of a block.
 template <class Visit>
 void visitArrays(const BlockEntry& entry, const VoxelStore& voxels, const Visit& visit) {
   for (int d = 0; d < kDirectionCount; ++d) {
@@ -264,7 +263,6 @@ void Painter::findPoints(CpuMap& map) {
   sensing_.hiding_m = nearest_m.data();
 }
 
-/// Samples the image at the points that are not hidden.
 void Painter::sample(BlockView& block) const {
   block.samples.clear();
   for (const auto& [voxel, point] : block.points) {

@@ -11,7 +11,6 @@
 
 namespace dtsdf {
 
-/// Buffers are reused for each frame.
 class FreeCellFinder {
  public:
   explicit FreeCellFinder(const MapperParams& params, int threads)

@@ -9,7 +9,6 @@ namespace dtsdf {
 /// Largest number of pixels that are fitted at once.
 constexpr int kStretch = 64;
 
-/// The fits of a stretch of pixels.
 class StretchFit {
  public:
   LineFit fit(int i) const {

@@ -45,7 +45,6 @@ class ArrayStore {
 using VoxelStore = ArrayStore<Voxel, kVoxelsPerBlock>;
 using ColourStore = ArrayStore<VoxelColour, kVoxelsPerBrick>;
 
-/// A map on the CPU.
 struct CpuMap {
   const BlockTable& table;
   VoxelStore voxels;
@@ -61,7 +60,6 @@ __attribute__((always_inline)) inline void prefetchBlock(const BlockEntry& entry
   }
 }
 
-/// Prefetches a block's colours in all directions.
 __attribute__((always_inline)) inline void prefetchColours(const BlockEntry& entry,
                                                            const CpuMap& map) {
   for (int d = 0; d < kDirectionCount; ++d) {

@@ -5,7 +5,9 @@
 namespace dtsdf {
 namespace {
 
-constexpr size_t kMinSamples = 20, kMaxSamples = 4000;
+constexpr size_t kMinSamples = 20;
+/// Samples nearer to the one before are ignored, which limits memory and time.
+constexpr double kMinStep_s = 0.0005;
 /// Largest difference between the mean and standard gravity; cheap sensors are off by a few
 /// percent.
 constexpr double kMaxScaleError_m_s2 = 0.5;
@@ -25,12 +27,14 @@ bool isFinite(const InertialSample& sample) {
 std::optional<Eigen::Vector3d> StillGravity::add(const InertialSample& sample) {
   if (!isFinite(sample)) return std::nullopt;
   if (!samples_.empty() && sample.stamp_s < samples_.back().stamp_s) samples_.clear();
+  if (!samples_.empty() && sample.stamp_s < samples_.back().stamp_s + kMinStep_s) {
+    return std::nullopt;
+  }
   samples_.push_back(sample);
   // The oldest sample kept is at least kSpan_s old, so that the samples span that time.
   while (samples_.size() > 2 && samples_[1].stamp_s <= sample.stamp_s - kSpan_s) {
     samples_.pop_front();
   }
-  if (samples_.size() > kMaxSamples) samples_.pop_front();
   return upIfStill();
 }
 

@@ -15,6 +15,7 @@ import sys
 import tempfile
 import unittest
 import unittest.mock
+import xml.etree.ElementTree
 
 import roslaunch
 import roslaunch.arg_dump
@@ -360,6 +361,27 @@ class Running(unittest.TestCase):
                                  kinds=("depth",), least=15, cwd=folder)
             self.assertGreaterEqual(counts["depth"], 15)
             self.assertEqual(counts["color"], 0)
+
+    def test_a_bag_of_a_tum_folder_has_the_topics_of_bag_launch(self):
+        import rosbag
+        launch = xml.etree.ElementTree.parse(os.path.join(LAUNCH, "bag.launch"))
+        expected = {arg.get("name"): arg.get("default") for arg in launch.iter("arg")}
+        with tempfile.TemporaryDirectory() as folder:
+            tum, bag = os.path.join(folder, "tum"), os.path.join(folder, "tum.bag")
+            write_tum_folder(tum)
+            with open(os.path.join(tum, "camera_info.yaml"), "w", encoding="ascii") as file:
+                file.write("{image_width: 640, image_height: 480, camera_matrix: "
+                           "{data: [525, 0, 319.5, 0, 525, 239.5, 0, 0, 1]}}\n")
+            with open(os.path.join(tum, "rgb.txt"), "w", encoding="ascii") as file:
+                file.write("1305031102.16 rgb.png\n")
+            with open(os.path.join(tum, "rgb.png"), "wb") as file:
+                file.write(tum_folder.png([bytes(640 * 3)] * 480, bits=8, channels=3))
+            subprocess.run([os.path.join(SOURCE, "scripts", "tum_to_bag"), tum, bag], check=True,
+                           stdout=subprocess.DEVNULL)
+            with rosbag.Bag(bag) as written:
+                topics = written.get_type_and_topic_info()[1]
+        for name in ("depth", "camera_info", "color", "color_info"):
+            self.assertIn(expected[name], topics)
 
     def counts(self, name, *arguments, cwd, kinds=("depth", "color"), least=3):
         """{kind: number of fused images}, after `least` of each of `kinds`, or a time limit."""

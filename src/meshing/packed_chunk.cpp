@@ -295,30 +295,26 @@ int facedWayOf(const Vec3f& normal) {
 }  // namespace
 
 PackedChunk coarsen(const PackedChunk& chunk, int cell_log2) {
-  const int64_t size = int64_t{1} << cell_log2;
   PackedChunk coarse;
-  coarse.origin = chunk.origin;
+  for (int axis = 0; axis < 3; ++axis) coarse.origin[axis] = (chunk.origin[axis] >> cell_log2) * 4;
   std::unordered_map<uint64_t, uint32_t> vertex_of_cell;
   std::vector<uint32_t> number(chunk.vertexCount());
   for (size_t i = 0; i < number.size(); ++i) {
     const int way = facedWayOf(normalOfPacked(chunk.normals[2 * i], chunk.normals[2 * i + 1]));
     uint64_t key = static_cast<uint64_t>(way);
+    std::array<uint16_t, 3> quarters;
     for (int axis = 0; axis < 3; ++axis) {
-      const int64_t origin = chunk.origin[axis];
-      const int64_t cell = (origin + chunk.positions[3 * i + axis]) >> cell_log2;
-      key = key << 17 | static_cast<uint64_t>(cell - (origin >> cell_log2));
+      const int64_t place = chunk.origin[axis] + chunk.positions[3 * i + axis];
+      const int64_t first = (place >> cell_log2) * 4 - coarse.origin[axis];
+      const int shift = way / 2 != axis ? 0 : way % 2 == 0 ? 1 : -1;
+      key = key << 17 | static_cast<uint64_t>(first);
+      quarters[axis] = static_cast<uint16_t>(first + 2 + shift);
     }
     const auto next = static_cast<uint32_t>(coarse.vertexCount());
     const auto [known, is_new] = vertex_of_cell.emplace(key, next);
     number[i] = known->second;
     if (!is_new) continue;
-    for (int axis = 0; axis < 3; ++axis) {
-      const int64_t origin = chunk.origin[axis];
-      const int64_t cell = (origin + chunk.positions[3 * i + axis]) >> cell_log2;
-      int64_t middle = cell * size + size / 2 - origin;
-      if (way / 2 == axis) middle += way % 2 == 0 ? size / 4 : -size / 4;
-      coarse.positions.push_back(static_cast<uint16_t>(std::clamp<int64_t>(middle, 0, 65535)));
-    }
+    coarse.positions.insert(coarse.positions.end(), quarters.begin(), quarters.end());
     coarse.normals.insert(coarse.normals.end(), &chunk.normals[2 * i], &chunk.normals[2 * i] + 2);
     if (chunk.colours.empty()) continue;
     coarse.colours.insert(coarse.colours.end(), &chunk.colours[3 * i], &chunk.colours[3 * i] + 3);

@@ -68,8 +68,8 @@ Mesh unpackChunk(const PackedChunk& chunk, double step_m);
 /// Merges the vertices in a cell whose normals are closest to the same of the directions +-x, +-y
 /// and +-z; so both sides of a thin object stay apart. Cells are cubes of 2^cell_log2 steps on the
 /// map's lattice. Merged vertices lie at the middle of their cell, shifted by a quarter of a cell
-/// in their direction. So neighbouring chunks still meet, unless a position must be clamped to 16
-/// bits. Triangles that collapse are dropped.
+/// in their direction, so that neighbouring chunks still meet. The steps of the result, and of its
+/// origin, are quarters of a cell. Triangles that collapse are dropped.
 PackedChunk coarsen(const PackedChunk& chunk, int cell_log2);
 
 }  // namespace dtsdf

@@ -64,7 +64,7 @@ class ChunkVisuals {
     applyMaterial();
     if (!is_other_colour) return;
     for (auto& [origin, visual] : visuals_) {
-      for (const Level& level : visual.levels) build(level, visual.step_m);
+      for (const Level& level : visual.levels) build(level, visual);
     }
   }
 
@@ -76,19 +76,23 @@ class ChunkVisuals {
     triangles_ += chunk.triangleCount();
     // The scene node is at the chunk's origin, so that floats suffice for vertices even far from
     // the map's origin.
-    const Ogre::Vector3 place(static_cast<float>(static_cast<double>(chunk.origin[0]) * step_m),
-                              static_cast<float>(static_cast<double>(chunk.origin[1]) * step_m),
-                              static_cast<float>(static_cast<double>(chunk.origin[2]) * step_m));
+    std::array<double, 3> origin_m;
+    Ogre::Vector3 place;
+    for (int axis = 0; axis < 3; ++axis) {
+      origin_m[axis] = static_cast<double>(chunk.origin[axis]) * step_m;
+      place[axis] = static_cast<float>(origin_m[axis]);
+    }
     Visual& visual = visuals_[chunk.origin];
-    visual = {step_m, parent_.createChildSceneNode(place), place, 0.0f, {}};
-    addLevel(visual, std::move(chunk));
-    const Ogre::AxisAlignedBox& box = visual.levels[0].second->getBoundingBox();
+    visual = {origin_m, parent_.createChildSceneNode(place), place, 0.0f, {}};
+    addLevel(visual, std::move(chunk), step_m);
+    const Ogre::AxisAlignedBox& box = visual.levels[0].object->getBoundingBox();
     visual.centre = place + box.getCenter();
     visual.radius_m = 0.5f * box.getSize().length();
     for (int level = 1; level <= kCoarseLevels; ++level) {
-      PackedChunk coarse = coarsen(visual.levels[0].first, kFinestCellLog2 + level - 1);
+      const int cell_log2 = kFinestCellLog2 + level - 1;
+      PackedChunk coarse = coarsen(visual.levels[0].chunk, cell_log2);
       if (coarse.triangleCount() == 0) break;
-      addLevel(visual, std::move(coarse));
+      addLevel(visual, std::move(coarse), step_m * (1 << cell_log2) / 4);
     }
   }
 
@@ -112,10 +116,10 @@ class ChunkVisuals {
       const float width_m = is_orthographic ? view_height : view_height * distance_m;
       const float coarsest_m = detail_px * width_m / height_px;
       size_t chosen = 0;
-      double cell_m = visual.step_m * (1 << kFinestCellLog2);
+      double cell_m = visual.levels[0].step_m * (1 << kFinestCellLog2);
       for (; chosen + 1 < visual.levels.size() && cell_m <= coarsest_m; ++chosen) cell_m *= 2.0;
       for (size_t i = 0; i < visual.levels.size(); ++i) {
-        visual.levels[i].second->setVisible(i == chosen);
+        visual.levels[i].object->setVisible(i == chosen);
       }
     }
   }
@@ -138,9 +142,13 @@ class ChunkVisuals {
 
   /// A chunk, in full detail or coarser, and its object. The chunk is kept to rebuild the object if
   /// colours change.
-  using Level = std::pair<PackedChunk, Ogre::ManualObject*>;
-  struct Visual {
+  struct Level {
+    PackedChunk chunk;
     double step_m;
+    Ogre::ManualObject* object;
+  };
+  struct Visual {
+    std::array<double, 3> origin_m;
     Ogre::SceneNode* node;
     Ogre::Vector3 centre;  ///< In the map frame.
     float radius_m;
@@ -160,31 +168,34 @@ class ChunkVisuals {
     pass.setDepthWriteEnabled(is_opaque);
   }
 
-  void addLevel(Visual& visual, PackedChunk chunk) {
+  void addLevel(Visual& visual, PackedChunk chunk, double step_m) {
     Ogre::ManualObject* const object = manager_.createManualObject();
     visual.node->attachObject(object);
     object->setVisible(visual.levels.empty());
-    visual.levels.emplace_back(std::move(chunk), object);
-    build(visual.levels.back(), visual.step_m);
+    visual.levels.push_back({std::move(chunk), step_m, object});
+    build(visual.levels.back(), visual);
   }
 
-  void build(const Level& level, double step_m) {
-    const auto& [chunk, object] = level;
+  void build(const Level& level, const Visual& visual) {
+    const auto& [chunk, step_m, object] = level;
     object->clear();
     object->estimateVertexCount(chunk.vertexCount());
     object->estimateIndexCount(3 * chunk.triangleCount());
     object->begin(material_->getName(), Ogre::RenderOperation::OT_TRIANGLE_LIST);
-    addVertices(chunk, step_m, *object);
+    addVertices(unpackChunk(chunk, step_m), visual.origin_m, *object);
     for (size_t i = 0; i < 3 * chunk.triangleCount(); ++i) object->index(chunk.corner(i));
     object->end();
   }
 
-  void addVertices(const PackedChunk& chunk, double step_m, Ogre::ManualObject& object) {
-    const Mesh mesh = unpackChunk(chunk, step_m);
-    const auto step = static_cast<float>(step_m);
-    for (size_t i = 0; i < chunk.vertexCount(); ++i) {
-      object.position(step * chunk.positions[3 * i], step * chunk.positions[3 * i + 1],
-                      step * chunk.positions[3 * i + 2]);
+  void addVertices(const Mesh& mesh, const std::array<double, 3>& origin_m,
+                   Ogre::ManualObject& object) {
+    Ogre::Vector3 shift;
+    for (int axis = 0; axis < 3; ++axis) {
+      shift[axis] = static_cast<float>(mesh.origin_m[axis] - origin_m[axis]);
+    }
+    for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
+      const Vec3f& p = mesh.vertices_m[i];
+      object.position(shift + Ogre::Vector3(p.x, p.y, p.z));
       if (isLit()) object.normal(mesh.normals[i].x, mesh.normals[i].y, mesh.normals[i].z);
       Ogre::ColourValue colour = style_.plain;
       if (!isLit()) {
@@ -197,8 +208,8 @@ class ChunkVisuals {
   }
 
   void remove(std::map<Origin, Visual>::iterator it) {
-    triangles_ -= it->second.levels[0].first.triangleCount();
-    for (const Level& level : it->second.levels) manager_.destroyManualObject(level.second);
+    triangles_ -= it->second.levels[0].chunk.triangleCount();
+    for (const Level& level : it->second.levels) manager_.destroyManualObject(level.object);
     manager_.destroySceneNode(it->second.node);
     visuals_.erase(it);
   }

@@ -54,12 +54,11 @@ void coarsenAndShow(const PackedChunk& chunk, double step_m) {
   for (int cell_log2 = 10; cell_log2 < 14; ++cell_log2) {
     const PackedChunk coarse = coarsen(chunk, cell_log2);
     checkChunk(coarse);
-    require(coarse.origin == chunk.origin, "the same origin");
     require(coarse.vertexCount() <= chunk.vertexCount(), "no more vertices");
     require(coarse.triangleCount() <= chunk.triangleCount(), "no more triangles");
     require(coarse.colours.empty() == (chunk.colours.empty() || coarse.vertexCount() == 0),
             "colours if the chunk has them");
-    show(coarse, step_m);
+    show(coarse, step_m * (1 << cell_log2) / 4);
   }
 }
 

@@ -45,10 +45,12 @@ TEST(CoarseChunk, HasASixteenthOfTheTrianglesNearTheSamePlace) {
   EXPECT_LE(coarse.triangleCount(), fine.triangleCount() / 15);
   EXPECT_GE(coarse.triangleCount(), fine.triangleCount() / 17);
   ASSERT_EQ(coarse.colours.size(), 3 * coarse.vertexCount());
-  std::set<uint16_t> heights;
-  for (size_t i = 0; i < coarse.vertexCount(); ++i) heights.insert(coarse.positions[3 * i + 2]);
+  std::set<double> heights;
+  for (size_t i = 0; i < coarse.vertexCount(); ++i) {
+    heights.insert(positionOf(coarse, kCell / 4.0, i)[2]);
+  }
   ASSERT_EQ(heights.size(), 1u);
-  EXPECT_LE(std::abs(*heights.begin() - 3000), 3 * kCell / 4);
+  EXPECT_LE(std::abs(*heights.begin() - 3007.0), 0.75 * kCell);
   for (size_t i = 0; i < 3 * coarse.triangleCount(); ++i) {
     ASSERT_LT(coarse.corner(i), coarse.vertexCount());
   }
@@ -60,17 +62,33 @@ TEST(CoarseChunk, KeepsBothSidesOfAThinThingApart) {
   EXPECT_GT(front.positions[2], back.positions[2]);
 }
 
+/// In W, by a chunk's step.
+std::set<std::array<double, 3>> placesOf(const PackedChunk& chunk, double step) {
+  std::set<std::array<double, 3>> places;
+  for (size_t i = 0; i < chunk.vertexCount(); ++i) places.insert(positionOf(chunk, step, i));
+  return places;
+}
+
+/// The vertices lie below the common side, in cells that begin below the upper chunk.
+TEST(CoarseChunk, MeetsItsNeighbourWithCellsLargerThanItsMargin) {
+  constexpr int kVoxel = 512, kSide = 32 * kVoxel, kMargin = 2 * kVoxel, kBelow = 154;
+  const int lower_z = kSide + kMargin - kBelow, upper_z = kMargin - kBelow;
+  for (const float faces : {1.0f, -1.0f}) {
+    const PackedChunk lower = gridChunk({0, 0, -kMargin}, 64, lower_z, faces);
+    const PackedChunk upper = gridChunk({0, 0, kSide - kMargin}, 64, upper_z, faces);
+    ASSERT_EQ(placesOf(lower, 1.0), placesOf(upper, 1.0));
+    EXPECT_EQ(placesOf(coarsen(lower, 13), 2048.0), placesOf(coarsen(upper, 13), 2048.0));
+  }
+}
+
 /// Both chunks have vertices on their common side, and their origins are not multiples of the
 /// cells.
 TEST(CoarseChunk, MeetsItsNeighbour) {
   const PackedChunk left = coarsen(gridChunk({100, 300, 0}, 16, 1500, 1.0f), kCellLog2);
   const PackedChunk right = coarsen(gridChunk({100 + 16 * 256, 300, 0}, 16, 1500, 1.0f), kCellLog2);
-  std::set<std::array<double, 3>> places;
-  for (size_t i = 0; i < left.vertexCount(); ++i) places.insert(positionOf(left, 1.0, i));
+  const auto places = placesOf(left, kCell / 4.0);
   size_t shared = 0;
-  for (size_t i = 0; i < right.vertexCount(); ++i) {
-    shared += places.count(positionOf(right, 1.0, i));
-  }
+  for (const auto& place : placesOf(right, kCell / 4.0)) shared += places.count(place);
   EXPECT_GE(shared, 4u);
 }
 

@@ -188,6 +188,7 @@ Alignment PoseTracker::alignAt(Mapper& mapper, DepthFrame frame, const Isometry3
   Alignment alignment = mapper.align(frame, {params_.sigma_m, params_.sigma_rad});
   if (alignment.status == AlignmentStatus::kAligned && !alignment.is_held) {
     alignment.status = AlignmentStatus::kMisfit;
+    alignment.T_W_C = T_W_C;  // the pose found may have slid
   }
   reach_m_ = alignment.reach_m;
   return alignment;

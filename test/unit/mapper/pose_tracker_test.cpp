@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "support/fake_mapper.h"
 #include "support/pose_distance.h"
 #include "support/session.h"
 
@@ -196,6 +197,27 @@ TEST(PoseTracker, GoesOnFromAPoseThatIsSet) {
   const Alignment found = tracking.see(scene, truth, 31 * kPeriod_s);
   EXPECT_TRUE(tracking.tracker().isToBeFused(found));
   EXPECT_LT(shiftBetween_m(found.T_W_C, truth), 5e-3);
+}
+
+/// The pose found for the first image slid away and is not held.
+TEST(PoseTracker, SearchesAroundAPoseThatIsSet) {
+  FakeMapper mapper;
+  mapper.integrate(DepthFrame());
+  std::vector<Isometry3d> tried;
+  mapper.aligns = [&](const DepthFrame& frame) {
+    tried.push_back(frame.T_W_C);
+    Alignment slid;
+    slid.status = AlignmentStatus::kAligned;
+    slid.T_W_C = frame.T_W_C * Eigen::Translation3d(0.1, 0.0, 0.0);
+    return slid;
+  };
+  PoseTracker tracker{PoseParams()};
+  tracker.setPose(handAt(0.0));
+  EXPECT_EQ(tracker.track(mapper, DepthFrame(), 0.0).status, AlignmentStatus::kMisfit);
+  EXPECT_TRUE(tracker.lastPose()->isApprox(handAt(0.0)));
+  tracker.track(mapper, DepthFrame(), kPeriod_s);
+  ASSERT_GT(tried.size(), 1u);
+  EXPECT_TRUE(tried[1].isApprox(handAt(0.0))) << "the search begins elsewhere";
 }
 
 /// In a loaded map the camera may be anywhere. The step from the first guess to the found pose must

@@ -134,7 +134,7 @@ TEST_F(CorrectedJournal, IsAsItWasWhereACorrectionIsRefused) {
   }
   JournalReplay replay(journal_.path());
   const std::string turned = errorOf([&] { replay.correctGiven(poses); });
-  EXPECT_TRUE(contains(turned, "every frame from 0.000 s to 0.700 s (8 of them)") &&
+  EXPECT_TRUE(contains(turned, "every image from 0.000 s to 0.700 s (8 of them)") &&
               contains(turned, "another frame than the map's"))
       << turned;
   EXPECT_TRUE(mapOf(replay, journaledParams()) == fileOf(map_.mapper()));

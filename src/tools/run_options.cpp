@@ -250,10 +250,23 @@ void checkReadingOptions(const RunOptions& options) {
       {"--depth-topic", recording.depth_topic}, {"--info-topic", recording.info_topic},
       {"--mask-topic", recording.mask_topic},   {"--color-topic", recording.colour_topic},
       {"--tf-topic", recording.tf_topic},       {"--imu-topic", recording.imu_topic}};
+  const BagOptions unset;
+  const FrameSelection &frames = recording.selection, &all = unset.selection;
+  const std::pair<const char*, bool> of_recordings[] = {
+      {"--frames", frames.first > 0 || frames.last < all.last || frames.step > 1},
+      {"--intrinsics", recording.intrinsics.has_value()},
+      {"--depth-scale", recording.units_per_metre.has_value()},
+      {"--pose-convention", !recording.pose_convention.empty()},
+      {"--pose-tolerance", recording.pose_tolerance_s != unset.pose_tolerance_s},
+      {"--skip-bad", recording.skip_bad}};
+  const auto refuse = [&](const std::string& option, const char* inputs) {
+    throw UsageError(option + " is for " + inputs + ", and " + read_as);
+  };
   for (const auto& [option, topic] : topics) {
-    if (!is_bag && !topic.empty()) {
-      throw UsageError(std::string(option) + " is for bags, and " + read_as);
-    }
+    if (!is_bag && !topic.empty()) refuse(option, "bags");
+  }
+  for (const auto& [option, is_given] : of_recordings) {
+    if (recording.format == "journal" && is_given) refuse(option, "recordings");
   }
 }
 

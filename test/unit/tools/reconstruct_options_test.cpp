@@ -54,6 +54,16 @@ TEST(ReconstructOptions, OptionsOfAnotherKindOfInputAreRefused) {
   EXPECT_NE(errorFor({"d", "--format", "icl", "--mesh", "o.ply", "--info-topic", "/d"}), "");
   EXPECT_NE(errorFor({"--tum", "d", "--mesh", "o.ply", "--mask-topic", "/m"}), "");
   EXPECT_NE(errorFor({"--tum", "d", "--mesh", "o.ply", "--imu-topic", "/i"}), "");
+  const Arguments journal = {"j", "--format", "journal", "--mesh", "o.ply"};
+  EXPECT_EQ(errorFor(journal), "");
+  for (const std::string option :
+       {"--frames=0:9", "--frames=1:", "--frames=::2", "--intrinsics=1,1,1,1", "--depth-scale=1",
+        "--pose-convention=body", "--pose-tolerance=1", "--skip-bad"}) {
+    Arguments arguments = journal;
+    arguments.push_back(option);
+    EXPECT_EQ(errorFor(arguments), option.substr(0, option.find('=')) +
+                                       " is for recordings, and 'j' is read as journal");
+  }
 }
 
 TEST(ReconstructOptions, NamesWhatIsWrong) {

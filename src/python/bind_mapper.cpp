@@ -185,7 +185,8 @@ void bindMapper(py::module& m) {
           py::init(&makeSession), py::arg("backend") = "", py::arg("settings") = py::none(),
           "backend: \"auto\" (CUDA where there is a usable GPU), \"cuda\" or \"cpu\". settings: a "
           "dict,\n"
-          "flat or nested, or the path of a YAML file; keywords override them, as in\n"
+          "flat or nested, or the path of a YAML file, whose settings for the node are ignored;\n"
+          "keywords override them, as in\n"
           "Mapper(**{\"map/voxel_size_m\": 0.01}). docs/ros.md lists them. Raises ValueError with\n"
           "every setting that is wrong, RuntimeError if CUDA is requested but cannot be used.")
       .def_static(

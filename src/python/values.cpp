@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "dtsdf_mapping/io/yaml_params.h"
+#include "params/node_params.h"
 
 namespace dtsdf::python {
 namespace {
@@ -136,7 +137,12 @@ ParamTree settingsOf(const py::object& settings, const py::kwargs& keywords) {
   if (py::isinstance<py::dict>(settings)) {
     tree.merge(treeOf(settings));
   } else if (py::isinstance<py::str>(settings) || py::hasattr(settings, "__fspath__")) {
-    tree.merge(loadYamlParams(pathOf(settings)));
+    ParamTree file = loadYamlParams(pathOf(settings));
+    const ParamTree of_mapper = toTree(MapperParams());
+    for (const auto& [key, value] : toTree(NodeParams())) {
+      if (of_mapper.count(key) == 0) file.erase(key);
+    }
+    tree.merge(file);
   } else if (!settings.is_none()) {
     throw py::type_error("settings must be a dict or the path of a YAML file");
   }

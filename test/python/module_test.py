@@ -165,10 +165,15 @@ class Maps(unittest.TestCase):
 
     def test_settings_from_a_file(self):
         with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
-            file.write("map:\n  voxel_size_m: 0.05\n")
+            # Files of the node may be used; a misspelt key is still an error.
+            file.write("map:\n  voxel_size_m: 0.05\nposes:\n  mode: refine\n")
             file.flush()
             mapper = dtsdf_mapping.Mapper("cpu", file.name, **{"mesh/min_support": 1,
                                                                 "space/enabled": numpy.bool_(True)})
+            file.write("mpa:\n  voxel_size_m: 0.05\n")
+            file.flush()
+            with self.assertRaisesRegex(ValueError, "mpa/voxel_size_m"):
+                dtsdf_mapping.Mapper("cpu", file.name)
         self.assertAlmostEqual(mapper.settings["map/voxel_size_m"], 0.05)
         self.assertEqual(mapper.settings["mesh/min_support"], 1)
         self.assertIs(mapper.settings["space/enabled"], True)

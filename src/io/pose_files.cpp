@@ -124,6 +124,7 @@ void findAsGiven(const std::string& path, double tolerance_s, std::vector<Stampe
       const auto found = named.find(key);
       if (found == named.end()) continue;
       image.T_W_C = found->second;
+      image.missing = "the camera was lost";
       break;
     }
   }

@@ -1,6 +1,8 @@
 /// Folders of a user's own images, with poses in the formats of other programs.
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "support/recording_folder.h"
 
 namespace dtsdf {
@@ -67,6 +69,12 @@ TEST_F(OwnImages, TakePosesOfManyPrograms) {
   expectPoses("transforms.json", jsonOf("images/c_"));
   options_.poses_path = folder_ / "poses";
   EXPECT_EQ(readAll(*openRecording(options_)).size(), 3u);
+  std::string lost = "-inf";
+  for (int i = 1; i < 16; ++i) lost += " -inf";
+  writeBytes(folder_ / "poses/d_9.txt", lost);
+  const auto source = openRecording(options_);
+  EXPECT_EQ(readAll(*source).size(), 2u);
+  EXPECT_EQ(source->skipped(), (std::map<std::string, size_t>{{"the camera was lost", 1}}));
 }
 
 TEST_F(OwnImages, TakePosesOfOtherConventions) {

@@ -36,13 +36,6 @@ inline JournalWriter::Options journalOptions(const std::string& folder) {
   return options;
 }
 
-inline ParamTree settingsOf(const MapperParams& params) {
-  ParamTree tree = toTree(params);
-  tree.erase("backend");
-  tree.erase("threads");
-  return tree;
-}
-
 class JournaledMap {
  public:
   JournaledMap(const MapperParams& params, JournalWriter& journal, const PoseParams& poses = {})
@@ -85,7 +78,7 @@ class JournaledMap {
  private:
   void begin(std::shared_ptr<const MapChunks> map) {
     journal::Begin begin;
-    begin.settings = settingsOf(params_);
+    begin.settings = toTree(params_);
     begin.poses = poses_;
     begin.map_frame = "map";
     begin.level_frame = "map_level";

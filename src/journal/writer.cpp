@@ -72,6 +72,7 @@ void JournalWriter::openFile() {
       descriptor_ < 0 ? errno : writeAll(descriptor_, head.data(), head.size(), options_.write);
   whole_bytes_ = report_.bytes = head.size();
   if (error == 0) return;
+  if (descriptor_ >= 0) unlink(path_.c_str());
   if (descriptor_ >= 0) close(descriptor_);
   throw std::runtime_error("cannot write a journal to '" + printable(options_.folder) +
                            "': " + reasonOf(error) + "; set journal/folder to a writable folder");

@@ -170,6 +170,16 @@ TEST_F(Journal, OnAFullDiskStopsAndSaysSinceWhen) {
   }
 }
 
+TEST_F(Journal, LeavesNoFileIfItCannotBegin) {
+  JournalWriter::Options options = journalOptions(folder_.path());
+  options.write = [](int, const void*, size_t) -> ssize_t {
+    errno = ENOSPC;
+    return -1;
+  };
+  EXPECT_TRUE(contains(errorOf([&] { JournalWriter journal(options); }), "No space left"));
+  EXPECT_TRUE(fs::is_empty(folder_.path()));
+}
+
 /// The writer does not touch other files, and counts only journals.
 TEST_F(Journal, LeavesAllOtherFilesAlone) {
   const std::string folder = folder_ / "journals", outside = folder_ / "outside";

@@ -185,14 +185,18 @@ void JournalWriter::loop() {
     report_.lost += is_lost;
     lock.unlock();
     if (!is_lost) write(entry);
+    int sync_error = 0;
     if (std::chrono::steady_clock::now() >= synced + kSyncEvery) {
-      fdatasync(descriptor_);  // best effort
+      if (options_.sync(descriptor_) != 0) sync_error = errno;
       synced = std::chrono::steady_clock::now();
     }
     const size_t bytes = entry.bytes;
     entry = Entry();  // frees the image before its bytes are subtracted
     lock.lock();
     waiting_bytes_ -= bytes;
+    if (sync_error == 0) continue;
+    can_go_on_ = false;  // records written earlier may be missing
+    stop("cannot write '" + printable(path_) + "': " + reasonOf(sync_error));
   }
 }
 

@@ -40,6 +40,7 @@ class JournalWriter {
     size_t max_waiting = 256u << 20;  ///< Limit of JournalReport::waiting_bytes.
     /// write(2), or a replacement in tests.
     std::function<ssize_t(int descriptor, const void* data, size_t bytes)> write = ::write;
+    std::function<int(int descriptor)> sync = ::fdatasync;  ///< The same for fdatasync(2).
   };
 
   /// Creates the folder and the file. @throws std::runtime_error if it fails.
@@ -92,7 +93,7 @@ class JournalWriter {
   size_t waiting_bytes_ = 0;
   bool is_ending_ = false;
   bool is_stopped_ = false;  ///< New entries are lost until begin().
-  bool can_go_on_ = true;    ///< False once the file may end within a record.
+  bool can_go_on_ = true;    ///< False once the file may be damaged.
   uint64_t count_ = 0;
   JournalReport report_;
   std::thread thread_;

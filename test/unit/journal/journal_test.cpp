@@ -170,6 +170,25 @@ TEST_F(Journal, OnAFullDiskStopsAndSaysSinceWhen) {
   }
 }
 
+TEST_F(Journal, SaysThatTheDiskFailedLater) {
+  std::atomic<bool> fails{true};
+  JournalWriter::Options options = journalOptions(folder_.path());
+  options.sync = [&](int) {
+    errno = EIO;
+    return fails ? -1 : 0;
+  };
+  JournalWriter journal(options);
+  JournaledMap map(journaledParams(), journal);
+  for (int i = 0; i < 10000 && journal.report().problem.empty(); ++i) {
+    map.clearRegion(SphereRegion{Eigen::Vector3d::Zero(), 0.1});
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  fails = false;
+  map.clear();  // the file may lack earlier records, so a new map is not written to it either
+  EXPECT_TRUE(contains(journal.report().problem, "Input/output error")) << journal.report().problem;
+  EXPECT_FALSE(journal.written().get());
+}
+
 TEST_F(Journal, LeavesNoFileIfItCannotBegin) {
   JournalWriter::Options options = journalOptions(folder_.path());
   options.write = [](int, const void*, size_t) -> ssize_t {

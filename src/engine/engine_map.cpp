@@ -75,7 +75,7 @@ void Engine::loadForMesh() {
   }
   const size_t left = require(around);
   if (left > 0) {
-    if (!fits || pager_->stats().failures > 0) state_.refused += left;
+    state_.refused += left;
     state_.undone.insert(state_.undone.end(), marked.begin(), marked.end());
     // Blocks that stay on disk are marked again only after the last part, like all undone blocks.
     // Otherwise the parts would never end.

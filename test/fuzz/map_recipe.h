@@ -64,7 +64,7 @@ class MapRecipe {
 
   static bool isId(const uint8_t* bytes) {
     using namespace map_format;
-    for (const char* id : {kSettings, kFrame, kBox, kState, kBlocks, kColourIndex, kVoxels,
+    for (const char* id : {kSettings, kFrame, kLevel, kBox, kState, kBlocks, kColourIndex, kVoxels,
                            kColours, kFree, kEnd, "XTRA"}) {
       if (std::equal(bytes, bytes + 4, id)) return true;
     }

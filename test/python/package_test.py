@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""package_test.py [--messages]: checks that the package on sys.path is complete: it is documented, its
-stubs match the compiled part, and with --messages it contains the generated messages."""
+"""package_test.py [--messages]: checks that the package on sys.path is complete: it maps, is documented,
+its stubs match the compiled part, and with --messages it contains the generated messages."""
 import ast
 import inspect
 import os
@@ -34,6 +34,9 @@ def public(names):
 
 
 class Package(unittest.TestCase):
+    def test_it_maps(self):
+        self.assertGreater(len(map_of_wall(dtsdf_mapping).mesh().triangles), 1000)
+
     def test_everything_is_exported_and_documented(self):
         self.assertIn("Mapper", dtsdf_mapping.__all__)
         for name in dtsdf_mapping.__all__:

@@ -86,16 +86,17 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
   }
 }
 
-/// A small or large step crosses patches and quads: squares across it are not merged, all others
-/// are.
+/// A step crosses patches and quads. If it is deeper than a voxel, squares across it and beside it
+/// are not merged, all others are.
 TEST(PixelMerging, DoesNotSpanAStep) {
   const int edge = 27;  // first column on the far side
   const double x_edge = (edge - 0.5 - kIntrinsics.cx) / kIntrinsics.fx;
-  for (const double far_m : {1.045, 1.3}) {
+  for (const double far_m : {1.019, 1.021, 1.045, 1.3}) {
     const MergedImage image([&](double x, double) { return x < x_edge ? 1.0 : far_m; }, 0.02f);
     for (int v = 8; v < kHeight - 8; ++v) {
-      EXPECT_EQ(image.sideAt(26, v), 1) << far_m;
-      EXPECT_EQ(image.sideAt(27, v), 1) << far_m;
+      for (const int u : {25, 26, 27}) {
+        EXPECT_EQ(image.sideAt(u, v), far_m < 1.02 ? 4 : 1) << far_m << ", " << u;
+      }
       EXPECT_EQ(image.sideAt(8, v), 4) << far_m;
       EXPECT_EQ(image.sideAt(48, v), far_m < 1.1 ? 4 : 2) << far_m;
     }

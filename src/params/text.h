@@ -4,7 +4,6 @@
 #include <locale.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdarg>
 #include <cstdio>
 #include <locale>
@@ -33,8 +32,9 @@ inline std::string stripLeadingSlash(const std::string& frame) {
 
 /// Converts ASCII letters to lower case.
 inline std::string inLowerCase(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
+    return 'A' <= c && c <= 'Z' ? static_cast<char>(c + 'a' - 'A') : c;
+  });
   return text;
 }
 

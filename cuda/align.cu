@@ -136,7 +136,7 @@ std::vector<PackedKey> PoseAligner::keysAt(const FrameView& view, float cutoff) 
 }
 
 void PoseAligner::addMemory(MapperMemory& memory) const {
-  addScratch(memory, points_, sums_, pinned_points_);
+  addScratch(memory, points_, sums_, finished_, pinned_points_, pinned_sums_);
 }
 
 }  // namespace gpu

@@ -307,6 +307,17 @@ TEST_F(LiveMapTest, ClearingForgetsAMeshUnderWay) {
   EXPECT_TRUE(changes.blocks.empty());
 }
 
+TEST_F(LiveMapTest, ACorrectionNeedsNoMeshOfTheMapBefore) {
+  pushFrame();
+  map_.step();  // fuses
+  map_.step();  // starts the mesh
+  mapper_->fails_to_mesh = true;
+  EXPECT_EQ(map_.replaceCorrected(std::make_unique<FakeMapper>(), {}).get(), mapper_);
+  EXPECT_TRUE(changes_.take().is_whole);
+  work();
+  EXPECT_EQ(map_.flushMesh(), "");
+}
+
 TEST_F(LiveMapTest, GoesOnWithAMapThatWasLoaded) {
   pushFrame();
   work();

@@ -73,6 +73,7 @@ class FakeMapper : public Mapper {
 
   /// One triangle per changed block; the edge of its first vertex is the number of the frame.
   MeshUpdate finishMeshUpdate() override {
+    throwIf(fails_to_mesh);
     MeshUpdate update;
     for (const auto& [x, frame] : changed_) {
       const auto edge = static_cast<uint32_t>(frame);

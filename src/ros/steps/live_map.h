@@ -226,9 +226,8 @@ class LiveMap {
   /// previous mapper.
   std::unique_ptr<Mapper> replaceCorrected(std::unique_ptr<Mapper> mapper,
                                            const std::map<PackedKey, SharedBlockMesh>& mesh) {
-    if (mesh_under_way_) finishMesh();
     mapper_.swap(mapper);
-    fused_since_mesh_ = mesh_is_part_ = false;
+    mesh_under_way_ = fused_since_mesh_ = mesh_is_part_ = false;
     mesh_whole_ = true;
     mesh_stamp_ = surfaces_stamp_ = map_stamp_;
     mesh_changes_.replaceAll(mesh, mesh_stamp_);

@@ -8,8 +8,11 @@
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
+#include <std_srvs/SetBool.h>
 
+#include <chrono>
 #include <cmath>
+#include <future>
 #include <limits>
 #include <map>
 #include <set>
@@ -181,6 +184,27 @@ TEST_F(SpaceTest, BadRequestsAreAnsweredWhy) {
   const GetDistances::Response far = ask(good);
   ASSERT_TRUE(far.success) << far.message;
   EXPECT_FALSE(far.known[0]);
+}
+
+/// The transform never comes, so the query waits for input/tf_timeout_s.
+TEST_F(SpaceTest, WhileAQueryWaitsForATransformOthersAreServed) {
+  ros::ServiceClient pauses = nh_.serviceClient<std_srvs::SetBool>("/mapping/pause", true);
+  ros::ServiceClient distances = nh_.serviceClient<GetDistances>("/mapping/get_distances", true);
+  GetDistances query;
+  query.request.points = {pointOf(0.5, 0.0, 0.0)};
+  ASSERT_TRUE(distances.call(query));  // connected from here on
+  query.request.header.frame_id = "nowhere";
+  query.request.header.stamp = ros::Time::now() + ros::Duration(5.0);
+  std::future<bool> answered = std::async([&] { return distances.call(query); });
+  int served = 0;
+  std_srvs::SetBool pause;  // does not pause
+  while (answered.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+    ASSERT_TRUE(pauses.call(pause));
+    ++served;
+  }
+  EXPECT_TRUE(answered.get());
+  EXPECT_NE(query.response.message.find("'nowhere'"), std::string::npos);
+  EXPECT_GE(served, 10);
 }
 
 /// The wall is at x = 1.02 m. The answer can leave out a part of it, such as the robot's own arm.

@@ -32,9 +32,9 @@
 namespace dtsdf {
 namespace {
 
-/// Calls and corrected paths that can be served at once, such as a correction, save_mesh, and a
-/// path that replaces a waiting correction.
-constexpr int kServiceThreads = 3;
+/// Calls and corrected paths that can be served at once, such as a correction, save_mesh, a path
+/// that replaces a waiting correction, and a planner's query.
+constexpr int kServiceThreads = 4;
 /// Interval at which the transform of a waiting frame is looked up.
 constexpr std::chrono::milliseconds kTransformPoll{5};
 /// Longest sleep of the input's thread; a message wakes it.
@@ -50,9 +50,9 @@ NodeParams readParams(const ros::NodeHandle& private_nh) {
 }
 
 /// The threads are dtsdf_input (messages, poses), dtsdf_map (fusion, mesh), dtsdf_output
-/// (publishing) and three named dtsdf_service. The threads of the caller's node handles publish the
-/// status and serve pause and get_distances. Calls that wait for a loop rethrow its exceptions, and
-/// throw std::future_error once the loops have stopped.
+/// (publishing) and four named dtsdf_service. The threads of the caller's node handles publish the
+/// status and serve pause. Calls that wait for a loop rethrow its exceptions, and throw
+/// std::future_error once the loops have stopped.
 class Pipeline {
  public:
   Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)

@@ -92,7 +92,7 @@ class Pipeline {
   void start(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
     const std::string& name = private_nh.getNamespace();
     const Handles handles{private_nh, services_.serve(private_nh), input_.serve(nh),
-                          name.substr(0, name.rfind('/'))};
+                          map_loop_.serve(nh), name.substr(0, name.rfind('/'))};
     addStreams(handles.input, handles.ns);
     steps_ = makeSteps(host_);
     for (const auto& step : steps_) step->advertise(handles);

@@ -24,6 +24,7 @@ namespace dtsdf {
 
 /// Levels the map as map/level says. Frames are dropped until the floor or gravity is known. The
 /// level then stays fixed until a map with its own level is loaded. It is published on /tf_static.
+/// Map's thread only, so that the IMU cannot overwrite the level of a map loaded meanwhile.
 class LevelStep : public Step {
  public:
   LevelStep(const NodeParams& params, const Transforms& transforms, MapFrame& frame)
@@ -43,7 +44,7 @@ class LevelStep : public Step {
           guarded("imu", [&] { add(*imu); });
           if (isKnown()) imu_.shutdown();
         };
-    ros::NodeHandle nh = handles.input;
+    ros::NodeHandle nh = handles.map;
     imu_ = nh.subscribe<sensor_msgs::Imu>(handles.ns + "/imu", kImuQueue, callback);
   }
 
@@ -59,7 +60,6 @@ class LevelStep : public Step {
     if (loaded != nullptr && loaded->T_W_M && frame_.isLevelled()) set(*loaded->T_W_M);
   }
 
-  /// Input's thread.
   void add(const sensor_msgs::Imu& imu) {
     if (isKnown()) return;
     const std::optional<InertialSample> sample = sampleOf(imu);
@@ -124,8 +124,7 @@ class LevelStep : public Step {
   const NodeParams& params_;
   const Transforms& transforms_;
   MapFrame& frame_;
-  FloorSearch floor_;  ///< Map's thread only.
-  // Input's thread only.
+  FloorSearch floor_;
   StillGravity gravity_;
   std::optional<Eigen::Vector3d> up_I_;  ///< In the sensor's frame; waits for its transform.
   std_msgs::Header measured_;            ///< Frame and stamp of up_I_.

@@ -63,11 +63,13 @@ struct Host {
   std::atomic<bool>& is_ending;  ///< Waiting calls give up if it is set.
 };
 
-/// Node handles for callbacks on different threads; all but `input` in the private namespace.
+/// Node handles for callbacks on different threads; all but `input` and `map` in the private
+/// namespace.
 struct Handles {
   ros::NodeHandle prompt;   ///< On the threads of the nodelet manager or node: must not wait.
   ros::NodeHandle waiting;  ///< On the service threads: may wait.
   ros::NodeHandle input;    ///< On the input's thread, in the namespace of the node.
+  ros::NodeHandle map;      ///< On the map's thread, in the namespace of the node.
   std::string ns;           ///< Namespace of node and input topics; empty for the root.
 };
 

@@ -369,13 +369,12 @@ class Running(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             tum, bag = os.path.join(folder, "tum"), os.path.join(folder, "tum.bag")
             write_tum_folder(tum)
-            with open(os.path.join(tum, "camera_info.yaml"), "w", encoding="ascii") as file:
-                file.write("{image_width: 640, image_height: 480, camera_matrix: "
-                           "{data: [525, 0, 319.5, 0, 525, 239.5, 0, 0, 1]}}\n")
-            with open(os.path.join(tum, "rgb.txt"), "w", encoding="ascii") as file:
-                file.write("1305031102.16 rgb.png\n")
-            with open(os.path.join(tum, "rgb.png"), "wb") as file:
-                file.write(tum_folder.png([bytes(640 * 3)] * 480, bits=8, channels=3))
+            for name, data in (
+                    ("camera_info.yaml", b"{image_width: 640, image_height: 480, camera_matrix: "
+                                         b"{data: [525, 0, 319.5, 0, 525, 239.5, 0, 0, 1]}}"),
+                    ("rgb.txt", b"1305031102.16 rgb.png"),
+                    ("rgb.png", tum_folder.png([bytes(1920)] * 480, bits=8, channels=3))):
+                pathlib.Path(tum, name).write_bytes(data)
             subprocess.run([os.path.join(SOURCE, "scripts", "tum_to_bag"), tum, bag], check=True,
                            stdout=subprocess.DEVNULL)
             with rosbag.Bag(bag) as written:

@@ -191,7 +191,6 @@ TEST_F(SpaceTest, WhileAQueryWaitsForATransformOthersAreServed) {
   ros::ServiceClient pauses = nh_.serviceClient<std_srvs::SetBool>("/mapping/pause", true);
   ros::ServiceClient distances = nh_.serviceClient<GetDistances>("/mapping/get_distances", true);
   GetDistances query;
-  query.request.points = {pointOf(0.5, 0.0, 0.0)};
   ASSERT_TRUE(distances.call(query));  // connected from here on
   query.request.header.frame_id = "nowhere";
   query.request.header.stamp = ros::Time::now() + ros::Duration(5.0);

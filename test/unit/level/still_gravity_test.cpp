@@ -47,15 +47,13 @@ TEST(StillGravity, NeedsEnoughSamples) {
   EXPECT_TRUE(feed(gravity, 10.0, 1.5, 50.0, kGravity * kUp));
 }
 
-TEST(StillGravity, IsFoundAtAnyRate) {
-  for (const double rate_hz : {1000.0, 5000.0, 20000.0}) {
-    StillGravity gravity;
-    bool is_found = false;
-    for (int i = 0; i < 1.5 * rate_hz; ++i) {
-      is_found = gravity.add({i / rate_hz, kGravity * kUp, {}}) || is_found;
-    }
-    EXPECT_TRUE(is_found) << rate_hz;
+TEST(StillGravity, IsFoundAtAHighRate) {
+  StillGravity gravity;
+  bool is_found = false;
+  for (int i = 0; i < 30000; ++i) {
+    is_found = gravity.add({i / 20000.0, kGravity * kUp, {}}) || is_found;
   }
+  EXPECT_TRUE(is_found);
 }
 
 TEST(StillGravity, IsNoneInMotion) {

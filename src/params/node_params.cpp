@@ -75,7 +75,7 @@ void checkPoses(const NodeParams& node, ParamReader& reader) {
 }  // namespace
 
 void resolveMemoryFrames(const PoseParams& poses, FusionParams& fusion) {
-  // With 20, a removed surface could outlast 30 frames, since blocks are cleared in turns.
+  // With 20, a removed surface could outlast 28 frames, since blocks are checked in turns of four.
   constexpr int kFramesOfAlignedPoses = 19;
   if (fusion.memory_frames > 0 || poses.mode == PoseMode::kTf) return;
   fusion.memory_frames = kFramesOfAlignedPoses;

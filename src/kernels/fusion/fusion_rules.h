@@ -36,7 +36,7 @@ struct FusionRules {
   int32_t contradiction_cost = 2;
   /// Largest magnitude of evidence: fusion/memory_frames supports. With eight, a removed object
   /// vanishes within 12 frames that see through it, and a new one appears after 10, whatever was
-  /// there before. With nineteen, within 30 (as blocks are checked in turns) and after 21.
+  /// there before. With nineteen, within 28 (32 if the mesh needs one frame only) and after 21.
   int32_t max_evidence{24};  // not set directly: follows from the setting
 
   /// Distance in voxels that free space keeps from a measured surface, in addition to its noise.

@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// Median, p95 and worst exclude the first frame, which allocates all memory.
+/// Median, p95 and worst exclude the first frame, which allocates memory, except in `fusion_ms`.
 std::string reportMeasurement(const Measurement& measurement);
 
 /// Frame times per GiB of the map, to show whether they stay constant.

@@ -27,7 +27,7 @@ double depthOf(double x_m, double slope_x, double slope_y) {
   return depth_m;
 }
 
-/// Bytes mapped so far: in memory, on disk and dropped. All blocks take about the same here.
+/// Bytes mapped so far: in memory, on disk and dropped. Dropped blocks count with the mean size.
 size_t mappedBytes(const MapStats& map) {
   if (map.blocks == 0) return 0;
   return map.map_bytes + map.pages.bytes +

@@ -58,7 +58,7 @@ void measureStages(const std::vector<SourceFrame>& frames, const MapperParams& p
   mapper->profileTo(nullptr);
 }
 
-/// Calls for a GPU return early, but each waits for the frame before.
+/// On a GPU, integrate() returns before its frame is done, but first waits for the previous one.
 void measureFusion(const std::vector<SourceFrame>& frames, const MapperParams& params,
                    const Rules& rules, const std::function<void(size_t)>& show_progress,
                    Measurement& result) {

@@ -1,4 +1,4 @@
-/// The runs of `benchmark`: a frame's total time, and its time by stages.
+/// The runs of `benchmark`: total times, and then times by stage (CPU) or of fusion alone (GPU).
 #pragma once
 
 #include <functional>
@@ -9,24 +9,24 @@
 
 namespace dtsdf {
 
-/// Wall time of one frame, with nothing else going on.
+/// Times of one frame, and memory after it.
 struct FrameTime {
   double call_ms = 0.0;       ///< integrate() alone; a GPU does most of the work later.
   double total_ms = 0.0;      ///< From the call until the device has updated the mesh.
   double processor_ms = 0.0;  ///< CPU time of all threads in total_ms, including waits for the
                               ///< device.
-  double fetch_ms = 0.0;      ///< From then until the changed meshes are fetched.
-  double distances_ms = 0.0;  ///< Update of the distances after that; 0: no space.
+  double fetch_ms = 0.0;      ///< After total_ms, until the changed meshes are fetched.
+  double distances_ms = 0.0;  ///< Update of distances after fetching; 0 without space.
   size_t map_bytes = 0;       ///< Size of the map after the frame.
-  size_t mapped_bytes = 0;    ///< In a flight: including dropped and paged blocks.
-  bool on_return = false;     ///< In a flight: mapped_bytes is that of the way out at this place.
+  size_t mapped_bytes = 0;    ///< In a flight: map_bytes plus paged and dropped blocks.
+  bool on_return = false;     ///< On the way back; mapped_bytes is then as on the way out.
   size_t resident_bytes = 0;  ///< In a flight: memory of the process after the frame.
 };
 
 struct Measurement {
   std::string backend_name;
   std::vector<FrameTime> frames;  ///< Without a profile.
-  std::vector<double> fusion_ms;  ///< On a GPU: of a separate run without meshes.
+  std::vector<double> fusion_ms;  ///< On a GPU: one per frame, from a separate run without meshes.
   std::vector<Profile> stages;    ///< On a CPU: one per frame, from a separate run.
   MapStats map;
   MapperMemory memory;
@@ -39,8 +39,8 @@ struct Measurement {
 FrameTime timeFrame(ProbedMapper& mapper, const DepthFrame& frame,
                     const std::function<void(const MeshUpdate&)>& use);
 
-/// Measures frames that are in memory, with a mesh update after each. Each run has its own map.
-/// @throws std::runtime_error if a frame cannot be fused.
+/// Measures frames that are in memory. Each run has its own map.
+/// @throws std::runtime_error if there are no frames, one cannot be fused, or the map is full.
 Measurement measure(const std::vector<SourceFrame>& frames, const MapperParams& params,
                     const Rules& rules, const std::function<void(size_t)>& show_progress);
 

@@ -1,4 +1,4 @@
-/// Recorded depth frames in one raw file, for machines without the package's image libraries.
+/// Recorded depth frames as raw images, for machines without the package's image libraries.
 ///
 /// NAME.raw holds the 16-bit images. NAME.txt holds a line `width height fx fy cx cy unit_m`, then
 /// one line per frame with the first three rows of T_W_C. The test program pack_frames writes them.
@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-/// @throws std::runtime_error if the files cannot be read.
+/// @throws std::runtime_error if the files cannot be read; next() also if NAME.raw is too short.
 std::unique_ptr<FrameSource> openRawFrames(const std::string& path_without_suffix,
                                            const FrameSelection& selection);
 

@@ -12,7 +12,7 @@ namespace dtsdf {
 /// Two vertices, the smaller index first.
 using MeshEdge = std::array<uint32_t, 2>;
 
-/// Edges of one triangle only, by vertex index: nothing is welded.
+/// Edges of one triangle only; vertices at the same position are not merged.
 std::vector<MeshEdge> boundaryEdges(const TriangleMesh& mesh);
 
 /// The border of a surface, with vertices at the same position merged.

@@ -15,7 +15,7 @@ struct ViewCamera {
   int width = 640;
   int height = 480;
 
-  /// Pixels of an image, which are stored row by row.
+  /// Number of pixels, and index of a pixel in row-major order.
   size_t pixelCount() const { return static_cast<size_t>(width) * static_cast<size_t>(height); }
   size_t pixelAt(int u, int v) const {
     return static_cast<size_t>(v) * static_cast<size_t>(width) + static_cast<size_t>(u);
@@ -38,8 +38,8 @@ enum class OrbitShape {
 /// @throws std::invalid_argument for an unknown name.
 OrbitShape orbitShapeFromName(const std::string& name);
 
-/// Poses of the optical frame (x right, y down, z forward) on the trajectory. All look at the
-/// origin from `radius_m`; y is up in W.
+/// Poses of the optical frame (x right, y down, z forward) on the trajectory; for kHand, on the
+/// circle. All look at the origin from `radius_m`; y is up in W.
 std::vector<Eigen::Isometry3d> orbitPoses(OrbitShape shape, size_t count, double radius_m);
 
 /// The views of a recording.

@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// Over area-uniform samples of the reconstruction.
+/// Errors of colour at area-uniform samples of the reconstruction.
 struct ColourEvaluation {
   size_t samples = 0;
   double rmse_rgb = 0.0;  ///< Over all channels, from 0 to 255.
@@ -16,7 +16,7 @@ struct ColourEvaluation {
 };
 
 /// Compares with the ground truth, coloured by `texture`; ignores samples farther than 50 mm from
-/// it.
+/// the ground truth.
 /// @throws std::runtime_error if a mesh does not have the colours that are compared.
 ColourEvaluation evaluateColours(const TriangleMesh& reconstruction,
                                  const TriangleMesh& ground_truth, Texture texture, size_t samples);

@@ -12,10 +12,10 @@ namespace dtsdf {
 /// Collects the differences between measured depth and a mesh's, pixel by pixel.
 class DepthComparison {
  public:
-  /// Takes every `stride`-th pixel of each row and column.
+  /// Compares every `stride`-th pixel of every `stride`-th row.
   explicit DepthComparison(int stride) : stride_(stride) {}
 
-  /// Adds one image; both are row-major, in metres, 0 for no depth.
+  /// Adds one image and the mesh's depth there: row-major, in metres, 0 for no depth.
   void add(const std::vector<float>& measured_m, const std::vector<float>& predicted_m,
            const ViewCamera& camera);
 
@@ -31,7 +31,7 @@ class DepthComparison {
   int stride_;
   size_t images_ = 0, measured_ = 0;
   std::vector<double> behind_m_;       ///< Predicted - measured, of each covered pixel.
-  std::vector<double> behind_shares_;  ///< As shares of the measured depth.
+  std::vector<double> behind_shares_;  ///< behind_m_ over the measured depth.
 };
 
 }  // namespace dtsdf

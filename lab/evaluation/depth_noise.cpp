@@ -19,7 +19,7 @@ constexpr double kDisparityStep_px = 0.125;
 
 constexpr double kLossAtEdge = 0.5;
 
-/// No pixel is lost below the first angle, all beyond the second, and a linear share in between.
+/// Away from depth edges, the probability that a pixel is lost grows linearly from 0 to 1.
 constexpr double kFirstLostAngle_rad = 1.22;  // 70 degrees
 constexpr double kLastSeenAngle_rad = 1.45;   // 83 degrees
 
@@ -33,7 +33,7 @@ class NoisySensor {
       : view_(view), camera_(camera), noise_(noise) {}
 
   float measure(int u, int v, Random& random) const {
-    // Every pixel draws the same number of times, so that its noise does not depend on the others'.
+    // Every pixel draws the same number of values, so that its noise depends on no other pixel.
     const double step_u = random.normal(), step_v = random.normal(), along = random.normal();
     const double luck = random.uniform();
     if (noise_ == DepthNoise::kKinect) {
@@ -117,7 +117,7 @@ double lateralSigma(double angle_rad) {
 
 namespace {
 
-/// Applies the noise to each pixel of what the sensor sees.
+/// Applies the noise model to each pixel of the view.
 std::vector<float> addPixelNoise(const DepthView& view, const ViewCamera& camera, DepthNoise noise,
                                  uint64_t seed) {
   const NoisySensor sensor(view, camera, noise);

@@ -12,8 +12,7 @@ using Eigen::Vector3d;
 
 constexpr int kStride_px = 6;  // some 8000 points of an image of 640 x 480
 constexpr double kFarthestShare = 0.05, kFarthest_m = 0.1;
-/// At first the bound is wider by this factor: a map may be farther from the recorded pose,
-/// especially where a wall is seen from close by.
+/// The first bound is wider by this factor: an image may be far from the mesh at its recorded pose.
 constexpr double kFirstReach = 4.0;
 constexpr size_t kFewestPoints = 50;
 

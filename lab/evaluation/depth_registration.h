@@ -9,11 +9,12 @@
 namespace dtsdf {
 
 /// The pose at which an image fits the mesh best, after `steps` Gauss-Newton steps on the distances
-/// of measured points from the triangles that their rays hit. Pixels farther from the mesh than a
-/// bound do not count, and those near the bound count little. The bound halves with each step, from
-/// 20 % of the depth, or 0.4 m, to 5 %, or 0.1 m. The image does not move in directions that the
-/// mesh does not constrain, as along a single wall, and keeps its pose if fewer than 50 points
-/// count. The depth is row-major, in metres; 0: no depth.
+/// of measured points from the planes of the triangles that their rays hit. Pixels whose depth is
+/// off by more than a bound do not count, and those near the bound count little. The bound is 20 %
+/// of the depth, at most 0.4 m, in the first step, half of that in the second, and a quarter in all
+/// later ones. The image does not move in directions that the mesh does not constrain, such as
+/// along a single wall. If fewer than 50 points count in any step, `T_W_C` is returned. The depth
+/// is row-major, in metres; 0: no depth.
 Eigen::Isometry3d registerDepth(const MeshScene& scene, const ViewCamera& camera,
                                 const std::vector<float>& depth_m, const Eigen::Isometry3d& T_W_C,
                                 int steps);

@@ -29,7 +29,7 @@ std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m);
 /// from several threads at once.
 class TumWriter {
  public:
-  /// Creates the folder, for images at `rate_hz`. With colour poses it also has as many colour
+  /// Creates the folder, for images at `rate_hz`. With colour poses, it also has that many colour
   /// images, each taken half a period after the depth image of the same number.
   /// @throws std::runtime_error if it cannot be created.
   TumWriter(const std::string& directory, const ViewCamera& camera,

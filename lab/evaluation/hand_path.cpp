@@ -21,12 +21,12 @@ struct Swing {
   double amplitude, frequency_hz;
 };
 
-/// In metres: circles of the hand, steps, tremor.
+/// Shifts in metres: circles of the hand, steps, tremor.
 constexpr Swing kSways_m[] = {{0, 0.12, 0.31},  {1, 0.12, 0.31}, {2, 0.06, 0.23},
                               {1, 0.012, 1.8},  {0, 0.008, 0.9}, {0, 0.0008, 6.1},
                               {1, 0.0008, 7.3}, {2, 0.0008, 5.2}};
 
-/// In degrees: looking up and down, looking around, roll, steps, tremor.
+/// Turns in degrees: looking up and down, looking around, roll, steps, tremor.
 constexpr Swing kTurns_deg[] = {{0, 8.0, 0.17}, {1, 20.0, 0.13}, {2, 15.0, 0.21}, {2, 1.0, 1.8},
                                 {0, 0.15, 6.7}, {1, 0.15, 5.9},  {2, 0.15, 7.7}};
 
@@ -56,7 +56,7 @@ class Swings {
   std::vector<double> phases_;
 };
 
-/// A closed loop through poses, by arc length; positions follow a Catmull-Rom spline.
+/// A closed Catmull-Rom spline through poses, parametrised by the lengths of its chords.
 class Loop {
  public:
   explicit Loop(const std::vector<Isometry3d>& through_T_W_C) : poses_(through_T_W_C) {
@@ -90,7 +90,7 @@ class Loop {
   const Isometry3d& pose(size_t i) const { return poses_[i % poses_.size()]; }
 
   std::vector<Isometry3d> poses_;
-  std::vector<double> ends_m_;  ///< Length of the loop up to each pose, and its total.
+  std::vector<double> ends_m_;  ///< Sum of the chords up to each pose, and of all.
 };
 
 }  // namespace

@@ -15,8 +15,8 @@ struct HandPath {
   uint64_t seed = 1;
 };
 
-/// Poses of a camera that is carried along a closed loop through the given poses at half walking
-/// speed, with steps, tremor, roll and circles of the hand, while it looks around.
+/// Poses of a camera that is carried along a closed loop through the given poses at 0.5 m/s, with
+/// steps, tremor, roll and circles of the hand, while it looks around.
 /// @throws std::invalid_argument for fewer than two poses, or if all are in one place.
 std::vector<Eigen::Isometry3d> handPoses(const std::vector<Eigen::Isometry3d>& through_T_W_C,
                                          const HandPath& path);

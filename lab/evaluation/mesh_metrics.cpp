@@ -71,7 +71,7 @@ std::vector<Eigen::Vector3f> select(const std::vector<Eigen::Vector3f>& points,
 }
 
 /// 0 .. count-1 in steps of about the golden section, so that the first few views look from all
-/// sides and few samples are left for the others.
+/// sides and leave few samples for the others to test.
 std::vector<size_t> spreadOrder(size_t count) {
   size_t step = std::max<size_t>(1, static_cast<size_t>(0.618034 * static_cast<double>(count)));
   while (std::gcd(step, count) != 1) ++step;
@@ -94,7 +94,7 @@ class View {
 
   bool sees(const MeshScene& surface, const Eigen::Vector3f& p_W,
             const Eigen::Vector3f& normal_W) const {
-    // Rays end this share before the point, so that it does not hide itself.
+    // Rays end this fraction of their length before the point, so that it does not hide itself.
     constexpr float kMargin = 5.0e-5f;
     constexpr float kFlattestCosine = 0.05f;
     const Eigen::Vector3f view_W = eye_W_ - p_W;

@@ -23,7 +23,7 @@ struct MeshTopology {
   size_t vertices = 0, triangles = 0;
   size_t boundary_edges = 0;  ///< Edges of one triangle.
   size_t border_edges = 0;    ///< Edges of one triangle, after merging.
-  size_t small_holes = 0;     ///< Closed loops of 3 to 16 border edges.
+  size_t small_holes = 0;     ///< Closed loops in connected sets of 3 to 16 border edges.
   size_t components = 0;      ///< Sets of triangles joined by vertices.
 };
 
@@ -36,7 +36,7 @@ std::string toJson(const MeshTopology& topology);
 struct FScore {
   double threshold_m;
   double precision;  ///< Share of the reconstruction's samples near the ground truth.
-  double recall;     ///< Share of the seen ground truth's samples near the reconstruction.
+  double recall;     ///< Share of the samples of the seen ground truth near the reconstruction.
   double f_score;
 };
 

@@ -40,8 +40,8 @@ class MeshScene {
   std::optional<RayHit> intersect(const Eigen::Vector3f& origin,
                                   const Eigen::Vector3f& direction) const;
 
-  /// Whether no surface crosses the open segment between two points; `margin` is the share of its
-  /// length that is ignored at the end.
+  /// Whether no surface crosses the open segment between two points; `margin` is the fraction of
+  /// its length that is ignored at its end.
   bool isFree(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float margin) const;
 
   ClosestPoint closestPoint(const Eigen::Vector3f& p) const;

@@ -21,7 +21,7 @@ namespace dtsdf {
 /// area sees the second.
 float mixDepths(float own_m, float other_m, float other_share);
 
-/// The depth image with mixed pixels: up to half of each pixel at an edge sees that one of its four
+/// The depth image with mixed pixels: up to half of each pixel at an edge sees the one of its four
 /// neighbours whose depth differs most. Pixels without a surface do not mix with others, since they
 /// return no light.
 std::vector<float> mixPixels(const std::vector<float>& depth_m, const ViewCamera& camera,

@@ -10,7 +10,7 @@ namespace dtsdf {
 
 using Colour = std::array<uint8_t, 3>;  ///< RGB.
 
-/// From light grey (no error) through yellow and orange to dark red (full scale and beyond).
+/// A colour from light grey (no error) through yellow and orange to dark red (`scale_m` or more).
 Colour errorColour(double error_m, double scale_m);
 
 /// Colours the mesh's vertices by error.

@@ -90,8 +90,8 @@ std::vector<Eigen::Isometry3d> everyNth(const std::vector<Eigen::Isometry3d>& al
   return poses_W_C;
 }
 
-/// In a hand, each colour image is taken half a period after depth, from the hand's pose at that
-/// time.
+/// A hand-held path: each colour image is taken half a period after its depth image, from the pose
+/// at that time.
 CameraPath handPath(const RenderOrbitOptions& options) {
   constexpr double kRate_hz = 30.0;
   constexpr size_t kPosesOfCircle = 40;

@@ -11,7 +11,7 @@
 namespace dtsdf {
 
 /// The truth about a scene that cameras see. A surface point counts as seen if it lies in some
-/// image with nothing in front of it.
+/// image, 3 pixels from its border, with nothing in front of it.
 class SpaceTruth {
  public:
   explicit SpaceTruth(ViewedScene viewed) : viewed_(std::move(viewed)) {}
@@ -48,7 +48,7 @@ struct SpaceFigures {
   size_t looked_at = 0;       ///< Cells that the map calls free, of those compared.
   size_t taken = 0;           ///< Of these: cells that a solid reaches into.
   size_t unseen = 0;          ///< Of these: cells that no view sees through as a whole.
-  size_t truly_free = 0;      ///< Random cells that are truly free, as a view shows.
+  size_t truly_free = 0;      ///< Random cells without solids that a view sees through.
   size_t found_free = 0;      ///< Of these: cells that the map calls free.
 };
 

@@ -28,7 +28,7 @@ Scene makeShapes() {
   return scene;
 }
 
-/// Once around the middle, looking across it, and once more, looking outwards.
+/// Two laps around the middle: the camera looks across it on the first, and outwards on the second.
 std::vector<Eigen::Isometry3d> posesInShapes() {
   constexpr int kPerLap = 48;
   std::vector<Eigen::Isometry3d> poses_W_C;

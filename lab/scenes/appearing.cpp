@@ -22,7 +22,7 @@ std::vector<Figure> measure(const SceneSetup& setup, double front_m, int frames)
   map.watch(scene, roomCamera(setup), eye, frames);
   const Points front = pointsOnRectangle(Vector3d(0.0, 0.0, front_m), {0.5 * kSide_m, 0.0, 0.0},
                                          {0.0, 0.5 * kSide_m, 0.0}, 0.005);
-  // A rim is seen to a pixel at best.
+  // An image shows a rim to a pixel at best.
   const double within_m = std::max(setup.voxel(), (front_m - kEye_m) / roomCamera(setup).focal_px);
   return {atLeast("there after " + std::to_string(frames) + " frames", 95.0, "%",
                   coveredPercent(front, map.surface(), within_m))};

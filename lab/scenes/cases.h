@@ -17,7 +17,7 @@ void addAppearingCases(std::vector<SceneCase>& cases);
 /// Slats narrower than two voxels, seen from the front only, are there and not too wide.
 void addSlatCases(std::vector<SceneCase>& cases);
 
-/// What no frame contradicts stays: if out of view, not measured, or thinner than a pixel.
+/// Surfaces that no frame contradicts stay: out of view, not measured, or thinner than a pixel.
 void addUncontradictedCases(std::vector<SceneCase>& cases);
 
 /// Clearing removes no surface if poses are slightly wrong.

@@ -12,15 +12,15 @@ using Eigen::Vector3d;
 /// Small images, since only the number of frames matters.
 SceneCamera watchingCamera() { return {80, 60, 65.0}; }
 
-/// A path through the room that never returns to a place and stays in view: what no frame looks
-/// through again would rightly stay.
+/// A path through the room that stays in view: surfaces that no later frame looks through would
+/// rightly stay.
 Vector3d placeOf(int i) {
   return {0.3 + 0.45 * std::sin(0.0311 * i), 0.15 + 0.2 * std::sin(0.0173 * i),
           0.3 + 0.4 * std::sin(0.0233 * i)};
 }
 
 /// A camera in a corner of a room watches a box move around. Compares the first quarter of the
-/// frames with the last.
+/// frames with the last quarter.
 std::vector<Figure> measure(const SceneSetup& setup, int frames) {
   Scene room;
   room.add(Room{Vector3d(-1.2037, -0.9037, -1.2037), Vector3d(1.2037, 0.9037, 1.2037)});

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kBoardSide_m = 0.5;
 constexpr int kViews = 40;
-constexpr double kNoise = 1.5e-3;  // standard deviation at 1 m, which grows with z^2
+constexpr double kNoise = 1.5e-3;  // standard deviation in metres at 1 m; it grows with z^2
 
 /// A board at `gap_m` in front of a wall and at `distance_m` from the camera.
 struct Step {
@@ -29,7 +29,7 @@ SceneCamera stepCamera(const Step& step) {
   return {240, 180, step.distance_m < 2.0 ? 262.5 : 525.0};
 }
 
-/// Each pixel in a ring of one pixel behind an edge gets a depth between both sides.
+/// Gives each pixel of the far side that touches an edge a random depth between both sides.
 void mixPixels(SceneView& view, double gap_m, Random& random) {
   const SceneView clean = view;
   for (int v = 1; v + 1 < view.camera.height; ++v) {
@@ -79,7 +79,7 @@ std::vector<Figure> measureBridge(const SceneSetup& setup, const Step& step) {
                  100.0 * areaOf(bridge) / skirt_m2)};
 }
 
-/// Whether any point between both is far enough from them to count as a bridge.
+/// Whether any point between board and wall is far enough from both to count as a bridge.
 bool hasMiddle(const SceneSetup& setup, const Step& step) {
   const double noise_m = step.noisy ? 6.0 * step.sigma_m() : 0.0;
   return step.gap_m > 4.0 * setup.voxel() + noise_m + 1e-9;

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Off the planes of the grid at any voxel size.
+/// Position of the wall, off the planes of the grid.
 constexpr double kNearWall_m = 0.0037;
 
 std::vector<Figure> measure(const SceneSetup& setup, const std::vector<double>& distances_m) {

@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 constexpr double kSheet_m = 2.3 + kOff_m, kBehindSheet_m = 2.8 + kOff_m;
 constexpr double kSweep_m = 0.2;
 constexpr int kSights = 40;
-/// Off the planes of the grid by a different length along each axis, so that no two sides are
-/// alike.
+/// Centre of a sheet: off the planes of the grid by a different length along each axis, so that no
+/// two sides are alike.
 const Vector2d kOffGrid_m(kOff_m, 0.0061);
 
 /// How far each side of a rectangle lies outside its true position.
@@ -56,7 +56,7 @@ struct SightError {
   double outline_px, pose_m;
 };
 
-/// Kinect pixels, as many as the board needs.
+/// Pixels as of a Kinect, as many as the board needs.
 SceneCamera sightCamera() { return {240, 150, 525.0}; }
 
 /// Draws errors of the left and right sides for each row of an image, and of the other two for each
@@ -103,7 +103,7 @@ SceneView lookAtSheet(const Sheet& sheet, const Vector3d& eye, double outline_px
   return view;
 }
 
-/// Errors of poses. Their mean is subtracted, since it is not an error of the map.
+/// Errors of poses with a mean of 0: a common shift would only move the map.
 std::vector<Vector3d> drawShifts(double sigma_m, Random& random) {
   std::vector<Vector3d> shifts;
   for (int i = 0; i < kSights; ++i) {

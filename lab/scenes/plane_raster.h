@@ -11,7 +11,7 @@
 namespace dtsdf {
 
 /// One point in each cell of a grid over a rectangle. Its position in the cell differs in each row
-/// and column, so that an edge along the grid cuts off the right share.
+/// and column, so that an edge along the grid cuts off the right fraction of them.
 class PlaneRaster {
  public:
   PlaneRaster(const Eigen::AlignedBox2d& area, double cell_m);
@@ -28,7 +28,7 @@ class PlaneRaster {
   const Eigen::Vector2d low_;
   const double cell_m_;
   const int columns_, rows_;
-  std::vector<uint8_t> is_covered_;  ///< Row by row.
+  std::vector<uint8_t> is_covered_;  ///< In row-major order.
 };
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// prove_scenes: prints how much of analytic scenes a map holds, with the bounds it must keep.
+/// prove_scenes: fuses analytic scenes, and prints figures of the maps with their bounds.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -16,7 +16,7 @@ double leftPercent(const Scene& truth, const SceneSetup& setup, SceneMap& map, d
   return 100.0 * areaAwayFrom(truth, 2.0 * setup.voxel(), map.surface()) / was_m2;
 }
 
-/// Two figures: what is left after ten more frames, and after twenty more.
+/// Two figures: what is left after 10 and after 30 frames without the object.
 template <class Watch>
 std::vector<Figure> watchItGo(SceneMap& map, const SceneSetup& setup, const Scene& truth,
                               double was_m2, const Watch& watch) {
@@ -27,8 +27,8 @@ std::vector<Figure> watchItGo(SceneMap& map, const SceneSetup& setup, const Scen
           atMost("left after 30 frames", 2.0, "%", leftPercent(truth, setup, map, was_m2))};
 }
 
-/// A board in front of a wall is seen from a distance for `frames` frames, then removed, and the
-/// wall is seen from 3 m. More than 30 frames are repetitions of one image.
+/// A map of a board in front of a wall, seen from `distance_m` in `frames` frames. More than 30
+/// frames are repetitions of one image.
 SceneMap showBoard(const SceneSetup& setup, const Scene& wall, double distance_m, int frames) {
   Scene scene = wall;
   scene.add(boardAt(0.0, 0.0, kBoardFront_m, kRemovedSide_m, kRemovedSide_m));

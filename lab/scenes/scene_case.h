@@ -31,7 +31,7 @@ struct Figure {
   double most = std::numeric_limits<double>::infinity();
 
   bool isBounded() const { return std::isfinite(least) || std::isfinite(most); }
-  /// NaN keeps no bound.
+  /// NaN breaks every bound.
   bool holds() const { return !isBounded() || (value >= least && value <= most); }
 };
 

@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-/// Offset of shapes from the planes of the grid, at any voxel size.
+/// Offset of shapes from the planes of the grid.
 constexpr double kOff_m = 0.0037;
 
 /// A camera with square pixels and its principal point in the image's middle.
@@ -24,7 +24,7 @@ struct SceneCamera {
 /// pixels across.
 SceneCamera roomCamera(const SceneSetup& setup);
 
-/// The room camera's view with a quarter of the pixels, whatever the setup, for long runs.
+/// The room camera's default view with a quarter of the pixels, for long runs.
 SceneCamera coarseCamera();
 
 /// A depth image in metres with its camera and pose.

@@ -15,8 +15,8 @@ constexpr double kLength_m = 0.2, kThickness_m = 0.002;
 constexpr double kSpacing_m = 0.08;  // between the middles of slats
 constexpr double kPi = 3.14159265358979323846;
 
-/// Orientation of slats: turned in the image, tilted in depth, and off the grid's planes by a share
-/// of a voxel along each axis.
+/// Orientation of slats: turned in the image, tilted in depth, and off the grid's planes by a
+/// fraction of a voxel along each axis.
 struct Stand {
   const char* name;
   double roll_deg, tilt_deg, off_voxels;
@@ -81,7 +81,7 @@ class SlatMesh {
     return longest;
   }
   bool isThere() const { return sum() > 0.0; }
-  /// Area per length, over the bins that have any.
+  /// Area per length, over the bins that contain any area.
   double meanWidth_mm() const {
     const auto there =
         std::count_if(area_m2_.begin(), area_m2_.end(), [](double area) { return area > 0.0; });
@@ -102,8 +102,8 @@ class SlatMesh {
   std::vector<double> area_m2_ = std::vector<double>(kBins, 0.0);
 };
 
-/// With voxels of up to 10 mm the area is right; with larger ones the slat has no gap and is no
-/// wider than a voxel.
+/// Each slat has no gap and is no wider than it should be, or than a voxel. With voxels of up to
+/// 10 mm, its area is right, too.
 std::vector<Figure> measureStand(const SceneSetup& setup, const Stand& stand) {
   std::vector<Slat> slats;
   const double widths_mm[] = {5.0, 10.0, 20.0};

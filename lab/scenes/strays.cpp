@@ -118,7 +118,7 @@ std::vector<Figure> measureGlimpse(SceneSetup setup) {
       seen.push_back(glimpse.point(u, v, static_cast<double>(glimpse.at(u, v))));
     }
   }
-  // A single image does not know the surface between its pixels any better.
+  // A single image shows the surface only at its pixels.
   const double within_m = std::max(setup.voxel(), 2.8 / camera.focal_px);
   return {
       atLeast("of the glimpse there", 95.0, "%", coveredPercent(seen, map.surface(), within_m))};

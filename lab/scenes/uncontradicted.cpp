@@ -37,7 +37,7 @@ struct ByteComparison {
   size_t compared = 0, changed = 0;
 };
 
-/// The words of voxel arrays, by block and direction.
+/// The first word of each voxel array, by block and direction.
 using ArrayWords = std::map<std::pair<PackedKey, int>, const uint64_t*>;
 
 ArrayWords arraysOf(const MapContents& contents) {

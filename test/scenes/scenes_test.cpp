@@ -21,8 +21,8 @@ std::vector<SceneCase> quickCases() {
   return quick;
 }
 
-/// At 10 mm each scene takes twice as long, so only those whose figures depend on the voxel size
-/// run; others have the same bounds as at 20 mm. `scripts/prove scenes` runs all.
+/// The cases of the four scenes that also run at 10 mm, where each takes about twice as long as at
+/// 20 mm. `scripts/prove scenes` runs all scenes at both sizes.
 std::vector<SceneCase> casesAt10mm() {
   const std::set<std::string> scenes = {"near_after_far", "outlines", "slats", "uncontradicted"};
   std::vector<SceneCase> cases;
@@ -66,7 +66,7 @@ TEST_P(Scenes, KeepTheirBounds) {
     EXPECT_NE(figure.holds(), is_missed)
         << what << ": " << figure.value << " " << figure.unit << ", wanted "
         << describeBound(figure)
-        << (is_missed ? "; no longer missed: remove it from the list" : "");
+        << (is_missed ? "; this bound is kept now: remove the figure from known_misses.inc" : "");
   }
 }
 

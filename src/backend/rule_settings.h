@@ -50,7 +50,7 @@ inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules
   return {params.fusion.mode == FusionMode::kNormalRayCasting, params.map.directional,
           params.map.truncation_voxels, params.fusion.max_weight, rules.fusion,
           rules.surfels.noise_level,
-          // Voxel projection measures distances along rays, which are longer at grazing angles.
+          // Voxel projection takes differences of depth, larger than distances at grazing angles.
           castsSurfels(params) ? rules.fusion.sample_reach : params.map.truncation_voxels};
 }
 

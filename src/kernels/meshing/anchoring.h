@@ -2,12 +2,11 @@
 ///
 /// A surfel's plane continues past the end of what was seen, so a surface that ends inside a cell
 /// has vertices up to a voxel beyond its end. Where a thin part is seen from many sides, the mean
-/// distances cross zero where there is no surface. So a vertex is pulled most of the way to the
-/// nearest anchor of its edge's ends (core/anchor.h) if the surface was not measured at their feet,
-/// or if the vertex does not lie on the planes of their distances. Other vertices stay.
+/// distances may cross zero where there is no surface. So a vertex with a large gap (measuredGap())
+/// is pulled towards the nearest anchor of its edge's ends (core/anchor.h).
 ///
-/// Only samples at the edge's two ends are used, so all blocks that share an edge find the same
-/// vertex.
+/// The shift depends only on the vertex and on samples at the edge's two ends, so all blocks that
+/// share the edge compute the same.
 #pragma once
 
 #include "kernels/meshing/edge_vertex.h"
@@ -15,8 +14,9 @@
 
 namespace dtsdf {
 
-/// Lower bound of the squared distance, in voxels, from a corner's foot to its anchor, whose offset
-/// is rounded; negative if the anchor may be at the foot. Without an anchor, the largest possible.
+/// Squared distance, in squared voxels, along the surface from a corner's foot to its anchor, less
+/// an allowance for the rounding of stored values; may be negative. Without an anchor, that of two
+/// voxels.
 DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
   if (anchor == kNoAnchor) return 4.0f * kAnchorReach * kAnchorReach;
   const Vec3f offset = anchorOffset(anchor);
@@ -24,16 +24,17 @@ DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
   return dot(offset, offset) - height * height;
 }
 
-/// Squared gap, in voxels, between a vertex and the plane of a corner's distance; negative if the
-/// vertex is farther from the corner than the plane. `along` is the vertex's distance from the
-/// corner.
+/// Squared gap, in squared voxels, between the plane of a corner's distance and a vertex at a
+/// distance of `along` from the corner, less the same allowance; negative if the vertex lies beyond
+/// the plane.
 DTSDF_HD float squaredPlaneGap(const Sample& sample, float along) {
   const float height = maximum(fabsf(sample.sdf) - 1.0f / kStepsPerVoxel, 0.0f);
   return height * height - along * along;
 }
 
 /// Calls visit(direction, anchor at the lower end, anchor at the upper end) for each direction in
-/// `telling`. `anchors(end, direction)` returns the anchor at the lower (0) or upper (1) end.
+/// `telling`; an end without a known sample has kNoAnchor. `anchors(end, direction)` returns the
+/// anchor at the lower (0) or upper (1) end.
 template <class Edge, class Anchors, class Visit>
 DTSDF_HD void visitAnchors(const Edge& edge, uint32_t telling, const Anchors& anchors,
                            const Visit& visit) {
@@ -43,8 +44,8 @@ DTSDF_HD void visitAnchors(const Edge& edge, uint32_t telling, const Anchors& an
   });
 }
 
-/// The gap between a vertex and what was measured, in voxels: the larger one of its edge's two
-/// ends, minimised over the crossing directions; 2 if there are none.
+/// The gap between a vertex and what was measured, in voxels: the larger of the gaps at its edge's
+/// two ends, in the crossing direction in which it is smallest; 2 without a crossing direction.
 template <class Edge, class Anchors>
 DTSDF_HD float measuredGap(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                            const Anchors& anchors, float edge_offset) {
@@ -68,7 +69,7 @@ DTSDF_HD float roundShift(float shift) {
 }
 
 /// Shift of the vertex at `edge_offset` on an edge, in voxels. If no direction crosses the edge,
-/// the anchors of all directions with a say count.
+/// the anchors of all directions with a say are used.
 template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                               const Anchors& anchors, int axis, int facing, float edge_offset) {

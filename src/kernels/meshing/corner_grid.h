@@ -22,8 +22,8 @@ DTSDF_HD Vec3i cornerAt(int index) {
           index / (kCornerGridSide * kCornerGridSide)};
 }
 
-/// BlockVertex::edge for an edge's lower corner, axis and facing (0: the lower end is behind), and
-/// the inverse.
+/// Number of an edge (BlockVertex::edge), from its lower corner, axis and facing (0: the lower end
+/// is behind), and the inverse functions.
 DTSDF_HD constexpr int edgeNumber(int corner, int axis, int facing) {
   return (corner * 3 + axis) * 2 + facing;
 }
@@ -47,13 +47,13 @@ DTSDF_HD int cornerStride(int axis) {
   return axis == 0 ? 1 : (axis == 1 ? kCornerGridSide : kCornerGridSide * kCornerGridSide);
 }
 
-/// Offsets in {-1, 0}^3, from a block to the blocks whose units have a corner in it; 0 is the block
-/// itself.
+/// Offsets in {-1, 0}^3, from a block to the blocks whose units have a corner in it; number 0 is
+/// the block itself.
 constexpr int kUnitReach = 8;
 DTSDF_HD Vec3i unitReachOffset(int n) { return {-(n & 1), -(n >> 1 & 1), -(n >> 2 & 1)}; }
 
-/// Offsets in {0, 1}^3, from a block to the blocks that hold the corners of its units; 0 is the
-/// block itself.
+/// Offsets in {0, 1}^3, from a block to the blocks that hold the corners of its units; number 0 is
+/// the block itself.
 constexpr int kCornerBlocks = 8;
 DTSDF_HD Vec3i cornerBlockOffset(int n) { return {n & 1, n >> 1 & 1, n >> 2 & 1}; }
 

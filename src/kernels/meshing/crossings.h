@@ -1,8 +1,8 @@
 /// Finds crossings of a sheet that are too poorly known to be meshed.
 ///
-/// A sheet's crossing of an edge is reliable if some direction crosses zero there itself. Otherwise
-/// its two ends come from different directions: where one surface ends and the fringe of another
-/// begins, a vertex is off by half a voxel.
+/// Where one surface ends and the fringe of another begins, an edge may have one end behind the
+/// first and the other in front of the second, although no direction crosses zero on it. A vertex
+/// there would be off by half a voxel.
 #pragma once
 
 #include "kernels/meshing/mesh_rules.h"
@@ -10,8 +10,8 @@
 
 namespace dtsdf {
 
-/// Whether a direction has a say on a crossing: all have except the one that faces against it.
-/// `behind_below` is true for facing 0.
+/// Whether a direction has a say on a crossing: all have except the one whose axis points along the
+/// edge from in front to behind. `behind_below` is true if the edge's lower end is behind.
 template <class Mask>
 DTSDF_HD Mask speaksOnCrossing(int direction, int axis, const Mask& behind_below) {
   const Mask any_facing = behind_below == behind_below;
@@ -20,7 +20,8 @@ DTSDF_HD Mask speaksOnCrossing(int direction, int axis, const Mask& behind_below
 }
 
 /// How well a crossing is known: the greatest product of the weights at the edge's two ends, over
-/// the directions that cross zero there. The edge's lower end is corner `c`.
+/// the directions with a say that cross zero there; 0 if there are none. The edge's lower end is
+/// corner `c`.
 template <class Real, class Samples, class Mask>
 DTSDF_HD Real crossingWeight(const Samples& samples, int c, int axis, const Mask& behind_below) {
   const Real zero{0.0f};
@@ -36,7 +37,7 @@ DTSDF_HD Real crossingWeight(const Samples& samples, int c, int axis, const Mask
   return greatest;
 }
 
-/// The product of the sums of weights, at the edge's two ends, over the directions with a say.
+/// The product of two sums, one for each end of the edge: the weights of all directions with a say.
 template <class Real, class Samples, class Mask>
 DTSDF_HD Real votedWeight(const Samples& samples, int c, int axis, const Mask& behind_below) {
   const Real zero{0.0f};

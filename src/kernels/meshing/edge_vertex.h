@@ -1,8 +1,7 @@
 /// Edge vertices: where the surface crosses an edge of the corner grid.
 ///
-/// The distance along an edge is modelled as a parabola rather than a line. The parabola's second
-/// difference is the mean of those at the edge's two ends. So it is exact for quadratic distances,
-/// but needs samples one voxel beyond the ends.
+/// The distance along an edge is modelled as a parabola. Its second difference is the mean of those
+/// at the edge's two ends (bendOnEdge()), which needs the samples one voxel beyond the ends.
 #pragma once
 
 #include "kernels/meshing/corner_grid.h"
@@ -11,14 +10,15 @@
 
 namespace dtsdf {
 
-/// The direction whose axis runs along an edge from behind to in front. An undirected map's only
-/// array (0) holds surfaces of any facing; on an edge it counts as this direction.
+/// The direction whose axis points along an edge from its end behind the surface to its end in
+/// front. On the edge, the only array (0) of an undirected map counts as this direction.
 DTSDF_HD int facingDirection(int axis, int facing) { return 2 * axis + facing; }
 
-// For an Edge, lower[d] and upper[d] are the samples of direction d at its two ends, and
-// beyond(end, d) is the sample one voxel beyond the lower (0) or upper (1) end.
+// An Edge has lower[d] and upper[d], the samples of direction d at its two ends, and beyond(end,
+// d), the sample one voxel beyond the lower (0) or upper (1) end.
 
-/// The directions with a say on an edge: all but the one that faces against it.
+/// The directions with a say on an edge: all but the one whose axis points along it from in front
+/// to behind.
 DTSDF_HD uint32_t speakingOnEdge(int axis, int facing) {
   return kAllDirections & ~(1u << facingDirection(axis, 1 - facing));
 }
@@ -27,7 +27,7 @@ DTSDF_HD bool speaksOnEdge(int direction, int axis, int facing) {
 }
 
 /// Offset of a vertex on an edge that no direction crosses by itself: it divides the edge in the
-/// ratio of the voted distances at its ends, in half if both are 0.
+/// ratio of the magnitudes of the voted distances at its ends; the middle if both are 0.
 template <class Edge>
 DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearness) {
   CornerVote<float> lower, upper;
@@ -40,16 +40,16 @@ DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearnes
   return from_lower + from_upper > 0.0f ? from_lower / (from_lower + from_upper) : 0.5f;
 }
 
-/// Whether a direction's surface with the given facing crosses between two samples; facing 0: the
-/// lower end is behind. Branch-free, as which directions cross is unpredictable.
+/// Whether a direction's distance crosses zero between two known samples, with the given facing (0:
+/// the lower end is behind). Branch-free, as which directions cross is unpredictable.
 DTSDF_HD bool crosses(const Sample& lower, const Sample& upper, int facing) {
   const bool behind_lower = facing == 0;
   return ((lower.sdf < 0.0f) == behind_lower) & ((upper.sdf < 0.0f) != behind_lower) &
          (lower.weight > 0.0f) & (upper.weight > 0.0f);
 }
 
-/// The directions that cross an edge by themselves, bit d for direction d. The arguments are
-/// sidesOfCorner() of the edge's ends (possible_leaders.h).
+/// The directions with a say that cross an edge by themselves, bit d for direction d. The sides are
+/// those of sidesOfCorner() for the edge's two ends (possible_leaders.h).
 DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides, int axis,
                                      int facing) {
   const uint32_t behind = facing == 0 ? lower_sides : upper_sides;
@@ -58,8 +58,8 @@ DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides,
          speakingOnEdge(axis, facing);
 }
 
-/// Change of the slope along an edge, per voxel: the mean of the known second differences at its
-/// two ends, or 0. Limited to that of a ball with a radius of two voxels; more is noise or the
+/// Second difference of the distance along an edge: the mean of those known at its two ends; 0 if
+/// neither is. Limited to that of a ball with a radius of two voxels; more is usually noise or the
 /// fringe of another surface.
 DTSDF_HD float bendOnEdge(const Sample& below, const Sample& lower, const Sample& upper,
                           const Sample& above) {
@@ -72,7 +72,8 @@ DTSDF_HD float bendOnEdge(const Sample& below, const Sample& lower, const Sample
   return minimum(maximum(bend, -kMaxBend), kMaxBend);
 }
 
-/// Root of the parabola from a to b, of different signs, with this bend:
+/// Zero of the parabola with this bend from a (at t = 0) to b (at t = 1), which have different
+/// signs:
 ///   a + (b - a) t - bend t (1 - t) / 2 = 0
 /// It is 0 if a is 0, where the formula may divide 0 by 0.
 DTSDF_HD float zeroOfParabola(float a, float b, float bend) {
@@ -82,13 +83,15 @@ DTSDF_HD float zeroOfParabola(float a, float b, float bend) {
   return 2.0f * a / (a < 0.0f ? -slope - root : root - slope);
 }
 
-/// Vertices stay this share of an edge away from corners, so that no triangle is degenerate. Single
-/// precision resolves it everywhere in a block.
+/// Smallest distance, in voxels, of a vertex from the ends of its edge (before anchoring), so that
+/// vertices of different edges do not coincide. Large enough for single precision anywhere in a
+/// block.
 constexpr float kVertexMargin = 1.0f / 1024.0f;
 
-/// Position of the vertex on an edge, as a share from its lower end: the mean of the zero crossings
-/// of the directions in `crossing`, weighted by the product of their two weights (paper, Sec. V-D),
-/// or votedOffset() if there are none. Facing 0: the lower end is behind.
+/// Distance in voxels of the vertex on an edge from the lower end: the mean of the zero crossings
+/// of the directions in `crossing`, each weighted by the product of the weights at the two ends
+/// (paper, Sec. V-D), or votedOffset() if there are none. At least kVertexMargin from either end.
+/// Facing 0: the lower end is behind.
 template <class Edge>
 DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, uint32_t crossing, int axis,
                           int facing) {

@@ -1,9 +1,9 @@
 /// Gaps: triangles that span a place where nothing was measured.
 ///
-/// A surfel updates all corners around it, so units close gaps up to two voxels wide. Anchoring
+/// A surfel updates all corners around it, so units may close gaps up to two voxels wide. Anchoring
 /// (anchoring.h) pulls the vertices on both sides of a gap to where the surface was measured, and
-/// so apart. It stretches no other triangles: at an outline it pulls all vertices to one side, and
-/// inside a surface they stay. So a triangle that anchoring stretches is left out.
+/// so apart. It hardly stretches other triangles: at an outline it pulls all vertices to the same
+/// side, and inside a surface they stay. So a triangle that anchoring stretches is left out.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"
@@ -12,7 +12,7 @@
 
 namespace dtsdf {
 
-/// The position of a vertex without its shift across the edge by anchoring. The shift along the
+/// A vertex's position without the part of its anchoring shift across the edge. The part along the
 /// edge is kept, as it mostly leads across the surface.
 DTSDF_HD Vec3f placeOnEdge(const BlockVertex& vertex) {
   const int edge = static_cast<int>(vertex.edge);
@@ -24,8 +24,8 @@ DTSDF_HD Vec3f placeOnEdge(const BlockVertex& vertex) {
   return place;
 }
 
-/// Whether a vertex was pulled by nearly half of max_stretch. Otherwise it cannot make a side too
-/// long. Branch-free, as the branch would be unpredictable.
+/// Whether a vertex was pulled by nearly half of max_stretch. Without such a vertex, a triangle
+/// cannot span a gap. Branch-free, as the branch would be unpredictable.
 DTSDF_HD bool isPulledFar(const MeshRules& rules, const BlockVertex& vertex) {
   const Vec3f shift = vertex.position - placeOnEdge(vertex);
   return dot(shift, shift) > 0.24f * rules.max_stretch * rules.max_stretch;
@@ -36,7 +36,7 @@ DTSDF_HD float stretchOf(const BlockVertex& a, const BlockVertex& b) {
   return norm(b.position - a.position) - norm(placeOnEdge(b) - placeOnEdge(a));
 }
 
-/// Whether the triangle of these edges' vertices spans a gap.
+/// Whether the triangle of three vertices spans a gap.
 DTSDF_HD bool spansGap(const MeshRules& rules, const BlockVertex& a, const BlockVertex& b,
                        const BlockVertex& c) {
   const bool may_be_gap = isPulledFar(rules, a) | isPulledFar(rules, b) | isPulledFar(rules, c);

@@ -27,8 +27,8 @@ DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const R
 
 /// How strongly a direction speaks for a surface in the unit; 0 if it does not. It must see both
 /// sides of the surface (or a surface that touches a corner), and the gradient of its distance must
-/// be near its axis (the gradient check of the paper's intra-directional filter). Only the
-/// gradient's direction counts, as noise shortens it.
+/// lie less than 67.5 degrees from its axis (the gradient check of the paper's intra-directional
+/// filter). The gradient's length is ignored, as noise shortens it.
 template <class Samples, class Real>
 DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const Real& min_weight) {
   const Real zero{0.0f};
@@ -52,8 +52,9 @@ DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const R
                 zero);
 }
 
-/// Finds the directions that lead the unit's sheets; -1: no sheet. The strongest direction leads
-/// the first (the lowest of equal ones); its opposite leads the second if it speaks as well.
+/// Finds the directions that lead the unit's sheets; -1: no sheet. The strongest direction (the
+/// lowest of equally strong ones) leads the first sheet; its opposite leads the second if it speaks
+/// as well.
 /// @return The speaking directions, bit d for direction d.
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits findLeaders(const Samples& samples, const Real& min_weight,

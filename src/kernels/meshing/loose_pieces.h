@@ -90,8 +90,8 @@ DTSDF_HD bool crosses(const UnitLabels& labels, int edge) {
 /// block, or one whose units are all empty.
 using LabelNeighbourhood = const UnitLabels* [kBlocksAround];
 
-/// Calls visit(other) for the units of the window that are connected to a unit through an edge,
-/// except those also connected to it through two faces.
+/// Calls visit(other) for the units of the window that are connected to a unit through an edge, but
+/// not also through the faces of a unit beside both.
 template <class Visit>
 DTSDF_HD void visitOverEdges(const LabelNeighbourhood& around, const Vec3i& unit,
                              const Visit& visit) {
@@ -117,7 +117,7 @@ DTSDF_HD bool spansMore(uint32_t bits, int most) {
   return bits != 0;
 }
 
-/// Sets of units in a window.
+/// Sets of units in the window.
 struct LooseWindow {
   WindowUnits surface, small, left, piece, near;
 };
@@ -129,9 +129,10 @@ struct LooseWindow {
 ///   whether f is true for one of them, allOf(f) the union of its bits.
 /// - add(bit, units) adds a bit to any row, and returns whether it is new.
 ///
-/// Each call sees what earlier ones wrote. A team with kAtOnce has a thread for each row. Without
-/// it, `left` must at first hold the block's units from which pieces are grown, at least one of
-/// each piece that may be loose, and all else but `surface` must be 0.
+/// Each call sees what earlier ones wrote. A team with kAtOnce has a thread for each row. At first,
+/// `surface` holds the units with a surface. Without kAtOnce, `left` must hold the block's units
+/// from which pieces are grown, at least one of each piece that may be loose, and the other sets
+/// must be empty.
 template <class Team>
 class LoosePieces {
  public:
@@ -175,7 +176,7 @@ class LoosePieces {
   }
 
  private:
-  /// Removes pieces with a longer line of units than a small piece may have, which are most of the
+  /// Leaves out pieces with a line of more than max_units_ units, which make up most of the
   /// surface. With a thread per row, this is faster than growing them one by one.
   DTSDF_HD void removeLongRows() const {
     team_.each([&](int row) {
@@ -214,7 +215,7 @@ class LoosePieces {
     });
   }
 
-  /// Stores in `near` the places no farther than max_units_ from a larger piece along each axis.
+  /// Stores in `near` the places at most max_units_ away from a larger piece along each axis.
   DTSDF_HD void findNear() const {
     team_.each([&](int row) {
       uint32_t larger = window_.surface[row] & ~window_.small[row];
@@ -268,8 +269,8 @@ class LoosePieces {
     return true;
   }
 
-  /// Rows that grow at the same time may or may not see each other's new units, hence volatile;
-  /// once no row grows any more, the piece is the same.
+  /// Rows that grow at the same time may or may not see each other's new units, hence volatile; the
+  /// piece is the same in the end, when no row grows any more.
   DTSDF_HD bool growsOverFaces() const {
     return team_.any([&](int row) {
       const volatile uint16_t* const piece = window_.piece;

@@ -6,8 +6,8 @@
 
 namespace dtsdf {
 
-/// An edge of the corner grid with its samples, an Edge of edge_vertex.h. An undirected map's only
-/// array counts as the direction that the edge faces.
+/// An edge of the corner grid with its samples: an Edge as in edge_vertex.h. An undirected map's
+/// only array counts as the edge's facingDirection().
 struct EdgeSamples {
   const ArraysAround& arrays;
   Vec3i corner;
@@ -30,8 +30,8 @@ struct EdgeSamples {
 
 /// Position of an edge's vertex, in voxels from the block's first voxel; anchored in a directional
 /// map.
-/// @param read Mask of directions whose samples are read. It must include those that cross the edge
-/// or, if none does, all with a say.
+/// @param read Mask of directions whose samples are read in a directional map. It must include
+/// those with a say that cross the edge or, if there are none, all with a say.
 DTSDF_HD Vec3f placeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
                            bool directional, uint32_t read) {
   const int axis = edgeAxis(edge), facing = edgeFacing(edge);

@@ -3,51 +3,55 @@
 
 namespace dtsdf {
 
-/// docs/results/ablation.md measures the effect of each.
+/// docs/method.md explains the rules (Index, Make).
 struct MeshRules {
-  /// A unit is meshed if the weight at each corner exceeds this share of the greatest weight in the
-  /// unit; in [0, 1). As a share, it does not depend on the number of frames. It excludes corners
-  /// that only the far fringe of a measurement reached.
+  /// A sheet is meshed only if, at each corner of the unit, the weights of the directions that vote
+  /// on it add up to more than this share of the greatest single weight in the unit; in [0, 1). In
+  /// the search for leaders, samples count above the same limit. This excludes corners that only
+  /// the far fringe of a measurement reached. Undirected maps need positive weights only.
   float min_weight_share = 0.003f;
 
-  /// A crossing is meshed if some direction crosses the edge itself, with weights at the two ends
-  /// whose geometric mean exceeds this share of the greatest weight in the unit; in [0, 1).
-  /// (Without it, vertices of the armadillo with a Kinect's noise at 10 mm are 13 % farther off.)
+  /// A crossing is strong if, in some direction that crosses zero on the edge itself, the geometric
+  /// mean of the weights at the two ends exceeds this share of the greatest weight in the unit; in
+  /// [0, 1). A sheet with a crossing that is not strong, by this or by voted_crossing_share, is
+  /// dropped. (Without this rule, vertices of the armadillo with a Kinect's noise at 10 mm are 13 %
+  /// less accurate.)
   float min_crossing_share = 0.015f;
 
-  /// A crossing found only by the vote of several directions counts with this share of the weights
-  /// at its ends; in [0, 1]. At borders such crossings are off by half a voxel, but inside a
-  /// surface that noise scatters over directions they prevent holes.
+  /// A crossing is also strong if the geometric mean of the summed weights at its ends, over all
+  /// directions with a say, times this share exceeds the same limit; in [0, 1]. At borders such
+  /// crossings are off by half a voxel, but where noise scatters a surface over several directions
+  /// they prevent holes.
   float voted_crossing_share = 0.05f;
 
-  /// Distances smaller than this count as equally near in the vote; in voxels, above 0, so that a
-  /// distance of 0 does not outvote all others. The value matters little: half and twice as much
-  /// change no figure by more than 1.5 %.
+  /// Added to each distance in the vote's denominator; in voxels, above 0, so that a distance of 0
+  /// does not outvote all others. Halving or doubling it changes no figure by more than 1.5 %.
   float nearness_voxels = 0.2f;
 
-  /// Gap between a vertex and what was measured, in voxels, from which on the vertex is pulled to
-  /// its nearest anchor; at twice this, the pull has its full strength. (It is about the spacing of
-  /// pixels. Less moves vertices inside a surface: 0.1 puts those of a tilted plane .004 instead of
-  /// .003 off. 100 images on two thirds of an orbit, vertices with 0.1, 0.15, 0.25 and without:
-  /// Asian Dragon at 20 mm 1.75, 1.83, 2.02 and 3.26 mm, bunny 0.46, 0.48, 0.53 and 0.77 mm.)
+  /// A vertex whose measuredGap(), in voxels, is larger than this is pulled towards its nearest
+  /// anchor; at twice this gap or more, with full strength. It is about the spacing of pixels. With
+  /// a smaller value, vertices inside a surface move too.
   float measured_gap = 0.15f;
-  /// Distance from its anchor, in voxels, within which a vertex is not pulled.
+  /// A vertex is not pulled within this distance of its anchor, in voxels; a farther one is pulled
+  /// over the rest of the way only.
   float measured_reach = 0.1f;
-  /// Largest share of the remaining way that a vertex is pulled; in [0, 1), so that two vertices
-  /// with the same anchor do not coincide.
+  /// Largest part of this rest by which a vertex is pulled; in [0, 1), so that two vertices with
+  /// the same anchor do not coincide.
   float measured_pull = 0.875f;
   /// A triangle with a side that anchoring lengthens by more than this, in voxels, spans a gap and
-  /// is left out. (The slot of the scene `outlines`, 35 mm wide, at 20 mm: closed by 90 % without,
-  /// 79 % with 0.55, 17 % with 0.5, 10 % with 0.35, 8 % with 0.3.)
+  /// is left out. (At 20 mm, the slot of the scene `outlines`, 35 mm wide, is closed by 90 %
+  /// without this rule, 17 % with 0.5 and 8 % with 0.3.)
   float max_stretch = 0.3f;
 };
 
-/// The constants, and the other settings that the mesh depends on.
+/// The constants, and two settings that the rules of meshing also take.
 struct MeshSettings : MeshRules {
   /// Whether voxels hold distances to planes: true except for voxel projection, whose distances are
-  /// along rays and may grow faster than the distance to the surface.
+  /// differences of depth along the optical axis and may grow faster than the distance to the
+  /// surface.
   bool distances_to_planes = true;
-  /// Longest loose piece that is left out, in units, at most kMaxLooseUnits; 0 keeps all.
+  /// Largest length of a loose piece that is left out, in units along each axis, at most
+  /// kMaxLooseUnits; 0 keeps all.
   int max_loose_units = 0;
 };
 

@@ -99,7 +99,8 @@ constexpr unsigned facesOfEdge(int e) {
   return faces;
 }
 
-/// First position in a loop at which a fan can start without a diagonal on a face of the cube.
+/// First position in a loop at which a fan can start without a diagonal on a face of the cube; 0 if
+/// there is none.
 constexpr int fanStart(const int (&loop)[kCubeEdges], int length) {
   for (int start = 0; start < length; ++start) {
     bool on_face = false;

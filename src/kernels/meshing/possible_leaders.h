@@ -15,9 +15,9 @@
 
 namespace dtsdf {
 
-/// Sides of a corner: direction d sees it in front (bit d) or behind (bit 8 + d), can lead no sheet
-/// around it (bit 16 + d), or has a negative distance there (bit 24 + d). The sides of a unit are
-/// the bitwise or of its corners' sides.
+/// Sides of a corner. Direction d sets bit d if it sees the corner in front of its surface, bit 8 +
+/// d if behind it, bit 16 + d if it can lead no sheet around the corner, and bit 24 + d if it has a
+/// negative distance there. The sides of a unit are the bitwise or of its corners' sides.
 constexpr int kBehindBit = 8, kExcludedBit = 16, kNegativeBit = 24;
 
 /// The sides that one direction's sample sees; both if the surface touches the corner.

@@ -1,10 +1,10 @@
 /// Refinement (optional): each triangle becomes four, with new vertices at the middles of its
 /// sides, on the curved surface.
 ///
-/// The middle of a side is that of the cubic that leaves both ends of the side in their tangent
-/// planes (Vlachos et al., Curved PN Triangles, 2001). It depends only on the two ends and their
-/// normals, so all triangles with this side share it, across units and blocks. A side is identified
-/// by the grid edges of its two ends.
+/// The middle of a side is that of the cubic that leaves each end of the side in its tangent plane
+/// (Vlachos et al., Curved PN Triangles, 2001). It depends only on the two ends and their normals,
+/// so all triangles with this side share it, across units and blocks. A side is identified by the
+/// grid edges of its two ends.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -87,7 +87,7 @@ DTSDF_HD int middleSecond(uint32_t number) {
   return static_cast<int>((number - kFirstMiddle) % kGridEdges);
 }
 
-/// Step that a vertex's edge faces along, or the sum of both ends' steps for a middle.
+/// Step along which a vertex's edge faces; for a middle, the sum of the steps of both ends.
 DTSDF_HD Vec3i facingSteps(uint32_t number) {
   if (!isMiddle(number)) return facingStep(static_cast<int>(number));
   return facingStep(middleFirst(number)) + facingStep(middleSecond(number));

@@ -1,9 +1,9 @@
 /// Regularisation: decides on which side of the surface a corner is if the units around it
 /// disagree.
 ///
-/// Units disagree if their leaders differ, or if one has dropped a component that another keeps.
-/// All units take the side that most of them give a corner, so neighbours cross their common face
-/// in the same way and leave no slit.
+/// Units may disagree if their leaders differ, or if one has dropped a component that another
+/// keeps. Where a unit's sheets agree about a corner, it takes the side that most units give the
+/// corner, so that neighbours cross their common face in the same way and leave no slit.
 #pragma once
 
 #include "kernels/core/grid.h"

@@ -47,8 +47,9 @@ DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samp
 }
 
 /// Computes the indices of the sheets with these leaders, one per unit; kNotKnown for a leader of
-/// -1. `greatest_weight` is the greatest weight at the units' corners; the sum of weights at each
-/// corner must exceed `min_weight`.
+/// -1 and for a sheet that is not meshed. `greatest_weight` is the greatest weight at the unit's
+/// corners; at each corner, the weights of the directions that vote must add up to more than
+/// `min_weight`.
 template <class Samples, class Real, class Bits>
 DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, const Samples& samples,
                            const Real& greatest_weight, const Real& min_weight, const Bits& leader,

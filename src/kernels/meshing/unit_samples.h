@@ -36,7 +36,8 @@ namespace dtsdf {
 /// Largest number of sheets in a unit; two are the two sides of something thin.
 constexpr int kMaxSheets = 2;
 
-/// The indices of a unit, one per sheet; all corners on one side: no surface.
+/// The marching cubes indices of a unit, one per sheet; 0 or 255 (all corners on one side): no
+/// surface.
 struct UnitIndices {
   uint8_t sheet[kMaxSheets];
 };
@@ -81,7 +82,7 @@ DTSDF_HD UnitIndices indicesOf(const UnitLabels& labels) {
 
 /// A surface nearer to a corner than this, in voxels, touches it: its direction counts as having
 /// seen both sides there, as the vote may reverse the sign of such small distances (vote.h).
-/// Without this, a unit whose only corner behind the surface was reversed would have no speaking
+/// Without this, a unit whose only corner behind the surface was reversed might have no speaking
 /// direction, and leave a hole.
 constexpr float kTouching = 0.25f * MeshRules().nearness_voxels;
 

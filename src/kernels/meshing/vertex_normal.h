@@ -1,10 +1,8 @@
 /// Unit normals of edge vertices, for refined meshes (refine.h), from the gradients of the
 /// directions' distances.
 ///
-/// The slope across an edge is interpolated between the central differences at the edge's two ends;
-/// the slope along the edge is that of the parabola that gave the vertex (edge_vertex.h). Samples
-/// are read up to one corner beyond the ends, which is as far as a mesh may depend on its block's
-/// surroundings.
+/// Across an edge, the slope is interpolated between those at the edge's two ends; along the edge,
+/// it is that of the parabola of edge_vertex.h. Samples are read up to one corner beyond the ends.
 #pragma once
 
 #include "kernels/meshing/edge_vertex.h"
@@ -25,13 +23,13 @@ DTSDF_HD Slope slopeAt(const Sample& below, const Sample& own, const Sample& abo
   return {(knows_below && knows_above ? 0.5f : 1.0f) * (high - low), knows_below || knows_above};
 }
 
-/// Slope at a share t of the way between two corners; if only one is known, its slope.
+/// Slope at t, from 0 to 1, between two corners; if only one is known, its slope.
 DTSDF_HD Slope slopeBetween(const Slope& lower, const Slope& upper, float t) {
   if (!lower.is_known || !upper.is_known) return lower.is_known ? lower : upper;
   return {(1.0f - t) * lower.value + t * upper.value, true};
 }
 
-/// Gradient of the distance on an edge, at a share t of it from its lower corner; 0 if a component
+/// Gradient of a direction's distance on an edge, t voxels from its lower corner; 0 if a component
 /// is unknown. `at(corner)` returns the direction's sample.
 template <class At>
 DTSDF_HD Vec3f gradientOnEdge(const At& at, const Vec3i& corner, int axis, float t) {
@@ -55,8 +53,8 @@ DTSDF_HD Vec3f gradientOnEdge(const At& at, const Vec3i& corner, int axis, float
 }
 
 /// Unit normal of an edge's vertex, towards free space: the mean gradient of the directions that
-/// cross the edge, weighted as in edgeOffset(). 0 if none is known. All blocks that share the
-/// vertex find the same bits.
+/// cross the edge, weighted as in edgeOffset(). 0 if none is known. It is the same, bit for bit, in
+/// all blocks that share the vertex.
 template <class Corners>
 DTSDF_HD Vec3f vertexNormal(const Corners& corners, int edge, const Vec3f& position,
                             bool directional) {

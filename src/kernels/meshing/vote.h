@@ -34,7 +34,7 @@ DTSDF_HD void castVote(CornerVote<Real>& vote, const Real& sdf, const Real& weig
   if (shouldBranch(counts)) addVote(vote, sdf, weight, counts, nearness);
 }
 
-/// In voxels; 0 without votes.
+/// The voted distance, in voxels; 0 without votes.
 template <class Real>
 DTSDF_HD Real votedSdf(const CornerVote<Real>& vote) {
   const Real zero{0.0f};

@@ -35,7 +35,7 @@ def free_cells(content):
 
 
 def read_map(path):
-    """Settings as strings; blocks and their voxels as numpy arrays."""
+    """Settings as strings; blocks, voxels, free cells and colours as numpy arrays."""
     content = records(path)
     settings = dict(line.split(": ", 1) for line in content["SETT"].decode().splitlines())
     blocks = numpy.frombuffer(content["BLKS"], [("key", "<i4", 3), ("directions", "<u4")])

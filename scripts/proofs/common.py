@@ -87,7 +87,7 @@ def markdown_table(header, rows):
 
 
 def number(value):
-    """Formats with three digits."""
+    """Formats with two decimals below 10, one below 100, and none above."""
     return f"{value:.2f}" if value < 10 else f"{value:.1f}" if value < 100 else f"{value:.0f}"
 
 

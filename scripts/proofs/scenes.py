@@ -1,7 +1,7 @@
 """Checks on analytic scenes that the map contains what was seen, and nothing else.
 
 Runs the program prove_scenes, which fuses views of each scene at several voxel sizes. Fills
-scenes.md with the figures that exceed their bounds. Exits 0 only if there are none.
+scenes.md with the figures that break their bounds. Exits 0 only if there are none.
 """
 import os
 import re

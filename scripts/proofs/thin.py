@@ -14,8 +14,8 @@ from .ply import columns, read_ply
 FRAMES, VOXEL_MM = 300, 20.0
 SQUARE_M = 0.025         # edge of a square of a side; it is covered if a point lies on it
 INSET_M = 0.025          # margin of a side, next to the narrow sides, that is not measured
-FACING_COSINE = 0.9      # a point belongs to a face if its normal is this close to the face's
-LARGEST_OFFSET_M = 0.06  # and if it is no farther from the face
+FACING_COSINE = 0.9      # a point belongs to a plate's face if their normals have at least this cosine
+LARGEST_OFFSET_M = 0.06  # a point farther from a side does not belong to it
 # A side is sound if at least this share is covered, with at most this mean offset.
 SOUND_SHARE, SOUND_OFFSET_M = 0.95, 0.005
 LEAST_SOUND_THICKNESS_M = 0.0099  # thinner parts need not be sound

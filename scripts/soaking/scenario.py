@@ -52,7 +52,7 @@ class Watch:
         self.status_time, self.status = time.monotonic(), status
 
     def sample_all(self, sample_s):
-        """An error in sampling ends the run, because a run without samples shows nothing."""
+        """Samples until the run ends. An error ends the run, because a run without samples shows nothing."""
         try:
             while not self.ended.wait(sample_s):
                 self.sample()
@@ -86,7 +86,7 @@ class Watch:
 
 
 def unaccounted(stream):
-    """Images that were received and are neither fused, dropped nor waiting."""
+    """The number of images that were received and are neither fused, dropped nor waiting."""
     dropped = sum(drop.count for drop in stream.dropped)
     return stream.received - stream.fused - dropped - stream.waiting
 

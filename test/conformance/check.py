@@ -42,7 +42,7 @@ def content_hash(tool, path):
 
 
 def figures(tool, backend, path, folder):
-    """Content hash and mesh, which are the same on every backend and machine."""
+    """Hashes of the content and of the mesh, the same on every backend and machine."""
     mesh = folder / "mesh.ply"
     run(tool, "mesh", path, mesh, "--set", f"backend={backend}", "threads=1")
     return {"hash": content_hash(tool, path), "mesh": sha256(mesh.read_bytes())}

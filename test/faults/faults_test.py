@@ -177,7 +177,7 @@ def try_calls(reconstructions, first, sampled):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--reconstruct", required=True)
-    parser.add_argument("--library", required=True, help="test/faults/faults.cpp")
+    parser.add_argument("--library", required=True, help="library built from faults.cpp")
     parser.add_argument("--first", type=int, default=1000, help="fail each of the first FIRST calls")
     parser.add_argument("--sampled", type=int, default=300, help="fail a sample of SAMPLED later calls")
     parser.add_argument("--jobs", type=int, default=1, help="parallel runs (1)")

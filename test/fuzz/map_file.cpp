@@ -82,7 +82,7 @@ void continueFrom(const MapContents& contents) {
   MeshStore store(paramsOf(contents).map.voxel_size_m);
   checkMeshOf(*mapper, store);
   checkBudgetOf(*mapper, paramsOf(contents));
-  // With smaller voxels the frame would be large.
+  // With smaller voxels, the frame would touch too many blocks.
   if (store.voxelSize() < 0.05f) return;
   fuseWall(*mapper);
   checkMeshOf(*mapper, store);

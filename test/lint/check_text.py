@@ -23,7 +23,7 @@ JOINED = re.compile(r'(\+|<<)\s*"|"\s*(\+|<<)')
 # The text of an exception may go into another exception, which is cleaned when it is shown.
 WHAT = re.compile(r"\b\w+\.what\(\)")
 RETHROWN = re.compile(r"\bthrow|\bUsageError\(|\bproblem = |\breturn error\.what")
-# Functions that depend on the locale, without printf() and fprintf(): only our own programs call them.
+# Functions that depend on the locale, except printf() and fprintf(), which only our own programs call.
 BY_LOCALE = re.compile(r"\b(strto[dfl]d?|ato[fil]|sto[dfl]d?|v?sn?printf|v?f?scanf|vsscanf|setlocale)\("
                        r"|\bto_string\(\w*(_m|_s|_deg|_mb|_hz|seconds)\)")
 STREAM = re.compile(r"std::o?stringstream (\w+)$")

@@ -27,7 +27,7 @@ class BackendPair {
 
   /// Compares the result and the map's counts.
   void integrate(const DepthFrame& frame);
-  /// Compares the result only, as reading the map would make a GPU finish the frame.
+  /// Compares the result only, since reading the map would make a GPU finish the frame.
   void integrateUnchecked(const DepthFrame& frame);
   /// Compares like integrate().
   void paint(const ColourFrame& frame);

@@ -1,5 +1,5 @@
-// Each CUDA call of some frames, colour images and a mesh fails once: the mapper throws or reports
-// the frame as dropped, and after clear() it maps as if nothing had happened.
+// Each CUDA call of some frames, colour images and a mesh fails once: the mapper recovers, refuses
+// blocks, drops the frame, or throws. After clear() it maps as if nothing had happened.
 #include <gtest/gtest.h>
 
 #include <stdexcept>
@@ -58,8 +58,8 @@ class CudaFaults : public testing::Test {
 TEST_F(CudaFaults, NoCallThatLacksMemoryLeavesAnythingBehind) {
   BackendPair pair(params_, Candidate::kCuda);
   int met = 0, refused = 0;
-  // The mapper recovers from some failures without a report. So the end is reached only after 30
-  // runs in a row without one.
+  // The mapper recovers from some failures without a report, so only 30 runs in a row without a
+  // report mean that all calls have failed once.
   for (uint64_t n = 1, untold = 0; untold < 30; ++n) {
     SCOPED_TRACE("call " + std::to_string(n));
     pair.clear();

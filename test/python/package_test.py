@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""package_test.py [--messages]: checks that the package on sys.path is complete: it maps, is documented,
+"""package_test.py [--messages]: checks that the package on sys.path is complete: it maps, it is documented,
 its stubs match the compiled part, and with --messages it contains the generated messages."""
 import ast
 import inspect

@@ -313,8 +313,8 @@ TEST_F(CorrectTest, OnlyTheNewestWaits) {
   expectMapOf(truths(kBefore));
 }
 
-/// Also if the journal ends during the correction: the frames since then would be lost. Clearing
-/// the map starts a new journal.
+/// A running correction is refused, too, when the journal ends: frames after its end would be lost.
+/// Clearing the map starts a new journal.
 TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   begin();
   correct(corrected(0.0));

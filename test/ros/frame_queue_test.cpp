@@ -144,7 +144,7 @@ TEST_F(FrameQueueTest, TheOldestIsDroppedWhereThereAreTooMany) {
   EXPECT_EQ(taken(), (Stamps{3.0, 4.0, 5.0}));
 }
 
-/// Counts pixels, distortion coefficients and names, also of incomplete frames.
+/// Pixels, distortion coefficients and names are counted, also those of incomplete frames.
 TEST_F(FrameQueueTest, AllThatWaitsIsCountedInBytes) {
   make({100, 4000, 0.1});
   const auto large = makeCameraInfo(1.0);
@@ -214,7 +214,7 @@ TEST_F(FrameQueueTest, ColourNeverDelaysDepthForGood) {
   EXPECT_GT(accounting_[0].counts().fused, 100u);
 }
 
-/// Of three frames, the first is colour; the map takes only a third of the frames.
+/// The first of every three frames is colour; the map takes only a third of the frames.
 TEST_F(FrameQueueTest, ColourThatComesMoreSeldomLeavesDepthItsTurn) {
   make({5, 1 << 20, 0.1});
   for (int i = 1; i <= 400; ++i) {

@@ -97,7 +97,7 @@ TEST_F(MeshTest, LateSubscriberGetsTheWholeMesh) {
   EXPECT_EQ(early.deletedMarkers(), markers);
 }
 
-/// The blocks equal the mesh of the markers; a new subscriber gets all of them once.
+/// The blocks have the mesh of the markers; a new subscriber gets each chunk once.
 TEST_F(MeshTest, BlocksAreTheMeshInFewBytes) {
   const MeshWatcher mesh(nh_);
   const BlocksWatcher blocks(nh_);

@@ -106,7 +106,7 @@ TEST(NodeParams, CamerasAreNamespacesAndDiffer) {
       1u);
 }
 
-/// dynamic_reconfigure has the keys, defaults and ranges of the settings.
+/// dynamic_reconfigure has the keys, defaults and ranges of the rates in the settings.
 TEST(NodeParams, RatesThatMayChangeAreThoseOfTheSettings) {
   const auto least = dtsdf_mapping::PublishConfig::__getMin__();
   const auto usual = dtsdf_mapping::PublishConfig::__getDefault__();

@@ -54,7 +54,7 @@ TEST(OutputPath, RefusesWhatLeadsOut) {
   }
 }
 
-/// For the system a name ends at its first NUL, but the check of the extension would see the rest.
+/// The system ends a name at its first NUL, but the check of the extension would read the rest.
 TEST(OutputPath, RefusesControlCharacters) {
   const TemporaryFolder folder;
   for (const std::string& name :

@@ -18,7 +18,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// With a mapper that aligns only frames within 0.1 m of camera_x_m_ on the x axis.
+/// The mapper aligns only frames within 0.1 m of camera_x_m_ on the x axis.
 class PosesTest : public testing::Test {
  protected:
   PosesTest() {

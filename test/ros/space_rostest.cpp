@@ -124,7 +124,7 @@ class SpaceTest : public WallCamera {
   ros::Time last_stamp_;  ///< Stamp of the last fused frame.
 };
 
-/// Corners of a robot in its own frame, with the wall on its right.
+/// Queries corners of a robot in its own frame; the wall is on its right.
 TEST_F(SpaceTest, AFootprintIsAskedFor) {
   fuseFrames(3);
   Eigen::Isometry3d T_W_B(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));

@@ -1,4 +1,4 @@
-/// A map without voxels: each frame changes one block, and each call can be made to fail.
+/// A map without voxels: each frame changes one block, and calls can be made to fail.
 #pragma once
 
 #include <functional>
@@ -89,7 +89,7 @@ class FakeMapper : public Mapper {
     return update;
   }
 
-  /// Clears everything, whatever the region.
+  /// Only counts the call.
   ClearedRegion clearRegion(const Region&) override {
     throwIf(fails_to_clear);
     ++cleared_regions;

@@ -91,7 +91,7 @@ class JournaledMap {
   JournalWriter& journal_;
 };
 
-/// The bytes of the map's file, which are equal if and only if the maps are.
+/// The bytes of the map's file.
 inline std::string fileOf(Mapper& mapper) {
   const TemporaryFolder folder;
   saveMap(mapper.contents(), folder / "map.dtsdf", 1);

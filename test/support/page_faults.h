@@ -1,5 +1,5 @@
-/// Simulates disk faults. In the page files in a folder, reads and writes fail, or bytes change.
-/// For all files, the disk is full.
+/// Simulates disk faults: reads and writes of the page files in a folder fail, their bytes change,
+/// or no file of the process can grow.
 #pragma once
 
 #include <fcntl.h>

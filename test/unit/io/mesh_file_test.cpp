@@ -97,8 +97,8 @@ TEST_F(MeshFile, PlyHoldsPositionsNormalsColoursAndFaces) {
   EXPECT_EQ(body.left(), 0u);
 }
 
-/// The precision depends on the format: .ply in doubles, .obj in digits, .glb by a translation,
-/// .stl in floats.
+/// Far positions stay precise in .ply (doubles), .obj (more digits) and .glb (a translation), but
+/// not in .stl (floats).
 TEST_F(MeshFile, PositionsFarAwayAreHeldAsTheFormatCan) {
   EXPECT_EQ(lossInFormat(mesh_, "mesh.stl"), "");
   mesh_.origin_m = {40000.0, -3.0, 0.0};

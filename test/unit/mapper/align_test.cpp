@@ -180,8 +180,8 @@ TEST(Align, LeavesTheMapAndTakesWhatItCannotUse) {
   EXPECT_TRUE(sameMaps(untouched.mapper(), session.mapper()));
 }
 
-/// All poses have the same error, plus noise. Images are corrected, and the filter takes over most
-/// of the error, but little of the noise.
+/// All poses have the same error, plus noise. Images are corrected, and the filter learns most of
+/// the error, but little of the noise.
 TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());

@@ -186,7 +186,7 @@ TEST(ThinWire, IsMappedFromOneColumnOfPixels) {
   ASSERT_LT(hits, 120);  // the rows of the image
   const Mesh mesh = reconstruct(makeCpuParams(), frames);
   const Eigen::AlignedBox3d around(Vector3d(1.4, -0.05, -0.25), Vector3d(1.6, 0.05, 0.25));
-  // The wire is narrower in the mesh, as anchoring attracts vertices to the column.
+  // The wire is narrower in the mesh, since anchoring attracts vertices to the column.
   EXPECT_GT(areaWithin(mesh, around), 0.4 * wire_m);
   EXPECT_LT(measureError(mesh, scene).max_m, 1.5 * kSceneVoxel_m);
 }

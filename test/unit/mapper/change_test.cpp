@@ -58,7 +58,8 @@ class Change : public testing::TestWithParam<bool> {
   MapperParams params() const { return makeCpuParams(FusionMode::kNormalRayCasting, GetParam()); }
 };
 
-/// However long an object was there, as many frames remove it as docs/method.md says (Evidence).
+/// An object vanishes after the number of frames in docs/method.md (Evidence), however long it was
+/// seen.
 TEST_P(Change, WhatGoesAwayGoesFromTheMap) {
   const auto check = [&](int memory_frames, int min_support, int seen, int removed_after) {
     MapperParams settings = params();

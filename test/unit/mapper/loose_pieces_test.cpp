@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kFront_m = 0.031;
 const Box kSmall = makeBox({0.09, 0.08, kFront_m - 0.01}, {0.04, 0.04, 0.02});
-/// Its near side is in the next block, four voxels from the small box.
+/// The side towards the small box is in the next block, four voxels from that box.
 const Box kLarge = makeBox({0.405, 0.08, kFront_m - 0.01}, {0.43, 0.4, 0.02});
 constexpr BlockKey kSmallBoxBlock{0, 0, 0};
 

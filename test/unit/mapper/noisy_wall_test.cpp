@@ -68,8 +68,7 @@ TEST(NoisyWall, LosesSmallPiecesBesideIt) {
 }
 
 /// Two walls that meet 4 m in front of the camera, with noise of 48 mm. Windows large enough for
-/// this noise mix the normals of both walls. Casting along such normals would shift the edge (11 mm
-/// RMS).
+/// this noise mix the normals of both walls. Casting along such normals would shift the edge.
 TEST(NoisyWall, LeavesAnEdgeWhereItIs) {
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(0.8, 0.1, 1.0).normalized()});

@@ -93,9 +93,8 @@ TEST_P(ThinWall, TheDirectionalMapKeepsBothSidesInPlace) {
   }
 }
 
-/// The undirected map mixes the distances of both sides, so the wall becomes too thick on each
-/// side: by 0.35 to 0.48 voxels if it is half a voxel thick, 0.17 to 0.30 at one voxel, 0.11 to
-/// 0.16 at one and a half.
+/// The undirected map mixes the distances of both sides. Walls of up to 1.5 voxels become too
+/// thick.
 TEST_P(ThinWall, TheUndirectedMapThickensIt) {
   const WallSides sides = mapWall(thickness(), yaw(), FusionMode::kNormalRayCasting, false);
   const double too_thick = sides.front.outwards + sides.back.outwards;

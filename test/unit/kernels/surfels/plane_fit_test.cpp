@@ -97,8 +97,8 @@ FreePlane makePlane(double x, double y, double z, double delta) {
   return {{x / length, y / length, z / length}, delta};
 }
 
-/// Every pixel of the image, including borders and corners. There is no jump limit, as neighbouring
-/// depths of a tilted plane would exceed it at this short focal length.
+/// Every pixel of the image, including borders and corners. There is no jump limit, since
+/// neighbouring depths of a tilted plane would exceed it at this short focal length.
 TEST(NormalFit, IsExactOnPlanesOfAnyTilt) {
   std::mt19937 random(12);
   std::uniform_real_distribution<double> tilt(-0.75, 0.75), distance(0.3, 8.0);

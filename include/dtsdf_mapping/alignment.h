@@ -38,22 +38,23 @@ const char* toString(AlignmentStatus status);
 /// Result of aligning an image to the map.
 struct Alignment {
   AlignmentStatus status = AlignmentStatus::kUnmapped;  ///< Whether T_W_C was found.
-  /// Optical frame to map frame, in metres. If no pose was found, that of the prior.
+  /// Optical frame to map frame, in metres. If no pose was found, the expected one.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   double matched_share = 0.0;  ///< Share of the image's points that lie near a surface of the map.
   double inlier_share = 0.0;   ///< Share of the matched points that fit.
   /// Share of the image's points that fit at PosePrior::compared_T_W_C; 0 without that pose or
   /// unless the image was aligned.
   double compared_share = 0.0;
-  /// Enough points fit to rule out that the pose slid along featureless surfaces.
+  /// Whether enough of the matched points fit for PoseTracker and findPlace() to trust the pose.
   bool is_held = false;
   double reach_m = 0.0;     ///< Largest distance to the map at which a point counts, in metres.
   double witnesses = 0.0;   ///< Effective number of points with independent errors.
-  double residual_m = 0.0;  ///< Root mean square distance of the points to the surface, in metres.
-  double shift_m = 0.0;     ///< Distance from the frame's pose, in metres.
-  double turn_rad = 0.0;    ///< Rotation from the frame's pose, in radians.
+  double residual_m = 0.0;  ///< Weighted RMS distance to the surface, in metres, at least 0.05
+                            ///< voxels; 0 if kUnmapped.
+  double shift_m = 0.0;     ///< Distance of the best fit from the frame's pose, in metres.
+  double turn_rad = 0.0;    ///< Rotation from the frame's pose to the best fit, in radians.
   /// Root mean square distance along the normals, in metres, between the points at the frame's pose
-  /// and at the pose found: small if the frame's pose is only off along a wall.
+  /// and at the best fit: small if the frame's pose is only off along a wall.
   double misplacement_m = 0.0;
   bool is_significant = false;  ///< misplacement_m exceeds what the map's own error explains.
   /// Covariance of T_W_C: position along the axes of the map frame in m^2, then small rotations

@@ -23,7 +23,7 @@ class AlignmentGain {
   /// correction jumped, which makes earlier corrections worthless.
   bool addAligned(const Eigen::Isometry3d& T_W_C);
 
-  /// Share of the step from the expected to the aligned pose that the estimate should take: 1
+  /// Fraction of the step from the expected to the aligned pose that the refined pose takes: 1
   /// unless alignments are known to be noisy. For steps beyond their noise, it grows with the step.
   double share(const Eigen::Isometry3d& expected_T_W_C,
                const Eigen::Isometry3d& aligned_T_W_C) const;

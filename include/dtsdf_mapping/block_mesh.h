@@ -24,7 +24,7 @@ struct VertexColour {
   uint8_t red;      ///< 0 to 255.
   uint8_t green;    ///< 0 to 255.
   uint8_t blue;     ///< 0 to 255.
-  uint8_t painted;  ///< 255; if no image has seen the surface, all four are 0.
+  uint8_t painted;  ///< 255; if the vertex has no colour, all four are 0.
 };
 
 /// Triangles of the mesh units of one block, counter-clockwise seen from the front. Vertices on the
@@ -34,7 +34,7 @@ struct VertexColour {
 /// midpoint on the face between two units is listed by both, with the same `edge` and bits.
 struct BlockMesh {
   BlockKey key;                       ///< Key of the block.
-  std::vector<BlockVertex> vertices;  ///< First vertices on edges, sorted by `edge`, each once.
+  std::vector<BlockVertex> vertices;  ///< First those on edges, sorted by `edge`, each once.
   std::vector<uint16_t> triangles;    ///< Three indices into `vertices` each, in canonical order.
   std::vector<VertexColour> colours;  ///< One per vertex; empty before the map is first painted.
 };

@@ -121,14 +121,15 @@ MapSize sizeOf(const MapContents& contents);
 
 /// Size of a map with these blocks.
 /// @throws std::runtime_error for blocks that no map can have: not in the order of their keys,
-/// beyond the coordinates of a map, without voxels, or with colours where there are no voxels.
+/// beyond the coordinates of a map, with no or invalid directions, or with colours where there are
+/// no voxels.
 MapSize sizeOf(const std::vector<MapBlock>& blocks);
 
 /// Checks that contents are valid. @throws std::runtime_error that says what is wrong.
 void checkContents(const MapContents& contents);
 
-/// Takes over the settings that a map is bound to: map/voxel_size_m, map/truncation_voxels,
-/// map/directional and fusion/mode.
+/// Copies the settings that a map is bound to into `params`: map/voxel_size_m,
+/// map/truncation_voxels, map/directional and fusion/mode.
 /// @return `params` with these settings of the contents.
 /// @throws std::runtime_error if the contents lack one of them or have an invalid value for it.
 MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
@@ -144,17 +145,18 @@ void checkLevel(const MapContents& contents, bool is_levelled);
 /// Smallest map/max_memory_mb with which a mapper of these settings can resume from the contents.
 int minMemoryMb(const MapContents& contents, MapperParams params);
 
-/// Largest size that a map of these settings can have, in bytes, in memory and on disk together.
+/// Memory budget plus, with map/page_folder, the limit of one file there, in bytes: the limit that
+/// loadMap() applies.
 size_t maxMapBytes(const MapperParams& params);
 
 /// Remedy to pass to checkFits() if settings were given together with a map.
 constexpr char kLeaveSettingOut[] = "leave this setting out: it comes from the file";
 
-/// Checks that a mapper of these settings can resume from the contents. If it takes over free cells
-/// (space/enabled), their size must match too.
-/// @throws std::runtime_error if a bound setting differs, with the first one and `remedy`, which
-/// says what to do about it; if the map is larger than map/max_memory_mb; or if space/cell_voxels
-/// differs.
+/// Checks that a mapper of these settings can resume from the contents. With space/enabled, the
+/// size of free cells must match too, if the contents have any.
+/// @throws std::runtime_error if a bound setting differs (the message names the first and ends with
+/// `remedy`), if space/cell_voxels differs, or if the map exceeds the memory budget and, with
+/// map/page_folder, the limit on disk.
 void checkFits(const MapContents& contents, const MapperParams& params,
                const std::string& remedy = {});
 

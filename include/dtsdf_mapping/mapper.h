@@ -24,10 +24,11 @@ enum class FrameStatus {
   kFused,          ///< It was fused, cleared what it saw through, or painted surfaces.
   kBadImage,       ///< No data, no pixels, too many pixels, rows that overlap, or a bad unit.
   kBadIntrinsics,  ///< Not finite, or impossible for the size of the image.
-  kBadPose,        ///< Not finite, not a rotation, or outside the coordinates a map can hold.
+  kBadPose,  ///< Not finite, not a rotation, or outside the coordinates a map can hold; also if
+             ///< keep_center_W is not finite.
   kNoMeasurement,  ///< No pixel has a depth in range and a normal, or a depth beyond the range to
                    ///< clear with. For a colour image: it sees no surface of the map.
-  kNoMemory,       ///< The GPU has too little memory for this frame; a later one may have enough.
+  kNoMemory,       ///< The GPU has too little memory for this frame; a later one may succeed.
 };
 
 /// Short description for messages ("bad pose").
@@ -37,7 +38,7 @@ const char* toString(FrameStatus status);
 struct IntegrationResult {
   FrameStatus status = FrameStatus::kFused;  ///< The map is unchanged unless this is kFused.
   std::string message;                       ///< Why the frame was not fused; or a warning.
-  size_t refused_blocks = 0;  ///< Blocks and arrays that this frame needed and the budget refused.
+  size_t refused_blocks = 0;  ///< Requests for blocks, arrays or bricks that found no room.
   double duration_ms = 0.0;   ///< Wall time of the call.
 };
 
@@ -98,8 +99,9 @@ struct ClearedRegion {
 /// A map: depth frames are fused into it, colour images are painted on it, and meshes are extracted
 /// from it.
 ///
-/// Not thread safe: call from one thread at a time. Mappers are independent of each other. Equal
-/// frames in equal order give equal maps and meshes, bit for bit, on any backend and thread count.
+/// Not thread safe: call from one thread at a time. Mappers are independent of each other. With
+/// equal settings, equal frames in equal order give equal maps and meshes, bit for bit, on any
+/// backend and thread count, unless a GPU runs out of memory.
 class Mapper {
  public:
   virtual ~Mapper() = default;
@@ -175,8 +177,8 @@ class Mapper {
   /// @throws std::exception when the backend fails.
   virtual MapContents outline() = 0;
 
-  /// Copies the voxels and colours of some blocks of outline(), in its order. @pre No frame was
-  /// fused since outline().
+  /// Copies the voxels and colours of some blocks of outline(), in its order. @pre The map is
+  /// unchanged since outline().
   /// @throws std::exception when the backend fails, or a block on disk cannot be read.
   virtual MapContents part(const std::vector<MapBlock>& blocks) = 0;
 
@@ -187,8 +189,7 @@ class Mapper {
   virtual Space* space() { return nullptr; }
 
   /// Size of the map after the last call that changed it. Does not wait for the device: on a GPU,
-  /// blocks that the last frame left empty and free cells that it saw are counted only after the
-  /// next call that uses the map.
+  /// what the last frame emptied or saw free is counted only after the next call that uses the map.
   virtual MapStats stats() const = 0;
 
   /// Memory that the mapper uses now in addition to map_bytes.
@@ -199,7 +200,8 @@ class Mapper {
 };
 
 /// Makes a mapper on the backend that `params.backend` selects.
-/// @throws std::runtime_error if CUDA is required but cannot be used; the message says why.
+/// @throws std::runtime_error if CUDA is required but cannot be used, or map/page_folder cannot be
+/// written; the message says why.
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params);
 
 /// Makes a mapper that resumes from the contents of another, on any backend. Its first mesh update

@@ -20,11 +20,11 @@ struct FoundPlace {
 };
 
 /// Finds where a frame was taken; its own pose is ignored. The image is compared with coarse views
-/// of the map from everywhere, in all orientations. The best poses are refined on a coarse distance
-/// field, and the image is aligned to the map from the best of these. The result is the same on
-/// every backend and with any number of threads. The search takes seconds on a CPU. It reads the
-/// map piece by piece into a coarse copy, whose cells are three or more voxels wide: 9 bytes a
-/// cell, 130 MB at most, and 32 bytes more for each cell with a surface.
+/// of the map from a grid of standpoints, in evenly spread orientations. The best poses are refined
+/// on a coarse distance field, and the image is aligned to the map from the best of these. The
+/// result is the same on every backend and with any number of threads. The search takes seconds on
+/// a CPU. It reads the map piece by piece into a coarse copy, whose cells are three or more voxels
+/// wide: 9 bytes a cell, 130 MB at most, and 32 bytes more for each cell with a surface.
 /// @param mapper Holds the map, which is not changed. No other thread may use it during the search.
 /// The search waits for the mapper's device.
 /// @param frame The image, with its camera.

@@ -11,11 +11,11 @@
 namespace dtsdf {
 
 /// A Kalman filter estimates the correction from the frame O of the given poses to the map frame W.
-/// Its variance grows with the distance travelled, and each aligned pose measures it with the noise
-/// of a given pose, so drift is corrected and noise is averaged. A pose within the map's own error
-/// is not moved. If alignments are noisier than given poses, refined poses follow them only on
-/// average. If an image may have settled at a wrong pose, it is also aligned from the pose of the
-/// previous image. Not thread safe.
+/// Its variance grows with the distance travelled, and each aligned pose measures the correction
+/// with the noise of a given pose, so drift is corrected and noise is averaged. A pose within the
+/// map's own error is not moved. If alignments are noisier than given poses, refined poses follow
+/// them only on average. If an image may have converged to a wrong pose, it is also aligned from
+/// the pose of the previous image. Not thread safe.
 class PoseRefiner {
  public:
   /// @param params Expected errors of given poses, and what to do with frames that do not fit.

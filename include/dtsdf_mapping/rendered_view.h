@@ -17,8 +17,8 @@ struct RenderCamera {
   Intrinsics intrinsics{525.0f, 525.0f, 319.5f, 239.5f};  ///< Focal lengths and principal point.
 };
 
-/// A view of the map: three images of the camera's size, row by row without gaps. Where a pixel's
-/// ray meets no surface, all three are 0.
+/// A view of the map: three images of the camera's size, in row-major order without padding. Where
+/// a pixel's ray meets no surface, all three are 0.
 struct RenderedView {
   int width = 0;   ///< In pixels.
   int height = 0;  ///< In pixels.

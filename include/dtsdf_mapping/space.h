@@ -68,7 +68,7 @@ struct SpaceCube {
 /// Changes of space.
 struct SpaceChanges {
   bool begins_anew = false;      ///< Discard all earlier cubes first.
-  std::vector<SpaceCube> cubes;  ///< Replace earlier cubes; all zeros: unknown again.
+  std::vector<SpaceCube> cubes;  ///< They replace earlier ones; a cube of zeros is unknown again.
   bool is_part = false;          ///< More changes follow: call again.
 };
 
@@ -97,7 +97,7 @@ class KnownSpace {
   virtual std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const = 0;
 
   /// Exact squared distance, in cells, from the centre of a cell to that of the nearest surface
-  /// cell; -1 if none is within space/max_distance_m.
+  /// cell; -1 if none is within space/max_distance_m; 0 if it cannot be read from disk.
   virtual int squaredDistance(const Vec3i& cell) const = 0;
 
   /// Distance at a point, interpolated between the centres of the cells around it. A point that is
@@ -105,7 +105,7 @@ class KnownSpace {
   virtual SpaceDistance distanceAt(const Eigen::Vector3d& p_W) const = 0;
 };
 
-/// The space of a map as of the last finished mesh update, with the distances of the last
+/// The space of a map: surfaces as of the last finished mesh update, distances as of the last
 /// updateDistances(). Owned by its mapper and, like it, not thread safe.
 class Space : public KnownSpace {
  public:

@@ -36,7 +36,7 @@ struct FrameSelection {
     return index >= first && index <= last && (index - first) % step == 0 &&
            (listed == nullptr || std::binary_search(listed->begin(), listed->end(), index));
   }
-  /// Whether the colour image of this index is selected: one in each `step` images.
+  /// Whether the colour image of this index is selected: one of every `step` images.
   bool containsColour(size_t index) const { return index % step == first % step; }
   /// How many of a recording's `total` images are selected.
   size_t countIn(size_t total) const {

@@ -18,8 +18,8 @@ struct MapInfo : MapHead {
   MapSize size;                ///< Size of the map.
   uint64_t file_bytes = 0;     ///< Length of the file.
   uint64_t content_hash = 0;   ///< Hash stored in the file: see contentHash().
-  BlockKey least = {0, 0, 0};  ///< Smallest block coordinates; 0 for an empty map.
-  BlockKey most = {0, 0, 0};   ///< Largest block coordinates; 0 for an empty map.
+  BlockKey least = {0, 0, 0};  ///< Smallest block coordinate per axis; 0: empty map.
+  BlockKey most = {0, 0, 0};   ///< Largest block coordinate per axis; 0: empty map.
 };
 
 /// Saves a map. Equal contents give equal bytes, with any number of threads (0: all cores). A
@@ -38,14 +38,14 @@ constexpr size_t kNoMapLimit = std::numeric_limits<size_t>::max();
 MapContents loadMap(const std::string& path, size_t max_bytes = kNoMapLimit, int threads = 0);
 
 /// Loads a map for a mapper with these settings; the limit is maxMapBytes(). Free cells count
-/// towards it even if the mapper drops them, without space/enabled.
+/// towards it even if the mapper ignores them because space/enabled is off.
 MapContents loadMap(const std::string& path, const MapperParams& params, int threads = 0);
 
 /// Reads a map file except its voxels and colours, so damage to these goes unnoticed.
 /// @throws std::runtime_error as loadMap() does.
 MapInfo readMapInfo(const std::string& path);
 
-/// Hash of a map: its bound settings, blocks, voxels, colours and number of fused frames. Equal
+/// Hash of a map: its bound settings, blocks, voxels, colours, free cells and frame counts. Equal
 /// maps have equal hashes, whatever their file, backend or map frame. XXH64; docs/map_format.md
 /// lists the bytes.
 uint64_t contentHash(const MapContents& contents, int threads = 0);

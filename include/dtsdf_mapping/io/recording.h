@@ -1,4 +1,4 @@
-/// Reads recordings in folders, as published, through the FrameSource interface.
+/// Reads recordings in folders through the FrameSource interface.
 #pragma once
 
 #include <memory>
@@ -45,15 +45,15 @@ std::vector<std::string> recordingFormats();
 std::string guessRecordingFormat(const std::string& path);
 
 /// Reads the folder's lists; images are decoded one by one.
-/// @throws std::runtime_error for a missing or malformed file, with file and line, and for bags,
-/// which the library does not read.
+/// @throws std::runtime_error for a missing or malformed file, which the message names, and for
+/// bags, which the library does not read.
 std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options);
 
 /// Values that neither the folder nor the options give, so the format's defaults are used: "the
 /// camera of the format (--intrinsics), 1000 units per metre (--depth-scale)"; or empty.
 std::string assumptionsOf(const RecordingOptions& options);
 
-/// Colour images of the same folder, one in each `step` of the selection; null if there are none.
+/// Colour images of the same folder, one of every FrameSelection::step; null if there are none.
 /// Their camera is the format's colour camera, or else the depth camera; their poses are those at
 /// their own stamps or numbers.
 /// @throws std::runtime_error as openRecording().

@@ -12,7 +12,7 @@ enum class FusionMode {
   kNormalRayCasting,  ///< Samples along the normal; the noisier the depth, the nearer to the ray.
 };
 
-/// Maximum of FusionParams::normal_radius_px, and width of the margins of images on the GPU.
+/// Maximum of FusionParams::normal_radius_px.
 constexpr int kMaxNormalRadius_px = 16;
 
 /// How a frame is fused.
@@ -25,7 +25,7 @@ struct FusionParams {
   float max_weight = 64.0f;   ///< Cap of a voxel's weight; a frame adds 1 at most.
   bool clearing = true;       ///< Whether surfaces that images see through are removed.
   /// Largest number of images for or against a surface that the map remembers; 0: 8. The node and
-  /// the programs replace 0 by 19 if they align poses, since these agree for longer.
+  /// the programs replace 0 by 19 if they align poses, since aligned poses agree for longer.
   int memory_frames = 0;
 };
 

@@ -18,7 +18,8 @@ enum class MeshColour {
 struct MeshParams {
   MeshColour colour = MeshColour::kAuto;  ///< Colour of the vertices, in RViz and in saved files.
   int min_support = 2;   ///< Frames that must support a surface; fewer in a map of fewer frames.
-  int loose_voxels = 4;  ///< Pieces up to this size are left out if a larger one is as close.
+  int loose_voxels = 4;  ///< Loose pieces up to this size, and no farther than this from a larger
+                         ///< piece, are left out; 0: none.
   int refine = 0;        ///< 1: splits each triangle into four on the curved surface.
 };
 

@@ -56,8 +56,8 @@ class BlockMesher {
   }
 
   /// Enqueues an extraction of all changes made before `map_ready`.
-  /// @param max_dirty Upper limit of the number of blocks with changed voxels.
-  /// @param max_painted Upper limit of the number of blocks with changed colours.
+  /// @param max_dirty Upper bound of the number of blocks with changed voxels.
+  /// @param max_painted Upper bound of the number of blocks with changed colours.
   /// @param min_evidence Voxels with less evidence count as unknown.
   void begin(const MapView& map, const Event& map_ready, size_t max_dirty, size_t max_painted,
              int32_t min_evidence) {
@@ -238,7 +238,7 @@ class BlockMesher {
 
   MeshSettings rules_;
   bool directional_, refined_;
-  int thread_blocks_;  ///< Enough to fill the device, as kernels use strides.
+  int thread_blocks_;  ///< Enough to fill the device; kernels stride over the work.
   Stream stream_;
   Event begun_{cudaEventDefault}, fetched_{cudaEventDefault}, counted_;
   State state_ = State::kIdle;

@@ -284,7 +284,7 @@ void Clearing::reserve(const FrameCounters& counters, size_t in_view) {
   empty_blocks_.reserve(counters.touched + in_view);
 }
 
-/// Kernels no longer read the previous frame's list, as that frame was waited for.
+/// The previous frame is done, so no kernel reads its list any more.
 void Clearing::noteInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view) {
   in_view_count_ = sensing.hasFreeDepth() ? static_cast<uint32_t>(in_view.size()) : 0;
   std::copy_n(in_view.begin(), in_view_count_, in_view_.data());

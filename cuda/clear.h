@@ -33,7 +33,8 @@ class Clearing {
   void clear(const DeviceSensing& sensing, const MapView& map, const TouchedView& touched,
              const FrameCounters& counters, const uint32_t* covered, uint64_t frame_number);
 
-  /// Waits for the frame. @return its blocks with empty arrays, once, sorted by slot.
+  /// Waits for the last frame. @return its blocks with empty arrays, sorted by slot. A second call
+  /// for the same frame returns none.
   std::vector<EmptyBlock> takeEmptyBlocks();
   bool hasOutcome() const { return is_cleared_; }
 
@@ -44,10 +45,10 @@ class Clearing {
   const FusionSettings fusion_;
   const Stream& stream_;
   Event cleared_;
-  const int thread_blocks_;        ///< Enough to fill the device, as kernels use strides.
+  const int thread_blocks_;        ///< Enough to fill the device; kernels stride over the work.
   bool is_cleared_ = false;        ///< A frame's empty blocks have not been taken yet.
   PinnedBuffer<int32_t> in_view_;  ///< Read in place by kernels.
-  uint32_t in_view_count_ = 0;     ///< Of the last frame; 0: it only checks touched blocks.
+  uint32_t in_view_count_ = 0;  ///< Number of slots in in_view_; 0 if the frame has no free depth.
   DeviceBuffer<int32_t> looks_;
   PinnedBuffer<EmptyBlock> empty_blocks_;  ///< Written in place by kernels.
   PinnedBuffer<uint32_t> empty_count_{1};

@@ -238,7 +238,8 @@ class CudaBackend : public MapBackend {
     if (given != nullptr) setStates(order.slots, *given);
   }
 
-  /// Tests only whether blocks are in view, so the frame may not see through some of them.
+  /// Tests only whether blocks are in view, so it may return some that the frame does not see
+  /// through.
   std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
                                     uint64_t frame_number) override {
     std::vector<PackedKey> keys = block_finder_.fetchTouched();
@@ -304,7 +305,7 @@ class CudaBackend : public MapBackend {
             depthRangeOf(frame, params_)};
   }
 
-  /// Repeats the search with larger buffers, as there were more surfels or blocks than expected.
+  /// Repeats the search with larger buffers after finding more surfels or blocks than expected.
   void findMore() {
     if (counters_.usable_surfels > surfels_.room) {
       block_finder_.begin();
@@ -338,11 +339,11 @@ class CudaBackend : public MapBackend {
   FreeCellFinder free_cell_finder_;
   std::shared_ptr<DistanceMaker> distance_maker_;
   RecordMover record_mover_;
-  size_t in_view_count_ = 0;              ///< Blocks that the frame may check.
+  size_t in_view_count_ = 0;              ///< Number of blocks that the frame may check.
   std::optional<DeviceSensing> sensing_;  ///< From the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
-  size_t max_dirty_ = 0, max_painted_ = 0;  ///< Upper limits of the device's counts.
+  size_t max_dirty_ = 0, max_painted_ = 0;  ///< Upper bounds of the device's counts.
 };
 
 }  // namespace

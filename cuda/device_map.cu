@@ -121,8 +121,8 @@ void DeviceMap::noteDemand(const PoolSizes& asked) {
                     fading(recent_demand_.arrays, asked.arrays)};
 }
 
-/// Reserves the pools that grow most often, for several frames at a time. If memory runs out, they
-/// keep their sizes.
+/// Reserves the pools that grow most often, for several frames at a time. If memory runs out, a
+/// pool keeps its size.
 void DeviceMap::reserveAhead(const BlockTable& table) {
   constexpr size_t kFrames = 8;
   const PoolSizes next = table.sizesAfter(recent_demand_.slots, recent_demand_.arrays);
@@ -154,7 +154,7 @@ void DeviceMap::enterColours(const std::vector<NewBrick>& bricks) {
   const size_t count = bricks.size();
   if (count == 0) return;
   updates_sent_.wait();
-  pinned_bricks_.reserve(count);  // already reserved, except for a restored map
+  pinned_bricks_.reserve(count);  // already reserved by reserveColours()
   new_bricks_.reserve(count, stream_);
   std::copy(bricks.begin(), bricks.end(), pinned_bricks_.data());
   new_bricks_.upload(pinned_bricks_.data(), count, stream_);
@@ -168,7 +168,7 @@ void DeviceMap::keepColours() {
   markAll(painted_.view());
 }
 
-/// Released blocks leave their keys in the table. When keys fill half of it, a new one is made.
+/// Released blocks leave their keys in the table. When keys fill half of it, a new table is made.
 void DeviceMap::reserveHash(size_t new_blocks, size_t live_blocks) {
   if (hash_size_ != 0 && 2 * (hash_used_ + new_blocks) <= hash_size_) return;
   size_t size = kFirstHash;

@@ -110,8 +110,8 @@ class DeviceMap {
   /// Makes room for `count` changes per sendChanges(). Waits until the last ones are applied.
   void reserveChanges(size_t count);
 
-  /// Notes a change of a slot, such as a release, for sendChanges(). The next admission calls that
-  /// at the latest. No extraction may be reading the map then.
+  /// Notes a change of a slot, such as a release, for sendChanges(), which the next admission calls
+  /// at the latest. No extraction may be reading the map when it is called.
   void note(const SlotUpdate& change) { noted_.push_back(change); }
   void sendChanges();
 
@@ -143,7 +143,7 @@ class DeviceMap {
   const Stream& stream_;
   /// The largest demand of recent frames; it decreases over time.
   PoolSizes recent_demand_ = {0, 0};
-  size_t slot_count_ = 0;  ///< Slots that hold, or held, a block.
+  size_t slot_count_ = 0;  ///< Number of slots that hold, or held, a block.
   size_t hash_used_ = 0;   ///< Upper bound of used places, including those of released blocks.
   DeviceBuffer<PackedKey> hash_keys_;
   DeviceBuffer<int32_t> hash_slots_;

@@ -9,7 +9,7 @@ namespace dtsdf {
 namespace gpu {
 
 /// The part of a surfel's line that a thread handles. If there are enough threads, several share a
-/// line, as lines are long. The sums do not depend on how lines are shared.
+/// line, since lines are long. The sums do not depend on how lines are shared.
 struct LinePart {
   uint32_t surfel;
   int number, count_log2;

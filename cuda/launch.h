@@ -98,7 +98,7 @@ __device__ __forceinline__ T readShared(const T* p) {
   return *static_cast<const volatile T*>(p);
 }
 
-/// Whether this block of threads is the last of its grid to get here. If so, reads past the
+/// Whether this block of threads is the last of `blocks` to get here. If so, reads past the
 /// first-level caches, such as readShared(), see all that the others wrote before. @pre `finished`
 /// was 0.
 __device__ __forceinline__ bool isLastBlock(uint32_t* finished, uint32_t blocks) {

@@ -12,8 +12,8 @@ namespace {
 /// Threads per block that makes surfels. The width of most images is a multiple of this.
 constexpr int kRowThreads = 128;
 
-/// Threads per patch of pixels, of which one tests each bit of its MergedPatch: the patch and its
-/// four squares are tested at once.
+/// Threads per patch of pixels. Each bit of its MergedPatch, for the patch or one of its four
+/// quads, is tested by one of them.
 constexpr uint32_t kPatchThreads = 8;
 static_assert(kPatchBit < kPatchThreads && 32 % kPatchThreads == 0, "a warp takes whole patches");
 

@@ -9,7 +9,7 @@ namespace gpu {
 
 struct DeviceSurfels {
   const Surfel* surfels;
-  uint32_t room;          ///< Upper limit of their number.
+  uint32_t room;          ///< Upper bound of their number.
   const uint32_t* count;  ///< Their number, with those that did not fit; null: `room`.
 
 #ifdef __CUDACC__
@@ -25,7 +25,7 @@ class SurfelMaker {
 
   /// Enqueues the stage. For casting, it lists a surfel per merged square, other pixel or subpixel;
   /// a few have no weight. If `count` exceeds `room`, the rest are missing. For voxel projection,
-  /// it makes one per pixel, in row order, and counts those with a weight.
+  /// it makes one per pixel, in row-major order, and counts those with a weight.
   /// @param count On the device; must be 0.
   DeviceSurfels makeSurfels(const DeviceSensing& sensing, uint32_t* count);
 

@@ -54,8 +54,8 @@ struct MeshView {
   MeshSettings rules;
 };
 
-// Each function enqueues one step. `thread_blocks` should fill the device, as only the device knows
-// how much work there is.
+// Each function enqueues one step. `thread_blocks` should fill the device, since only the device
+// knows how much work there is.
 
 /// Selects the blocks whose units have a corner in a changed block.
 void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);

@@ -138,7 +138,7 @@ __device__ void listNearSurface(const PointView& view, const ArrayInView& array,
 }
 
 /// Lowers a depth to `value`, if that is less. Positive floats compare like their bits read as
-/// integers. An outdated read does no harm, as depths only decrease.
+/// integers. An outdated read does no harm, since depths only decrease.
 __device__ void lowerTo(float* depth_m, float value) {
   if (!(value < readShared(depth_m))) return;
   atomicMin(reinterpret_cast<int*>(depth_m), __float_as_int(value));

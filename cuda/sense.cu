@@ -41,7 +41,7 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   using Scan = cub::BlockScan<uint64_t, kThreads>;
   __shared__ typename Scan::TempStorage scan;
   constexpr int kBinsPerThread = kNoiseBins / kThreads;
-  static_assert(kNoiseBins % (4 * kThreads) == 0, "each thread has as many fours of bins");
+  static_assert(kNoiseBins % (4 * kThreads) == 0, "each thread has whole groups of four bins");
   constexpr int kBits = 12;  // per kind; the last one has more, for twice as many lines
   constexpr uint64_t kMask = (uint64_t{1} << kBits) - 1;
   static_assert(kShortLines * kBits + 13 <= 64 && kNoisePoints < 1 << 13, "for all kinds");

@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// A FrameSensing that kernels load(), as its noise is in device memory.
+/// A FrameSensing that kernels load(), since its noise is in device memory.
 class DeviceSensing {
  public:
   DeviceSensing(const ImageView& image, const DepthNoise* noise, const float* free_depth)

@@ -13,7 +13,7 @@ namespace dtsdf {
 namespace gpu {
 
 /// Page-locked host memory. Copies to and from the device run in parallel with the host, and
-/// kernels may read and write it in place, which is faster than a copy if it is small.
+/// kernels may read and write it in place, which is faster than a copy of a small buffer.
 template <class T>
 class PinnedBuffer {
   static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");

@@ -54,9 +54,9 @@ class SlabPool {
   }
 
   /// Makes room before it is needed; kernels may be reading the pool. If there is no room for
-  /// `count` records, makes room for `most`, but grows by at most half: even a small allocation
-  /// takes as long as half a frame. Does nothing if that would take much of the device's free
-  /// memory or make the table grow.
+  /// `count` records, makes room for up to `most`: even a small allocation takes as long as half a
+  /// frame. Does nothing if that would take much of the device's free memory or make the table
+  /// grow.
   void reserveAhead(size_t count, size_t most, const Stream& stream) {
     constexpr size_t kMinLeft = 8;  // times what is allocated
     const size_t there = slabs_.size(), least = slabsFor(count);

@@ -24,7 +24,8 @@ bool dropMarked(std::vector<uint16_t>& triangles) {
   return true;
 }
 
-/// Drops vertices without triangles. Usually there are none, as triangles next to the gap use them.
+/// Drops vertices without triangles. Usually there are none, since triangles next to the gap use
+/// them.
 void dropUnusedVertices(BlockMesh& mesh) {
   std::vector<uint16_t> number(mesh.vertices.size(), kUnused);
   for (const uint16_t vertex : mesh.triangles) number[vertex] = 0;

@@ -81,8 +81,8 @@ using DistanceWork = std::function<bool(const DistanceTask& task,
 
 struct BackendTraits {
   std::string name;
-  /// The backend looks up blocks in its own mirror of the table, from which it drops blocks that an
-  /// image leaves empty. So the engine may update and publish() the table later.
+  /// The backend looks up blocks in its own mirror of the table, from which it removes arrays that
+  /// an image leaves empty. So the engine may update and publish() the table later.
   bool indexes_blocks_itself = false;
   bool meshes_at_once = false;  ///< Whether beginMesh() does all the work.
   DistanceWork distance_work;   ///< Null: the host computes distances. May outlive the backend.
@@ -129,9 +129,9 @@ class MapBackend {
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
   virtual void reserveFrame(const std::vector<int32_t>& in_view) = 0;
 
-  /// Three stages, which a backend may fuse: casts surfels into sums, folds sums into voxels, and
-  /// lowers the evidence of voxels that the image contradicts. The last stage also visits blocks in
-  /// view that the image does not touch, when it is their turn.
+  /// Three stages, which a backend may combine: casts surfels into sums, folds sums into voxels,
+  /// and lowers the evidence of voxels that the image contradicts. The last stage also visits
+  /// blocks in view that the image does not touch, when it is their turn.
   /// @param frame_number Counted from 1.
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
   virtual void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>& in_view) = 0;
@@ -205,7 +205,7 @@ class MapBackend {
   virtual std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
                                             uint64_t frame_number) = 0;
 
-  /// Blocks that sumsAt() reads, each once.
+  /// Blocks that sumsAt() may read, each once.
   virtual std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff) = 0;
 
   /// Blocks marked for the next extraction. setMarks() marks further ones. @pre No extraction is

@@ -19,7 +19,7 @@ class ProbedMapper : public Mapper {
   /// GPU's kernels, use NVIDIA's profilers.
   virtual void profileTo(Profile* profile) = 0;
 
-  /// Takes over contents. @pre The head was checked, and the map is empty.
+  /// Fills the map with contents. @pre The head was checked, and the map is empty.
   /// @throws std::exception if memory runs out; the mapper is then unusable.
   virtual void restore(const MapParts& parts) = 0;
 

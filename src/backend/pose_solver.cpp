@@ -191,7 +191,7 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   return result;
 }
 
-/// Most points read the same blocks as the previous point, since points are in row order.
+/// Most points read the same blocks as the previous point, since points are in row-major order.
 std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff, const AlignedPoint* points,
                                    size_t count) {
   constexpr float kAround = 2.0f;  // samples interpolate between the surrounding voxels

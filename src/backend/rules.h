@@ -1,4 +1,4 @@
-/// The constants of all rules. Users have the defaults; other values are for experiments only.
+/// The constants of all rules. Users get the defaults; other values are for experiments only.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"

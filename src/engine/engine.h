@@ -121,7 +121,7 @@ class Engine : public ProbedMapper {
   std::unique_ptr<Pager> pager_;         ///< Null without map/page_folder.
   State state_;
   PoseConvention convention_;
-  MapStats stats_;  ///< After the last call that changes the map.
+  MapStats stats_;  ///< As of the last call that changed the map.
   Profile* profile_ = nullptr;
   mutable Helper helper_;  ///< Moves blocks between frames. Last, as it uses the other members.
 };

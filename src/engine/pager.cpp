@@ -24,7 +24,7 @@ size_t spareBytes(size_t budget_bytes) { return std::min(budget_bytes / 16, 4 * 
 constexpr size_t kWaitingShare = 8;
 constexpr size_t kMaxWaitingBytes = 4 * kBatchBytes;
 
-/// After a failure, nothing is written in this many calls.
+/// After a failure, nothing is written for this many calls of require() and noteFrame().
 constexpr uint64_t kCallsBetweenTries = 16;
 
 /// Largest size of a block in memory.
@@ -49,7 +49,7 @@ bool isMotion(const Eigen::Isometry3d& step, double max_depth_m) {
 /// How many frames ahead blocks are read, and the step between these frames.
 constexpr int kFramesAhead = 24, kFramesBetween = 3;
 
-/// Number of frames between reads ahead. Frames that moved blocks also start one.
+/// Number of frames between reads ahead. Frames that moved blocks read ahead, too.
 constexpr uint64_t kFramesBetweenReads = 3;
 
 /// Distance from the centre of a coarse cell's middle block to the cell's farthest corner, in
@@ -168,7 +168,8 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
   return exceeds || hasRoom(bytes);
 }
 
-/// Evicts blocks until there is room for `bytes`, or none is left to evict.
+/// Evicts blocks until there is room for `bytes`, none is left to evict, or the disk refuses
+/// several batches. Does nothing soon after such a refusal.
 /// @param before Only cells last needed before this value of now_ are evicted.
 void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   if (now_ < no_writing_before_) return;

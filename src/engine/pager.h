@@ -66,7 +66,7 @@ class Pager {
                                     const std::vector<int32_t>& in_view,
                                     uint64_t frame_number) const;
 
-  /// Blocks in memory and on disk that may be in view, nearest first.
+  /// Blocks in memory and on disk that may be in view, up to a depth, nearest first.
   std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
 
   /// Whether blocks on disk may be in view, judged by coarse cells.

@@ -26,8 +26,8 @@ struct FloorView {
 };
 
 /// Finds the floor: the plane with the most points among those tilted by less than 45 degrees from
-/// the cameras' mean up. It must have a twentieth of all points, not only in a strip, and hardly
-/// any below it. The same points always give the same plane.
+/// the cameras' mean up. It must contain a twentieth of all points, be wider than a strip, and have
+/// hardly any points below it. The same points always give the same plane.
 /// @param problem Why there is no floor; the caller adds what to do.
 std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::string& problem);
 
@@ -47,7 +47,7 @@ class FloorSearch {
   /// The floor in M, once found; later images are ignored.
   const std::optional<FloorPlane>& floor() const { return floor_; }
 
-  /// Why the last attempt failed; empty before the first one is complete.
+  /// Why the last attempt failed; empty if it succeeded, and before the first one is complete.
   const std::string& problem() const { return problem_; }
 
  private:

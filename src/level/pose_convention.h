@@ -20,7 +20,8 @@ class PoseConvention {
   /// Adds a valid frame; ignored once there is a verdict.
   void add(const DepthFrame& frame);
 
-  /// Which convention the poses seem to follow, and what to do; empty while they seem right.
+  /// Which convention the poses seem to follow, and what to do; empty if they seem right, and
+  /// before a verdict.
   const std::string& doubt() const { return doubt_; }
 
  private:

@@ -5,7 +5,8 @@
 
 namespace dtsdf {
 
-/// Blocks from `first` to `last`, both included, along each axis; empty if `first` exceeds `last`.
+/// Blocks from `first` to `last`, both included, along each axis; empty if `first` exceeds `last`
+/// along any axis.
 struct BlockExtent {
   BlockKey first = {-kMaxBlockCoordinate, -kMaxBlockCoordinate, -kMaxBlockCoordinate};
   BlockKey last = {kMaxBlockCoordinate, kMaxBlockCoordinate, kMaxBlockCoordinate};

@@ -67,7 +67,7 @@ struct Admission {
   std::vector<int32_t> changed_slots;  ///< Blocks that are new or got new arrays, in key order.
   std::vector<int32_t> new_arrays;     ///< New arrays; the caller zeroes their memory.
   std::vector<NewBrick> bricks;        ///< New bricks, in key order.
-  size_t refused = 0;                  ///< Requests, or bricks, refused by the budget.
+  size_t refused = 0;                  ///< Requests, or bricks, that the budget has no room for.
 };
 
 /// Sizes of the pools of slots and arrays.

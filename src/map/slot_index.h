@@ -66,8 +66,8 @@ class SlotIndex {
   }
 
  private:
-  /// Binary logarithm of the blocks along each edge of a cube. A surface meets about 75 blocks of
-  /// it.
+  /// Binary logarithm of the blocks along each edge of a cube. A surface through a cube meets about
+  /// 75 of its blocks.
   static constexpr int kSideLog2 = 3;
   static constexpr size_t kBlocksPerCube = size_t{1} << 3 * kSideLog2;
 

@@ -34,7 +34,7 @@ void visitRecord(Io& io, BlockMesh& mesh) {
   io.array(mesh.colours, sizes[2]);
 }
 
-/// Meshes may take 1 / kMeshShare of map/max_memory_mb, in addition to it, but not over
+/// Meshes may take 1 / kMeshShare of map/max_memory_mb, in addition to it, but at most
 /// kMaxMeshBytes.
 constexpr size_t kMeshShare = 8, kMaxMeshBytes = size_t{64} << 20;
 
@@ -142,7 +142,7 @@ class PagedMeshes {
   /// Whether the disk responded to the last read; if not, it may be gone.
   bool diskResponds() const { return pages_ == nullptr || pages_->diskResponds(); }
   size_t bytes() const { return pages_ == nullptr ? bytes_ : pages_->bytes(); }  ///< Used memory.
-  size_t maxBytes() const { return max_bytes_; }  ///< Limit of the memory; 0: none.
+  size_t maxBytes() const { return max_bytes_; }  ///< Limit of the memory; 0: no limit.
   Stats stats() const { return pages_ == nullptr ? Stats() : pages_->stats(); }
 
  private:

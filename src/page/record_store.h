@@ -50,7 +50,7 @@ class RecordStore {
   enum class Reading {
     kIntact,      ///< The record is as it was written.
     kDamaged,     ///< It has changed, or cannot be read although the disk responds: it is lost.
-    kUnreadable,  ///< The disk did not respond, after several tries; a later read may succeed.
+    kUnreadable,  ///< The disk did not respond; a later read may succeed.
   };
 
   /// Makes the folder if it is missing.

@@ -7,11 +7,11 @@
 namespace dtsdf {
 namespace {
 
-/// Smallest focal length, as a share of the image's width or height; the view has 175 degrees.
+/// Smallest focal length, as a fraction of the image's width or height: 175 degrees are in view.
 constexpr double kShortestFocalLength = 0.02;
 /// Smaller images may have the principal point in the first pixel.
 constexpr int kSmallImage = 16;
-/// Largest plausible offset of the principal point, as a share of the image's width or height.
+/// Largest plausible offset of the principal point, as a fraction of the image's width or height.
 constexpr double kFarFromMiddle = 0.2;
 
 bool isInFirstPixel(float c) { return c > 0.0f && c < 1.0f; }
@@ -39,8 +39,9 @@ std::string findProblem(const Intrinsics& K, int width, int height) {
       width >= kSmallImage && height >= kSmallImage && isInFirstPixel(K.cx) && isInFirstPixel(K.cy);
   if (!is_short && !is_share) return "";
   return "the intrinsics are " + inWords(K) +
-         formatted(" for images of %d x %d pixels; give them in pixels, not as shares of the image",
-                   width, height);
+         formatted(
+             " for images of %d x %d pixels; give them in pixels, not as fractions of the image",
+             width, height);
 }
 
 std::string doubtAbout(const Intrinsics& K, int width, int height) {

@@ -38,7 +38,7 @@ struct InputParams {
   bool mask = false;  ///< Each image has a mask with its stamp, on `mask/image`.
 };
 
-/// What a map is levelled by, if the map frame is not level.
+/// How a map is levelled, if the map frame is not level.
 enum class LevelChoice {
   kNone,   ///< The map is not levelled: it is in map_frame.
   kFloor,  ///< The floor that the first images show.
@@ -69,7 +69,7 @@ struct NodeParams {
   double mesh_rate_hz = 2.0;     ///< Maximum rate of `mesh`, in wall time.
   double points_rate_hz = 1.0;   ///< Maximum rate of `surface_points`, in wall time.
   double status_rate_hz = 1.0;   ///< Rate of `status` and the diagnostics, in wall time.
-  double space_rate_hz = 1.0;    ///< Maximum rate of grid updates and slice, in wall time.
+  double space_rate_hz = 1.0;    ///< Maximum rate of grid updates and the slice, in wall time.
   double mesh_refresh_s = 60.0;  ///< Interval at which the whole mesh is published again; 0: never.
   double stale_s = 5.0;  ///< Silence of an input before a warning; three times that is an error.
 

@@ -68,7 +68,7 @@ class GroundGrid {
   /// Box of all changes in the window since it was first sent.
   const GridBox& changed() const { return changed_; }
 
-  /// Values of the columns of a box, row by row, x fastest.
+  /// Values of the columns of a box, in row-major order, x fastest.
   std::vector<int8_t> values(const GridBox& box) const;
 
   double cellSize_m() const { return cell_size_m_; }

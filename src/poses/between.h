@@ -7,11 +7,11 @@
 
 namespace dtsdf {
 
-/// Errors of more standard deviations are not random: of a normal distribution, 3 in 1000 are
-/// larger.
+/// Errors of more standard deviations do not count as random: only 3 in 1000 of a normal
+/// distribution are larger.
 constexpr double kMaxDeviations = 3.0;
 
-/// Share of the image's points that lie on surfaces of the map.
+/// Share of the image's points that lie on surfaces of the map; 0 unless the image was aligned.
 inline double explainedBy(const Alignment& alignment) {
   return alignment.status == AlignmentStatus::kAligned
              ? alignment.matched_share * alignment.inlier_share
@@ -28,7 +28,7 @@ inline Eigen::Matrix<double, 6, 1> stepBetween(const Eigen::Isometry3d& from,
   return step;
 }
 
-/// The pose at a share of the way from `a` to `b`: positions linearly, rotations by slerp.
+/// The pose at a fraction of the way from `a` to `b`: positions linearly, rotations by slerp.
 inline Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
                                  double share) {
   const Eigen::Quaterniond from(a.linear()), to(b.linear());

@@ -97,7 +97,7 @@ Matrix3f orientation(int i) {
   return q.normalized().toRotationMatrix().cast<float>();
 }
 
-/// A distance along a ray in sixteenths of an octave; larger values have other meanings.
+/// A distance along a ray in sixteenths of an octave, at most 253; 254 and 255 have other meanings.
 using Octaves = uint8_t;
 constexpr Octaves kNothing = 255, kBackSide = 254;
 
@@ -116,7 +116,7 @@ int agreement(Octaves in_map, Octaves measured) {
   return std::abs(apart) <= 3 ? 4 : 2;
 }
 
-/// Whether the image is usable. If not, Mapper::integrate() reports why.
+/// Whether the image is valid and large enough for a search.
 bool isImage(const DepthFrame& frame) {
   const size_t pixel = frame.encoding == DepthEncoding::kFloat32 ? sizeof(float) : sizeof(uint16_t);
   const Intrinsics& K = frame.intrinsics;
@@ -266,7 +266,7 @@ struct CoarseMap {
   std::vector<int32_t> surface_of;  ///< Index of each cell's surface; negative: none.
   std::vector<CellSurface> surfaces;
   std::vector<float> distance;      ///< From each cell to the nearest one with a surface, in cells.
-  std::vector<uint8_t> free_steps;  ///< Whole cells around each cell without surfaces.
+  std::vector<uint8_t> free_steps;  ///< `distance`, rounded down.
 
   struct Candidate {
     Isometry3d T_W_C = Isometry3d::Identity();  ///< In cells.

@@ -27,7 +27,8 @@ constexpr int kGuessesPerPlace = 1 + 4 * 6;
 /// hardly longer than aligning once and fusing, so a lost camera keeps its frame rate.
 constexpr int kGuessesPerImage = 6;
 
-/// Places to search around: at 30 images per second, all their guesses are tried in two seconds.
+/// Places to search around: at 30 images per second, all their guesses are tried in about two
+/// seconds.
 constexpr size_t kMaxPlaces = 16;
 
 /// A camera that is lost for kLostFor_s may be anywhere: the whole map is searched, at most every
@@ -38,8 +39,8 @@ double turnBetween(const Isometry3d& a, const Isometry3d& b) {
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
 }
 
-/// Continues the motion from one pose to another by a share of it; the rotation is about the
-/// camera.
+/// Continues the motion from one pose to another by `share` times that motion; the rotation is
+/// about the camera.
 Isometry3d continued(const Isometry3d& from, const Isometry3d& to, double share) {
   const Eigen::AngleAxisd turn(from.linear().transpose() * to.linear());
   const Vector3d way = from.linear().transpose() * (to.translation() - from.translation());
@@ -58,7 +59,7 @@ double motionBetween(const Isometry3d& a, const Isometry3d& b) {
 
 /// A guess around a pose: turned about or moved along one of its axes, by one or two steps, or the
 /// pose itself. A step is as long as the reach of an alignment. With fine voxels that is short, so
-/// it is at least kMinShift_m. Turns are limited to what an alignment can correct.
+/// it is at least kMinShift_m. A step of a turn is limited to what an alignment can correct.
 Isometry3d guessAround(const Isometry3d& T_W_C, double reach_m, size_t guess) {
   constexpr double kMinShift_m = 0.15, kMaxTurn_rad = 0.3;
   if (guess + 1 == kGuessesPerPlace) return T_W_C;
@@ -116,8 +117,8 @@ std::optional<Isometry3d> PoseTracker::poseAt(double stamp_s) const {
 
 Alignment PoseTracker::begin(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
   Alignment alignment = alignAt(mapper, frame, *given_T_W_C_);
-  // The given pose holds until the map has voxels, since a frame that shows nothing does not begin
-  // the map.
+  // The given pose is kept until the map has voxels, since a frame that shows nothing does not
+  // begin the map.
   const bool map_is_empty = mapper.stats().voxel_arrays == 0;
   may_begin_ = map_is_empty || !last_;
   last_ = StampedPose{stamp_s, alignment.T_W_C};

@@ -62,8 +62,8 @@ class CellTable {
   }
 
   /// The cubes that were touched or removed since the last call; at the first call, and with `all`,
-  /// every cube. Returns about `most` of them: later calls return the others, and also touched
-  /// cubes that cannot be read now.
+  /// every cube. Returns at most about `most` of them: later calls return the others, and also
+  /// touched cubes that cannot be read now.
   SpaceChanges takeTouched(bool all, size_t most) {
     SpaceChanges taken;
     taken.begins_anew = all || !tracks_changes_;

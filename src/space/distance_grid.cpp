@@ -21,7 +21,7 @@ void visitBetween(const Vec3i& low, const Vec3i& high, const Visit& visit) {
   }
 }
 
-/// Marks the cells as free whose centres lie in the region, which is in units of cells.
+/// Marks cells as free if their centres lie in the region, which is in units of cells.
 void clear(const RegionView& region, const Vec3i& sector, CellSector& cells) {
   for (int number = 0; number < kCubesPerSector; ++number) {
     const Vec3i first = firstCellOfCube(cubeOfSector(sector, number));

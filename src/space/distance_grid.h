@@ -28,10 +28,10 @@ struct PointGrid {
 /// @throws std::runtime_error for too many points, or a resolution that is not above 0.
 PointGrid gridIn(const BoxRegion& box, double resolution_m);
 
-/// Distances of the points in metres, x fastest; NaN where they are unknown.
+/// Distances of the points in metres, x fastest, and their gradients; NaN where unknown.
 struct GridDistances {
   std::vector<float> distances_m;
-  std::vector<float> gradients;  ///< Three numbers per point, along the axes of F.
+  std::vector<float> gradients;  ///< Three numbers per point, along the axes of the frame F.
 };
 GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
                           const Eigen::Matrix3d& R_F_W);

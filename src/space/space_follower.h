@@ -1,5 +1,5 @@
-/// A copy of space that follows the changes of a map on a separate thread: queries by planners cost
-/// the map nothing, and neither waits for the other.
+/// A copy of space that follows the changes of a map. The caller runs it on a thread of its own, so
+/// that planners' queries and the map do not wait for each other.
 #pragma once
 
 #include <cstddef>
@@ -47,7 +47,7 @@ class SpaceSnapshot : public KnownSpace {
   DistanceSectors distances_;
 };
 
-/// Follows the changes of a map. For one thread.
+/// Follows the changes of a map. It has no thread of its own; use it from one thread.
 class SpaceFollower {
  public:
   /// @param max_distance_m See SpaceParams.

@@ -17,7 +17,7 @@
 
 namespace dtsdf {
 
-/// Log2 of the voxels along a cell.
+/// Log2 of a cell's edge in voxels.
 int32_t cellLog2Of(const MapperParams& params);
 /// The largest distance, in cells.
 int reachInCells(const MapperParams& params);
@@ -88,7 +88,7 @@ class SpaceMap : public Space {
   void forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells);
   void recountAfterLoss();
 
-  const int32_t cell_log2_;  ///< Log2 of the voxels along a cell.
+  const int32_t cell_log2_;  ///< Log2 of a cell's edge in voxels.
   const double voxel_size_m_;
   const float max_range_m_;
   const size_t free_budget_;

@@ -48,7 +48,7 @@ class SurfaceCells {
   bool isListed(const Vec3i& cell) const;
   void replace(const BlockKey& block, std::vector<Vec3i> now, CellTable& cells);
 
-  const int32_t cell_log2_;  ///< Log2 of the voxels along a cell.
+  const int32_t cell_log2_;  ///< Log2 of a cell's edge in voxels.
   const int threads_;
   SectorTable<SurfaceSector> sectors_;  ///< A block's list is in the sector of its first cell.
   std::vector<Vec3i> changed_;          ///< Cubes that the current update changed.

@@ -19,18 +19,17 @@ struct BagOptions : RecordingOptions {
   std::string mask_topic;         ///< Masks with the depth images' stamps; empty: none.
   std::string colour_topic;       ///< Empty: the bag's only topic with colour images.
   std::string colour_info_topic;  ///< Empty: camera_info next to the colour topic.
-  std::string tf_topic;           ///< Empty: /tf. Static transforms: its name plus _static.
-  std::string imu_topic;          ///< Empty: the bag's only topic of type sensor_msgs/Imu.
+  std::string tf_topic;   ///< Empty: /tf. Static ones: its name plus _static, and /tf_static.
+  std::string imu_topic;  ///< Empty: the bag's only topic of type sensor_msgs/Imu.
   std::string map_frame = "map";  ///< Frame W.
   InputParams input;              ///< Camera frame, camera_info, units, rectification.
 };
 
-/// Opens a bag and reads its transforms; images are read one by one.
-/// @throws std::runtime_error if it cannot be read or has no such topic.
+/// Opens a bag and reads its poses; images are read one by one.
+/// @throws std::runtime_error if it cannot be read, or if a topic is missing or must be chosen.
 std::unique_ptr<FrameSource> openBagFrames(const BagOptions& options);
 
-/// Opens a bag's colour images, sorted by stamp, each with the pose of its own frame at its own
-/// stamp.
+/// Opens a bag's colour images, sorted by stamp, each with the pose at its own stamp.
 /// @return null if no topic is named and the bag has no topic with colour images, or several.
 /// @throws std::runtime_error if the bag cannot be read or does not have the named topic.
 std::unique_ptr<ColourSource> openBagColours(const BagOptions& options);

@@ -109,7 +109,7 @@ bool isNonFiniteWord(const std::string& text) {
          word.find(".#ind") != std::string::npos;
 }
 
-/// Infinity becomes NaN; a word that is not a number gives none.
+/// Infinity becomes NaN; none if the word is not a number.
 std::optional<double> parseElement(const std::string& word) {
   double number = 0.0;
   if (parseNumber(word, number) && std::isfinite(number)) return number;

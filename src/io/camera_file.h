@@ -18,7 +18,7 @@ using CameraInfo = RenderCamera;
 
 /// Reads size and intrinsics from projection_matrix, which describes the rectified image, or else
 /// from camera_matrix. Ignores distortion: images are assumed to be rectified.
-/// @throws std::runtime_error with the file and the key that is missing or wrong.
+/// @throws std::runtime_error that names the file and says what is missing or wrong.
 CameraInfo loadCameraInfo(const std::string& path);
 
 /// The camera of a folder's colour images: from colour_info.yaml if it exists, or else the depth
@@ -28,8 +28,8 @@ CameraInfo colourCameraOf(const std::filesystem::path& folder, const CameraInfo&
 /// The text of a camera_info.yaml.
 std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_name);
 
-/// Parses rows x columns numbers, row by row. Infinity becomes NaN; trackers write either where
-/// they lost the camera.
+/// Parses rows x columns numbers, in row-major order. Infinity becomes NaN; trackers write either
+/// where they lost the camera.
 /// @throws std::runtime_error that begins with `place`, if a word is not a number or their count is
 /// wrong.
 Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int columns,
@@ -46,7 +46,7 @@ std::optional<Eigen::Isometry3d> rigidMotion(const Eigen::Matrix4d& matrix);
 
 /// The camera of an intrinsic matrix, which begins with fx 0 cx, 0 fy cy.
 /// @throws std::runtime_error that begins with `place`, if a number is not finite or a focal length
-/// not above 0.
+/// is not above 0.
 CameraInfo cameraOfMatrix(const Eigen::MatrixXd& matrix, int width, int height,
                           const std::string& place);
 

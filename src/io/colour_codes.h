@@ -11,14 +11,15 @@ namespace dtsdf {
 
 /// Recognises the format by the first bytes. Converts grey to RGB and 16 bits to 8, and drops
 /// transparency. `name` is the image's name in error texts.
-/// @throws std::runtime_error if it is damaged, of another format, or has too many pixels.
+/// @throws std::runtime_error if it is damaged, of another format, an interlaced PNG of 16 bits, or
+/// has too many pixels.
 RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name);
 
 /// Decodes a file like decodeColour().
 /// @throws std::runtime_error that names the file, also if it is missing.
 RgbImage readColourImage(const std::string& path);
 
-/// Encodes a PNG file. @throws std::runtime_error if libpng fails.
+/// Encodes an image as a PNG file in memory. @throws std::runtime_error if libpng fails.
 std::string encodeColourPng(const RgbImage& image);
 
 }  // namespace dtsdf

@@ -179,7 +179,8 @@ std::vector<uint8_t> bytesOf(const std::vector<Pixel>& pixels) {
   return bytes;
 }
 
-/// Inverts the transport's code: scale / depth + offset, rounded down; 0 where nothing is measured.
+/// Depths in metres of the transport's codes, which are scale / depth + offset, rounded down, or 0
+/// where nothing is measured.
 std::vector<float> depthsOfInverse(const std::vector<uint16_t>& inverse, float scale,
                                    float offset) {
   std::vector<float> depths_m;

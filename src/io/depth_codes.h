@@ -10,13 +10,13 @@
 
 namespace dtsdf {
 
-/// Reads the pixels of a depth image file, row by row.
+/// Reads the pixels of a depth image file, in row-major order.
 /// @throws std::runtime_error that names the file, if it is missing, damaged, not 16-bit grey, or
 /// not of the expected size.
 std::vector<uint16_t> readDepthPng(const std::string& path, int width, int height);
 
-/// Reads the size of a depth image file, without its pixels.
-/// @throws std::runtime_error that names the file, if it is missing, damaged, not 16-bit grey, or
+/// Reads the size of a depth image file from its header. Damage to the pixels is not noticed.
+/// @throws std::runtime_error that names the file, if it is missing, not a PNG of 16-bit grey, or
 /// has too many pixels.
 DepthImage readDepthPngSize(const std::string& path);
 
@@ -24,7 +24,7 @@ DepthImage readDepthPngSize(const std::string& path);
 /// @throws std::runtime_error if it is damaged, not 16-bit grey, or has too many pixels.
 DepthImage decodeDepthPng(const uint8_t* data, size_t bytes);
 
-/// Encodes a PNG file. @throws std::runtime_error if libpng fails.
+/// Encodes an image as a PNG file in memory. @throws std::runtime_error if libpng fails.
 std::string encodeDepthPng(const DepthImage& image);
 
 // RVL, a lossless code for 16-bit depth images.
@@ -35,15 +35,16 @@ std::string encodeDepthPng(const DepthImage& image);
 // bits: 3 bits of the number, lowest first, and a top bit that is set if more groups follow. 8
 // groups make a 32-bit word, first group highest, and words are little-endian.
 
-/// Decodes `pixels` values. @throws std::runtime_error if the data end early or a run exceeds the
-/// image.
+/// Decodes `pixels` values. @throws std::runtime_error if the data end early, a run exceeds the
+/// image, or a number has more than 32 bits.
 std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels);
 
 // image_transport's compressedDepth: a header of 12 bytes, then a PNG, or columns, rows and RVL
 // data.
 
-/// The encoding in a message's format: "16UC1" in "16UC1; compressedDepth png" or, for a 16-bit
-/// PNG, in "16UC1; png compressed ". Empty for other formats.
+/// The encoding in a message's format: the text before the semicolon, as in "16UC1; compressedDepth
+/// png" and "16UC1; png compressed ", or the whole text if there is none. Empty for other formats,
+/// and for "32FC1; png compressed ".
 std::string encodingOfCompressedDepth(const std::string& format);
 
 /// Largest number of pixels that a depth or colour image may have.
@@ -51,7 +52,8 @@ size_t maxImagePixels();
 
 /// Decodes a message: 16-bit depth exactly, 32-bit depth as the transport rounded it.
 /// Allocates memory for at most maxImagePixels().
-/// @return the pixels as bytes in native order, in the encoding of encodingOfCompressedDepth().
+/// @return the pixels as bytes in the machine's order, in the encoding of
+/// encodingOfCompressedDepth().
 /// @throws std::runtime_error that says what is wrong with the message.
 Raster<uint8_t> decodeCompressedDepth(const std::string& format, const std::vector<uint8_t>& data);
 

@@ -62,7 +62,7 @@ class MapChunks {
   MapContents part(size_t chunk) const;
 
   /// Calls `take` with each chunk in order, one at a time, from several threads.
-  /// @throws std::runtime_error for a damaged file, and what `take` throws.
+  /// @throws std::runtime_error for a damaged file; exceptions of `take` pass through.
   void visit(const std::function<void(const MapContents& part)>& take, int threads = 0) const;
 
   MapInfo info() const;

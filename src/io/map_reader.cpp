@@ -16,7 +16,7 @@ using namespace map_format;
 
 namespace {
 
-constexpr uint64_t kMaxArrays = uint64_t{1} << 40;  // so that sizes in bytes fit 64 bits
+constexpr uint64_t kMaxArrays = uint64_t{1} << 40;  // so that sizes in bytes fit in 64 bits
 
 bool isKnown(const Record& record) {
   static constexpr const char* kKnown[] = {kSettings,    kFrame, kLevel,  kBox,     kState, kBlocks,
@@ -66,9 +66,9 @@ void MapChunks::findRecords() {
     if (record.is(kVoxels)) voxels_.push_back(record);
     if (record.is(kColours)) colours_.push_back(record);
     if (!isKnown(record) && !(record.flags & kMayBeSkipped)) {
-      throw std::runtime_error("the map file '" + file_->path() + "' has a record " +
-                               printable(record.name()) +
-                               " of an unknown kind; use a newer program");
+      throw std::runtime_error("the map file '" + file_->path() +
+                               "' has a record of an unknown kind, " + printable(record.name()) +
+                               "; use a newer program");
     }
     if (record.is(kEnd)) return;
   }
@@ -93,7 +93,8 @@ const Record* MapChunks::find(const char* kind) const {
   for (size_t i = first_; i < end_; ++i) {
     const Record& record = file_->records()[i];
     if (!record.is(kind)) continue;
-    if (found != nullptr) file_->throwDamaged(std::string("it has more than one record ") + kind);
+    if (found != nullptr)
+      file_->throwDamaged(std::string("it has more than one record of kind ") + kind);
     found = &record;
   }
   return found;
@@ -101,7 +102,8 @@ const Record* MapChunks::find(const char* kind) const {
 
 const Record& MapChunks::get(const char* kind) const {
   const Record* const record = find(kind);
-  if (record == nullptr) file_->throwDamaged(std::string("the record ") + kind + " is missing");
+  if (record == nullptr)
+    file_->throwDamaged(std::string("the record of kind ") + kind + " is missing");
   return *record;
 }
 
@@ -182,7 +184,7 @@ void MapChunks::readWords(const Record& record, uint64_t sum, size_t count,
   const size_t bytes = count * sizeof(Word);
   file_->read(record, words.data(), bytes);
   if (checksumOf(record.name().c_str(), words.data(), bytes) == sum) return;
-  file_->throwDamaged("the content of a record " + record.name() + " does not match its checksum");
+  file_->throwDamaged("the content of a " + record.name() + " record does not match its checksum");
 }
 
 MapChunks::MapChunks(const std::string& path, size_t max_bytes)

@@ -73,7 +73,9 @@ std::vector<Pose> posesInOrder(const std::vector<ListLine>& lines) {
   std::vector<std::string> words;
   for (const ListLine& line : lines) {
     if (first == 3 && line.words.size() == 3 && words.empty()) continue;
-    if (line.words.size() != in_line) parseMatrix(line.words, 4, 4, line.place);  // throws
+    if (line.words.size() != in_line) {
+      throwAt(line, "expected " + std::to_string(in_line) + " numbers");
+    }
     words.insert(words.end(), line.words.begin(), line.words.end());
     if (in_line == 12) words.insert(words.end(), {"0", "0", "0", "1"});
     if (words.size() < 16) continue;
@@ -90,7 +92,8 @@ void findInOrder(const std::vector<Pose>& poses, std::vector<StampedImage>& imag
     const double number = is_each ? static_cast<double>(i) : images[i].stamp_s;
     const bool has_pose = number >= 0.0 && number < static_cast<double>(poses.size());
     if (has_pose) images[i].T_W_C = poses[static_cast<size_t>(number)];
-    images[i].missing = has_pose ? "the camera was lost" : "no pose with its number";
+    images[i].missing = has_pose ? "the pose is not a rigid motion, or the camera was lost"
+                                 : "no pose for the image's number";
   }
 }
 
@@ -119,12 +122,12 @@ void findAsGiven(const std::string& path, double tolerance_s, std::vector<Stampe
   }
   if (convention.empty()) convention = as_written;
   for (StampedImage& image : images) {
-    image.missing = "no pose with its name";
+    image.missing = "no pose for the image's name";
     for (const std::string& key : keysOf(image.path)) {
       const auto found = named.find(key);
       if (found == named.end()) continue;
       image.T_W_C = found->second;
-      image.missing = "the camera was lost";
+      image.missing = "the pose is not a rigid motion, or the camera was lost";
       break;
     }
   }

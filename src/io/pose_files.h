@@ -17,7 +17,7 @@ namespace dtsdf {
 /// - by order if there are as many poses as images, or else by number: a list of 3 x 4 (KITTI) or
 ///   4 x 4 numbers, such as Open3D's trajectory.log.
 /// @param convention As RecordingOptions::pose_convention; empty: that of the file's format.
-/// @throws std::runtime_error with file and line if anything is missing or malformed.
+/// @throws std::runtime_error that names the file, if anything is missing or malformed.
 void findPosesIn(const std::string& path, double tolerance_s, std::vector<StampedImage>& images,
                  std::string convention = "");
 
@@ -28,7 +28,8 @@ void convertToOptical(const std::string& convention, std::vector<StampedImage>& 
 /// @throws std::invalid_argument for an unknown convention.
 Eigen::Isometry3d opticalPose(const Eigen::Isometry3d& pose, const std::string& convention);
 
-/// The number at the end of a file's name, before the extension.
+/// The number in a file's name without its extension: the whole name, such as a stamp, or the
+/// digits at its end.
 std::optional<double> numberAtEnd(const std::string& path);
 
 /// Reads a JSON object. @throws std::runtime_error with `advice` if the file has none.

@@ -1,4 +1,4 @@
-/// The pixels of an image in memory, row by row from the top.
+/// The pixels of an image in memory, in row-major order from the top.
 #pragma once
 
 #include <cstdint>

@@ -26,7 +26,8 @@ struct RecordedImages {
   double units_per_metre = 0.0;     ///< Depth units per metre.
 };
 
-/// Depth images in order, decoded one by one. @throws std::runtime_error if no image has a pose.
+/// Depth images in order, decoded one by one. @throws std::runtime_error if no image has a pose,
+/// or none is selected.
 std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
                                                 const RecordingOptions& options);
 

@@ -124,8 +124,8 @@ void RecordFile::readHead(const char* purpose) {
   }
   const auto version = numberOf<uint32_t>(head + 8);
   if (version == kRecordVersion) return;
-  throw std::runtime_error("the " + what_ + " '" + printable(path_) + "' has version " +
-                           std::to_string(version) + " of the format; this program reads " +
+  throw std::runtime_error("the " + what_ + " '" + printable(path_) + "' has format version " +
+                           std::to_string(version) + ", but this program reads version " +
                            std::to_string(kRecordVersion) + "; use a newer program");
 }
 
@@ -182,7 +182,7 @@ Bytes RecordFile::readStored(const Record& record) const {
   Bytes stored(record.stored_bytes);
   readAt(record.offset, stored.data(), stored.size());
   if (storedChecksum(record, stored.data()) == record.checksum) return stored;
-  throwDamaged("the checksum of a record " + printable(record.name()) + " does not match");
+  throwDamaged("the checksum of a " + printable(record.name()) + " record does not match");
 }
 
 void RecordFile::unpack(const Record& record, const Bytes& stored, void* content,
@@ -236,7 +236,7 @@ uint64_t RecordFile::headHash(size_t first, size_t end) const {
 
 void RecordFile::throwDamaged(const std::string& how) const {
   throw std::runtime_error("the " + what_ + " '" + printable(path_) + "' is damaged (" + how +
-                           "); restore a copy, or save it again");
+                           "); use an undamaged copy");
 }
 
 void RecordFile::throwCannotRead(int error_number) const {
@@ -246,7 +246,7 @@ void RecordFile::throwCannotRead(int error_number) const {
 }
 
 void RecordFile::throwWrongSize(const Record& record) const {
-  throwDamaged("a record " + printable(record.name()) + " has the wrong size");
+  throwDamaged("a " + printable(record.name()) + " record has the wrong size");
 }
 
 }  // namespace dtsdf

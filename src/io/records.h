@@ -98,7 +98,8 @@ class RecordWriter {
 class RecordFile {
  public:
   /// @param what Name in error texts, such as "map file".
-  /// @throws std::runtime_error if it is not a regular file, or has another purpose or version.
+  /// @throws std::runtime_error if it cannot be read, is not a regular file, or has another purpose
+  /// or version.
   RecordFile(const std::string& path, const char* purpose, const std::string& what);
   ~RecordFile();
   RecordFile(const RecordFile&) = delete;
@@ -121,7 +122,7 @@ class RecordFile {
   void read(const Record& record, void* content, uint64_t bytes) const;
   Bytes read(const Record& record, uint64_t bytes) const;
 
-  /// Reads the content of a record, up to `most` bytes.
+  /// Reads the content of a record, which may have at most `most` bytes.
   Bytes readAny(const Record& record, uint64_t most) const;
 
   /// Hash of the heads of these records, computed like RecordWriter::headHash().

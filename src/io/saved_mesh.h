@@ -1,5 +1,5 @@
-/// Saves the mesh of a map, whole or in part, simplified or not. A whole mesh that is
-/// partly on disk is saved as .ply piece by piece.
+/// Saves the mesh of a map, whole or in part, simplified or not. A whole mesh that is partly on
+/// disk is written piece by piece, if it is saved as .ply without simplification.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ namespace dtsdf {
 struct SavedMesh {
   size_t vertices = 0, triangles = 0;
   double error_m = 0.0;         ///< Error of a simplified mesh.
-  std::string loss;             ///< What the file lacks, in words; empty: nothing.
+  std::string loss;             ///< Blocks or precision that the file lacks; empty: none.
   size_t joined_triangles = 0;  ///< Triangles before simplification.
 };
 

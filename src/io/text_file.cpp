@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Larger than any list of images or poses, and than any image.
+/// Limit of a file's size; lists of images or poses, and images, are smaller.
 constexpr uintmax_t kMaxBytes = uintmax_t{1} << 30;
 
 /// Why the file cannot be read as a whole; empty if it can. Devices and pipes may be endless or

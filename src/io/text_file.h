@@ -8,7 +8,8 @@
 
 namespace dtsdf {
 
-/// Refuses pipes and devices, which may block a reader, and files of over 1 GiB.
+/// Refuses missing files, folders, pipes and devices (which may block a reader), and files of over
+/// 1 GiB.
 /// @throws std::runtime_error with the path and `advice`.
 void requireRegularFile(const std::string& path, const std::string& advice);
 

@@ -16,7 +16,7 @@ struct TexturePage {
   std::string png;   ///< Content of its PNG file.
 };
 
-/// Texture coordinates: shares of a page's width from the left and of its height from the top.
+/// Texture coordinates, 0 to 1: from the left and the top edge of a page.
 using TexturePlace = std::array<float, 2>;
 
 struct TexturedMesh {

@@ -19,8 +19,8 @@ struct StampedImage {
   std::string missing = {};  ///< Such as "no pose within 20 ms".
 };
 
-// Lines that begin with # are comments. These functions throw std::runtime_error with file and line
-// for a missing file or a malformed line.
+// Lines that begin with # are comments. The functions that read files throw
+// std::runtime_error if a file is missing, or, with its line number, if a line is malformed.
 
 /// Whether a folder has depth.txt, or associations.txt together with groundtruth.txt or
 /// camera_info.yaml. ICL-NUIM has associations.txt too, but neither of these.
@@ -32,7 +32,8 @@ std::vector<StampedImage> readAssociations(const std::filesystem::path& folder,
 
 /// The depth images in the order of depth.txt, or else of associations.txt.
 std::vector<StampedImage> readTumDepthList(const std::filesystem::path& folder);
-/// The colour images in the order of rgb.txt, or else of associations.txt; empty if there are none.
+/// The colour images in the order of rgb.txt. Without rgb.txt, there are none if the folder has
+/// depth.txt; else they are in the order of associations.txt.
 std::vector<StampedImage> readTumColourList(const std::filesystem::path& folder);
 /// Reads groundtruth.txt, whose poses map the optical frame to the map frame.
 Trajectory readTumTrajectory(const std::filesystem::path& folder);

@@ -1,4 +1,4 @@
-/// Wraps a source of images, to change each image, to put others first, or to read ahead.
+/// Wraps a source of images, to change its images, to add others, or to read ahead.
 #pragma once
 
 #include <functional>

@@ -61,8 +61,8 @@ size_t bytesPerPixel(const ColourFrame& frame) {
   return std::array<size_t, 5>{3, 3, 4, 4, 1}.at(static_cast<size_t>(frame.encoding));
 }
 
-/// Encodes an image's rows without padding: each byte minus that of the preceding pixel, which zstd
-/// compresses well.
+/// Encodes an image's rows without padding: each byte minus the same byte of the preceding pixel.
+/// zstd compresses these differences well.
 template <class Frame>
 Bytes encodePixels(const Frame& frame) {
   const size_t apart = bytesPerPixel(frame), row = apart * static_cast<size_t>(frame.width);
@@ -197,7 +197,7 @@ Call readCall(const RecordFile& file, size_t record, bool with_pixels) {
     in(correction);
     return correction;
   }
-  file.throwDamaged("a record " + printable(head.name()) + " is in the wrong place");
+  file.throwDamaged("a " + printable(head.name()) + " record is in the wrong place");
 }
 
 }  // namespace journal

@@ -35,7 +35,7 @@ struct Begin {
   bool has_map = false;     ///< Whether the map's records follow; else the map is empty.
 };
 
-/// An image that was fused or painted, at the T_W_C of its frame.
+/// An image that the mapper processed, at the T_W_C of its frame.
 struct Image {
   double stamp_s = 0.0;
   uint32_t camera = 0;                                      ///< Index of the camera.

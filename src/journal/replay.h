@@ -56,7 +56,7 @@ class JournalReplay {
   /// Corrects all images so far, with poses in the frame M of the given poses.
   CorrectionEffect correctGiven(std::vector<StampedPose> poses_M);
 
-  /// The motion that corrects an image after the last one; the identity if there is no correction.
+  /// The motion that corrects an image after the last one; the identity if none applies.
   Eigen::Isometry3d motion() const;
 
   /// The current poses of the first camera's depth images in the newest recording, sorted by stamp.
@@ -64,7 +64,7 @@ class JournalReplay {
     return firstCamera(beginOfRecording(count()), count());
   }
 
-  /// Reads records that were appended since. @return whether there were any.
+  /// Reads records that were appended since the last call. @return whether there were any.
   bool readOn();
 
   /// The next image to fuse or paint, or region to clear; none after the last record read.
@@ -74,9 +74,10 @@ class JournalReplay {
  private:
   struct Item {
     size_t record;
-    double stamp_s = 0.0;                                          ///< For images only, like T_W_C.
-    Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();       ///< The corrected pose.
-    bool is_image = false, is_depth = false, is_of_first = false;  ///< Last: depth of camera 0.
+    double stamp_s = 0.0;                                     ///< For images only, like T_W_C.
+    Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< The corrected pose.
+    bool is_image = false, is_depth = false,
+         is_of_first = false;  ///< `is_of_first`: depth of camera 0.
   };
   /// The correction that applies to the next image read.
   struct Running {

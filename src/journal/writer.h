@@ -29,7 +29,8 @@ struct JournalReport {
 };
 
 /// Each writer creates one file and changes no other file in the folder. If it cannot write or
-/// reaches a limit, it stops and reports this; the next begin() tries again.
+/// reaches a limit, it stops and reports this; the next begin() tries again,
+/// unless the file may be damaged.
 ///
 /// Thread safe. Errors while writing are reported, not thrown.
 class JournalWriter {

@@ -54,7 +54,7 @@ void checkChunk(const PackedChunk& chunk);
 /// Checks a lattice's step. @throws std::runtime_error that says what is wrong.
 void checkStep(double step_m);
 
-/// Position of a vertex in W, in metres. Chunks that share a vertex give the same bits.
+/// Position of a vertex in W, in metres. Chunks that share a vertex give exactly the same position.
 std::array<double, 3> positionOf(const PackedChunk& chunk, double step_m, size_t vertex);
 
 /// The octahedral encoding of a unit vector: its projection onto the octahedron abs(x) + abs(y) +

@@ -44,7 +44,7 @@ struct Quadric {
 /// Vertices between two reports of progress.
 constexpr size_t kReportEach = 4096;
 
-/// Share of the gap between two opposing surfaces that each of them may use.
+/// Each of two opposing surfaces may move by this fraction of the gap between them.
 constexpr double kShareBetween = 0.45;
 
 /// Most errors are below this number of mean edges, so at first, gaps are measured only as far as
@@ -204,7 +204,7 @@ class TriangleFans {
 /// Cosine of the largest angle by which a triangle may turn in a merge, 70 degrees.
 constexpr float kMinTurn = 0.34f;
 
-/// The smallest height of a triangle, as a share of its longest side.
+/// The smallest height of a triangle, as a fraction of its longest side.
 constexpr float kMinHeight = 0.01f;
 
 /// Merges vertices into their neighbours. Each removed vertex is assigned to a triangle close
@@ -445,7 +445,7 @@ class Collapser {
 /// a larger error always continues from the result of a smaller one.
 constexpr double kStepsOfDecade[] = {1.0, 1.5, 2.0, 3.0, 5.0, 7.0};
 
-/// Errors below this share of the mean edge remove hardly any vertex.
+/// Errors below this fraction of the mean edge remove hardly any vertex.
 constexpr double kFirstShareOfEdge = 0.06;
 
 /// Maximum number of passes for one error, and the share of vertices that a pass must remove for

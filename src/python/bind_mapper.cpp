@@ -199,8 +199,9 @@ void bindMapper(py::module& m) {
            py::arg("stamp_s") = 0.0, py::arg("unit_m") = 0.0, py::arg("keep_center_W") = py::none(),
            "Fuses a rectified depth image. depth: (H, W), distance along the optical axis; uint16 "
            "in\n"
-           "unit_m (0.001 by default), 0 is no measurement; or float32 in metres, NaN, infinity\n"
-           "and 0 are none. K: 3 x 3 or (fx, fy, cx, cy), in pixels. T_W_C: 4 x 4, from the "
+           "unit_m (0.001 by default), 0 and 65535 are no measurement; or float32 in unit_m (1 by\n"
+           "default), NaN, infinity and 0 are none. K: 3 x 3 or (fx, fy, cx, cy), in pixels. "
+           "T_W_C: 4 x 4, from the "
            "optical\n"
            "frame (x right, y down, z forward) to the map frame, in metres. stamp_s: the image's,\n"
            "kept for save(). keep_center_W: (3,), centre of map/keep_radius_m in W, in metres.\n"

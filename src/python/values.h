@@ -1,4 +1,4 @@
-/// Converts numpy arrays and settings from and to Python; refuses what does not fit, with a reason.
+/// Converts numpy arrays and settings from and to Python. Errors say what is wrong with a value.
 #pragma once
 
 #include <pybind11/eigen.h>
@@ -80,8 +80,8 @@ inline std::optional<Matrix4> matrixOf(const std::optional<Eigen::Isometry3d>& p
 
 /// A flat tree of `settings` (None, a dict or a path), overridden by `keywords`. In files, settings
 /// that only the node uses are ignored.
-/// @throws py::type_error, py::value_error for other values, std::runtime_error for a file that is
-/// not YAML.
+/// @throws py::type_error, py::value_error for other values, std::runtime_error for a file that
+/// cannot be read or is not YAML.
 ParamTree settingsOf(const py::object& settings, const py::kwargs& keywords);
 
 }  // namespace dtsdf::python

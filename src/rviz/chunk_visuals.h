@@ -36,7 +36,7 @@ struct ChunkStyle {
   bool wireframe = false;
 };
 
-/// RViz's thread only.
+/// Used on RViz's main thread only.
 class ChunkVisuals {
  public:
   /// `parent` is the scene node of the map frame.
@@ -101,7 +101,7 @@ class ChunkVisuals {
   }
 
   /// Draws each chunk at the coarsest level whose cells cover at most `detail_px` pixels in the
-  /// camera's view; 0: full detail.
+  /// camera's view, or in full detail if there is none.
   void chooseLevels(const Ogre::Camera& camera, float detail_px) {
     const Ogre::Vector3 eye = parent_._getFullTransform().inverse() * camera.getDerivedPosition();
     const auto height_px = static_cast<float>(camera.getViewport()->getActualHeight());

@@ -15,7 +15,7 @@ namespace dtsdf {
 /// An infinite plane with a solid half space behind it; `normal_W` points to the free side.
 struct Plane {
   Eigen::Vector3d point_W;
-  Eigen::Vector3d normal_W;  ///< Unit.
+  Eigen::Vector3d normal_W;  ///< Unit vector.
 };
 
 struct Sphere {

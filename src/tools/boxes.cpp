@@ -108,7 +108,7 @@ std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOption
 
 /// What an image paints depends on the number of frames that supported the map before, up to
 /// mesh/min_support. So the first frames are fused whatever they see. @return index of the first
-/// frame that need not be.
+/// frame that need not be fused.
 size_t endOfSupport(RunOptions options, const RunSettings& settings,
                     const std::optional<Eigen::Isometry3d>& T_W_M) {
   const MapperParams& params = settings.params.mapper;

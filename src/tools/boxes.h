@@ -23,9 +23,9 @@ BlockExtent parseBox(const std::string& text, double block_m);
 /// A run for one box of a map.
 struct BoxRun {
   MapBox box;        ///< The box and the numbers of its frames.
-  MapExtent extent;  ///< Blocks to fuse and to paint.
-  std::shared_ptr<const std::vector<size_t>> frames, images;  ///< Indices of those to read.
-  double last_stamp_s = 0.0;  ///< Of the last frame of the recording; later images are not painted.
+  MapExtent extent;  ///< Blocks to fuse and to paint, and cubes of cells.
+  std::shared_ptr<const std::vector<size_t>> frames, images;  ///< Indices of what to read.
+  double last_stamp_s = 0.0;  ///< Stamp of the last frame; later images are not painted.
 };
 
 /// Plans a run from poses; decodes few images.
@@ -40,7 +40,7 @@ BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
 std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings& settings,
                                    size_t count, double edge_m);
 
-/// The space outside these boxes, as boxes; as a single one if possible.
+/// The space outside these boxes, as boxes; if possible, as one box.
 /// @throws std::runtime_error if two of them overlap.
 std::vector<BlockExtent> missingBoxes(const std::vector<BlockExtent>& boxes);
 

@@ -1,4 +1,4 @@
-// map_tool boxes and join: a map of a building by any number of processes.
+// map_tool boxes and join: any number of processes make one map.
 #include <sys/resource.h>
 
 #include <algorithm>

@@ -238,7 +238,7 @@ class SeenImage {
     return seen_m > 0.0f && depth_m > seen_m + rules_.hidden_depth * voxel_size_m_;
   }
 
-  /// Sums over the pixels that show painted surfaces.
+  /// Sums over the pixels that show painted surfaces, if image and map are well exposed there.
   ExposureSums sumsWithMap() const {
     ExposureSums sums{};
     for (size_t i = 0; i < view_.colours.size(); ++i) {

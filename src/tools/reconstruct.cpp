@@ -1,4 +1,4 @@
-/// reconstruct: makes a map and a mesh from all frames of a recording, reproducibly.
+/// reconstruct: makes a map and a mesh from the frames of a recording, reproducibly.
 #include <array>
 #include <cstdint>
 #include <cstdio>

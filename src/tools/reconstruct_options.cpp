@@ -75,10 +75,11 @@ void addMapOptions(CommandLine& line, ReconstructOptions& options) {
 
 ReconstructOptions parseReconstructOptions(const std::vector<std::string>& arguments) {
   ReconstructOptions options;
-  CommandLine line("reconstruct", "INPUT [options] --mesh OUT.ply",
-                   "Fuses every depth image of a recording and saves the mesh, the map or both. No "
-                   "image is dropped, and the result is the same each time. Example: "
-                   "reconstruct recording.bag --mesh kitchen.ply --set map/voxel_size_m=0.02");
+  CommandLine line(
+      "reconstruct", "INPUT [options] --mesh OUT.ply",
+      "Fuses the depth images of a recording and saves the mesh, the map or both. No image "
+      "is dropped for lack of time; the result is the same each time. Example: "
+      "reconstruct recording.bag --mesh kitchen.ply --set map/voxel_size_m=0.02");
   line.beginGroup("Input");
   addInputOptions(line, options);
   addReadingOptions(line, options);

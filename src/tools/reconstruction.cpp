@@ -173,10 +173,10 @@ class Reconstruction {
   std::shared_ptr<PagedMeshes> meshes_;
   BoxRun* box_ = nullptr;  ///< Null: the run makes the whole map.
   std::function<uint64_t()> supporting_;
-  // Neither if poses are used as given.
+  // Neither is set if poses are used as given.
   std::optional<PoseRefiner> refiner_;
   std::optional<PoseTracker> tracker_;
-  bool seeks_ = false;  ///< In a loaded map, the first pose is unknown.
+  bool seeks_ = false;  ///< Whether the first pose is unknown, as in a loaded map.
   PoseConvention convention_;
   ReconstructionResult result_;
   size_t frames_seen_ = 0;

@@ -49,10 +49,10 @@ struct LostRun {
 };
 
 struct ReconstructionResult {
-  size_t frames = 0;                            ///< Frames fused.
-  size_t images = 0;                            ///< Images painted.
-  double stamp_s = 0.0;                         ///< Stamp of the newest one fused or painted.
-  std::map<std::string, size_t> skipped;        ///< Not fused, by reason.
+  size_t frames = 0;                      ///< Frames fused.
+  size_t images = 0;                      ///< Images painted.
+  double stamp_s = 0.0;                   ///< Stamp of the newest frame fused or image painted.
+  std::map<std::string, size_t> skipped;  ///< Frames and images not used, by reason.
   std::map<std::string, std::string> problems;  ///< First message for each reason.
   std::vector<StampedPose> trajectory;          ///< Poses of the frames that were fused.
   std::map<std::string, size_t> aligned;        ///< Frames by result of alignment, if any.
@@ -67,15 +67,16 @@ struct ReconstructionResult {
   std::vector<double> paint_ms;      ///< Wall time of each colour image.
   std::vector<double> mesh_ms;       ///< Wall time of each extraction.
   MapStats map;
-  std::shared_ptr<PagedMeshes> meshes;  ///< Meshes of all blocks; may be partly on disk.
-  size_t vertices = 0, triangles = 0;   ///< In the mesh that is saved.
-  std::string doubt;  ///< Convention that the poses seem to have instead; or empty.
+  std::shared_ptr<PagedMeshes>
+      meshes;  ///< Meshes of all blocks, perhaps partly on disk; null for a box.
+  size_t vertices = 0, triangles = 0;  ///< In the mesh that is saved.
+  std::string doubt;                   ///< Why the poses seem to have another convention; or empty.
 };
 
 /// Fuses all frames of a source and paints the images between them in the order of stamps; at equal
-/// stamps the frame comes first. No image is painted after the last frame, or before the first
-/// unless the run continues a map. The mesh is updated every `mesh_every` frames (0: never) and at
-/// the end. `show_progress` is called with the number of frames done.
+/// stamps the frame comes first. RecordedInput says which images before the first frame and after
+/// the last are painted. Unless the map is a box, the mesh is updated every `mesh_every` frames (0:
+/// never) and at the end. `show_progress` is called with the number of frames done.
 /// @throws std::runtime_error if the source or the backend fails, or if no frame was fused and the
 /// map is not a box.
 ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, const MapParams& map,

@@ -22,7 +22,7 @@ namespace {
 /// Number of images, and of pixels in each, that are inspected.
 constexpr size_t kFramesLookedAt = 5;
 constexpr int kColumns = 64, kRows = 48;
-/// With a smaller share of measured pixels, they are probably not depth images.
+/// If a smaller fraction of the pixels is measured, the images probably do not show depth.
 constexpr double kFewPixels = 0.05;
 
 BagOptions bagOptions(const RunOptions& options, const NodeParams& node) {

@@ -49,7 +49,7 @@ void addSaveMapOption(CommandLine& line, const std::string& help, std::string& p
 
 /// The settings of a run, and the numbers of the method.
 struct RunSettings {
-  ParamTree given;  ///< From files and command line; all else is a default.
+  ParamTree given;  ///< Settings from files and command line; all others are defaults.
   NodeParams params;
   Rules rules;
 };

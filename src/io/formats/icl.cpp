@@ -40,7 +40,7 @@ void findPoses(const fs::path& folder, double, std::vector<StampedImage>& images
   const Trajectory trajectory = readTrajectory(paths[0], "ICL-NUIM keeps its poses there");
   for (StampedImage& image : images) {
     image.T_W_C = trajectory.poseAt(image.stamp_s, 0.0);
-    image.missing = "no pose with its number";
+    image.missing = "no pose for the image's number";
   }
 }
 

@@ -11,7 +11,7 @@
 // ScanNet, as exported by its SensReader (github.com/ScanNet/ScanNet):
 // depth/NUMBER.png, pose/NUMBER.txt (all -inf where tracking was lost), and a 4 x 4
 // intrinsic/intrinsic_depth.txt. Numbers have no leading zeros. Colour is in color/NUMBER.jpg, with
-// the pose of depth and its own intrinsics, intrinsic/intrinsic_color.txt.
+// the pose of the depth image and its own intrinsics, intrinsic/intrinsic_color.txt.
 #include <utility>
 
 #include "io/camera_file.h"
@@ -35,7 +35,7 @@ void readPoses(const FileOf& fileOf, std::vector<StampedImage>& images) {
     const fs::path path = fileOf(fs::path(image.path));
     image.missing = "no pose file";
     if (!fs::exists(path)) continue;
-    image.missing = "the camera was lost";
+    image.missing = "the pose is not a rigid motion, or the camera was lost";
     image.T_W_C = rigidMotion(readMatrixFile(path.string(), 4, 4, "a pose is expected there"));
   }
 }

@@ -25,7 +25,7 @@ int runNode(
     const std::function<void(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)>& run);
 
 /// The parameters of a namespace, flattened, without the keys that ROS itself reads.
-/// @param violations Gets parameters that are neither single values nor lists of names.
+/// @param violations Receives parameters that are neither single values nor lists of names.
 ParamTree readParamServer(const ros::NodeHandle& private_nh,
                           std::vector<ParamViolation>& violations);
 

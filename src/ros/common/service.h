@@ -19,8 +19,8 @@ using ServiceWork =
     std::function<void(const typename Service::Request&, typename Service::Response&)>;
 
 /// Advertises a service. `work` fills the response except `success`; its `message` says what was
-/// done. If `work` throws, the response holds only the error text. Both texts are logged, failures
-/// at most every five seconds.
+/// done. If `work` throws, the response holds only the error text. Both texts are logged, unless
+/// the message is empty; failures at most every five seconds.
 template <class Service>
 ros::ServiceServer serve(ros::NodeHandle nh, const std::string& name, ServiceWork<Service> work) {
   using Request = typename Service::Request;

@@ -40,7 +40,7 @@ class WorkerThread {
   }
 
   /// Starts to serve the queue and to repeat the step, which must not throw. Use several threads if
-  /// tasks wait.
+  /// tasks may block.
   void start(ThreadStep step, int threads = 1) {
     step_ = std::move(step);
     for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { loop(); });

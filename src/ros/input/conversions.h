@@ -27,7 +27,7 @@ inline ros::Time toTime(double stamp_s) {
                                 : ros::Time();
 }
 
-/// Limit for names of frames in bytes, so that a few cannot fill the memory.
+/// Largest length of a frame's name, in bytes, so that a few names cannot fill the memory.
 constexpr size_t kLongestName = 200;
 
 /// "'a', 'b'", with the first ten names only.

@@ -24,7 +24,7 @@ namespace dtsdf {
 
 struct DropReason {
   const char* name;         ///< Name in the status.
-  bool is_fault = true;     ///< Whether such drops are a problem; in a pause, they are not.
+  bool is_fault = true;     ///< Whether such drops are a problem; drops in a pause are not.
   const char* remedy = "";  ///< What to do; empty: see the text of the last drop.
 
   bool operator==(const DropReason& other) const { return name == std::string_view(other.name); }
@@ -32,7 +32,7 @@ struct DropReason {
 };
 
 namespace drop {
-/// No camera_info with the image's stamp.
+/// No camera_info with the image's stamp, or with input/camera_info: latest, none at all.
 inline constexpr DropReason kNoCameraInfo{"no_camera_info"};
 /// No mask with the image's stamp, although masks are used.
 inline constexpr DropReason kNoMask{"no_mask"};
@@ -46,22 +46,22 @@ inline constexpr DropReason kUnorganised{"unorganised"};
 inline constexpr DropReason kBadImage{"bad_image"};
 /// Image and camera_info differ in size.
 inline constexpr DropReason kSizeMismatch{"size_mismatch"};
-/// Focal length not positive, or not finite.
+/// No pinhole camera: intrinsics or distortion coefficients are invalid, or none fits a cloud.
 inline constexpr DropReason kBadIntrinsics{"bad_intrinsics"};
 /// Stamp 0, which has no transform.
 inline constexpr DropReason kNoStamp{"no_stamp"};
-/// Stamp at the end of ROS time.
+/// Stamp in the last hour of ROS time.
 inline constexpr DropReason kBadStamp{"bad_stamp"};
 /// Same stamp as the previous image, so one of the two would get a wrong pose.
 inline constexpr DropReason kRepeatedStamp{"repeated_stamp"};
 /// Name of frame or encoding longer than kLongestName.
 inline constexpr DropReason kLongName{"long_name"};
-/// No transform within the timeout.
+/// No transform within the timeout, or no frame_id to look up.
 inline constexpr DropReason kNoTransform{
     "no_transform", true, "raise input/tf_timeout_s, or check what publishes the poses"};
 /// Older than the known transforms, so none can come.
 inline constexpr DropReason kBeforeTransforms{"before_transforms", false};
-/// The oldest waiting frame, dropped to make room.
+/// The oldest waiting frame, dropped to make room or to shorten a backlog.
 inline constexpr DropReason kQueueFull{
     "queue_full", true, "use larger voxels (map/voxel_size_m), a GPU, or fewer frames"};
 /// Older than a frame of another camera that has already been fused.
@@ -73,7 +73,7 @@ inline constexpr DropReason kPoseJump{"pose_jump", true,
                                       "check the pose estimate, or raise input/max_speed_m_s"};
 /// Pose not finite, not a rotation, or out of the map's range.
 inline constexpr DropReason kBadPose{"bad_pose", true, "check the pose estimate"};
-/// No usable depth in range, or no surface to paint.
+/// No usable depth in range, no surface to paint, or too few points to fit a camera to a cloud.
 inline constexpr DropReason kNoMeasurement{"no_measurement"};
 /// Too little memory on the GPU for this frame.
 inline constexpr DropReason kNoMemory{"no_memory"};
@@ -132,7 +132,7 @@ struct StreamReport : dtsdf_mapping::StreamStatus {
   std::string warning;  ///< What is wrong with the images, even if they are fused.
 };
 
-/// Thread safe: the input's thread, the map's and that of the status use it.
+/// Thread safe: the threads of the input, the map and the status use it.
 class FrameAccounting {
  public:
   /// `name` begins the warnings, unless it is empty.

@@ -76,8 +76,8 @@ class FrameQueue {
         clock_(std::move(clock)) {}
 
   /// @param name Orders frames with the same stamp.
-  /// @param is_colour Other streams wait for colour only once it has had a frame, since it may
-  /// never come. Late colour is accepted.
+  /// @param is_colour Other streams wait for colour only once it has had a posed frame, since
+  /// it may never come. Late colour is accepted.
   /// @param no_info Text for an image without camera_info.
   /// @param no_mask Text for an image without its mask; none: there are no masks.
   /// @param accounting Must outlive the queue.
@@ -89,9 +89,9 @@ class FrameQueue {
     return streams_.size() - 1;
   }
 
-  /// Input's thread: adds one message, or an image with a camera_info of any stamp. Messages of one
-  /// stamp form a frame, whatever their order. Once a frame is whole, incomplete frames of its
-  /// stream that arrived before it are dropped.
+  /// On the input thread: adds one message, or an image with a camera_info of any stamp. Messages
+  /// of one stamp form a frame, whatever their order. Once a frame is whole, incomplete frames of
+  /// its stream with earlier stamps that arrived before it are dropped.
   void add(Stream stream, const CameraImage& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
     StreamState& state = streams_[stream];
@@ -115,7 +115,7 @@ class FrameQueue {
     makeRoom(stream);
   }
 
-  /// Input's thread: gives a camera_info of any stamp to all images that wait for one.
+  /// On the input thread: gives a camera_info of any stamp to all images that wait for one.
   void addToWaiting(Stream stream, const sensor_msgs::CameraInfoConstPtr& info) {
     const std::lock_guard<std::mutex> lock(mutex_);
     for (auto it = entries_.begin(); it != entries_.end(); ++it) {
@@ -169,7 +169,7 @@ class FrameQueue {
             [&](const Entry& entry) { return entry.stream == stream && entry.stamp > stamp; });
   }
 
-  // Map's thread.
+  /// On the map thread: the first posed frame, if its turn has come.
   std::optional<PosedFrame> take() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (timeToTurn() > SteadyDuration::zero()) return std::nullopt;
@@ -183,13 +183,13 @@ class FrameQueue {
   }
 
   bool hasTurn() const { return idleTime() == SteadyDuration::zero(); }
-  /// Time until a frame's turn, if nothing comes meanwhile.
+  /// Time until the next frame's turn if no message comes; the maximum if no frame has a pose.
   SteadyDuration idleTime() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return timeToTurn();
   }
 
-  /// Any thread: drops all waiting and future frames for this reason. Without a reason, accepts
+  /// On any thread: drops all waiting and future frames for this reason. Without a reason, accepts
   /// frames again, unless the node is shutting down.
   void refuseAll(std::optional<Rejection> refusal) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -200,7 +200,7 @@ class FrameQueue {
     dropAll(*refusal_, [](const auto&) { return true; });
   }
 
-  /// Any thread.
+  /// On any thread.
   bool isPaused() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return refusal_ && refusal_->reason == drop::kPaused;
@@ -231,7 +231,7 @@ class FrameQueue {
   /// Limit of a stream's messages that wait for their image, which may be late on its own
   /// connection.
   static constexpr size_t kMaxStamps = 50;
-  /// A backlog of this many frames is never shortened, so that the map does not run idle.
+  /// A backlog of up to this many frames is never shortened, so that the map does not run idle.
   static constexpr size_t kBusyFrames = 3;
 
   enum class State { kIncomplete, kWhole, kPosed };
@@ -240,7 +240,7 @@ class FrameQueue {
     ros::Time stamp;
     uint64_t number;  ///< Order of arrival.
     State state = State::kIncomplete;
-    CameraImage messages = {};  ///< Empty once it has its pose.
+    CameraImage messages = {};  ///< Empty once the frame has its pose.
     SteadyTime since = {};      ///< When it entered its state.
     bool is_checked = false;    ///< See Decide.
     PosedFrame posed = {};
@@ -260,7 +260,7 @@ class FrameQueue {
     size_t taken = 0;
     size_t seen_waiting = 0, seen_taken = 0;  ///< Backlog and `taken` at the last check.
     int behind = 0;              ///< Checks in a row in which the backlog had not shrunk.
-    bool is_overloaded = false;  ///< True until no frame waits.
+    bool is_overloaded = false;  ///< Whether frames are dropped until none waits.
 
     bool mustWaitFor() const { return !is_colour || has_posed_frame; }
   };

@@ -33,8 +33,9 @@
 namespace dtsdf {
 
 /// Subscribes to images, their camera_info and, if set, `mask/image`. Unless camera_info is
-/// remapped, it is the topic next to the (remapped) images. Images come through image_transport,
-/// except clouds and compressed images, which are converted here. Input's thread, except report().
+/// remapped, it is the topic next to the (remapped) images. Clouds, and images of the
+/// transports compressed and (depth only) compressedDepth, are decoded here; other images come
+/// through image_transport. Used on the input thread only, except report().
 class ImageStream {
  public:
   /// `name` is the camera's, empty for a single one; `camera` is its index. `ns` is the namespace

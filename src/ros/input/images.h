@@ -121,13 +121,13 @@ inline std::string noMaskText(const std::string& topic) {
 constexpr char kRepeatedStampText[] =
     "the previous image has the same stamp, so one of the two would get a wrong pose";
 
-/// Differences between depth and colour images; all other code treats them alike.
+/// Differences between depth and colour images.
 struct ImageKind {
   const char* ns;                ///< Namespace of the topics image_rect and camera_info.
   const char* transport_param;   ///< Private parameter with the transport of the images.
   const char* compressed_topic;  ///< Suffix of topics whose images are decoded here.
   sensor_msgs::ImageConstPtr (*decode)(const sensor_msgs::CompressedImage&);
-  /// Whether an image in a bag can only be of this kind, judged by encoding or format.
+  /// Whether an image in a bag is taken for one of this kind, by its encoding or format.
   bool (*has_encoding)(const std::string&);
   bool (*has_format)(const sensor_msgs::CompressedImage&);
   /// What is wrong with an image; nothing if it is usable.

@@ -29,7 +29,7 @@ namespace dtsdf {
 /// Types keyed by topic, without topics of mapping nodes that look like input.
 using PublishedTopics = std::map<std::string, std::string>;
 
-/// Asks the master once; empty if there is none.
+/// Asks the master, without retries; empty if it does not answer.
 inline PublishedTopics findPublishedTopics() {
   XmlRpc::XmlRpcValue arguments, result, topics;
   arguments[0] = ros::this_node::getName();

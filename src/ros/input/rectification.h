@@ -25,7 +25,8 @@ class Rectification {
   Rectification(Usage choice, std::string topic, bool is_colour = false)
       : choice_(choice), topic_(std::move(topic)), is_colour_(is_colour) {}
 
-  /// The rectified image, or `raw` itself if nothing is to be done.
+  /// The rectified image; `raw` itself if it needs no rectification, or if warning() says why it
+  /// cannot be rectified.
   /// @pre `raw` has passed checkDepthImage() or checkColourImage().
   CameraImage apply(const CameraImage& raw);
 

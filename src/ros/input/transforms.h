@@ -38,8 +38,8 @@ struct PoseAnswer {
 
 /// A tf2 buffer that recovers from wrong stamps: after one far in the future, tf2 refuses all
 /// correct transforms of that frame. If images find no pose for a while although transforms arrive,
-/// the buffer is replaced by a new one with the static transforms. Those of frames that are also on
-/// /tf are left out, and ignored from then on. Thread safe.
+/// the buffer is replaced by a new one with the static transforms. Static transforms of frames
+/// that are also on /tf are left out, and ignored from then on. Thread safe.
 class Transforms {
  public:
   /// Keeps transforms for `kept_s`; by default, for longer than frames normally wait.

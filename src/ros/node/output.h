@@ -1,4 +1,4 @@
-/// The loop of the output's thread: takes over changes of the mesh and lets the steps publish them.
+/// The loop of the output thread: applies changes of the mesh and lets the steps publish them.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ inline void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max
   }
 }
 
-/// Output's thread, unless stated otherwise. The map never waits for it.
+/// Used on the output thread, unless stated otherwise. The map never waits for it.
 class Output {
  public:
   /// `params` and `steps` must outlive it. @param wake Makes the loop look for changes.
@@ -54,19 +54,19 @@ class Output {
     return toMilliseconds(idle);
   }
 
-  /// Any thread: takes over what the queue holds.
+  /// On any thread: applies the changes in the queue.
   void takeChanges() {
     const std::lock_guard<std::mutex> lock(mesh_.mutex);
     takeChangesLocked();
   }
 
-  /// Takes over all changes; from then on nothing older is published.
+  /// Applies all changes; afterwards, nothing older is published.
   void settle() {
     takeChanges();
     for (const auto& step : steps_) step->publish(nullptr);
   }
 
-  /// Any thread.
+  /// On any thread.
   void fill(MapStatus& status) const {
     const std::lock_guard<std::mutex> lock(report_mutex_);
     status.triangles = triangles_;

@@ -37,7 +37,7 @@ namespace {
 constexpr int kServiceThreads = 4;
 /// Interval at which the transform of a waiting frame is looked up.
 constexpr std::chrono::milliseconds kTransformPoll{5};
-/// Longest sleep of the input's thread; a message wakes it.
+/// Longest sleep of the input thread; a message wakes it.
 constexpr std::chrono::milliseconds kUntilNextImage{1000};
 
 NodeParams readParams(const ros::NodeHandle& private_nh) {
@@ -117,8 +117,8 @@ class Pipeline {
   }
 
   /// Each camera of the setting `cameras` has its own namespace; without the setting, a single
-  /// camera uses the node's. If stamps of colour go back, only colour restarts, since geometry does
-  /// not depend on it.
+  /// camera uses the node's. If stamps of colour go back, only that stream restarts, since geometry
+  /// does not depend on it.
   void addStreams(const ros::NodeHandle& nh, const std::string& ns) {
     const std::vector<std::string>& names = params_.cameras;
     const auto restart = [this](const ros::Time& stamp) { restartStamps(stamp); };
@@ -134,7 +134,7 @@ class Pipeline {
     }
   }
 
-  /// Input's thread. @return the time until the next call, unless a message comes.
+  /// Called on the input thread. @return the time until the next call, unless a message comes.
   std::chrono::milliseconds poseFrames() noexcept {
     bool waits = false;
     guarded("input", [&] {
@@ -189,7 +189,7 @@ class Pipeline {
         }));
   }
 
-  /// Waits until the output has taken over all changes.
+  /// Waits until the output has applied all changes.
   void settle() {
     output_loop_.run([this] { output_.settle(); }).get();
   }

@@ -62,7 +62,7 @@ class StatusPublisher {
     updater_.force_update();
   }
 
-  /// Logs each problem once it has lasted for 5 s, for users who watch the terminal and not the
+  /// Logs each problem once, after 5 s, for users who watch the terminal and not the
   /// status.
   void logProblem() {
     constexpr std::chrono::seconds kProblemDelay{5};

@@ -84,7 +84,7 @@ class CorrectStep : public Step {
         [this](const nav_msgs::Path::ConstPtr& path) {
           guarded("corrected_path", [&] { followPath(*path); });
         };
-    // A queue of one: only the newest waiting path counts. The callback may wait for the map's
+    // A queue of one: only the newest waiting path counts. The callback may wait for the map
     // thread.
     ros::NodeHandle nh = handles.input;
     nh.setCallbackQueue(handles.waiting.getCallbackQueue());
@@ -159,8 +159,9 @@ class CorrectStep : public Step {
     if (bytes_ > 0) addMemory(status, "correction", on_gpu ? kGpu : kHost, bytes_);
   }
 
-  /// Map's thread: queues a correction, with the poses that belong to frames fused so far. Ignores
-  /// one that moves none of them: SLAM may publish an unchanged path every second.
+  /// On the map thread: queues a correction, with the poses that belong to frames fused so far. If
+  /// none is running, ignores one that moves no frame by `least`: SLAM may publish an unchanged
+  /// path every second.
   void add(Request request) {
     try {
       host_.map.throwIfFailed();
@@ -190,7 +191,7 @@ class CorrectStep : public Step {
   static constexpr char kNothingMoves[] = "no frame moves";
   static constexpr char kReplaced[] = "a newer correction replaced this one before it began";
 
-  /// Service thread.
+  /// On a service thread.
   void followPath(const nav_msgs::Path& path) try {
     if (path.header.frame_id.size() > kLongestName) {
       throw std::runtime_error("the path's frame_id is too long");
@@ -215,7 +216,7 @@ class CorrectStep : public Step {
     noteOutcome(false, errorText(error));
   }
 
-  /// Waits until the map's thread has taken the request.
+  /// Waits until the map thread has queued the request.
   void submit(Request request) {
     host_.map_loop.run([&] { add(std::move(request)); }).get();
   }
@@ -386,16 +387,19 @@ class CorrectStep : public Step {
   std::optional<Request> waiting_, current_;
   std::future<std::unique_ptr<Refusion>> opening_;  ///< Opens the journal for `current_`.
   std::unique_ptr<Refusion> refusion_;
-  int work_since_frame_ = 0;  ///< Since the last frame: 2 per replayed record, 1 per other step.
+  int work_since_frame_ =
+      0;  ///< Work since the last frame: 2 per replayed record, 1 per other step.
   std::future<void> freeing_;
 
   // For the first camera.
-  std::vector<StampedPose> fused_;  ///< Of fused frames, by stamp; cleared if stamps jump back.
+  std::vector<StampedPose>
+      fused_;  ///< Poses of fused frames, by stamp; cleared if stamps jump back.
   GivenMotion given_;
-  Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();  ///< From given to corrected poses.
+  Eigen::Isometry3d T_W_S_ =
+      Eigen::Isometry3d::Identity();  ///< Moves given poses to corrected ones.
 
   mutable std::mutex mutex_;              ///< Guards the members below.
-  size_t fused_again_ = 0, to_fuse_ = 0;  ///< Depth images replayed; in total.
+  size_t fused_again_ = 0, to_fuse_ = 0;  ///< Depth images replayed, and all to replay.
   size_t bytes_ = 0;                      ///< Size of the second map.
   std::string last_;                      ///< Outcome of the last correction; empty: none yet.
   std::string camera_frame_;              ///< Frame of the first camera's images.

@@ -25,9 +25,9 @@
 namespace dtsdf {
 namespace {
 
-/// Serves save_mesh, save_map and load_map, one call at a time, on the service threads: the map's
-/// thread only copies the map or takes over the new one. But if a copy does not fit into
-/// map/max_memory_mb, or blocks are on disk, it saves the map itself, piece by piece. The next call
+/// Serves save_mesh, save_map and load_map, one call at a time, on the service threads. The map
+/// thread updates the mesh, copies the map or replaces it. If a copy does not fit into
+/// map/max_memory_mb, or blocks are on disk, it saves the map itself, chunk by chunk. The next call
 /// cancels the simplification of a mesh.
 class FilesStep : public Step {
  public:
@@ -119,7 +119,7 @@ class FilesStep : public Step {
   }
 
   /// Writes a copy of the mesh, which shares its blocks, so that the output can continue. With
-  /// map/page_folder, the output waits until the file is written.
+  /// map/page_folder, no copy is made, and no mesh is published until the file is written.
   SavedMesh writeMesh(const std::string& path, const std::optional<BoxRegion>& region,
                       double simplify_error_m, const SimplifyProgress& progress) {
     const MeshColour colour = host_.params.mapper.mesh.colour;
@@ -174,7 +174,7 @@ class FilesStep : public Step {
       if (!host_.map.isEmpty()) checkFitsCurrent(contents);
       return host_.map.replace(std::move(mapper), params.map.voxel_size_m, path, contents, file);
     };
-    // Frees the old mapper here, so that the map's thread need not wait for it.
+    // Frees the old mapper here, so that the map thread need not wait for it.
     host_.map_loop.run(replace).get().reset();
     params_ = params;
     host_.await_output();

@@ -15,7 +15,7 @@
 
 namespace dtsdf {
 
-/// Exists only if journal/folder is set. Never waits for the disk.
+/// Exists only if journal/folder is set. After the constructor, it never waits for the disk.
 class JournalStep : public Step {
  public:
   /// @throws std::runtime_error as JournalWriter does.

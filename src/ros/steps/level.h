@@ -24,7 +24,8 @@ namespace dtsdf {
 
 /// Levels the map as map/level says. Frames are dropped until the floor or gravity is known. The
 /// level then stays fixed until a map with its own level is loaded. It is published on /tf_static.
-/// Map's thread only, so that the IMU cannot overwrite the level of a map loaded meanwhile.
+/// Used on the map thread only, so that the IMU cannot overwrite the level of a map loaded
+/// meanwhile.
 class LevelStep : public Step {
  public:
   LevelStep(const NodeParams& params, const Transforms& transforms, MapFrame& frame)
@@ -126,7 +127,7 @@ class LevelStep : public Step {
   MapFrame& frame_;
   FloorSearch floor_;
   StillGravity gravity_;
-  std::optional<Eigen::Vector3d> up_I_;  ///< In the sensor's frame; waits for its transform.
+  std::optional<Eigen::Vector3d> up_I_;  ///< In the sensor's frame, while it has no transform.
   std_msgs::Header measured_;            ///< Frame and stamp of up_I_.
   ros::Subscriber imu_;
 

@@ -1,4 +1,4 @@
-/// The live map: fuses frames, extracts the mesh and hands over its changes.
+/// The live map: fuses frames, extracts the mesh and queues its changes for the output.
 #pragma once
 
 #include <ros/console.h>
@@ -70,8 +70,7 @@ inline void fillStats(const MapStats& stats, MapStatus& status) {
   status.page_wait_s = static_cast<float>(pages.wait_ms / 1000.0);
 }
 
-/// Reports what did not fit into the budget. Such reports last until the map is cleared, so their
-/// codes rank after those of current problems.
+/// Reports what did not fit into the budget since the map was last cleared or replaced.
 inline void judgeBudget(const MapStats& stats, MapStatus& status) {
   const auto warn = [&](uint8_t code, uint64_t count, const std::string& what) {
     if (count > 0) report(status, MapStatus::WARN, code, what);
@@ -98,8 +97,8 @@ inline void judgeBudget(const MapStats& stats, MapStatus& status) {
            "; surfaces are still mapped; raise map/max_memory_mb or space/cell_voxels");
 }
 
-/// Map's thread only, except fill() and throwIfFailed(). Waits neither for transforms nor for
-/// threads that show or save the mesh.
+/// Used on the map thread only, except fill() and throwIfFailed(). Waits neither for transforms nor
+/// for threads that show or save the mesh.
 ///
 /// Fusing frames and extracting the mesh alternate. On a GPU, an extraction runs while the next
 /// frame is fused, and is finished after that. It is finished at once if no frame waits, or if it
@@ -206,8 +205,8 @@ class LiveMap {
     return stats.blocks + stats.pages.blocks == 0;
   }
 
-  /// Continues with a loaded map in a new mapper, even after a failure; the whole mesh is handed
-  /// over again. @return the previous mapper.
+  /// Continues with a loaded map in a new mapper, even after a failure; the whole mesh is
+  /// extracted again. @return the previous mapper.
   std::unique_ptr<Mapper> replace(std::unique_ptr<Mapper> mapper, float voxel_size_m,
                                   const std::string& path, const MapContents& loaded,
                                   const std::shared_ptr<const MapChunks>& file = nullptr) {
@@ -246,7 +245,7 @@ class LiveMap {
     startOver(nullptr, nullptr);
   }
 
-  /// Any thread: overwrites the status with the map's part.
+  /// On any thread: overwrites the status with the map's part.
   void fill(MapStatus& status) const {
     const std::lock_guard<std::mutex> lock(report_mutex_);
     status = report_;
@@ -254,7 +253,7 @@ class LiveMap {
     report(status, MapStatus::ERROR, MapStatus::BACKEND_FAILED, "the backend failed: " + failure_);
   }
 
-  /// Any thread. @throws std::runtime_error after a failure of the backend; its text says so.
+  /// On any thread. @throws std::runtime_error after a failure of the backend; its text says so.
   void throwIfFailed() const {
     const std::lock_guard<std::mutex> lock(report_mutex_);
     if (!hasFailed()) return;
@@ -393,7 +392,7 @@ class LiveMap {
     for (const auto& step : steps_) step->meshed();
   }
 
-  /// Resets the state for another map, whose mesh has not been handed over yet.
+  /// Resets the state for another map, whose mesh has not been extracted yet.
   void startOver(const MapContents* loaded, const std::shared_ptr<const MapChunks>& file) {
     mesh_under_way_ = mesh_is_part_ = false;
     mesh_whole_ = true;
@@ -412,8 +411,9 @@ class LiveMap {
     fused_since_mesh_ = report_outdated_ = true;
   }
 
-  /// After an extraction, waits until blocks have moved to disk. It is therefore called after
-  /// fusing a frame, which has already waited for that, or while no frame is ready.
+  /// After an extraction, waits until blocks have moved to disk. While frames come, it is
+  /// therefore called after fusing a frame, which has already waited for that, or while no frame is
+  /// ready.
   void updateReport() {
     report_outdated_ = false;
     const MapStats stats = mapper_->stats();
@@ -447,17 +447,17 @@ class LiveMap {
 
   Pace mesh_pace_{kMinSpaceRate_hz};
   bool mesh_under_way_ = false;
-  bool fused_since_mesh_ = false;  ///< Since the last extraction was begun.
+  bool fused_since_mesh_ = false;  ///< Whether the map may differ from the mesh.
   bool report_outdated_ = false;
   bool mesh_is_part_ = false;
   bool mesh_whole_ = true;       ///< False during an extraction, and after a failed one.
-  ros::Time map_stamp_;          ///< Stamp of the newest frame fused here.
+  ros::Time map_stamp_;          ///< Stamp of the newest frame fused into this map.
   double loaded_stamp_s_ = 0.0;  ///< Stamp of a loaded map's newest frame; 0: none.
   ros::Time mesh_stamp_;         ///< The map's stamp when the last extraction was begun.
   ros::Time surfaces_stamp_;     ///< The map's stamp when the last finished one was begun.
 
   mutable std::mutex report_mutex_;
-  // Only the map's thread writes.
+  // Guarded by report_mutex_; only the map thread writes them, so it reads them without a lock.
   std::string failure_;  ///< Failure of the backend; empty while it works.
   MapStatus report_;     ///< The map's part of the status.
 };

@@ -77,7 +77,7 @@ class MapFrame {
   }
 
   /// Position of map/keep_frame at the stamp, or else by the newest transform; none if it is
-  /// unknown or not set.
+  /// unknown, not set, or not needed (map/keep_radius_m is 0).
   std::optional<Eigen::Vector3d> keepCenterAt(const ros::Time& stamp) const {
     const std::string& frame = params_.keep_frame;
     if (frame.empty() || params_.mapper.map.keep_radius_m == 0.0f) return std::nullopt;

@@ -1,4 +1,4 @@
-/// The queue of mesh changes from the map's thread to the output's.
+/// The queue of mesh changes from the map thread to the output thread.
 #pragma once
 
 #include <ros/time.h>
@@ -28,8 +28,8 @@ struct MeshChanges {
   ros::Time stamp;                      ///< Stamp of the newest frame in them; zero if none.
 };
 
-/// Thread safe. Changes of one block are merged, so the queue never holds more than one mesh of the
-/// map.
+/// Thread safe. Keeps only the newest change of each block, so it never holds more than one mesh of
+/// the map.
 class MeshQueue {
  public:
   /// `on_change` is called after each change, by the thread that made it.

@@ -120,7 +120,7 @@ class ChunkTopic {
   bool hasSubscribers() const { return topic_.hasSubscribers(); }
   bool isBehind() const { return !pending_.empty(); }
 
-  /// Marks chunks as pending: all of them for a new listener.
+  /// Marks chunks as pending: all of them for a new listener, none without listeners.
   void addPending(const MeshChunks& chunks, bool with_changes,
                   const std::vector<PackedKey>& refreshed) {
     const auto add = [this](const auto& keys) { pending_.insert(keys.begin(), keys.end()); };
@@ -172,7 +172,7 @@ class ChunkTopic {
 
  private:
   Topic topic_;
-  std::set<PackedKey> pending_, shown_;   ///< Chunks that wait; those published with triangles.
+  std::set<PackedKey> pending_, shown_;   ///< Chunks that wait; chunks that had triangles.
   std::atomic<size_t> pending_count_{0};  ///< Number of chunks that wait, for the status.
 };
 

@@ -34,7 +34,7 @@
 
 namespace dtsdf {
 
-/// Aligns images if poses/mode is refine or track; otherwise poses stay as they are. With refine,
+/// Aligns images if poses/mode is refine or track; otherwise leaves poses unchanged. With refine,
 /// each camera is aligned by itself; the correction and poses of the first are published. Serves
 /// set_pose and save_trajectory.
 class PosesStep : public Step {
@@ -163,7 +163,7 @@ class PosesStep : public Step {
     given_T_W_B_ = T_W_B;
   }
 
-  /// The trajectory so far: poses of the first camera's frames in the map, in the order of fusing.
+  /// Poses of the first camera's frames in the map, in the order of fusing: the newest kMaxPoses.
   const std::deque<StampedPose>& fusedPoses() const { return fused_; }
   /// The newest odometry, even without listeners.
   const std::optional<nav_msgs::Odometry>& published() const { return published_; }
@@ -359,9 +359,9 @@ class PosesStep : public Step {
   std::vector<ros::Time> last_stamps_;
   PoseTracker tracker_;
   std::string base_frame_;                                   ///< Name of B, once it is known.
-  Eigen::Isometry3d T_B_C_ = Eigen::Isometry3d::Identity();  ///< With track, for the newest image.
+  Eigen::Isometry3d T_B_C_ = Eigen::Isometry3d::Identity();  ///< With track: of the newest image.
   std::optional<Eigen::Isometry3d> given_T_W_B_;  ///< Set by setPose(), for the next image.
-  bool must_relocalise_ = false;                  ///< Until the next image: see replaced().
+  bool must_relocalise_ = false;                  ///< For the next image: see replaced().
   Alignment found_;                               ///< Alignment of the newest image.
   std::optional<nav_msgs::Odometry> published_;
   Eigen::Isometry3d T_M_O_ = Eigen::Isometry3d::Identity();

@@ -33,8 +33,8 @@
 
 namespace dtsdf {
 
-/// Runs if space/enabled is set. Queries never wait for the map. Changes go from the map's thread
-/// to the output's through a queue; when it is full, the rest stays in the map.
+/// Runs if space/enabled is set. Queries never wait for the map. Changes go from the map thread
+/// to the output thread through a queue; when it is full, the rest stays in the map.
 class SpaceStep : public Step {
  public:
   explicit SpaceStep(const Host& host)
@@ -80,7 +80,7 @@ class SpaceStep : public Step {
     if (const Space* const space = host_.map.mapper().space()) add({true, {}}, *space);
   }
 
-  /// Hands over all changes at once, so that planners get answers from the previous space until the
+  /// Queues all changes at once, so that planners get answers from the previous space until the
   /// new one is complete.
   void corrected() override {
     is_part_ = false;
@@ -238,7 +238,7 @@ class SpaceStep : public Step {
     waiting_stamp_ = host_.map.meshStamp();
   }
 
-  /// Hands over changes, or a part of them if there are many. The stamp is that of the surfaces; an
+  /// Queues changes, or a part of them if there are many. The stamp is that of the surfaces; an
   /// extraction may be finished after another frame, which may have freed cells.
   void handOver() {
     Space* const space = host_.map.mapper().space();
@@ -382,9 +382,9 @@ class SpaceStep : public Step {
   const Host& host_;
   const bool is_on_;
 
-  bool is_part_ = false;  ///< Map's thread: there is more to hand over.
+  bool is_part_ = false;  ///< For the map thread: whether changes are left to queue.
 
-  // Output's thread.
+  // Used on the output thread only.
   std::unique_ptr<SpaceFollower> follower_;
   std::optional<GroundGrid> grid_;  ///< Set while somebody listens.
   bool is_grid_due_ = false, is_outdated_ = false;
@@ -396,7 +396,7 @@ class SpaceStep : public Step {
   ros::ServiceServer server_, grid_server_;
 
   mutable std::mutex mutex_;             ///< Guards the members below.
-  std::optional<SpaceChanges> waiting_;  ///< The queue to the output's thread.
+  std::optional<SpaceChanges> waiting_;  ///< The queue to the output thread.
   double waiting_cell_m_ = 0.0;          ///< Size of its cells.
   ros::Time waiting_stamp_;              ///< Stamp of the mesh that it belongs to.
   Known known_;

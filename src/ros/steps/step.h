@@ -27,7 +27,7 @@ class LiveMap;
 class MapChunks;
 class MapFrame;
 
-/// The mesh as last handed over. A thread holds the mutex while it uses the mesh.
+/// The mesh that the output publishes. A thread holds the mutex while it uses the mesh.
 struct ShownMesh {
   explicit ShownMesh(const MapParams& params) : meshes(params) {}
 
@@ -55,21 +55,21 @@ struct Host {
   LiveMap& map;
   ShownMesh& mesh;
   WorkerThread& map_loop;
-  /// Takes over all changes of the mesh, on the calling thread.
+  /// Applies all queued changes to `mesh`, on the calling thread.
   std::function<void()> take_changes;
-  /// Waits until the output's thread has taken over all changes. After that, nothing of an earlier
-  /// map is published or answered.
+  /// Waits until the output thread has applied all queued changes. After that, nothing of an
+  /// earlier map is published, and no query is answered from one.
   std::function<void()> await_output;
   std::atomic<bool>& is_ending;  ///< Waiting calls give up if it is set.
 };
 
-/// Node handles for callbacks on different threads; all but `input` and `map` in the private
-/// namespace.
+/// Node handles for callbacks on different threads; all but `input` and `map` are in the
+/// private namespace.
 struct Handles {
-  ros::NodeHandle prompt;   ///< On the threads of the nodelet manager or node: must not wait.
-  ros::NodeHandle waiting;  ///< On the service threads: may wait.
-  ros::NodeHandle input;    ///< On the input's thread, in the namespace of the node.
-  ros::NodeHandle map;      ///< On the map's thread, in the namespace of the node.
+  ros::NodeHandle prompt;   ///< On the threads of the nodelet manager or node; must not block.
+  ros::NodeHandle waiting;  ///< On the service threads; may block.
+  ros::NodeHandle input;    ///< On the input thread, in the namespace of the node.
+  ros::NodeHandle map;      ///< On the map thread, in the namespace of the node.
   std::string ns;           ///< Namespace of node and input topics; empty for the root.
 };
 
@@ -78,20 +78,21 @@ class Step {
  public:
   virtual ~Step() = default;
 
-  /// Advertises topics and services.
+  /// Advertises topics and services, and subscribes to topics.
   virtual void advertise(const Handles&) {}
-  /// Called once everything is advertised, before the first image. An exception aborts the start.
+  /// Called after all steps have advertised, before the first image. An exception aborts the start.
   virtual void begin() {}
 
-  // Map's thread.
+  // Called on the map thread, unless stated otherwise.
 
   /// Sets the expected pose of a frame that has none. Called before place() of any step.
   virtual std::optional<Rejection> expect(PosedFrame&) { return std::nullopt; }
   /// Moves a frame before it is fused or painted, or says why to drop it.
   virtual std::optional<Rejection> place(PosedFrame&) { return std::nullopt; }
-  /// A frame was handed to the mapper; the result says whether it was fused.
+  /// The mapper has processed a frame; the result says whether it was fused.
   virtual void fused(const PosedFrame&, const IntegrationResult&) {}
-  /// Rate at which an up-to-date mesh is needed; nothing if it is not needed. Any thread.
+  /// Rate at which an up-to-date mesh is needed; nothing if it is not needed. Called on
+  /// any thread.
   virtual std::optional<double> meshRate_hz() const { return std::nullopt; }
   /// An extraction was finished.
   virtual void meshed() {}
@@ -108,12 +109,12 @@ class Step {
   /// any.
   virtual bool work(bool /*frame_waits*/) { return false; }
 
-  // Output's thread.
+  // Called on the output thread, unless stated otherwise.
 
-  /// Changes of the mesh were taken over. Any thread, with the mutex of the mesh held.
+  /// Changes were applied to the mesh. Called on any thread, with the mutex of the mesh held.
   virtual void changed(const MeshChanges&) {}
-  /// Publishes what is due; the mesh is null while another thread uses it. @return the time until
-  /// something is due.
+  /// Publishes what is due. The mesh is null if it must not be used, as while another thread uses
+  /// it. @return the time until something is due.
   virtual SteadyDuration publish(ShownMesh*) { return SteadyDuration::max(); }
 
   /// Writes the step's part of the status, on the threads of the nodelet manager or node.

@@ -18,7 +18,7 @@ namespace dtsdf {
 namespace {
 
 constexpr double kMaxViews_hz = 5.0;
-/// After a view, frames get at least this many times as long on the map's thread.
+/// After a view, frames get at least this many times as long on the map thread.
 constexpr int kFramesPerView = 4;
 
 /// A depth image as in REP 118: metres, and NaN where there is no surface.

@@ -136,7 +136,7 @@ TEST_F(MapFile, KeepsALevelInAPartOfItsOwn) {
   EXPECT_TRUE(
       contains(errorOfBytes(bent.bytes()), "its level is not a rotation and a translation"));
   bent.get("LEVL").content.resize(88);
-  EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "LEVL has the wrong size"));
+  EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "LEVL record has the wrong size"));
 }
 
 TEST(Level, HasToBeThatOfTheRunThatGoesOn) {

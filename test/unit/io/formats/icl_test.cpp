@@ -43,7 +43,8 @@ TEST_F(IclArchive, MatchesByNumberAndImage0HasNoPose) {
   ASSERT_EQ(frames.size(), 2u);
   EXPECT_EQ(frames[0].stamp_s, 1.0);
   EXPECT_EQ(frames[1].depth.T_W_C.translation().y(), 0.00895357);
-  EXPECT_EQ(source->skipped(), (std::map<std::string, size_t>{{"no pose with its number", 1}}));
+  EXPECT_EQ(source->skipped(),
+            (std::map<std::string, size_t>{{"no pose for the image's number", 1}}));
 }
 
 // With the published intrinsics, a pixel's y is (v - 239.5) z / -480, so y points up.

@@ -67,6 +67,9 @@ TEST_F(OwnImages, TakePosesOfManyPrograms) {
   expectPoses("trajectory.log", log);
   expectPoses("images.txt", colmap);
   expectPoses("transforms.json", jsonOf("images/c_"));
+  writeBytes(folder_ / "mixed.txt", poseMatrix(0) + poseLine(1));
+  options_.poses_path = folder_ / "mixed.txt";
+  EXPECT_NE(readingErrorOf(options_).find("mixed.txt:5: expected 4 numbers"), std::string::npos);
   options_.poses_path = folder_ / "poses";
   EXPECT_EQ(readAll(*openRecording(options_)).size(), 3u);
   std::string lost = "-inf";
@@ -74,7 +77,8 @@ TEST_F(OwnImages, TakePosesOfManyPrograms) {
   writeBytes(folder_ / "poses/d_9.txt", lost);
   const auto source = openRecording(options_);
   EXPECT_EQ(readAll(*source).size(), 2u);
-  EXPECT_EQ(source->skipped(), (std::map<std::string, size_t>{{"the camera was lost", 1}}));
+  EXPECT_EQ(source->skipped(), (std::map<std::string, size_t>{
+                                   {"the pose is not a rigid motion, or the camera was lost", 1}}));
 }
 
 TEST_F(OwnImages, TakePosesOfOtherConventions) {

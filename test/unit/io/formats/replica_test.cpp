@@ -74,7 +74,8 @@ TEST_F(Replica, ImagesBeyondTheTrajectoryAreCounted) {
   writeBytes(folder_ / "Replica/room0/traj.txt", poseLine(0));
   const auto source = openRecording(options_);
   EXPECT_EQ(readAll(*source).size(), 1u);
-  EXPECT_EQ(source->skipped(), (std::map<std::string, size_t>{{"no pose with its number", 2}}));
+  EXPECT_EQ(source->skipped(),
+            (std::map<std::string, size_t>{{"no pose for the image's number", 2}}));
 }
 
 TEST_F(Replica, TellsWhatIsWrong) {

@@ -50,7 +50,8 @@ class PoseAligner {
     });
   }
 
-  /// The sums over these points. @param view The same image, at any pose.
+  /// The sums over these points. @param view The same image, at any pose. @param cutoff In voxels;
+  /// also how far away surfaces are searched for.
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const CpuMap& map) const {
     AlignmentSums sums{};
     std::mutex mutex;

@@ -113,7 +113,7 @@ inline void BlockIndexer::findCandidates() {
 }
 
 /// Labels the rows with a unit that can hold a surface. Directions that only other units of the row
-/// observe are left out: these units hold no surface in any case.
+/// observe are left out, as these hold no surface in any case.
 inline void BlockIndexer::labelRows(const MeshSettings& rules, bool directional,
                                     UnitLabels* labels) {
   static_assert(kLanes == kBlockSide, "a row must fill the lanes");

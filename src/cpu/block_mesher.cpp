@@ -22,7 +22,7 @@ SlotsAround slotsAround(const BlockTable& table, const BlockKey& key) {
   return slots;
 }
 
-/// The voxel arrays of these blocks. Voxels with less evidence will count as unknown.
+/// The voxel arrays of these blocks. Voxels with less than `min_evidence` count as unknown.
 ArraysAround arraysAround(const CpuMap& map, const SlotsAround& slots, int32_t min_evidence) {
   ArraysAround around;
   around.min_evidence = min_evidence;

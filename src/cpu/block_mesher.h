@@ -65,8 +65,9 @@ class BlockMesher {
 
   size_t bytes() const;
 
-  /// Meshes the blocks that were marked since the last call. Voxels with less evidence than
-  /// `min_evidence` count as unknown. @return the changed blocks, sorted by packed key.
+  /// Meshes the blocks that were marked since the last call, and those around them. Voxels with
+  /// less evidence than `min_evidence` count as unknown. @return the meshes, except those that were
+  /// empty and still are, sorted by packed key.
   MeshUpdate update(int32_t min_evidence);
 
   /// Updates the labels of blocks where they are out of date. Does not clear marks.

@@ -15,7 +15,7 @@ bool anySpeaks(const UnitLabels* row) {
   return (words[0] | words[1]) != 0;
 }
 
-/// The range, along an axis, of the units of a neighbouring block that share corners with the
+/// The range, along an axis, of those units of a neighbouring block that share corners with the
 /// block. `offset` is the neighbour's, along that axis.
 int firstBeside(int offset) { return offset < 0 ? kBlockSide - 1 : 0; }
 int endBeside(int offset) { return offset > 0 ? 1 : kBlockSide; }

@@ -27,7 +27,7 @@ struct VoxelSet {
   }
 };
 
-/// A frame's sums for one block. Each thread has one; fold() zeroes the sums for the next block.
+/// A frame's sums for one block. Each thread has one; fold() resets them for the next block.
 struct BlockSums {
   VoxelSums voxel[kDirectionCount][kVoxelsPerBlock];
   VoxelSet covered[kDirectionCount];  ///< Voxels with a weight; see findCovered().

@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace {
 
-/// A voxel that a frame contradicts, and what the frame sees there.
+/// A voxel that loses evidence, and what the frame sees at its place.
 struct ContradictedVoxel {
   int index;
   bool is_covered;
@@ -49,8 +49,8 @@ class DistanceGrid {
   float sdf_[kSide * kSide * kSide] = {}, known_[kSide * kSide * kSide] = {};
 };
 
-/// Judges the voxels of an array row by row, in loops that compilers vectorise. Same results as
-/// judge().
+/// Judges the voxels of an array, a row at a time, in loops that compilers vectorise. The results
+/// are those of judge().
 class RowJudge {
  public:
   // cppcheck-suppress uninitMemberVar  ; set for each row
@@ -146,7 +146,7 @@ class RowJudge {
     }
   }
 
-  /// The judged voxels whose places are free in the pixels that they project to, one bit each.
+  /// The judged voxels whose places the frame looks through at their own pixels, one bit each.
   /// Branch-free, as branches would be unpredictable.
   uint32_t lookedThrough() const {
     uint32_t through = 0;
@@ -162,7 +162,7 @@ class RowJudge {
   const Vec3f first_voxel_L_;
   const bool in_turn_;
   const FusionRules rules_;
-  const std::optional<DistanceGrid>& distances_;  ///< Of the array, if the block is in turn.
+  const std::optional<DistanceGrid>& distances_;  ///< Those of the array; used if in_turn_.
   int32_t covered_[kBlockSide], judged_[kBlockSide], is_empty_[kBlockSide];
   float place_x_[kBlockSide], place_y_[kBlockSide], place_z_[kBlockSide];
   float depth_m_[kBlockSide], u_[kBlockSide], v_[kBlockSide];
@@ -170,8 +170,8 @@ class RowJudge {
   float pixel_depth_m_[kBlockSide];
 };
 
-/// Finds the contradicted voxels of an array, before any changes: feet depend on neighbours.
-/// @return their number.
+/// Finds the voxels of an array that lose evidence, before any of them changes, as feet depend on
+/// neighbours. @return their number.
 int findContradicted(const BlockLook& look, int direction, const FrameSensing& sensing,
                      const FusionRules& rules, const Voxel* voxels,
                      std::optional<DistanceGrid>& distances,

@@ -64,7 +64,7 @@ class FoldBatch {
   uint32_t nearest_[kVoxels] = {};
 };
 
-/// @return whether the array holds any distance.
+/// Folds sums into an array. @return whether it holds any distance afterwards.
 bool foldArray(VoxelSums* sums, const VoxelSet& covered, float depth_weight,
                const FusionSettings& fusion, Voxel* voxels) {
   FoldBatch batch;

@@ -1,6 +1,6 @@
 /// Vectors of eight values: the operations of kernels/core/select.h for a whole row of units.
 ///
-/// Each lane gives the same bits as the operation on a single value. Compilers translate these
+/// Each lane gives exactly the result of the operation on a single value. Compilers translate these
 /// vector types to what the target has, such as AVX2 (widest_vectors.h), SSE2 or NEON.
 #pragma once
 

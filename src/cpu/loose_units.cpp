@@ -35,7 +35,7 @@ class SequentialRows {
       eachOfLayer(z, visit);
     }
   }
-  /// Where holds(row) is true, the piece has grown, possibly into adjacent layers.
+  /// Where holds(row) is true, the piece may have grown, possibly into adjacent layers.
   template <class Holds>
   bool any(const Holds& holds) const {
     bool any = false;
@@ -74,7 +74,7 @@ class SequentialRows {
   mutable int low_ = 0, high_ = 0;  ///< Layers where the piece may have units.
 };
 
-/// The units connected to the first one through faces.
+/// Of these units, those connected to the first one through faces.
 BlockBits firstPiece(const BlockBits& units) {
   constexpr uint64_t kFirstColumn = 0x0101010101010101u, kLastColumn = kFirstColumn << 7;
   BlockBits piece = {};

@@ -24,7 +24,8 @@ uint64_t singlesOf(const ImageView& image, const Pixel& first, int end_u,
   return listed;
 }
 
-/// Assigns in place: push_back() would stall, as it loads larger words than were stored.
+/// Appends a surfel that has a weight. Assigns in place: push_back() would stall, as it loads
+/// larger words than were stored.
 void append(const Surfel& surfel, std::vector<Surfel>& surfels) {
   if (surfel.weight > 0.0f) surfels.emplace_back() = surfel;
 }

@@ -17,7 +17,7 @@ class SurfelMaker {
 
   /// For casting, makes a surfel for each merged square, other pixel or subpixel; all have a
   /// weight, and their order does not matter. For voxel projection, makes one for each pixel, in
-  /// row order, with weight 0 where nothing is measured.
+  /// row-major order, with weight 0 where nothing is measured.
   void makeSurfels(const FrameSensing& sensing);
 
   /// The surfels from the last makeSurfels(). Voxel projection has a single list.

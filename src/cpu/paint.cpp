@@ -13,8 +13,8 @@
 namespace dtsdf {
 namespace {
 
-// Surface points are found and drawn in loops that compilers vectorise, with the same bits as
-// kernels/colour.
+// Surface points are found and drawn in loops that compilers vectorise. The results equal those of
+// kernels/colour bit for bit.
 
 int listNear(const PointView& of_image, const Voxel* voxels, int* near) {
   constexpr int kRow = 16;          // tested together, as most rows have none
@@ -43,7 +43,8 @@ int listNearSurface(const PointView& view, const Voxel* voxels, int* near) {
   return count;
 }
 
-/// A batch of surface points of an array's voxels; same bits as findSurfacePoint().
+/// A batch of surface points of an array's voxels; equal to those of findSurfacePoint() bit for
+/// bit.
 class PointBatch {
  public:
   static constexpr int kMax = 64;

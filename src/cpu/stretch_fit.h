@@ -1,5 +1,5 @@
 /// Fits lines around many neighbouring pixels at once. Each step of fitLine()'s walk is taken for
-/// all of them in a loop that compilers vectorise. Same bits as fitLine().
+/// all of them in a loop that compilers vectorise. The lines equal those of fitLine() bit for bit.
 #pragma once
 
 #include "kernels/surfels/line_fit.h"

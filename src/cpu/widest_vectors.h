@@ -1,4 +1,5 @@
-/// Runs loops with AVX2 where the processor has it; the rest of the build does not require it.
+/// Runs loops with AVX2 where the processor has it, in optimised GCC builds for x86-64; the rest of
+/// the build does not require it.
 #pragma once
 
 namespace dtsdf {

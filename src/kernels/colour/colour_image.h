@@ -32,7 +32,7 @@ struct ColourLevel {
 };
 
 struct ColourImage {
-  const ColourPixel* pixels;  ///< All levels, row by row without padding.
+  const ColourPixel* pixels;  ///< All levels, row-major without padding.
   ColourLevel level[kColourLevels];
 };
 

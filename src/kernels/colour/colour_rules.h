@@ -20,7 +20,7 @@ struct ColourRules {
   /// count.
   int32_t max_views = 8;
 
-  /// Minimum number of painted voxels to estimate an image's exposure from; by judgement.
+  /// Minimum number of painted voxels to estimate an image's exposure from; chosen by judgement.
   int32_t min_overlap = 256;
 };
 

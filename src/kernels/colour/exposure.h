@@ -70,10 +70,9 @@ DTSDF_HD void addToSums(ExposureSums& sums, const VoxelColour& map, const VoxelC
 
 /// The gain of a channel: the ratio of the map's values to the image's, drawn towards 1 if it
 /// explains little of their squared difference. The unexplained part is due to other angles, places
-/// and lights. These also bias the ratio, and such biases would add up over images. (cabinet, 58
-/// images with one exposure, 20 mm: red comes out 1.18 times too bright with the whole ratio, 1.01
-/// times with this gain, and 1.03 times with a factor of 1 in place of the 2. With images
-/// alternately darkened by up to 40 %: 0.97.)
+/// and lights. These also bias the ratio, and such biases would add up over images. (In the map of
+/// cabinet at 20 mm, from 58 images with one exposure, red is 1.18 times too bright with the whole
+/// ratio, and 1.01 times with this gain.)
 DTSDF_HD float gainOf(const ExposureSums& sums, int channel) {
   const auto map = static_cast<double>(sums.map_squares[channel]);
   const auto image = static_cast<double>(sums.image_squares[channel]);

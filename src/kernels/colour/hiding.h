@@ -105,7 +105,7 @@ DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, cons
 
 /// Whether a nearer surface hides a point: the depth in its cell must be less, by more than
 /// hidden_depth, than the point's and than that of its plane at the cell's centre. `hiding_m` holds
-/// the nearest depth of each cell in metres, row by row.
+/// the nearest depth of each cell in metres, in row-major order.
 DTSDF_HD bool isHidden(const PointView& view, const float* hiding_m, const SurfacePoint& point) {
   const int32_t width = cellsFor(view.frame.width), height = cellsFor(view.frame.height);
   const int32_t u = cellOf(point.u, width), v = cellOf(point.v, height);

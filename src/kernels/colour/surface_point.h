@@ -72,7 +72,7 @@ DTSDF_HD bool isInImage(const PointView& view, const SurfacePoint& point) {
 }
 
 /// Finds the surface point of the voxel at `index` in its array. @return false if its normal does
-/// not belong to the direction, or if the point is outside the image or too far away.
+/// not belong to the direction, or if the point is outside the image, too near or too far away.
 DTSDF_HD bool findSurfacePoint(const PointView& view, const Vec3f& first_voxel_L,
                                const Voxel* voxels, int index, int direction, SurfacePoint& point) {
   const Facing facing = facingOf(view.directional ? direction : kAnyDirection);

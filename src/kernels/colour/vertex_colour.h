@@ -70,8 +70,9 @@ struct ColouredCorners {
   }
 };
 
-/// Distance in voxels within which an unpainted vertex takes the colour of painted voxels. (A house
-/// in waves of colour, voxels of 25 mm: RMSE in CIE Lab 6.5, 6.1 and 6.0 with 1, 2 and 3.)
+/// Distance in voxels within which an unpainted vertex takes the colour of painted voxels. (For a
+/// house in waves of colour, with voxels of 25 mm, the RMSE in CIE Lab is 6.5 with 1, 6.1 with 2
+/// and 6.0 with 3.)
 constexpr int kFillReach = 2;
 
 /// The directions with bricks of colours for the corners in a box.

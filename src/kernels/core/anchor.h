@@ -1,8 +1,9 @@
 /// Anchors: points near a corner of the grid at which its surface was measured.
 ///
-/// In one frame, the anchor is the measured point nearest to the corner's foot; over frames, the
-/// weighted mean of these points. The distance alone would extend a surface past the end of what
-/// was measured, so vertices are pulled towards anchors (meshing/anchoring.h).
+/// In one frame, the anchor is the measured point that is nearest, along the surface, to the
+/// corner's foot; over frames, it is the weighted mean of these points. The distance alone would
+/// extend a surface past the end of what was measured, so vertices are pulled towards anchors
+/// (meshing/anchoring.h).
 #pragma once
 
 #include "kernels/core/vec.h"

@@ -96,8 +96,7 @@ DTSDF_HD int32_t quantiseWeight(float weight) { return roundWeight(weight * kWei
 /// Rounds a distance given in units of truncation / 2^15.
 DTSDF_HD int32_t roundSdf(float sdf_units) { return floorToInt(sdf_units + 0.5f); }
 
-/// Converts a distance to fixed point. It is given as a share of the truncation, and clamped to
-/// [-1, 1].
+/// Converts a distance, divided by the truncation and clamped to [-1, 1], to fixed point.
 DTSDF_HD int32_t quantiseSdf(float sdf_share) {
   return roundSdf(minimum(maximum(sdf_share, -1.0f), 1.0f) * kSdfScale);
 }

@@ -36,8 +36,8 @@ DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_cov
   return makeVoxel(0.0f, 0, less > -rules.max_evidence ? less : -rules.max_evidence);
 }
 
-/// Minimum evidence of a surface in the mesh: one more than min_support - 1 supports give. At most
-/// as many supports are required as frames were fused.
+/// Minimum evidence of a surface in the mesh: one more than min_support - 1 supports give, but at
+/// least 1 and at most max_evidence. No more supports are required than frames were fused.
 DTSDF_HD int32_t minEvidence(int32_t min_support, uint64_t fused_frames, const FusionRules& rules) {
   const int32_t support = fused_frames < static_cast<uint64_t>(min_support)
                               ? static_cast<int32_t>(fused_frames)

@@ -6,8 +6,9 @@
 ///
 /// A voxel is tested at its place: its foot; its anchor, if the frame covers the voxel; or the
 /// voxel itself, if it has no distance. The frame contradicts the voxel if it sees free space there
-/// at all of the 3 x 3 pixels around. So it contradicts nothing next to an outline or a thin
-/// object, nor where it measured nothing.
+/// at all of the 3 x 3 pixels around that are in the image. So it contradicts nothing next to an
+/// outline or a thin object, nor where the free depth is unknown. At an outline it may take back a
+/// support (contradicts()).
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -19,8 +20,8 @@
 
 namespace dtsdf {
 
-/// The inputs of a pixel's plane: its own row fit, those of the pixels above and below (0 outside
-/// the image), and its links and those of the pixel above.
+/// The inputs of a pixel's plane: its inverse depth, its row fit, those of the pixels above and
+/// below (0 outside the image), its links and those of the pixel above.
 struct PlaneAround {
   float inverse_depth;
   float row_value, row_slope, above, below;
@@ -39,9 +40,9 @@ DTSDF_HD PlaneAround planeAround(const ImageView& image, const Pixel& pixel) {
           has_above ? image.links[at - width] : PixelLinks{0}};
 }
 
-/// Depth in metres up to which a pixel's ray is free: that of its plane, less a margin
-/// perpendicular to the plane; 0 if nothing is measured. Measurements beyond the fused range count
-/// too. Branch-free, for vectorisation.
+/// Depth in metres up to which a pixel's ray is free: the pixel's depth, less a margin
+/// (perpendicular to its plane, if it has one); 0 if nothing is measured or the margin is larger.
+/// Measurements beyond the fused range count too. Branch-free, for vectorisation.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const PlaneAround& plane,
                          const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;
@@ -72,8 +73,9 @@ DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
   return freeDepth(sensing, pixel, planeAround(sensing.image, pixel), fusion);
 }
 
-/// Mean slope of the distance towards a voxel's two neighbours along an axis. `has_upper` and
-/// `has_lower` are 1 if that neighbour has a distance, else 0.
+/// Mean slope of the distance towards a voxel's two neighbours along an axis, or the slope towards
+/// the only one; 0 without any. `has_upper` and `has_lower` are 1 if that neighbour has a distance,
+/// else 0.
 template <class Real>
 DTSDF_HD Real slopeBeside(const Real& own, const Real& upper, const Real& has_upper,
                           const Real& lower, const Real& has_lower) {
@@ -115,8 +117,8 @@ DTSDF_HD Facing facingOf(int direction) {
 }
 
 /// Unit gradient of the distance at a voxel. If the slope is too small or does not match the
-/// direction, this is the direction's axis; in the undirected map it is 0, so the voxel is its own
-/// foot.
+/// direction, this is the direction's axis; in the undirected map it is then 0, so the voxel is its
+/// own foot.
 DTSDF_HD Vec3f gradientOf(const Vec3f& slope, const Facing& facing) {
   constexpr float kMinLength = 0.3f;
   const float length = norm(slope);
@@ -134,7 +136,8 @@ DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const F
 
 /// Whether a frame can change a voxel by looking through its place; for one voxel or several at
 /// once. A covered voxel needs an anchor. A voxel that is not covered must be in a block that is
-/// checked in this frame and, if it is empty, have evidence left to lose.
+/// checked in this frame (`in_turn`) and, if it is empty, have evidence left to lose (`may_lose`,
+/// which is set only if `in_turn` is).
 template <class Mask>
 DTSDF_HD Mask canChange(const Mask& is_covered, const Mask& has_anchor, const Mask& is_empty,
                         const Mask& may_lose, const Mask& in_turn) {
@@ -166,8 +169,9 @@ DTSDF_HD Vec3f placeOf(const Voxel* voxels, int index, int direction, bool is_co
                 slopeAt(voxels, index), facingOf(direction));
 }
 
-/// Spacing in pixels of the 3 x 3 points at which a frame must look through a place: one, or the
-/// width of a voxel if the voxel is empty, as it represents all cells around it.
+/// Spacing in pixels of the 3 x 3 points at which a frame must look through a place: one; if the
+/// voxel is empty, the width of a voxel, rounded down to at least one, as an empty voxel represents
+/// all mesh units around it.
 DTSDF_HD int lookSpread(const FrameView& frame, const Voxel& voxel, float depth_m) {
   if (!isEmpty(voxel)) return 1;
   const float cell_px = frame.voxel_size_m * frame.intrinsics.fx / depth_m;
@@ -198,14 +202,14 @@ DTSDF_HD bool isInImage(const FrameView& frame, const VoxelInImage& at) {
 
 /// What a frame sees at a voxel's place.
 enum class Observation : uint32_t {
-  kOccupied,   ///< The surface may be there.
+  kOccupied,   ///< The surface may be there, or the place is not in the image.
   kAtOutline,  ///< The place's own pixel looks through it, but not all pixels around do.
   kFree,       ///< All pixels around look through the place.
 };
 
 /// The depth beyond which a frame must see to look through a voxel's place. For an empty voxel it
-/// is a voxel farther than the place, as the voxel represents all cells around it. Infinite outside
-/// the image.
+/// is a voxel farther than the place, as the voxel represents all mesh units around it. Infinite
+/// outside the image.
 DTSDF_HD float judgedDepth(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
   constexpr float kInfiniteDepth_m = 1e30f;
   const float depth_m = is_empty ? at.depth_m + frame.voxel_size_m : at.depth_m;
@@ -247,10 +251,10 @@ DTSDF_HD Observation judge(const FrameSensing& sensing, const Vec3f& first_voxel
   return judge(sensing, voxels[index], projectToImage(sensing.image.frame, first_voxel_L + place));
 }
 
-/// Whether an observation takes evidence from a voxel. At an outline it only takes back a support,
-/// so a surface ends where as many images see it as see past it. It takes nothing from a full
-/// voxel, for which a support does not count in full either: as a camera circles an object, its
-/// outline passes over every place.
+/// Whether an observation takes evidence from a voxel. At an outline, only a support of a covered
+/// voxel is taken back, so a surface ends where as many images see it as see past it. Nothing is
+/// taken back from a full voxel, for which a support does not count in full either: as a camera
+/// circles an object, its outline passes over every place.
 DTSDF_HD bool contradicts(Observation observation, const Voxel& voxel, bool is_covered,
                           const FusionRules& rules) {
   return observation == Observation::kFree ||

@@ -9,12 +9,14 @@ namespace dtsdf {
 
 struct FusionRules {
   /// Distance from the measured plane, in voxels, within which samples are updated and a frame
-  /// supports a surface. A mesh unit reaches no farther than sqrt(3) voxels from a surface in it;
-  /// farther samples would only blur other surfaces (docs/results/ablation.md, Support from near).
+  /// supports a surface (in voxel projection, this is the truncation). A mesh unit reaches no
+  /// farther than sqrt(3) voxels from a surface in it; farther samples would only blur other
+  /// surfaces (docs/results/ablation.md, Support from near).
   float sample_reach = 1.75f;
-  /// The same for noisy points, in standard deviations, if this is farther. Otherwise outliers
-  /// would form shells of their own instead of averaging with the surface. 2.5 deviations include
-  /// all but 1.2 % of the measurements.
+  /// Distance within which the samples of noisy points are updated, in standard deviations of their
+  /// depth, if that is more than sample_reach; beyond sample_reach they support no surface. Without
+  /// this, outliers would form shells of their own instead of averaging with the surface. 2.5
+  /// deviations include all but 1.2 % of the measurements.
   float noise_reach = 2.5f;
 
   /// Depth in metres up to which a frame has full weight; beyond it the weight falls as z^-2, like
@@ -23,16 +25,15 @@ struct FusionRules {
   float full_weight_depth_m = 1.0f;
 
   /// Minimum share of a voxel that a frame must cover to support the surface there. A smaller share
-  /// comes from the far fringe of a surfel, or from a strip. (Surfaces in front of what held-back
-  /// images of box measured, at 5 mm: 5.1 % without, 1.8 % with 0.0003. But 0.0003 makes holes in a
-  /// floor at a grazing angle, and 0.0015 costs the dragon at 10 mm a quarter of its completeness.)
+  /// comes from the far fringe of a surfel, or from a strip. (For box at 5 mm, the mesh is in front
+  /// in 5.1 % of the pixels of held-back images without this rule, and in 1.8 % with 0.0003. But
+  /// 0.0003 makes holes in a floor at a grazing angle, and 0.0015 costs the dragon at 10 mm a
+  /// quarter of its completeness.)
   float support_share = 0.0001f;
   /// Evidence that a frame adds by supporting a surface.
   int32_t support_gain = 3;
   /// Evidence that a frame takes away by contradicting a surface. So a surface stays if half of the
-  /// frames see through it, and goes if two of three do. (Surfaces in front of what held-back
-  /// images of cabinet measured, at 20 mm, with 1 / 2 / 3: 1.76 / 1.66 / 1.50 %; behind it: 1.03 /
-  /// 1.15 / 1.44 %.)
+  /// frames see through it, and goes if two of three do.
   int32_t contradiction_cost = 2;
   /// Largest magnitude of evidence: fusion/memory_frames supports. With eight, a removed object
   /// vanishes within 12 frames that see through it, and a new one appears after 10, whatever was

@@ -129,9 +129,9 @@ struct CornerSample {
 };
 
 /// The sample at the corner (du, dv), each 0 or 1, of a cell; `shifts` is from pointShifts(). With
-/// sides, the measured point is the place on the pixel that is nearest to the corner's foot, as the
-/// surface continues to the next pixel. No loops or branches, so that compilers can vectorise loops
-/// over it.
+/// sides, the measured point is moved over the pixel towards the corner's foot, as the surface
+/// continues to the next pixel. No loops or branches, so that compilers can vectorise loops over
+/// it.
 template <bool kHasSides>
 DTSDF_HD CornerSample sampleCorner(const SampleLine& line, const MeasuredSides& sides,
                                    const Vec3i& shifts, const CellCrossing& at, int du, int dv) {

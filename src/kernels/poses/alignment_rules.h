@@ -1,5 +1,4 @@
-/// Constants of the rules that align an image to the map. Chosen by judgement unless stated:
-/// results on real recordings hardly change with any of them (docs/results/poses.md).
+/// Constants of the rules that align an image to the map. Chosen by judgement unless stated.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +11,10 @@ struct AlignmentRules {
   /// Half width of the window that a point's plane is fitted in, in pixels.
   int32_t window_px = 3;
   /// Distance from a point, along its normal, within which its surface is searched for at first, in
-  /// voxels. (A corner 2 m away, voxels of 20 mm, 96 poses off by 10 cm and 8 degrees at once: 78
-  /// are found with a reach of 8, 89 with 10, all with 12.)
+  /// voxels. (In front of a corner 2 m away, at 20 mm, with poses off by 10 cm and 8 degrees at
+  /// once: a reach of 8 finds 78 of 96 poses, 10 finds 89, and 12 finds all.)
   float reach = 12.0f;
-  /// Residual from which on a point does not count in the last iterations, in voxels.
+  /// Residual, in voxels, at or above which a point does not count in the last iterations.
   float cutoff = 1.0f;
   /// Number of points that count as one with an independent error, as points on a surface share the
   /// errors of the map and of the sensor there.
@@ -25,8 +24,9 @@ struct AlignmentRules {
   /// Minimum share of inliers among the points that meet a surface; with less, alignment fails.
   float min_inliers = 0.5f;
   /// Minimum share of inliers of an image that is not taken to have slipped: a camera slides along
-  /// featureless surfaces with most points still fitting. (A phone that turned fast: 0.74 to 0.84
-  /// while it slipped by 5 degrees, 0.90 to 1 otherwise; a Kinect: never below 0.95.)
+  /// featureless surfaces with most points still fitting. (A phone that turned fast had 0.74 to
+  /// 0.84 while it slipped by 5 degrees, and 0.90 to 1 otherwise; a Kinect never had less than
+  /// 0.95.)
   float held_inliers = 0.85f;
   /// Largest root mean square distance of an image from the map, in voxels along its normals, that
   /// is within the map's own error. That error was up to 0.17 with exact poses, and 0.4 to 0.6 in

@@ -1,8 +1,8 @@
 /// Distances of an image's points to the map's surfaces, and the sums for Gauss-Newton on the
 /// image's pose.
 ///
-/// A point is compared with the signed distance in the directions that its normal belongs to. So
-/// points of a thin plate's front are never attracted by its back.
+/// A point is compared with the signed distance in the directions that its normal belongs to. So in
+/// a directional map, points of a thin plate's front are not attracted by its back.
 #pragma once
 
 #include "kernels/core/camera.h"
@@ -44,8 +44,8 @@ DTSDF_HD Pixel pixelOfPoint(const AlignmentGrid& grid, int32_t index) {
 
 /// Fits a plane in inverse depth, with slopes per pixel, to the window around a pixel. It uses
 /// pairs of opposite pixels whose mean hardly differs from the middle, so that they lie on the same
-/// surface. `inverse_depth(du, dv)` is positive where something is measured. @return false if fewer
-/// than half of the pairs are used.
+/// surface. `inverse_depth(du, dv)` is positive where something is measured. @return false if the
+/// middle is not measured, or fewer than half of the pairs are used, or these are in line.
 template <class InverseDepth>
 DTSDF_HD bool fitAlignedPlane(const AlignmentSettings& settings, const InverseDepth& inverse_depth,
                               float& value, float& slope_u, float& slope_v) {
@@ -80,8 +80,9 @@ DTSDF_HD bool fitAlignedPlane(const AlignmentSettings& settings, const InverseDe
   return true;
 }
 
-/// The point of a pixel. Its weight is the cosine between its normal and its ray, and falls with
-/// depth, as noise grows.
+/// The point of a pixel. Its weight is the cosine between its normal and its ray, times a factor
+/// that falls with depth, as noise grows. There is no point near the image's border or without a
+/// plane.
 template <class InverseDepth>
 DTSDF_HD AlignedPoint makeAlignedPoint(const FrameView& frame, const Pixel& pixel,
                                        const AlignmentSettings& settings,
@@ -142,7 +143,7 @@ DTSDF_HD FieldSample sampleField(const Vec3f& p_L, VoxelAt&& voxel) {
   return {mix(y0, y1, f.z), {dx, dy, y1 - y0}, true};
 }
 
-/// The weighted mean of sampleField() over the directions that a normal belongs to.
+/// The weighted mean of sampleField(), where known, over the directions that a normal belongs to.
 /// `voxel(direction, at)` returns a voxel of a direction's grid.
 template <class VoxelAt>
 DTSDF_HD FieldSample sampleDirections(const Vec3f& p_L, const DirectionSet& directions,
@@ -201,8 +202,8 @@ DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool dir
   return {0.0f, {0.0f, 0.0f, 0.0f}, false};
 }
 
-/// Terms of the normal equations' upper triangle, row by row: rotation about the camera, then
-/// translation, both along the axes of the map.
+/// Terms of the normal equations' upper triangle, in row-major order: rotation about the camera,
+/// then translation, both along the axes of the map.
 constexpr int kPoseTerms = 21;
 
 /// Sums over points, in fixed point so that they do not depend on the order.
@@ -224,8 +225,8 @@ DTSDF_HD int64_t toAlignmentUnits(float value) {
   return static_cast<int64_t>(value * kAlignmentScale);
 }
 
-/// Adds a point at the frame's pose. It does not count if its residual is `cutoff` voxels or more.
-/// `find(p_L, normal)` is findSurface() within a reach.
+/// Adds a point at the frame's pose. A residual of `cutoff` voxels or more is no inlier, and adds
+/// nothing to the equations. `find(p_L, normal)` is findSurface() within a reach.
 template <class Find>
 DTSDF_HD void addPoint(AlignmentSums& sums, const FrameView& frame, const AlignedPoint& point,
                        float cutoff, Find&& find) {

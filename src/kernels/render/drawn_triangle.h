@@ -252,7 +252,7 @@ DTSDF_HD uint32_t normalAt(const ProjectedVertex& a, const ProjectedVertex& b,
                     place.share[2] * c.normal_C);
 }
 
-/// The mean of those corners that are painted.
+/// The weighted mean of those corners that are painted.
 DTSDF_HD uint32_t colourAt(const VertexColour& a, const VertexColour& b, const VertexColour& c,
                            const TrianglePlace& place) {
   const VertexColour colour[3] = {a, b, c};

@@ -56,8 +56,8 @@ DTSDF_HD Vec3i firstCellOfCube(const Vec3i& cube) {
   return {cube.x * kCubeSide, cube.y * kCubeSide, cube.z * kCubeSide};
 }
 
-/// A sector has 32 x 32 x 32 cells: many more than the usual reach of distances, so that the window
-/// around it adds little work.
+/// A sector has 32 x 32 x 32 cells. The longer it is compared with the reach of distances, the less
+/// work the window around it adds.
 constexpr int kSectorSideLog2 = 5;
 constexpr int kSectorSide = 1 << kSectorSideLog2;  ///< In cells.
 constexpr int kCubesAlong = kSectorSide / kCubeSide;

@@ -5,7 +5,7 @@
 
 namespace dtsdf {
 
-/// The unit of raw depths, and the range of depths that are fused. Raw values from `overflow` on
+/// The unit of raw depths, and the range of depths that are fused. Raw values of `overflow` or more
 /// are not measurements.
 struct DepthRange {
   float unit_m, min_m, max_m, overflow;
@@ -25,8 +25,8 @@ DTSDF_HD float inverseDepth(float raw, const DepthRange& range) {
   return sign / maximum(depth_m, range.min_m);
 }
 
-/// Whether a depth edge lies between two inverse depths; `depth_jump` is the share by which
-/// neighbours may differ.
+/// Whether a depth edge lies between two inverse depths: they differ by more than `depth_jump`
+/// times the larger one.
 DTSDF_HD bool isEdgeBetween(float a, float b, float depth_jump) {
   return fabsf(b - a) > depth_jump * maximum(fabsf(a), fabsf(b));
 }

@@ -5,7 +5,7 @@
 ///   similar, without an allowance for noise. Next to a depth edge the steps in the line differ; at
 ///   a mixed pixel, those in the adjacent lines.
 /// - The surface curves out of sight: the step is much smaller than the jump behind it. A mixed
-///   pixel is hardly ever that close to the front.
+///   pixel is seldom that close to the front.
 #pragma once
 
 #include "kernels/surfels/depth.h"
@@ -73,8 +73,8 @@ DTSDF_HD bool goesOn(const LineInImage& line, float step, const LinkLimits& limi
          (line.beside + 1 == line.lines || isSameStep(a[d], b[d], step, same));
 }
 
-/// Whether a surface curves out of sight with this step: behind it, nothing is fused, or something
-/// much farther away.
+/// Whether a surface curves out of sight with this step: behind it, nothing is fused, or only
+/// something much farther away.
 DTSDF_HD bool curvesOutOfSight(const LineInImage& line, float step, const LinkLimits& limits) {
   const float *a = line.inverse_depth, *b = a + line.stride;
   if (fabsf(step) > limits.rim_slope * maximum(*a, *b)) return false;

@@ -142,8 +142,9 @@ struct NoiseOfLines {
   uint32_t lines;
 };
 
-/// The variance common to the whole image: the lower quartile less its difference from the upper,
-/// which is due to the detail of surfaces. 0 for too few lines, whose quartiles scatter.
+/// The variance common to the whole image, at most the median's: the lower quartile's less its
+/// difference from the upper's, which is due to the detail of surfaces. 0 for too few lines, whose
+/// quartiles scatter.
 DTSDF_HD float commonVariance(const NoiseOfLines& of) {
   constexpr uint32_t kMinLines = 16;
   if (of.lines < kMinLines) return 0.0f;

@@ -43,8 +43,9 @@ DTSDF_HD bool continuesPlane(const FrameSensing& sensing, const Pixel& pixel,
 }
 
 /// How a measured pixel with a plane is subdivided: along axes where it is wider than a voxel and
-/// both neighbours continue its surface. Half widths are set from half a voxel on: with points at
-/// pixel centres only, the mesh would have gaps between pixels 0.6 voxels apart, for instance.
+/// both neighbours continue its surface. The half width along an axis is set even where it is only
+/// half a voxel wide: with points at pixel centres only, the mesh would have gaps between pixels
+/// 0.6 voxels apart, for instance.
 DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pixel,
                                     const PixelPlane& plane, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;

@@ -10,7 +10,7 @@ namespace dtsdf {
 using PixelLinks = uint8_t;
 constexpr PixelLinks kLinkRight = 1, kLinkDown = 2;
 
-/// A depth image, its row fits and its links, row by row without padding.
+/// A depth image, its row fits and its links, in row-major order without padding.
 struct ImageView {
   FrameView frame;
   const float* inverse_depth;  ///< In 1/m, by filledInverseDepth(); a surface only if positive.

@@ -116,8 +116,8 @@ DTSDF_HD Surfel makePixelSurfel(const FrameSensing& sensing, const Pixel& pixel,
   return makeWholePixelSurfel(sensing.image, wholePixel(sensing, pixel, column, surfels));
 }
 
-/// The surfel of merged pixels, at the square's centre. There a plane has the mean of the pixels'
-/// inverse depths.
+/// The surfel of merged pixels, at the square's centre. Its inverse depth is the pixels' mean,
+/// which for a plane is that at the centre.
 DTSDF_HD Surfel makeMergedSurfel(const FrameSensing& sensing, const PixelSquare& square,
                                  const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;

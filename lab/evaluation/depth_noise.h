@@ -36,7 +36,7 @@ double axialSigma(double z_m, double angle_rad);
 double lateralSigma(double angle_rad);
 
 /// Standard deviation of a time-of-flight camera along the optical axis in metres. It grows with
-/// distance and slant, which both reduce the signal.
+/// slant and, beyond 0.83 m, with distance.
 double tofAxialSigma(double z_m, double angle_rad);
 
 /// The depth that the sensor would measure for a view; the same seed gives the same noise.

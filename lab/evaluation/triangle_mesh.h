@@ -25,7 +25,7 @@ TriangleMesh readPly(const std::string& path);
 /// @throws std::runtime_error if the file cannot be written.
 void writePly(const std::string& path, const TriangleMesh& mesh);
 
-/// Moves the centre of the bounding box to the origin and scales its longest side.
+/// Moves the centre of the bounding box to the origin, and scales its longest side to this length.
 void centreAndScale(TriangleMesh& mesh, float longest_side_m);
 
 /// Area of each triangle in m^2.
@@ -37,7 +37,8 @@ struct SurfaceSamples {
   std::vector<uint32_t> triangles;
 };
 
-/// Samples a mesh; a seed gives the same samples on every machine. None for a mesh without area.
+/// Samples a mesh; a seed gives the same samples on every machine. Returns none if the mesh has no
+/// area.
 SurfaceSamples sampleSurface(const TriangleMesh& mesh, size_t count, uint64_t seed);
 
 }  // namespace dtsdf

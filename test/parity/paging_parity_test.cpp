@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// Operations besides fusing.
+/// Settings, and operations besides fusing.
 struct Way {
   FusionMode mode = FusionMode::kNormalRayCasting;
   bool directional = true;

@@ -166,7 +166,8 @@ class Correction : public testing::Test {
     return saved<dtsdf_mapping::SaveMesh>("/mapping/save_mesh", "m.ply");
   }
 
-  /// Retries, because the last records may not be in the file yet.
+  /// Checks that reconstruct restores the map from the journal. Retries, because the last records
+  /// may not be in the file yet.
   void expectJournalRestoresMap() const {
     const std::string now = map();
     ASSERT_FALSE(now.empty());

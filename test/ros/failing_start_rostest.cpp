@@ -109,7 +109,7 @@ TEST(Arguments, SettingsWithoutTheirUnderscoreAreNamed) {
   EXPECT_EQ(run(std::string(DTSDF_MAPPING_NODE) + " rate:=5").exit_code, 2);
 }
 
-// The node by its path, because rosrun does not search the build folder.
+// The node is started by its path, because rosrun does not search the build folder.
 INSTANTIATE_TEST_SUITE_P(Doors, FailingStart,
                          testing::Values(DTSDF_MAPPING_NODE,
                                          "rosrun nodelet nodelet standalone "

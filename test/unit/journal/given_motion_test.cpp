@@ -8,7 +8,7 @@
 namespace dtsdf {
 namespace {
 
-/// 1 m/s along x and 0.5 rad/s about z.
+/// The pose of a camera that moves at 1 m/s along x and turns at 0.5 rad/s about z.
 Eigen::Isometry3d poseAtTime(double stamp_s) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.5 * stamp_s, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(stamp_s, 0.0, 0.0);

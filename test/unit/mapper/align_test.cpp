@@ -241,7 +241,7 @@ TEST(PoseRefiner, LeavesAPoseThatIsRight) {
   EXPECT_TRUE(refiner.T_W_O().isApprox(Isometry3d::Identity(), 1e-12));
 }
 
-/// From this pose the image fits all walls but one, and the alignment slips by 5 cm.
+/// From this pose the image fits all walls but one, and the alignment slips by centimetres.
 TEST(PoseRefiner, LooksWhereTheImageBeforeWasAsWell) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());

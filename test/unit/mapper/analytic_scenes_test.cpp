@@ -135,8 +135,8 @@ double areaWithin(const Mesh& mesh, const Eigen::AlignedBox3d& box) {
 }
 
 /// A floor in a single image, 0.15 m below the camera and 2 to 2.7 m ahead: pixels are 4 to 5 mm
-/// wide but 53 to 97 mm long on the floor, which is 3 to 5 voxels. Without subdivision they leave
-/// four fifths of it open.
+/// wide but 53 to 97 mm long on the floor, which is 3 to 5 voxels. Without subdivision they would
+/// leave holes.
 TEST(GrazingView, LeavesNoHolesInAFloor) {
   Scene scene;
   scene.add(Plane{Vector3d::Zero(), Vector3d::UnitZ()});
@@ -222,8 +222,8 @@ TEST_P(ClosedBall, HasNoBoundary) {
   }
 }
 
-/// Casting along view rays into the directional map is left out: it misses some 0.6 % of the
-/// triangles with any number of views.
+/// Casting along view rays into the directional map is left out: some triangles are missing with
+/// any number of views.
 INSTANTIATE_TEST_SUITE_P(Modes, ClosedBall,
                          testing::Values(Mode{FusionMode::kVoxelProjection, true},
                                          Mode{FusionMode::kVoxelProjection, false},

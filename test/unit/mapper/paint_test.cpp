@@ -39,7 +39,7 @@ Colour plateColour(const Vector3d& p_W) {
   return p_W.x() > 0.0033 ? kRed : kBlue;
 }
 
-/// Poses around the plate at `radius_m`, alternately above and below it.
+/// Poses around the plate, at `radius_m` from the z axis and changing heights.
 std::vector<Eigen::Isometry3d> orbit(int count, double radius_m) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < count; ++i) {

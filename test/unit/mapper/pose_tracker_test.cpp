@@ -28,7 +28,7 @@ Scene furnishedRoom() {
   return scene;
 }
 
-/// A hand-held path: 0.3 m/s and up to 20 degrees per second.
+/// A hand-held path: about 0.3 m/s and up to 20 degrees per second.
 Isometry3d handAt(double time_s) {
   const Vector3d eye(-1.2 + 0.25 * std::sin(1.1 * time_s), 0.3 * std::sin(0.9 * time_s), 1.3);
   Isometry3d T_W_C = lookAt(eye, {1.2, 0.3 * std::sin(0.7 * time_s), 0.7}, Vector3d::UnitZ());
@@ -242,7 +242,7 @@ TEST(PoseTracker, FusesNothingBeforeItIsFoundInAMap) {
   EXPECT_LT(shiftBetween_m(*tracking.tracker().poseAt(34 * kPeriod_s), truth), 5e-3);
 }
 
-/// After two seconds in the dark, the camera is far from every place where it has been.
+/// After two seconds in the dark, the camera is far from every pose that it had before.
 TEST(PoseTracker, FindsALostCameraAllOverTheMap) {
   const Scene scene = furnishedRoom();
   Tracking tracking;

@@ -1,5 +1,5 @@
-// Space is paged to disk with the map: all answers equal those without paging, and memory does not
-// grow with the distance travelled.
+// Space is paged to disk with the map: all answers equal those without paging, and memory, except
+// for an index, does not grow with the distance travelled.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 
 constexpr int kStepsOut = 45;  ///< Frames on the way out, and as many on the way back.
 
-/// Moves along a corridor and back, looking ahead, alternately to the left and right.
+/// Pose i of a camera that moves along a corridor and back, and looks ahead to the left and right.
 Eigen::Isometry3d poseInCorridor(int i) {
   const int step = i < kStepsOut ? i : 2 * kStepsOut - i;
   const Vector3d eye(1.0 * step, 0.2 * (i % 3) - 0.2, 0.1 * (i % 2));

@@ -66,7 +66,7 @@ TEST_F(PagedValuesTest, ComeBackAsTheyWere) {
   EXPECT_EQ(pages_->bytes(), 0u);
 }
 
-/// Like planners that query a snapshot from their own threads while the space changes.
+/// Threads read values while these are replaced, as planners query a snapshot of changing space.
 TEST_F(PagedValuesTest, AreReadByManyThreads) {
   keep(100);
   std::atomic<int> wrong{0};

@@ -63,7 +63,7 @@ namespace {
 constexpr float kVoxel_m = 0.03f;
 constexpr int kWayOut = 18, kFlightFrames = 36;
 
-/// Moves along a corridor and back.
+/// Pose i of a camera that moves along a corridor and back.
 Eigen::Isometry3d poseAt(int i) {
   const int step = i < kWayOut ? i : 2 * kWayOut - i;
   const Eigen::Vector3d eye(0.7 * step, 0.2 * (i % 3) - 0.2, 0.1 * (i % 2));
@@ -172,7 +172,7 @@ class Paging : public testing::Test {
   TemporaryFolder folder_;
 };
 
-/// The first extraction of a large map needs only a part of it in memory at once.
+/// The first mesh of a large map comes in parts, so only a part of it is in memory at once.
 TEST_F(Paging, HandsOutAMeshInParts) {
   Way way;
   way.mesh_every = 0;
@@ -188,7 +188,7 @@ TEST_F(Paging, HandsOutAMeshInParts) {
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
-/// All blocks are meshed in the end, even if a camera keeps changing those that are first in order.
+/// The last blocks in order are meshed, too, even if a camera keeps changing the first ones.
 TEST_F(Paging, HandsOutAMeshInPartsWhileACameraLooksOn) {
   Way way;
   way.mesh_every = 0;
@@ -204,7 +204,7 @@ TEST_F(Paging, HandsOutAMeshInPartsWhileACameraLooksOn) {
   EXPECT_GT(near.meshSoFar().vertices_m.size(), all - all / 100);
 }
 
-/// Blocks disappear while the whole mesh is made again, part by part.
+/// Blocks are removed before the whole mesh is made again, part by part.
 TEST_F(Paging, HandsOutAMeshInPartsThatLosesBlocks) {
   Way way;
   way.mesh_every = 0;
@@ -388,7 +388,7 @@ TEST_F(Paging, DropsWhatIsFarFromAFullDisk) {
   }
 }
 
-/// With a disk of 20 MB/s, frames wait, which is counted. The map stays the same.
+/// With a disk of 20 MB/s, frames wait, and the waits are counted. The map stays the same.
 TEST_F(Paging, WaitsForASlowDisk) {
   Way way;
   way.space = true;

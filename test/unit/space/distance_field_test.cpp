@@ -125,7 +125,8 @@ void computeSome(const DistanceTask& task, std::vector<SectorSquares>& squares, 
   }
 }
 
-/// If the backend declines, as it does with a reach of 1, the host computes the distances.
+/// If the backend declines, as it sometimes does here with a reach of 1, the host computes the
+/// distances.
 TEST(DistanceField, HasOthersWorkItOut) {
   std::mt19937 random(caseSeed(0));
   for (const auto& [reach, step] :

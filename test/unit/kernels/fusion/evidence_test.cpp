@@ -60,7 +60,7 @@ TEST(Evidence, OfFreeSpaceIsCountedAndSaturates) {
   EXPECT_EQ(evidenceOf(voxel), -24);
 }
 
-/// One frame gives 3; two give 6, or 4 after one contradiction; three give 9, or 7.
+/// One frame gives 3, or 1 after one contradiction; two give 6, or 4; three give 9, or 7.
 TEST(LeastEvidence, IsThatOfSoManyFramesButForAContradiction) {
   constexpr uint64_t kMany = uint64_t{1} << 40;
   EXPECT_EQ(minEvidence(1, kMany, kRules), 1);

@@ -41,7 +41,8 @@ UnitLabels single(int index) {
 }
 
 /// Of the units around a corner, `behind` have it behind the surface, `in_front` have it in front,
-/// and the others have no index. Each unit with an index takes the decision of the majority.
+/// and the others have no index. Each unit with an index takes the decision of the majority; a tie
+/// counts as in front.
 TEST(Regularisation, TheMajorityDecidesACorner) {
   for (int behind = 0; behind <= 8; ++behind) {
     for (int in_front = 0; behind + in_front <= 8; ++in_front) {

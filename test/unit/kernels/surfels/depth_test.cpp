@@ -63,7 +63,7 @@ TEST(DepthGap, OfRegisteredImagesHoldsThePlaneAround) {
   EXPECT_EQ(image.filledAt(1, 0), -onPlane(2, 0)) << "at the border, next to a crossing of gaps";
 }
 
-/// An unfilled pixel gets minus the nearest inverse depth around it: it is free up to there.
+/// An unfilled pixel gets minus the inverse of the nearest depth around it: it is free up to there.
 TEST(DepthGap, IsNoSurfaceAcrossADepthEdge) {
   Image image;
   image.setColumn(2, 1.0f);

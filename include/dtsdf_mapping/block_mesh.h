@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// A vertex lies on an edge of the grid. `edge` identifies it inside the block: ((index of the
+/// A vertex belongs to an edge of the grid. `edge` identifies it inside the block: ((index of the
 /// edge's lower corner) * 3 + axis) * 2 + facing. The corners are those of the block's mesh units,
 /// 9 x 9 x 9, x fastest. With facing 0, the lower end is behind the surface.
 ///

@@ -50,7 +50,7 @@ struct MapBlock {
   uint64_t bricks;      ///< Bit 8 d + b: brick b of direction d has colours.
 };
 
-/// A cube of 8 x 8 x 8 cells of space, at least one of which was seen free.
+/// A cube of 8 x 8 x 8 cells of space, at least one of which is free.
 struct MapFreeCube {
   Vec3i key;                      ///< The cube's first cell is 8 * key.
   std::array<uint64_t, 8> cells;  ///< Word z, bit x + 8 y: cell (x, y, z) is free. Not all 0.
@@ -142,7 +142,8 @@ void checkFrame(const MapContents& contents, const std::string& map_frame);
 /// without frames suit any run. @throws std::runtime_error if not, with what to do.
 void checkLevel(const MapContents& contents, bool is_levelled);
 
-/// Smallest map/max_memory_mb with which a mapper of these settings can resume from the contents.
+/// A map/max_memory_mb with which a mapper of these settings can resume from the contents. With
+/// map/page_folder, less may do.
 int minMemoryMb(const MapContents& contents, MapperParams params);
 
 /// Memory budget plus, with map/page_folder, the limit of one file there, in bytes: the limit that

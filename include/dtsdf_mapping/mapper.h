@@ -64,9 +64,9 @@ struct MapStats {
   size_t voxel_arrays = 0;  ///< Directional arrays in use, over all these blocks.
   /// Bytes of blocks, arrays and colours in memory. At most max_map_bytes, but see there.
   size_t map_bytes = 0;
-  uint64_t refused_blocks = 0;  ///< Refusals since the start or the last clear().
+  uint64_t refused_blocks = 0;  ///< Requests refused since the start or the last clear().
   size_t colour_bytes = 0;      ///< Part of map_bytes that holds colour; 0 before any painting.
-  uint64_t dropped_blocks = 0;  ///< Beyond map/keep_radius_m, since the start or the last clear().
+  uint64_t dropped_blocks = 0;  ///< Dropped beyond map/keep_radius_m, since the start or clear().
   size_t free_bytes = 0;        ///< Bytes of the budget that free cells of space() take.
   /// How often, since the start or the last clear(), the budget had no room for a cube of 8 x 8 x 8
   /// cells that an image saw partly free.
@@ -112,7 +112,8 @@ class Mapper {
 
   /// Finds the pose at which a frame fits the map best, near its own T_W_C. The prior describes the
   /// expected error of T_W_C. The map is unchanged; integrate() the frame at the pose found.
-  /// @return the pose found. For a frame that integrate() would refuse: kUnmapped and its own pose.
+  /// @return the pose found. For a frame that integrate() would refuse, or if a GPU lacks memory:
+  /// kUnmapped and its own pose.
   /// @throws std::exception when the backend fails.
   virtual Alignment align(const DepthFrame& frame, const PosePrior& prior) = 0;
 
@@ -123,13 +124,15 @@ class Mapper {
   /// @throws std::exception when the backend fails.
   virtual IntegrationResult paint(const ColourFrame& frame) = 0;
 
-  /// Renders the surfaces of the map that face a camera: those of an up-to-date mesh, even if it
-  /// was not extracted. The map is unchanged. Equal maps give equal bytes on every backend.
+  /// Renders the surfaces of the map that face a camera: those of an up-to-date mesh without
+  /// mesh/refine, even if it was not extracted. The map is unchanged. Equal maps give equal bytes
+  /// on every backend.
   /// @param camera Size and intrinsics of the images.
   /// @param T_W_C Optical frame to map frame, in metres.
   /// @param view Receives the images; its memory is reused, which saves time in a loop.
   /// @throws std::invalid_argument for a camera or a pose that integrate() would refuse;
-  /// std::exception when the backend fails.
+  /// std::exception when the backend fails or, with map/page_folder, when the view needs more
+  /// memory than the budget.
   virtual void render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
                       RenderedView& view) = 0;
 
@@ -189,7 +192,8 @@ class Mapper {
   virtual Space* space() { return nullptr; }
 
   /// Size of the map after the last call that changed it. Does not wait for the device: on a GPU,
-  /// what the last frame emptied or saw free is counted only after the next call that uses the map.
+  /// what the last frame emptied or saw through is counted only after the next call that uses the
+  /// map.
   virtual MapStats stats() const = 0;
 
   /// Memory that the mapper uses now in addition to map_bytes.

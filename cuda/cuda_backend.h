@@ -1,5 +1,5 @@
-/// The entry point of the GPU backend: the only header of cuda/ that the rest of the package
-/// includes.
+/// The entry point of the GPU backend: the only header of cuda/ that other code includes, except
+/// tests.
 #pragma once
 
 #include <string>

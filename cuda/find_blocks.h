@@ -68,7 +68,7 @@ class BlockFinder {
   /// and zeroes all counters but `usable_surfels`.
   void grow();
 
-  /// The requests. @pre waitForCounters()
+  /// The requests. @pre waitForCounters() was called.
   std::vector<BlockRequest> fetchRequests() const;
 
   /// The keys of the touched blocks; waits for them.

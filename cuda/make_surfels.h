@@ -10,7 +10,7 @@ namespace gpu {
 struct DeviceSurfels {
   const Surfel* surfels;
   uint32_t room;          ///< Upper bound of their number.
-  const uint32_t* count;  ///< Their number, with those that did not fit; null: `room`.
+  const uint32_t* count;  ///< Their number, including those that did not fit; null: `room`.
 
 #ifdef __CUDACC__
   __device__ __forceinline__ uint32_t size() const {

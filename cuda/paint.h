@@ -17,7 +17,7 @@ namespace gpu {
 
 /// Counters of what an image shows of the map, for the host.
 struct LookCounters {
-  uint32_t blocks, arrays;  ///< Blocks in view, and their voxel arrays.
+  uint32_t blocks, arrays;  ///< Numbers of blocks in view and of their arrays.
   uint32_t seen;            ///< Arrays with voxels to be painted.
   uint32_t requests;        ///< Arrays that lack bricks for these voxels.
   ExposureSums sums;

@@ -1,4 +1,4 @@
-/// The stage "see free" on the device: finds the cells of space that a depth image sees free.
+/// The stage "see free" on the device: finds the cells of space that a depth image sees through.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,8 @@ class FreeCellFinder {
   /// frame that was not taken is lost. @throws BackendError if memory runs out.
   void find(const FrameView& frame, const float* free_depth, std::vector<Vec3i> cubes);
 
-  /// Waits for the result. @return the cubes with cells that are seen free, in the given order.
+  /// Waits for the result. @return the cubes with cells that the image saw through, in the given
+  /// order.
   std::vector<CubeMask> take();
 
   void addMemory(MapperMemory& memory) const;
@@ -32,7 +33,7 @@ class FreeCellFinder {
   const Stream& stream_;
   Event fetched_;
   std::vector<Vec3i> keys_;     ///< Keys of the frame's cubes.
-  DeviceBuffer<float> levels_;  ///< The pyramid's levels from 1 on, one after the other.
+  DeviceBuffer<float> levels_;  ///< The pyramid's levels, from level 1, one after the other.
   DeviceBuffer<Vec3i> cubes_;
   DeviceBuffer<CellMask> masks_;
   PinnedBuffer<Vec3i> pinned_cubes_;

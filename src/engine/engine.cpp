@@ -135,7 +135,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
 }
 
 /// Completes the previous frame, and moves blocks between memory and disk.
-/// @return slots of all blocks in view, and possibly others.
+/// @return the result of blocksInView().
 std::vector<int32_t> Engine::prepareForFrame(const FrameView& view) {
   helper_.wait();
   std::vector<int32_t> in_view = blocksInView(view);

@@ -25,7 +25,7 @@ class PoseConvention {
   const std::string& doubt() const { return doubt_; }
 
  private:
-  static constexpr size_t kConventions = 4;  ///< Conventions; the first leaves poses as given.
+  static constexpr size_t kConventions = 4;  ///< The first convention leaves poses as given.
 
   void judge(const DepthFrame& frame);
 

@@ -19,9 +19,9 @@ class StillGravity {
  public:
   static constexpr double kSpan_s = 1.0;
 
-  /// Adds a sample. @return the unit vector up in the sensor's frame, if the last second was still.
-  /// Samples that are not finite, or within half a millisecond of the one before, are ignored; a
-  /// stamp that goes back starts over.
+  /// Adds a sample. @return the unit vector that points up, in the sensor's frame, if the last
+  /// second was still. Samples that are not finite, or within half a millisecond of the one before,
+  /// are ignored; a stamp that goes back starts over.
   std::optional<Eigen::Vector3d> add(const InertialSample& sample);
 
  private:

@@ -27,7 +27,7 @@ struct BlockEntry {
   BlockKey key;
   int32_t array[kDirectionCount];
   bool in_use;
-  bool is_vacant;        ///< Lost its last array in vacate(), and is not released yet.
+  bool is_vacant;        ///< Whether it lost its last array in vacate() and is not released yet.
   uint32_t extractions;  ///< Number of extractions begun before the block was created.
 };
 
@@ -172,7 +172,7 @@ class BlockTable {
   std::vector<int32_t> slotsIn(const RegionView& region) const;
 
   /// Blocks in view of a frame, each taken as a ball of `radius` voxels, and others near them, in
-  /// no particular order. The time depends on what is in view, not on the size of the map.
+  /// no particular order. The time depends mostly on what is in view, not on the size of the map.
   std::vector<int32_t> slotsInView(const FrameView& frame, float radius) const;
 
   /// Coarse cells of blocks, and when they were needed: see BlockCells.
@@ -241,8 +241,9 @@ class BlockTable {
   std::deque<BlockEntry> blocks_;     ///< Indexed by slot; growing does not move entries.
   std::vector<int32_t> unpublished_;  ///< New blocks that are not in slots_ and cells_ yet.
   std::vector<int32_t> free_slots_, free_arrays_;
-  std::vector<int32_t> vacant_;    ///< Lost their last array, but may have arrays again.
-  std::vector<int32_t> unmeshed_;  ///< Like vacant_, but in no extraction: see takeUnmeshed().
+  std::vector<int32_t> vacant_;  ///< Blocks that lost their last array; some may have arrays again.
+  std::vector<int32_t>
+      unmeshed_;  ///< Like vacant_, for blocks in no extraction: see takeUnmeshed().
   uint32_t extractions_ = 0;
   size_t array_count_ = 0, arrays_in_use_ = 0;
   std::vector<int32_t> colour_of_;  ///< Indexed by voxel array and brick; empty until painted.

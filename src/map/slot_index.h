@@ -1,5 +1,5 @@
-/// Slots of blocks by key: a hash table of cubes of blocks. Neighbouring keys are adjacent in
-/// memory, and the table is so small that growing it does not delay a frame.
+/// Slots of blocks by key: a hash table of cubes of blocks. Neighbouring keys are close in memory,
+/// and the table is so small that growing it does not delay a frame.
 #pragma once
 
 #include <algorithm>

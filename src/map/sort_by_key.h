@@ -27,7 +27,8 @@ inline void sortByDigits(std::vector<uint64_t>& numbers, int bits) {
 }
 
 /// Sorts records by their `key`, stably. Packed keys are shortened to small numbers first:
-/// coordinates relative to the smallest ones, in as few bits as they need.
+/// coordinates relative to the smallest ones, in as few bits as they need. A short or widely spread
+/// list is sorted by comparison.
 template <class Record>
 void sortByKey(std::vector<Record>& records) {
   constexpr size_t kFew = 32;

@@ -176,7 +176,7 @@ void RecordStore::writeWaiting() {
   changed_.notify_all();
 }
 
-/// Finds the next records to write, from the first whose number is above `after`.
+/// Finds the next records to write, starting with the first whose number is above `after`.
 /// @pre The mutex is locked. @return how many were found.
 size_t RecordStore::findWaiting(uint64_t after, Batch& batch) const {
   size_t count = 0;

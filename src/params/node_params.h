@@ -26,7 +26,7 @@ struct InputParams {
   double tf_timeout_s = 1.0;      ///< Longest wait of a frame for its transform.
   float unit_16uc1_m = 0.001f;    ///< Metres per unit of a 16UC1 image.
   float unit_32fc1_m = 1.0f;      ///< Metres per unit of a 32FC1 image.
-  bool depth_along_ray = false;   ///< Depth along the ray (some simulators), not the optical axis.
+  bool depth_along_ray = false;   ///< Depth is along the ray (some simulators), not the axis.
   double max_speed_m_s = 10.0;    ///< Faster motion counts as a jump of the pose; 0: no limit.
   double max_turn_deg_s = 720.0;  ///< Faster turns count as a jump of the pose; 0: no limit.
   /// Uses the newest camera_info, not the one with the image's stamp, for drivers that rarely send
@@ -54,8 +54,8 @@ struct NodeParams {
   std::string level_frame;  ///< Frame of a levelled map; empty: map_frame and "_level".
   std::string load_file;    ///< Map to load at the start; empty: none. "~/" is the home folder.
   std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files.
-  std::vector<std::string> cameras;  ///< Namespaces of cameras; empty: one, in the node's own.
-  std::string keep_frame;            ///< Centre of map/keep_radius_m; empty: the camera.
+  std::vector<std::string> cameras;  ///< Namespaces of cameras; empty: one camera, in the node's.
+  std::string keep_frame;  ///< Frame at the centre of map/keep_radius_m; empty: the camera.
   PoseParams poses;
   /// With refine, the frame of the poses in TF; its transform to map_frame is published. With
   /// track, the parent of the base. Empty: map_frame.
@@ -76,7 +76,7 @@ struct NodeParams {
   // What is published of space. Heights are along z of the map frame, which must be level.
   double min_height_m = 0.1;     ///< Lower end of a column of the grid.
   double max_height_m = 1.5;     ///< Upper end of a column of the grid.
-  double grid_seen_share = 1.0;  ///< Share of a free column's cells that must be seen free.
+  double grid_seen_share = 1.0;  ///< Share of cells that must be free in a free column.
   double slice_height_m = 0.5;   ///< Height of the published distances.
 
   std::string journal_folder;    ///< Folder of the journals; empty: no journal.

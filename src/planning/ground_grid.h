@@ -26,7 +26,7 @@ inline Eigen::Vector2i sizeOf(const GridBox& box) { return box.sizes() + Eigen::
 
 /// Values of columns, as in nav_msgs/OccupancyGrid.
 constexpr int8_t kColumnOccupied = 100;  ///< The column contains a surface.
-constexpr int8_t kColumnFree = 0;        ///< No surface, and enough of its cells were seen free.
+constexpr int8_t kColumnFree = 0;        ///< No surface, and enough of its cells are free.
 constexpr int8_t kColumnUnknown = -1;    ///< Neither occupied nor free.
 
 /// A grid for a robot on level ground: whether each column of cells between two heights is free or
@@ -43,7 +43,7 @@ class GroundGrid {
   static constexpr size_t kMaxColumns = size_t{1} << 28;
 
   /// @param min_m, max_m Heights along z of the map frame, which must be level, in metres.
-  /// @param seen_share Share of a column's cells that must be seen free for it to be free.
+  /// @param seen_share Share of a column's cells that must be free for the column to be free.
   GroundGrid(double min_m, double max_m, double seen_share)
       : min_m_(min_m), max_m_(max_m), seen_share_(seen_share) {}
 
@@ -95,7 +95,7 @@ class GroundGrid {
   double min_m_, max_m_, seen_share_;
   double cell_size_m_ = 0.0;                  ///< 0 before the first apply().
   int32_t first_layer_ = 0, last_layer_ = 0;  ///< Layers of cells between the heights.
-  int min_free_ = 0;                          ///< Cells of a column that must be seen free.
+  int min_free_ = 0;                          ///< Number of cells of a column that must be free.
   std::unordered_map<uint64_t, Stack> stacks_;
   std::optional<GridBox> window_, too_large_;
   GridBox changed_;

@@ -100,7 +100,7 @@ class CellTable {
 
  private:
   SectorTable<CellSector> sectors_;
-  bool tracks_changes_ = false;   ///< Changes are tracked, since takeTouched() was called.
+  bool tracks_changes_ = false;   ///< Whether takeTouched() was called: changes matter only then.
   CubeSet touched_;               ///< Changed cubes that were not taken yet.
   std::vector<PackedKey> fresh_;  ///< Sectors of which no cube was taken yet.
 };

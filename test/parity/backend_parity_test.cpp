@@ -548,7 +548,7 @@ TEST_P(BackendParity, FarFromTheOrigin) {
   pair.compareMaps();
 }
 
-/// Images from a single pixel to more rows than any grid of threads has, and bad ones.
+/// Images from a single pixel to more rows than a grid of threads can have, and bad frames.
 TEST_P(BackendParity, FramesOfChangingSizeAndBadFrames) {
   BackendPair pair(withSpace(makeParams(FusionMode::kRayCasting, true, 0.03f)), GetParam());
   std::vector<TestFrame> frames;
@@ -583,8 +583,8 @@ TEST_P(BackendParity, FramesOfChangingSizeAndBadFrames) {
   pair.compareMaps();
 }
 
-/// All pixels are out of range: the frame touches no block, but clears. First on an empty map, then
-/// for longer than evidence lasts.
+/// All pixels are out of range: the frame touches no block, but clears. Such frames first meet an
+/// empty map, then clear most of a room.
 TEST_P(BackendParity, FramesWithNothingInRange) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;

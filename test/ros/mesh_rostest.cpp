@@ -292,7 +292,7 @@ TEST_F(MeshTest, SavesASimplerMeshAndTellsItsError) {
   }
 }
 
-/// Also while mapping is paused.
+/// Calls are answered while mapping is paused, too.
 TEST_F(MeshTest, ConcurrentCallsAllSaveTheSame) {
   pauseMapping(true);
   std::vector<std::thread> callers;

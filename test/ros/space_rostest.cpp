@@ -248,8 +248,8 @@ TEST_F(SpaceTest, AGridIsAskedFor) {
   EXPECT_NE(answer.message.find("2097152 points"), std::string::npos) << answer.message;
 }
 
-/// Answers come from the last regular mesh update, at two per second. If each query updated the
-/// mesh, there would be as many stamps as frames.
+/// Answers come from the last regular mesh update. If each query updated the mesh, there would be
+/// as many stamps as frames.
 TEST_F(SpaceTest, AQuestionMakesNoMesh) {
   setSpaceRate(1.0);
   GetDistances::Request request;

@@ -148,7 +148,8 @@ TEST(EmptyDepth, IsNoMeasurement) {
   }
 }
 
-/// Depths of 50 m are out of range, but clear. Such a frame counts as empty only without clearing.
+/// Depths of 50 m are out of range, but clear. Such a frame counts as empty only where nothing
+/// clears: without clearing, or with voxel projection.
 TEST(EmptyDepth, BeyondTheRangeIsNoMeasurementWithoutClearing) {
   SceneFrame frame = goodFrame();
   std::fill(frame.depth_m.begin(), frame.depth_m.end(), 50.0f);

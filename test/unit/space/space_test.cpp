@@ -85,8 +85,8 @@ TEST_P(SpaceCells, WhatIsCalledFreeIsFree) {
   EXPECT_GE(static_cast<double>(found), 0.9 * static_cast<double>(inside));
 }
 
-/// Compares distances with that to the nearest vertex, which is at most half a voxel's diagonal
-/// from the nearest point of the mesh.
+/// Compares distances with that to the nearest vertex, which is close to the nearest point of the
+/// mesh.
 TEST_P(SpaceCells, DistancesAreThoseToTheMesh) {
   const MapperParams params = spaceParams(GetParam());
   const auto mapper = makeMapper(params);

@@ -40,8 +40,8 @@ Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int
 Eigen::MatrixXd readMatrixFile(const std::string& path, int rows, int columns,
                                const std::string& advice);
 
-/// The pose in a 4 x 4 matrix; none if it is not a rigid motion, for example where tracking was
-/// lost.
+/// The pose in a 4 x 4 matrix, with its rotation made orthonormal; none if it is not a rigid
+/// motion, for example where tracking was lost.
 std::optional<Eigen::Isometry3d> rigidMotion(const Eigen::Matrix4d& matrix);
 
 /// The camera of an intrinsic matrix, which begins with fx 0 cx, 0 fy cy.

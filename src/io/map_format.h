@@ -38,7 +38,8 @@ ParamTree settingsOfFile(const ParamTree& of_map, const PoseParams& poses);
 /// Reads the settings poses/... @throws ParamError if a value is invalid.
 PoseParams posesOf(const ParamTree& settings);
 
-/// Settings as lines "key: value", sorted by key; parseYamlParams() reads them back unchanged.
+/// Settings as lines "key: value", sorted by key; parseYamlParams() reads them back unchanged,
+/// unless a value has a line break.
 std::string settingsText(const ParamTree& settings);
 
 /// The settings that a map is bound to, as text for its content hash.

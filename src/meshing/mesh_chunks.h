@@ -1,4 +1,4 @@
-/// The chunks of a mesh, and which of them changed since they were sent.
+/// The chunks of a mesh, and which of them changed since the last forgetChanges().
 #pragma once
 
 #include <algorithm>

@@ -91,8 +91,8 @@ class Tolerances {
   const double near_m_, max_error_m_;
   const SurfaceTree tree_;
   SurfaceTree::Hint hint_ = SurfaceTree::kNoHint;  ///< From the last vertex, often a neighbour.
-  /// Per vertex. Infinite: not measured yet; negative: no gap is narrow enough to limit errors up
-  /// to near_m_.
+  /// Tolerance of each vertex. Infinite: not measured yet; negative: no gap is narrow enough to
+  /// limit errors up to near_m_.
   std::vector<float> tolerance_m_;
 };
 
@@ -135,7 +135,7 @@ class TriangleFans {
     }
   }
 
-  /// Whether these triangles of one vertex form a single closed fan.
+  /// Whether these triangles of one vertex form closed fans: each neighbour is in two of them.
   bool isClosed(const std::vector<Wing>& wings) {
     for (const Wing& wing : wings) mark_[wing.from] = mark_[wing.to] = 0;
     for (const Wing& wing : wings) {
@@ -225,7 +225,7 @@ class Collapser {
     sumQuadrics();
   }
 
-  /// The vertices that may be removed: those whose triangles form one closed fan. Vertices on
+  /// The vertices that may be removed: those whose triangles form closed fans. Vertices on
   /// borders, or where more than two triangles share an edge, stay.
   std::vector<uint32_t> removable() {
     std::vector<uint32_t> closed;
@@ -244,8 +244,8 @@ class Collapser {
   }
 
   /// The neighbour into which a vertex merges at the lowest cost; the vertex itself if that costs
-  /// too much or has already failed. Costs are computed again only when the triangles at the vertex
-  /// have changed.
+  /// too much or has already failed. Costs are computed again only if the triangles at the vertex
+  /// have changed, or that neighbour was removed.
   uint32_t cheapest(uint32_t vertex, double error_m) {
     State& state = states_[vertex];
     if (state.tried == state.changes) return vertex;  // nothing has changed since
@@ -377,7 +377,7 @@ class Collapser {
   }
 
   /// Finds triangles, as they would be after the merge, for u and the removed vertices assigned to
-  /// its triangles. @return false if no triangle is close enough to one of these.
+  /// its triangles. @return false if one of these has no triangle close enough.
   bool reassignVertices(uint32_t u, uint32_t v, double error_m) {
     moves_.clear();
     new_wings_.clear();
@@ -441,19 +441,19 @@ class Collapser {
   std::vector<std::tuple<uint32_t, uint32_t, float>> moves_;
 };
 
-/// Errors per decade. A mesh is simplified with one after the other, up to the requested error, so
-/// a larger error always continues from the result of a smaller one.
+/// Errors in each decade. A mesh is simplified with one after the other, up to the requested error,
+/// so that a larger error continues from the result of a smaller one.
 constexpr double kStepsOfDecade[] = {1.0, 1.5, 2.0, 3.0, 5.0, 7.0};
 
 /// Errors below this fraction of the mean edge remove hardly any vertex.
 constexpr double kFirstShareOfEdge = 0.06;
 
-/// Maximum number of passes for one error, and the share of vertices that a pass must remove for
+/// Maximum number of passes for one error, and the fraction of vertices that a pass must remove for
 /// another one to follow.
 constexpr int kPasses = 6;
 constexpr double kMinGain = 0.1;
 
-/// If one error removes no more than this share of the vertices, larger ones are not tried.
+/// If one error removes no more than this fraction of the vertices, larger ones are not tried.
 constexpr double kEndGain = 1e-3;
 
 /// Errors are limited to this number of mean edges.
@@ -471,7 +471,8 @@ double meanEdge_m(const Mesh& mesh) {
   return sum_m / static_cast<double>(mesh.triangles.size());
 }
 
-/// The errors to simplify with, in order. Only their end depends on the requested error.
+/// The errors to simplify with, in order. Unless the requested error is tiny, only their end
+/// depends on it.
 std::vector<double> errorsUpTo(double max_error_m, double mean_edge_m) {
   const double first_m = std::min(kFirstShareOfEdge * mean_edge_m, max_error_m);
   std::vector<double> errors;

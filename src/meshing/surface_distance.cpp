@@ -31,7 +31,7 @@ double squaredDistanceOfSegment(const Vec3f& p, const Vec3f& a, const Vec3f& b) 
 
 }  // namespace
 
-// If p projects into the triangle, this is the distance from its plane, else from a side.
+// If p projects into the triangle, measures from its plane, else from its nearest side.
 double squaredDistanceOfTriangle(const Vec3f& p, const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   const Vec3f n = cross(b - a, c - a);
   const float area = dot(n, n);

@@ -162,7 +162,7 @@ std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeP
 
 namespace {
 
-/// Ten seconds at 30 Hz.
+/// Frames in which the floor is searched: ten seconds at 30 Hz.
 constexpr size_t kFramesSearched = 300;
 
 Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {

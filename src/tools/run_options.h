@@ -18,7 +18,7 @@ namespace dtsdf {
 /// range, by key.
 std::string listSettings();
 
-/// The text of --list-rules: every number with its default and range.
+/// The text of --list-rules: every number of the method with its default and range.
 std::string listRules();
 
 /// Options that the programs share.

@@ -44,8 +44,8 @@ struct ColouredCorners {
   const VoxelColour* colours[kCornerBlocks][kDirectionCount][kBricksPerArray];
   /// Directions with colours in a brick, bit d for direction d.
   uint8_t kept[kCornerBlocks][kBricksPerArray];
-  /// Painted corners by direction, z and y: bit x for x. findPaintedRow() fills it, if
-  /// colourNearEdge() is needed.
+  /// Painted corners, indexed by direction, z and y, with bit x for corner x. findPaintedRow()
+  /// fills it, if colourNearEdge() is needed.
   uint16_t painted_rows[kDirectionCount][kCornerGridSide][kCornerGridSide];
 
   /// Call this before setBrick() if memory is not zeroed.

@@ -4,11 +4,11 @@
 /// removed objects would stay. Voxel projection also writes in front of surfaces, and needs no
 /// clearing.
 ///
-/// A voxel is tested at its place: its foot; its anchor, if the frame covers the voxel; or the
-/// voxel itself, if it has no distance. The frame contradicts the voxel if it sees free space there
-/// at all of the 3 x 3 pixels around that are in the image. So it contradicts nothing next to an
-/// outline or a thin object, nor where the free depth is unknown. At an outline it may take back a
-/// support (contradicts()).
+/// A voxel is tested at its place: its foot; its anchor, if the frame covers the voxel (without an
+/// anchor it is not tested); or the voxel itself, if it has no distance. The frame contradicts the
+/// voxel if it sees free space there at all of the 3 x 3 points around that are in the image. So it
+/// contradicts nothing next to an outline or a thin object, nor where the free depth is unknown. At
+/// an outline it may take back a support (contradicts()).
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -102,7 +102,7 @@ DTSDF_HD Vec3f slopeAt(const Voxel* voxels, int index) {
 /// Stands for all directions, which share the array of an undirected map.
 constexpr int kAnyDirection = -1;
 
-/// Where an array's surfaces may face: a minimum cosine between their normals and an axis.
+/// How the surfaces of an array may face: a minimum cosine between their normals and an axis.
 struct Facing {
   Vec3f axis;
   float min_cosine;
@@ -150,14 +150,14 @@ DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, bool in_turn,
   return canChange(is_covered, voxel.anchor != kNoAnchor, isEmpty(voxel), may_lose, in_turn);
 }
 
-/// Where the step to a voxel's place starts: at the voxel or, if the frame covers it, at its
-/// anchor. In voxels from the block's first voxel.
+/// Where the step to a voxel's place starts, in voxels from the block's first voxel: at the voxel
+/// or, if the frame covers it, at its anchor.
 DTSDF_HD Vec3f judgedOrigin(uint16_t anchor, int index, bool is_covered) {
   const float to_anchor = is_covered ? 1.0f : 0.0f;
   return toFloat(voxelOffset(index)) + to_anchor * anchorOffset(anchor);
 }
 
-/// Length of this step against the gradient, in voxels.
+/// Length of this step against the gradient, in voxels; may be negative.
 DTSDF_HD float judgedSdf(const Voxel& voxel, bool is_covered) {
   return is_covered ? 0.0f : sdfOf(voxel);
 }

@@ -15,8 +15,7 @@
 namespace dtsdf {
 
 /// Squared distance, in squared voxels, along the surface from a corner's foot to its anchor, less
-/// an allowance for the rounding of stored values; may be negative. Without an anchor, that of two
-/// voxels.
+/// an allowance for the rounding of stored values; may be negative. 4 without an anchor.
 DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
   if (anchor == kNoAnchor) return 4.0f * kAnchorReach * kAnchorReach;
   const Vec3f offset = anchorOffset(anchor);
@@ -68,8 +67,8 @@ DTSDF_HD float roundShift(float shift) {
   return static_cast<float>(floorToInt(shift * kSteps + 0.5f)) / kSteps;
 }
 
-/// Shift of the vertex at `edge_offset` on an edge, in voxels. If no direction crosses the edge,
-/// the anchors of all directions with a say are used.
+/// Shift of the vertex at `edge_offset` on an edge, in voxels; 0 if its gap is small. If no
+/// direction crosses the edge, the anchors of all directions with a say are used.
 template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                               const Anchors& anchors, int axis, int facing, float edge_offset) {

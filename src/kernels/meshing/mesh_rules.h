@@ -32,10 +32,10 @@ struct MeshRules {
   /// anchor; at twice this gap or more, with full strength. It is about the spacing of pixels. With
   /// a smaller value, vertices inside a surface move too.
   float measured_gap = 0.15f;
-  /// A vertex is not pulled within this distance of its anchor, in voxels; a farther one is pulled
-  /// over the rest of the way only.
+  /// A vertex within this distance of its nearest anchor, in voxels, is not pulled; others are
+  /// pulled over the rest of the way only.
   float measured_reach = 0.1f;
-  /// Largest part of this rest by which a vertex is pulled; in [0, 1), so that two vertices with
+  /// Largest part of that rest over which a vertex is pulled; in [0, 1), so that two vertices with
   /// the same anchor do not coincide.
   float measured_pull = 0.875f;
   /// A triangle with a side that anchoring lengthens by more than this, in voxels, spans a gap and

@@ -1,9 +1,5 @@
-/// The index stage: marching cubes indices of a unit's sheets, from its samples.
-///
-/// The strongest direction that speaks leads the first sheet; its opposite leads the second if it
-/// speaks as well. All directions except the leader's opposite vote on a sheet's corners.
-/// Components that no speaking direction can see are removed. A sheet with a weak crossing is
-/// dropped.
+/// The index stage: marching cubes indices of a unit's sheets, from its samples (docs/method.md,
+/// Index).
 #pragma once
 
 #include "kernels/meshing/crossings.h"

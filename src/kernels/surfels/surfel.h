@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// Point, in voxels, and unit normal in the local frame L. Weight 0: no measurement.
+/// Point, in voxels, and unit normal (0: none) in the local frame L. Weight 0: no surfel.
 struct Surfel {
   Vec3f p_L;
   float weight;

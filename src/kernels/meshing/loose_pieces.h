@@ -86,8 +86,8 @@ DTSDF_HD bool crosses(const UnitLabels& labels, int edge) {
   return (differ(indices.sheet[0]) | differ(indices.sheet[1])) != 0;
 }
 
-/// Labels of the units in a block and in those around it, by aroundOffset(); null for a missing
-/// block, or one whose units are all empty.
+/// Labels of the units in a block and in those around it, in the order of aroundOffset(); null for
+/// a missing block, or one whose units are all empty.
 using LabelNeighbourhood = const UnitLabels* [kBlocksAround];
 
 /// Calls visit(other) for the units of the window that are connected to a unit through an edge, but
@@ -123,8 +123,8 @@ struct LooseWindow {
 };
 
 /// Finds the loose pieces in a block's window. `Team` runs functions of a row:
-/// - each(f) calls f(row) for all rows; begin(row, f) for a piece's first row.
-/// - firstOf(f) returns the first row for which f has bits, or -1.
+/// - each(f) calls f(row) for all rows; begin(row, f) only for a new piece's first row.
+/// - firstOf(f) returns the first row for which f(row) is not 0, or -1.
 /// - eachOfPiece(f) calls f(row) for all rows that the piece may have reached; any(f) returns
 ///   whether f is true for one of them, allOf(f) the union of its bits.
 /// - add(bit, units) adds a bit to any row, and returns whether it is new.
@@ -176,8 +176,8 @@ class LoosePieces {
   }
 
  private:
-  /// Leaves out pieces with a line of more than max_units_ units, which make up most of the
-  /// surface. With a thread per row, this is faster than growing them one by one.
+  /// Stores in `left` the surface without pieces that have a line of more than max_units_ units,
+  /// which are most of it. With a thread per row, this is faster than growing them one by one.
   DTSDF_HD void removeLongRows() const {
     team_.each([&](int row) {
       window_.small[row] = 0;

@@ -6,8 +6,8 @@
 /// On each face, the contour cuts off each run of corners behind separately. This depends on the
 /// face alone, so neighbouring units agree. The contours of all faces join into closed loops, the
 /// components of an index. Each loop is triangulated as a fan that starts where none of its
-/// diagonals lies on a face of the cube: there a diagonal could coincide with a neighbour's side or
-/// diagonal, and four triangles would share it.
+/// diagonals lies on a face of the cube: a diagonal on a face could coincide with a neighbour's
+/// side or diagonal, and four triangles would share it.
 #pragma once
 
 #include <cstdint>

@@ -106,8 +106,8 @@ DTSDF_HD float roundedShift(float shift) {
 }
 
 /// The middle of the curved side between two vertices; an end without a normal counts as straight.
-/// Swapping the ends gives the same bits. The middle is off the straight side by at most a quarter
-/// of its length.
+/// Swapping the ends gives exactly the same point. The middle is off the straight side by at most a
+/// quarter of its length.
 DTSDF_HD Vec3f middleOfSide(const SideEnd& a, const SideEnd& b) {
   const Vec3f way = b.position - a.position;
   const Vec3f at_a = dot(way, a.normal) * a.normal, at_b = dot(way, b.normal) * b.normal;

@@ -18,8 +18,8 @@
 ///           refine.h             four triangles for each, with vertices on the curved surface
 ///
 /// corner_grid.h locates a block's samples, mesh_tables.h holds the tables of marching cubes, and
-/// mesh_rules.h the constants. Vertices belong to (edge, facing) and depend only on the edge, so
-/// all units around it share them.
+/// mesh_rules.h the constants. A vertex belongs to an edge and a facing and depends only on samples
+/// along the edge, so all units around the edge share it.
 ///
 /// Departure: the paper votes on whole indices per unit and intersects them. With votes per corner,
 /// neighbouring units mostly agree about the corners they share.

@@ -6,7 +6,8 @@
 namespace dtsdf {
 
 struct AlignmentRules {
-  /// Minimum number of points per image; with more, the map's own error dominates.
+  /// Minimum number of pixels in the grid of points, if the image has that many; with more, the
+  /// map's own error dominates.
   int32_t points = 4800;
   /// Half width of the window that a point's plane is fitted in, in pixels.
   int32_t window_px = 3;

@@ -175,7 +175,8 @@ DTSDF_HD int32_t searchOffsetCount(float reach) { return 2 * static_cast<int32_t
 /// Minimum cosine between the map's gradient and a point's normal: cos(pi/4).
 constexpr float kMinAgreement = 0.70710678f;
 
-/// The distance of a point to the plane that the map holds `away` voxels along the point's normal.
+/// The distance of a point to the plane that the map holds `away` voxels along the point's normal;
+/// unknown if the plane faces another way.
 template <class VoxelAt>
 DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
                                const DirectionSet& directions, float away, VoxelAt&& voxel) {
@@ -189,7 +190,7 @@ DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
   return field;
 }
 
-/// The distance of a point to the surface, in voxels. If the map holds none at the point, the
+/// The distance of a point to the surface, in voxels. If findPlane() knows none at the point, the
 /// nearest plane along the point's normal is used, up to `reach` voxels away.
 template <class VoxelAt>
 DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool directional,

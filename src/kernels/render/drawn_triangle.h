@@ -1,8 +1,8 @@
 /// A triangle of the mesh as a camera sees it: which pixels it covers, and what they show.
 ///
 /// Corners are rounded to 1/256 of a pixel, and coverage is computed in integers. A pixel centre on
-/// the side between two triangles is covered by exactly one of them, so a closed mesh shows no
-/// slit.
+/// the side between two triangles that face the camera is covered by exactly one of them, so a
+/// closed mesh shows no slit.
 #pragma once
 
 #include <cstring>

@@ -1,10 +1,10 @@
 /// Finds cells that a depth image sees through.
 ///
 /// A cell is free if each pixel in the bounding rectangle of its eight corners is free beyond the
-/// farthest corner; all corners must be in the image. To test thousands of cells, the smallest free
-/// depths are stored in a pyramid, in which a texel of level k stands for 2^k x 2^k pixels. Texels
-/// of a coarser level include pixels beyond the cell, so a free cell at an edge may be missed, but
-/// an occupied one is never reported as free.
+/// farthest corner; all corners must be in the image and within range. To test thousands of cells,
+/// the smallest free depths are stored in a pyramid, in which a texel of level k stands for 2^k x
+/// 2^k pixels. Texels of a coarser level include pixels beyond the cell, so a free cell at an edge
+/// may be missed, but no cell passes that its own pixels would reject.
 #pragma once
 
 #include "kernels/core/camera.h"

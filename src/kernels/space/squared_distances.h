@@ -18,7 +18,7 @@ struct SurfaceCubes {
   int32_t first;
 };
 
-/// A column of adjacent sectors along z to be computed.
+/// Adjacent sectors along z whose distances are computed together.
 struct SectorStack {
   int32_t count;
   int32_t place;  ///< Index of its first sector in DistanceTask::places.

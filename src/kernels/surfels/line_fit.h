@@ -2,8 +2,7 @@
 /// linked.
 ///
 /// On a curved surface, a line fitted to one side of a pixel would have the slope at the middle of
-/// that side. So both sides end where the shorter one does, except for the pixels that the noise
-/// requires.
+/// that side. So both sides end where the shorter one does, unless the noise requires more pixels.
 #pragma once
 
 #include "kernels/surfels/links.h"

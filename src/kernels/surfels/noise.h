@@ -90,7 +90,7 @@ DTSDF_HD bool readNoiseLine(const Measured& measured, int width, int height,
 
 /// Variance of the noise in a line's samples, at 1 m (see DepthNoise): half the sum of their
 /// squared components along the orthogonal polynomials of fifth and sixth degree, whose squared
-/// norms are 84 and 924. Negative unless all samples lie on one surface.
+/// norms are 84 and 924. Negative if a sample is not measured, or a depth edge lies between two.
 DTSDF_HD float noiseVariance(const float (&inverse_depth)[kNoiseLength],
                              const SurfelSettings& surfels) {
   for (int i = 0; i < kNoiseLength; ++i) {
@@ -136,7 +136,7 @@ DTSDF_HD float noiseOfBin(int bin, int quartile) {
 }
 
 /// The noise's variance as estimated from each quartile of one kind of line; 0 without lines. The
-/// estimates are equal if the lines contain only noise.
+/// estimates should be equal if the lines contain only noise.
 struct NoiseOfLines {
   float quartiles[kNoiseQuartiles];
   uint32_t lines;

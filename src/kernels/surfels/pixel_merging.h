@@ -60,7 +60,8 @@ DTSDF_HD bool hasSurroundings(const FrameView& frame, const PixelSquare& square)
 }
 
 /// Whether a square of pixels is fused as one surfel: all must be measured and linked, the square
-/// must be narrow compared with a voxel and at most a voxel deep, and the surface must turn little.
+/// must be narrow compared with a voxel and at most a voxel deep, and the surface must be measured
+/// all around it and turn little.
 DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
                        const SurfelSettings& surfels) {
   const FrameView& frame = image.frame;

@@ -8,7 +8,8 @@
 /// separates into a fit along the row and one along the column.
 ///
 /// A strip one pixel wide (a rod, a wire, or a surface seen through a slit) has only one of the two
-/// fits. If that line is long enough, the strip is assumed to face the camera across its width.
+/// fits. If that line is long enough and the strip stands alone, it is assumed to face the camera
+/// across its width.
 #pragma once
 
 #include "kernels/surfels/line_fit.h"
@@ -75,7 +76,8 @@ DTSDF_HD bool standsAloneAcross(const ImageView& image, const Pixel& pixel, bool
 /// Any two pixels form a line; a third confirms it.
 constexpr int32_t kFewestOnALine = 3;
 
-/// The plane of a strip one pixel wide, along the row or down the column. Its weight is reduced.
+/// The plane of a strip one pixel wide, along the row or down the column, with reduced weight; none
+/// if the strip is short or does not stand alone.
 DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, bool along_row,
                                const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;
@@ -93,7 +95,8 @@ DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, 
                         along_row ? 0.0f : fit.slope, frame.intrinsics, surfels.rules.strip_weight);
 }
 
-/// The plane at a measured pixel, given the fit down its column.
+/// The plane at a measured pixel, given the fit down its column; that of a strip if a fit is
+/// missing.
 DTSDF_HD PixelPlane pixelPlane(const FrameSensing& sensing, const Pixel& pixel,
                                const LineFit& column, const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;

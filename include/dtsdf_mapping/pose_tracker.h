@@ -22,7 +22,7 @@ class PoseTracker {
   explicit PoseTracker(const PoseParams& params, int threads = 0)
       : params_(params), threads_(threads) {}
 
-  /// Finds the pose of a frame. The frame's own pose is used for the first one only, as the start
+  /// Finds the pose of a frame. The frame's own pose is used only for the first frame, as the start
   /// of the track.
   /// @param mapper Has the map that the frame is aligned to; nothing is fused.
   /// @param frame Depth image, in the camera's optical frame.

@@ -14,7 +14,7 @@ struct SimplifiedMesh {
   double error_m = 0.0;  ///< Largest distance of a vertex of the original from this mesh.
 };
 
-/// Called now and then with the share of the work done. To cancel the work, throw an exception.
+/// Called now and then with the fraction of the work done. To cancel the work, throw an exception.
 using SimplifyProgress = std::function<void(double share)>;
 
 /// Removes vertices while the surface stays within `max_error_m` of them; 0 removes none. A larger

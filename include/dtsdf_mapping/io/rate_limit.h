@@ -7,7 +7,7 @@ namespace dtsdf {
 
 /// Decides by stamps which images of a stream are taken: on average, at most a given number per
 /// second. An image that is early by less than a tenth of the interval is still taken. If stamps
-/// jump back, the limit starts over.
+/// jump back by more than an interval, the limit starts over.
 class RateLimit {
  public:
   /// @param max_rate_hz Images per second; 0: all are taken.

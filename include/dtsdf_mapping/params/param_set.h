@@ -1,6 +1,6 @@
 /// Strict reading of settings: a flat tree of keys is read into structs, or refused as a whole.
 ///
-/// Each settings struct has one visitParams() overload that names its keys and rules once; reading,
+/// Each settings struct has one visitParams() overload that names its keys and rules; reading,
 /// writing and the tests of config/ all go through it. The command-line programs fill the tree from
 /// YAML files, the node from the ROS parameter server.
 #pragma once

@@ -110,7 +110,7 @@ class BlockMesher {
     state_ = State::kComplete;
   }
 
-  /// Waits for the extraction. @return its changes; none if no extraction was begun.
+  /// Waits for the extraction. @return the changed meshes; none if no extraction was begun.
   MeshUpdate finish() {
     MeshUpdate made;
     if (state_ == State::kIdle) return made;

@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The sums for `count` arrays of the frame, from number `first` on.
+/// The sums for `count` arrays of the frame, starting with number `first`.
 struct SumsView {
   VoxelSums* sums;
   uint32_t first, count;

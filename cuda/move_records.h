@@ -22,7 +22,7 @@ class RecordMover {
   void download(const Pool& pool, const std::vector<int32_t>& records, void* host);
 
   /// Copies in the other direction. `host` may change after return; work enqueued on the stream
-  /// from then on sees the records.
+  /// afterwards sees the records.
   template <class Pool>
   void upload(const Pool& pool, const std::vector<int32_t>& records, const void* host);
 

@@ -268,7 +268,7 @@ std::vector<int32_t> Engine::releaseUnseen() {
 }
 
 /// Drops the farthest blocks beyond the kept radius, in memory or on disk.
-/// @return slots of the dropped blocks.
+/// @return slots of the dropped blocks in memory.
 std::vector<int32_t> Engine::dropBeyond() {
   if (!state_.kept) return {};
   const StageTimer timer(profile_, Stage::kClear);
@@ -345,7 +345,7 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   return result;
 }
 
-/// Like admit(), for bricks of colours.
+/// Admits bricks of colours.
 void Engine::admitColours(std::vector<ColourRequest> requests) {
   backend_->waitForMeshes();
   const size_t new_bricks = table_.countNewColours(requests);

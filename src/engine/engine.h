@@ -123,7 +123,7 @@ class Engine : public ProbedMapper {
   PoseConvention convention_;
   MapStats stats_;  ///< As of the last call that changed the map.
   Profile* profile_ = nullptr;
-  mutable Helper helper_;  ///< Moves blocks between frames. Last, as it uses the other members.
+  mutable Helper helper_;  ///< Moves blocks between frames. Last, since it uses the other members.
 };
 
 }  // namespace dtsdf

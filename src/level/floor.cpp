@@ -30,7 +30,7 @@ constexpr double kMinArea_m2 = 0.01;  // smallest parallelogram of three drawn p
 constexpr unsigned kSeed = 1;
 constexpr size_t kScored = 2000;  // points used to score a drawn plane
 constexpr int kRounds = 8;        // rounds of the refinement
-/// Smallest share of the tolerance that the refinement narrows to, even without noise.
+/// Smallest fraction of the tolerance that the refinement narrows to, even without noise.
 constexpr double kMinScale = 0.1;
 
 size_t countOn(const FloorPlane& plane, const std::vector<Point>& points) {

@@ -37,8 +37,9 @@ class FloorSearch {
   /// Number of images in one attempt.
   static constexpr size_t kViews = 10;
 
-  /// Adds an image, whose pose is in the frame M. Images without measurements or a finite pose do
-  /// not count. @return whether an attempt is complete: floor() or problem() is new.
+  /// Adds an image, whose pose is in the frame M. Images without a finite pose, or without
+  /// measurements up to 6 m, do not count. @return whether an attempt is complete: floor() or
+  /// problem() is new.
   bool add(const DepthFrame& frame);
 
   /// Ends the current attempt with the images added so far.

@@ -17,7 +17,7 @@ namespace dtsdf {
 /// thread safe.
 class PoseConvention {
  public:
-  /// Adds a valid frame; ignored once there is a verdict.
+  /// Adds a valid frame. Ignored once there is a verdict, and while the camera hardly moves.
   void add(const DepthFrame& frame);
 
   /// Which convention the poses seem to follow, and what to do; empty if they seem right, and

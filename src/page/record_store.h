@@ -1,6 +1,6 @@
-/// Records in a file without a name: no other process can open it, and the system frees its space
-/// even if the process crashes. A helper thread writes them, so that callers wait only if it falls
-/// behind. A checksum detects damaged records.
+/// Records in a file without a name: the system frees its space even if the process crashes. A
+/// helper thread writes them, so that callers wait only if it falls behind. A checksum detects
+/// damaged records.
 #pragma once
 
 #include <array>

@@ -39,7 +39,7 @@ constexpr int8_t kColumnUnknown = -1;    ///< Neither occupied nor free.
 class GroundGrid {
  public:
   static constexpr int32_t kStep = 256;
-  /// Largest number of columns in a grid: 256 MB.
+  /// Largest number of columns in a grid: 256 MiB.
   static constexpr size_t kMaxColumns = size_t{1} << 28;
 
   /// @param min_m, max_m Heights along z of the map frame, which must be level, in metres.

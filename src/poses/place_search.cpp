@@ -48,8 +48,9 @@ constexpr int kLookPoints = 64, kFitPoints = 512;
 /// poses from which the map is rendered.
 constexpr int kMovedPoses = 5000, kAlignedPoses = 224, kRenderedPoses = 48;
 
-/// A pose is accepted if at least kPlaceShare of the image matches the map there. Any other place
-/// must mismatch more: by the factor kClearlyMore, plus kClearlyMoreShare.
+/// A pose is accepted if its alignment is held and at least kPlaceShare of the image matches the
+/// map there. Any other place must mismatch more: by the factor kClearlyMore, plus
+/// kClearlyMoreShare.
 constexpr double kPlaceShare = 0.7, kClearlyMore = 1.5, kClearlyMoreShare = 0.01;
 
 /// Larger depths are too coarse to use.

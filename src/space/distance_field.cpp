@@ -18,7 +18,7 @@ constexpr int kMaxReachOf16Bits = 127;
 /// reach.
 constexpr size_t kMaxSectorsAtOnce = 256;
 constexpr int kMaxPlanesAtOnce = 1 << 15;
-constexpr uint64_t kMaxPlaces = uint64_t{1} << 15;  ///< Sectors in the box around them.
+constexpr uint64_t kMaxPlaces = uint64_t{1} << 15;  ///< In the box around these sectors.
 
 /// Changed cubes that are processed at once, to limit memory.
 constexpr int kMaxCubesAtOnce = 1 << 16;
@@ -83,7 +83,7 @@ std::vector<Vec3i> DistanceField::sectorsNear(CubeSet::const_iterator end) const
   return keys;
 }
 
-/// How many of the sectors from `first` on are computed at once.
+/// How many sectors, starting at `first`, are computed at once.
 size_t DistanceField::batchSize(const std::vector<Vec3i>& keys, size_t first) const {
   const auto max_planes = static_cast<size_t>(kMaxPlanesAtOnce / planesOf(1, reach_));
   const size_t most = std::min({kMaxSectorsAtOnce, max_planes, keys.size() - first});

@@ -48,7 +48,8 @@ class DistanceField {
   DistanceField(int reach, int threads, const SharedPagedValues& pages = nullptr)
       : reach_(reach), threads_(threads), pages_(pages) {}
 
-  /// From now on `work_out` computes the distances, in whole sectors.
+  /// Sets the function that computes distances, in whole sectors. If it returns false, the host
+  /// does.
   void setBackend(DistanceWork work_out) { backend_work_ = std::move(work_out); }
 
   /// Marks a cube whose surfaces may have changed.

@@ -16,8 +16,8 @@ namespace dtsdf {
 template <class T>
 using Sectors = std::unordered_map<PackedKey, Paged<T>>;
 
-/// A table of sectors. A sector is opened to change it; empty ones are removed. For one thread,
-/// except that any number may read while no sector is open.
+/// A table of sectors. A sector is opened to change it; empty ones are removed. Use it on one
+/// thread; any number of threads may read it while no sector is open.
 template <class T>
 class SectorTable {
  public:

@@ -35,7 +35,7 @@ class SpaceMap : public Space {
   /// Limits the map to these cubes, as part of a larger map. The limit outlasts clear().
   void restrictTo(const BlockExtent& cubes) { extent_ = cubes; }
 
-  /// From now on `work_out` computes the distances.
+  /// Sets the function that computes distances. If it returns false, the host does.
   void setDistanceBackend(DistanceWork work_out) { distances_.setBackend(std::move(work_out)); }
 
   /// The cubes that may be in view of an image, sorted by key. No other cubes can become free.

@@ -1,7 +1,8 @@
 /// Finds what the map's own surface hides from a colour camera.
 ///
-/// Surface points are drawn into a depth image with one cell for each 2 x 2 pixels. Each point is
-/// drawn as a piece of its plane, and a cell keeps the nearest depth, whatever the order.
+/// The surface points of voxels that hide others are drawn into a depth image with one cell for
+/// each 2 x 2 pixels. Each point is drawn as a piece of its plane, and a cell keeps the nearest
+/// depth, whatever the order.
 #pragma once
 
 #include "kernels/colour/surface_point.h"

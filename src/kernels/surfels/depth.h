@@ -72,10 +72,10 @@ DTSDF_HD bool isOnEmptyLine(const float* before, const float* after) {
 /// depths were rounded to multiples of `rounded_to_m`.
 ///
 /// An empty pixel takes the mean of two opposite neighbours if these and the pixels behind them lie
-/// on a plane; of several such pairs, the one that differs least is used. Away from lines of empty
-/// pixels two pairs must fit, as a single pair may be the sides of a notch in an outline. Other
-/// empty pixels are free up to the nearest neighbour whose opposite is measured too; they get minus
-/// its inverse depth, or 0 without one.
+/// on a plane, without a depth edge; of several such pairs, the one that differs least is used.
+/// Away from lines of empty pixels two pairs must fit, as a single pair may be the sides of a notch
+/// in an outline. Other empty pixels are free up to the nearest neighbour whose opposite is
+/// measured too; they get minus its inverse depth, or 0 without one.
 template <class Measured>
 DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int height,
                                   const Pixel& pixel, const SurfelSettings& surfels,

@@ -1,5 +1,5 @@
-/// Makes map files with correct sizes and checksums from short recipes, so that fuzzed files pass
-/// the first checks of a reader.
+/// Makes map files from short recipes, with correct sizes and checksums unless the recipe asks for
+/// wrong ones, so that fuzzed files pass the first checks of a reader.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,8 @@
 
 namespace dtsdf {
 
-/// The bytes are split at each record id. After the id come an unused byte, a byte on how the
-/// record is written, and its content. Bytes before the first id are dropped.
+/// The bytes are split at each record id. After the id come an unused byte, a byte of How
+/// bits, and its content. Bytes before the first id are dropped.
 class MapRecipe {
  public:
   MapRecipe(const uint8_t* data, size_t size) {
@@ -183,7 +183,7 @@ class MapRecipe {
     return out.bytes;
   }
 
-  // The bytes that the content hash covers, by docs/map_format.md.
+  // The bytes that the content hash covers, according to docs/map_format.md.
 
   static void add(const char* id, const Bytes& content, ByteWriter& sums) {
     sums.put(checksumOf(id, content.data(), content.size()));

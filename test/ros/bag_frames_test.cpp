@@ -128,7 +128,7 @@ TEST_F(CompressedBag, TopicMayBeNamedEitherWay) {
   expectFrames(read());
 }
 
-/// Without depth images, clouds are read instead, with or without camera_info.
+/// Without depth images, clouds are read instead; they need no camera_info.
 TEST_F(CompressedBag, CloudsAreReadAsDepth) {
   constexpr int kWide = 32, kHigh = 24;
   const Intrinsics K{30.0f, 31.0f, 15.5f, 11.5f};

@@ -37,7 +37,7 @@ class MapsTest : public WallCamera {
 
   std::string in(const std::string& name) const { return folder_ + "/" + name; }
 
-  /// Writes a map of the same wall with other settings.
+  /// Writes a map of the same wall with this voxel size and map frame.
   void writeOtherMap(const std::string& name, float voxel_size_m, const std::string& map_frame) {
     MapperParams params;
     params.backend = Backend::kCpu;
@@ -213,7 +213,6 @@ TEST_F(MapsTest, AreRefusedWhereTheyAreDamaged) {
   expectRefused("text.dtsdf", "is not a map file");
 }
 
-/// The OutputPath tests cover all refused names.
 TEST_F(MapsTest, LieUnderTheOutputDirectory) {
   expectRefused("/nowhere/map.dtsdf", "cannot read");  // files are read from anywhere
   const auto saved = saveMapAs("../map.dtsdf");
@@ -247,7 +246,7 @@ TEST_F(MapsTest, AreServedOneByOneWhenManyAsk) {
   fuseFrames(1);
 }
 
-/// A separate node starts with a map from outside of its output directory.
+/// A separate node starts with a map from outside its output directory.
 TEST_F(MapsTest, AreThereFromTheStart) {
   const auto saved = saveMapAs("start.dtsdf");
   const TemporaryFolder elsewhere;

@@ -32,7 +32,7 @@ std::vector<SceneFrame> renderFrames(const Scene& scene,
                                      const std::vector<Eigen::Isometry3d>& T_W_C, int width = 160,
                                      int height = 120);
 
-/// A room of 3 x 2.4 x 2 m with a ball; the walls are not on the voxel grid.
+/// A room of 3 x 2.4 x 2 m with a ball.
 Scene makeBallRoom();
 
 /// A box that moves along a wall and disappears after 12 frames, seen by a camera that moves a

@@ -222,7 +222,7 @@ TEST(BlockTable, FindsWhatLiesBeyondABall) {
   EXPECT_EQ(beyond(12.0), slots({keyOf(3), keyOf(2, 2)})) << "a touching block is included";
 }
 
-/// Memory is allocated beforehand for these sizes, so they must suffice.
+/// Memory is allocated beforehand for the sizes from sizesAfter(), so they must suffice.
 TEST(BlockTable, PoolsStayWithinTheSizesToldBefore) {
   std::mt19937 random(25);
   for (const size_t budget : {kPlenty, 40 * BlockTable::kArrayBytes}) {

@@ -66,7 +66,7 @@ TEST_P(Budget, WhatIsBesideTheMapIsTold) {
   EXPECT_EQ(after.meshes + after.staging, 0u);
 }
 
-/// Every array within the budget has the same contents as without a budget.
+/// Every array within the budget has the same distances and states as with a larger budget.
 TEST_P(Budget, WhatIsMappedIsRight) {
   MapperParams plenty_params = smallParams(GetParam());
   plenty_params.map.max_memory_mb = 1024;

@@ -114,7 +114,7 @@ TEST(GroundGrid, LayersAreTheCellsThatReachBetweenTheHeights) {
   EXPECT_EQ(layers(-0.8, -0.08, cell_m), std::make_pair(-10, -2));
 }
 
-/// Layers 1 to 3 count. Two free layers are at least half of them, one is not.
+/// Layers 1 to 3 count. If half of them have to be free, two are enough and one is not.
 TEST(GroundGrid, AColumnIsWhatIsInIt) {
   double share = 0.5;
   const auto valueOf = [&](std::vector<CellState> layers) {

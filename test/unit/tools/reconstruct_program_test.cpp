@@ -239,8 +239,8 @@ TEST_F(ReconstructProgram, SimplifiesAndTellsTheError) {
   expectError(arguments + " --simplify-error 1000", 2, "more than the whole mesh");
 }
 
-/// The corner of a room from a slowly moving camera, with poses that are 45 mm off, to alternate
-/// sides.
+/// The corner of a room from a slowly moving camera. All poses but the first are 45 mm off, to
+/// alternate sides.
 TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
   Scene corner;
   corner.add(Plane{{2.0, 0.0, 0.0}, -Eigen::Vector3d::UnitX()});

@@ -292,8 +292,8 @@ TEST(MayBeInView, NeverLosesAFootInTheImage) {
   EXPECT_GT(in_image, 30000);
 }
 
-/// At a distance of 100 voxels, the image is 64 voxels wide. Blocks 24 voxels beside it are left
-/// out.
+/// At a distance of 100 voxels, the image is 64 voxels wide. Blocks more than 50 voxels beside it
+/// are left out.
 TEST(MayBeInView, LeavesOutWhatIsFarOutside) {
   const FrameView frame = frontalFrame(kWidth, kHeight, kIntrinsics, kVoxel_m);
   EXPECT_TRUE(mayBeInView(frame, {0, 0, 12}));

@@ -40,7 +40,7 @@ TEST(FoldSums, WithoutAMeasurementTheVoxelStays) {
   EXPECT_TRUE(isEmpty(foldSums(kEmpty, VoxelSums{}, 1.0f, kFusion)));
 }
 
-/// Consecutive frames give the mean of their means, each weighted by its cover.
+/// Consecutive frames give the mean of their means, each weighted by its cover, at most 1.
 TEST(FoldSums, IsTheWeightedMean) {
   std::mt19937 random(9);
   std::uniform_real_distribution<float> distance(-1.0f, 1.0f), weight(0.01f, 0.1f);

@@ -91,7 +91,8 @@ TEST(Links, MixedPixelsBelongToNeitherSide) {
             Links({true, true, true, true, false}));
 }
 
-/// The background is empty, too far to be fused, or behind the surface by ten times its last step.
+/// The background is empty, too far to be fused, or behind the surface by more than ten times its
+/// last step.
 TEST(Links, SurfacesThatCurveOutOfSightEndWithASteepStep) {
   for (const float behind : {0.0f, -0.2f, 0.77f}) {
     for (const bool down : {false, true}) {

@@ -12,7 +12,7 @@
 
 namespace dtsdf {
 
-/// camera_info is not needed if `intrinsics` are given.
+/// camera_info is not needed for clouds, or if `intrinsics` are given.
 struct BagOptions : RecordingOptions {
   std::string depth_topic;        ///< Empty: the bag's only topic with depth images.
   std::string info_topic;         ///< Empty: camera_info next to the depth topic.
@@ -36,8 +36,8 @@ std::unique_ptr<ColourSource> openBagColours(const BagOptions& options);
 
 /// Finds the up direction in the map frame, a unit vector, from the first second in which the bag's
 /// IMU is at rest and has a transform to the map frame.
-/// @throws std::runtime_error if there is no such second, if the bag has several IMUs and none is
-/// named, or with poses from a file.
+/// @throws std::runtime_error if there is no such second, if no IMU is named and the bag has none
+/// or several, or with poses from a file.
 Eigen::Vector3d findUpInBag(const BagOptions& options);
 
 }  // namespace dtsdf

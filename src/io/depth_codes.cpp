@@ -132,7 +132,8 @@ struct Format {
   std::string encoding;
   std::string code;  ///< Empty, "png", "rvl" or unknown.
   bool is_depth = false;
-  bool is_file = false;  ///< "16UC1; png compressed ", from the transport `compressed`: no header.
+  bool is_file =
+      false;  ///< "16UC1; png compressed ", from the transport `compressed`: data without header.
 };
 
 Format parseFormat(const std::string& text) {

@@ -53,14 +53,14 @@ struct Record {
   std::array<char, 4> kind = {};
   uint32_t flags = 0;
   uint64_t stored_bytes = 0;
-  uint64_t checksum = 0;  ///< Of the stored bytes and the head before this field.
+  uint64_t checksum = 0;  ///< Covers the stored bytes and the head before this field.
   uint64_t offset = 0;    ///< Start of the stored bytes in the file.
 
   bool is(const char* name) const { return std::equal(kind.begin(), kind.end(), name); }
   std::string name() const { return {kind.begin(), kind.end()}; }
 };
 
-/// Checksum of uncompressed content, with the kind as seed. Content hashes are made of these.
+/// Checksum of uncompressed content, with the kind as seed. Content hashes cover these checksums.
 uint64_t checksumOf(const char* kind, const void* content, size_t bytes);
 
 /// The head of a file. `purpose` is its content code of four letters.

@@ -16,7 +16,7 @@ namespace dtsdf {
 /// Contents of a saved file.
 struct SavedMesh {
   size_t vertices = 0, triangles = 0;
-  double error_m = 0.0;         ///< Error of a simplified mesh.
+  double error_m = 0.0;         ///< Measured error of a simplified mesh; else 0.
   std::string loss;             ///< Blocks or precision that the file lacks; empty: none.
   size_t joined_triangles = 0;  ///< Triangles before simplification.
 };

@@ -47,8 +47,8 @@ std::unique_ptr<ImageSource<Image>> changed(std::unique_ptr<ImageSource<Image>> 
 
 /// Decodes each frame of a source on another thread while the previous one is used. An error of the
 /// source is thrown when its frame is due, and by every later next().
-/// @pre skipped() and problems() are called only after next() has returned nothing; until then the
-/// other thread may change them.
+/// @pre skipped() and problems() are called only after next() has returned nothing or thrown; until
+/// then the other thread may change them.
 inline std::unique_ptr<FrameSource> readAhead(std::unique_ptr<FrameSource> source) {
   return std::make_unique<WrappedImages<SourceFrame>>(
       std::move(source),

@@ -167,7 +167,7 @@ namespace {
 
 /// A motion is extrapolated for at most this many times its observed duration.
 constexpr double kFarthestAhead = 3.0;
-/// A jump counts as the correction if their difference is below this share of the correction.
+/// A jump counts as the correction if their difference is below this fraction of the correction.
 constexpr double kSameJump = 1.0 / 3.0;
 /// Such a jump must exceed the uncertainty of the motion by this factor.
 constexpr double kMinJumpRatio = 2.0;

@@ -46,14 +46,14 @@ class JournalReplay {
   std::string cutOff() const;
 
   size_t depthImages() const { return depth_images_; }
-  /// Number of records read so far, since the beginning of the map.
+  /// Number of calls read so far, since the beginning of the map.
   uint64_t count() const { return items_.size(); }
 
   /// Corrects the images so far, and those read later, up to the journal's next correction.
   /// @throws std::runtime_error for an invalid correction; nothing is changed then.
   CorrectionEffect correct(const journal::Correction& correction);
 
-  /// Corrects all images so far, with poses in the frame M of the given poses.
+  /// Like correct(), for all calls so far, with poses in the frame M of the given poses.
   CorrectionEffect correctGiven(std::vector<StampedPose> poses_M);
 
   /// The motion that corrects an image after the last one; the identity if none applies.
@@ -76,8 +76,8 @@ class JournalReplay {
     size_t record;
     double stamp_s = 0.0;                                     ///< For images only, like T_W_C.
     Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< The corrected pose.
-    bool is_image = false, is_depth = false,
-         is_of_first = false;  ///< `is_of_first`: depth of camera 0.
+    /// `is_of_first`: whether it is a depth image of camera 0.
+    bool is_image = false, is_depth = false, is_of_first = false;
   };
   /// The correction that applies to the next image read.
   struct Running {

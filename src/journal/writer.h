@@ -57,7 +57,7 @@ class JournalWriter {
   /// Adds a change of the map.
   void add(journal::Call call);
 
-  /// Records since begin(); an image counts as one.
+  /// Number of calls added since begin().
   uint64_t count() const;
   /// Resolves when all entries so far are processed: true unless writing has stopped.
   std::future<bool> written();

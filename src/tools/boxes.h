@@ -28,13 +28,13 @@ struct BoxRun {
   double last_stamp_s = 0.0;  ///< Stamp of the last frame; later images are not painted.
 };
 
-/// Plans a run from poses; decodes few images.
+/// Plans a run from poses; decodes few depth images, and no colour images.
 /// @throws std::runtime_error for settings that need the whole map.
 BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
                   const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box);
 
-/// Boxes that cover all of space and share a recording's surfaces about equally, judged by a sample
-/// of its images. @throws std::runtime_error if there are fewer blocks than boxes.
+/// Boxes that cover all of space and divide a recording's surfaces about equally, judged by a
+/// sample of its images. @throws std::runtime_error if there are fewer blocks than boxes.
 /// @param count Number of boxes; 0: as many as `edge_m` requires.
 /// @param edge_m Largest extent of the surfaces in a box along an axis, in metres; 0: no limit.
 std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings& settings,

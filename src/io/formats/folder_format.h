@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-/// A folder layout. Its functions throw std::runtime_error with file and line if something is
+/// A folder layout. Its functions throw std::runtime_error that names the file, if something is
 /// missing or malformed.
 struct FolderFormat {
   const char* name;   ///< Name for --format.
@@ -25,7 +25,7 @@ struct FolderFormat {
   void (*findPoses)(const std::filesystem::path& folder, double tolerance_s,
                     std::vector<StampedImage>& images);
 
-  /// Reads the camera from the folder's files. If it is null or returns none: `usual_camera`.
+  /// Reads the camera from the folder's files. Null, or if it returns none: `usual_camera` is used.
   std::optional<CameraInfo> (*readCamera)(const std::filesystem::path& folder,
                                           const std::vector<StampedImage>& images);
 
@@ -35,7 +35,7 @@ struct FolderFormat {
                                 const CameraInfo& depth_camera);
 
   double units_per_metre = 1000.0;
-  /// Reads the depth units from the folder's files; null: always `units_per_metre`.
+  /// Reads the depth units per metre from the folder's files; null: always `units_per_metre`.
   double (*unitsOf)(const std::filesystem::path& folder) = nullptr;
   /// Camera of recordings that do not state theirs.
   std::optional<CameraInfo> usual_camera = std::nullopt;

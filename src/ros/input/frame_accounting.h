@@ -36,7 +36,7 @@ namespace drop {
 inline constexpr DropReason kNoCameraInfo{"no_camera_info"};
 /// No mask with the image's stamp, although masks are used.
 inline constexpr DropReason kNoMask{"no_mask"};
-/// Encoding that is not supported for this kind of image.
+/// Encoding that is not supported for this kind of image or for masks, or a cloud without x, y, z.
 inline constexpr DropReason kBadEncoding{"bad_encoding"};
 /// More pixels than the map accepts, or more bytes than the queue holds.
 inline constexpr DropReason kTooLarge{"too_large", true, "lower the camera's resolution"};
@@ -44,7 +44,7 @@ inline constexpr DropReason kTooLarge{"too_large", true, "lower the camera's res
 inline constexpr DropReason kUnorganised{"unorganised"};
 /// No pixels, data that do not fit the size, or data that cannot be decoded.
 inline constexpr DropReason kBadImage{"bad_image"};
-/// Image and camera_info differ in size.
+/// The image differs in size from its camera_info or its mask.
 inline constexpr DropReason kSizeMismatch{"size_mismatch"};
 /// No pinhole camera: intrinsics or distortion coefficients are invalid, or none fits a cloud.
 inline constexpr DropReason kBadIntrinsics{"bad_intrinsics"};
@@ -64,7 +64,7 @@ inline constexpr DropReason kBeforeTransforms{"before_transforms", false};
 /// The oldest waiting frame, dropped to make room or to shorten a backlog.
 inline constexpr DropReason kQueueFull{
     "queue_full", true, "use larger voxels (map/voxel_size_m), a GPU, or fewer frames"};
-/// Older than a frame of another camera that has already been fused.
+/// Older than a frame of another camera that the map has already taken.
 inline constexpr DropReason kOutOfOrder{"out_of_order", true, "raise input/merge_wait_s"};
 /// Waiting in the queue when stamps jumped back.
 inline constexpr DropReason kTimeJump{"time_jump", false};

@@ -19,9 +19,9 @@ using SimplifyProgress = std::function<void(double share)>;
 
 /// Removes vertices while the surface stays within `max_error_m` of them; 0 removes none. A larger
 /// error never leaves more triangles than a smaller one. The error is rounded down to 1, 1.5, 2, 3,
-/// 5, 7 or 10 times a power of ten. Borders are kept. Facing surfaces, such as the two sides of a
-/// thin plate or of a gap, stay apart: each stays in its half of the space between them. Runs on
-/// one thread; the time grows with the number of triangles.
+/// 5, 7 or 10 times a power of ten, and limited to 24 mean edges. Borders are kept. Facing
+/// surfaces, such as the two sides of a thin plate or of a gap, stay apart: each stays in its half
+/// of the space between them. Runs on one thread; the time grows with the number of triangles.
 /// @throws std::invalid_argument unless max_error_m is finite, at least 0, and no more than the
 /// diagonal of the mesh's box; any exception that `progress` throws.
 SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m,

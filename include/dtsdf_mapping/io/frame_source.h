@@ -71,7 +71,7 @@ class ImageSource {
   /// Images skipped so far, by reason ("no pose within 20 ms").
   virtual const std::map<std::string, size_t>& skipped() const { return skipped_; }
 
-  /// A sentence about the first image skipped for each reason.
+  /// A sentence about the first image skipped for a reason, for reasons that need an explanation.
   virtual std::map<std::string, std::string> problems() const { return problems_; }
 
  protected:

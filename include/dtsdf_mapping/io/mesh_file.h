@@ -19,9 +19,9 @@ constexpr const char* kMeshExtensions = ".ply, .obj, .stl or .glb";
 /// Extension of a file name, in lower case; empty if it is not one of meshExtensions().
 std::string meshFormatOf(const std::string& path);
 
-/// Describes which parts of the mesh the file's format cannot store; empty if it stores everything.
-/// For a mesh far from the origin of the map frame, .ply has positions in double, .obj all their
-/// digits, .glb the origin as a translation; .stl has floats only.
+/// Describes the loss of precision in an .stl file of a mesh far from the origin of the map frame;
+/// empty for other meshes and formats. For such a mesh, .ply has positions in double, .obj all
+/// their digits, and .glb the origin as a translation; .stl has floats only.
 std::string lossInFormat(const Mesh& mesh, const std::string& path);
 
 /// Saves a mesh in the format of the extension. Equal meshes give equal bytes. A temporary file in

@@ -40,8 +40,8 @@ struct RecordingOptions {
 std::vector<std::string> recordingFormats();
 
 /// Detects the format of a recording: a name of recordingFormats(), or "bag".
-/// @throws std::runtime_error that says which files were expected, and names folders below the path
-/// that contain recordings.
+/// @throws std::runtime_error if the path is missing or in no known format. For a folder, the
+/// message says which files were expected, and names folders below it that contain recordings.
 std::string guessRecordingFormat(const std::string& path);
 
 /// Reads the folder's lists; images are decoded one by one.

@@ -149,7 +149,7 @@ class InputStatus {
     if (judgeSilence(depth, is_lost, name, status)) return;
     if (depth.fused == 0) return judgeNoFrame(depth, name, status);
     if (!depth.warning.empty()) warn(MapStatus::DOUBTFUL_INPUT, depth.warning);
-    // Smallest share of dropped images that is reported.
+    // A larger fraction of dropped images is reported.
     constexpr double kReportedShare = 0.02;
     const uint64_t received = depth.received - first.received;
     const double share = static_cast<double>(dropped) / static_cast<double>(received);

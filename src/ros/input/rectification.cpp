@@ -26,7 +26,8 @@ bool isDistorted(const sensor_msgs::CameraInfo& info) {
   return std::any_of(info.D.begin(), info.D.end(), [](double d) { return d != 0.0; });
 }
 
-/// Drivers use both names with any number of coefficients. OpenCV chooses the model by that number.
+/// Drivers use the names plumb_bob and rational_polynomial with any number of coefficients. OpenCV
+/// chooses the model by that number.
 bool isKnownModel(const sensor_msgs::CameraInfo& info) {
   const std::string& model = info.distortion_model;
   const size_t coefficients = info.D.size();

@@ -1,4 +1,4 @@
-/// Publishes the status message and the diagnostics, at a fixed rate in wall time.
+/// Publishes the status message and the diagnostics, at publish/status_rate_hz in wall time.
 #pragma once
 
 #include <diagnostic_updater/diagnostic_updater.h>

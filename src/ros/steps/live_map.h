@@ -121,8 +121,8 @@ class LiveMap {
     updateReport();  // reports the budget before the first frame
   }
 
-  /// Does what is due. @return the time until the next call. After a failure of the backend, frames
-  /// are dropped until clear() or replace().
+  /// Does the first thing that is due. @return the time until the next call. After a failure of the
+  /// backend, frames are dropped until clear() or replace().
   std::chrono::milliseconds step() noexcept {
     try {
       if (!act()) return idleTime();
@@ -191,7 +191,8 @@ class LiveMap {
     }
   }
 
-  /// Whether a second map of this size fits into the budget, and no blocks are on disk.
+  /// Whether a second map of this size fits into the budget, and no blocks are on disk; true after
+  /// a failure.
   bool hasRoomFor(size_t bytes) const {
     if (hasFailed()) return true;  // the failed map is given up anyway
     const MapStats stats = mapper_->stats();

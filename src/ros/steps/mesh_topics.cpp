@@ -26,7 +26,7 @@ namespace {
 /// Limit of pieces that wait for a listener, and their approximate size.
 constexpr uint32_t kQueuePieces = 20;
 constexpr size_t kPieceBytes = 1 << 20;
-/// Limit of pieces per round; ten rounds a second are 40 MB/s.
+/// Limit of pieces per round and topic; ten rounds a second are 40 MB/s for each topic.
 constexpr int kPiecesPerRound = 4;
 constexpr double kRoundRate_hz = 10.0;
 /// Interval at which a part of the mesh is published again.

@@ -101,7 +101,7 @@ class DeviceMap {
   void reserveColours(const BlockTable& table, size_t new_colours);
 
   /// Follows an admission: enters new bricks, as unpainted.
-  /// @pre reserveColours() has made room, and colours are kept.
+  /// @pre reserveColours() has made room, and keepColours() was called.
   void enterColours(const std::vector<NewBrick>& bricks);
 
   /// From the next extraction on, all meshes have colours. @pre reserveColours() was called.
@@ -110,9 +110,10 @@ class DeviceMap {
   /// Makes room for `count` changes per sendChanges(). Waits until the last ones are applied.
   void reserveChanges(size_t count);
 
-  /// Notes a change of a slot, such as a release, for sendChanges(), which the next admission calls
-  /// at the latest. No extraction may be reading the map when it is called.
+  /// Queues a change of a slot, such as a release.
   void note(const SlotUpdate& change) { noted_.push_back(change); }
+  /// Sends the queued changes to the device; enterBlocks() does so first.
+  /// @pre No extraction is reading the map.
   void sendChanges();
 
   void markAllDirty() { markAll(dirty_.view()); }
@@ -161,7 +162,8 @@ class DeviceMap {
   Event updates_sent_;
   PinnedBuffer<SlotUpdate> updates_;
   PinnedBuffer<int32_t> new_arrays_;
-  /// Recorded after kernels that read changes_. Admissions do not wait for it.
+  /// Recorded after kernels that read changes_. An admission waits for it only if it has changes to
+  /// send or blocks to bring back.
   Event changes_sent_;
   PinnedBuffer<SlotUpdate> changes_;
   std::vector<SlotUpdate> noted_;  ///< Changes not yet sent.

@@ -17,7 +17,8 @@ struct FrameCounters {
   uint32_t touched_arrays;  ///< Touched directions, over all blocks.
   uint32_t requests;        ///< Blocks that are missing or lack arrays.
   uint32_t requested_arrays;
-  uint32_t table_full;         ///< Not 0: the table was too small, and the counts are not valid.
+  /// Not 0: the table was too small, and of the counters only usable_surfels is valid.
+  uint32_t table_full;
   uint32_t looks;              ///< Untouched blocks that the frame checks.
   uint32_t empty_blocks;       ///< Blocks with empty arrays.
   uint32_t compared, cleared;  ///< Blocks of threads that have finished these stages.
@@ -90,7 +91,8 @@ class BlockFinder {
   DeviceBuffer<uint32_t> directions_, first_sums_, places_, sum_owners_;
   DeviceBuffer<TouchedBlock> blocks_;
   DeviceBuffer<FrameCounters> counters_;
-  PinnedBuffer<FrameCounters> pinned_counters_;  ///< Kernels write these three in place.
+  // Pinned host memory that kernels write directly.
+  PinnedBuffer<FrameCounters> pinned_counters_;
   PinnedBuffer<BlockRequest> requests_;
   PinnedBuffer<PackedKey> touched_keys_;
 };

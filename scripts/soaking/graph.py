@@ -77,7 +77,7 @@ def stop(program):
 
 
 def pid_of(node):
-    """The process id of a node; for a nodelet, that of its manager."""
+    """The process id of a node. For a nodelet, pass its manager's name."""
     import rosgraph
     import xmlrpc.client
     uri = rosgraph.Master("/soak").lookupNode(node)
@@ -85,6 +85,6 @@ def pid_of(node):
 
 
 def resident_mb(pid):
-    """Resident memory of a process; None if it has ended."""
+    """Resident memory of a process, in MiB; 0 if it has ended but was not waited for, None if it is gone."""
     answer = subprocess.run(["ps", "-o", "rss=", "-p", str(pid)], capture_output=True, text=True, check=False)
     return int(answer.stdout) / 1024.0 if answer.stdout else None

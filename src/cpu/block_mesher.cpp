@@ -263,7 +263,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
     mesh.colours = coloursOf(mesh);
     if (renders_views_ && !refined_) show(slots[i], std::make_unique<BlockMesh>(mesh));
   });
-  // In a separate loop, as makingReadsVoxels() may read them in another thread.
+  // Not in the loop above: there, makingReadsVoxels() may still read them in another thread.
   constexpr size_t kBlocksAtATime = 64;
   parallelFor<kBlocksAtATime>(slots.size(), threads_, [&](size_t i) {
     state_[slots[i]].vertices = std::vector<BlockVertex>();

@@ -33,12 +33,12 @@ JournalReplay::JournalReplay(const std::string& path)
 
 void JournalReplay::findBegin() {
   const std::vector<Record>& records = file_->records();
-  std::string problem = "no map begins in it";
+  std::string problem = "it does not contain the beginning of a map";
   for (size_t at = records.size(); at > 0; --at) {
     if (!records[at - 1].is(journal::kBegin)) continue;
     try {
       return takeBegin(at - 1);
-    } catch (const std::exception& error) {  // this map is incomplete
+    } catch (const std::exception& error) {  // incomplete or damaged
       problem = errorText(error);
     }
   }
@@ -70,7 +70,7 @@ std::string JournalReplay::cutOff() const {
   if (next_record_ < records.size()) end = records[next_record_].offset - kRecordHeadBytes;
   if (end == file_->bytes()) return "";
   return "the last " + std::to_string(file_->bytes() - end) + " bytes of the journal '" +
-         printable(file_->path()) + "' are not a complete record and are left out";
+         printable(file_->path()) + "' are incomplete or damaged, and are ignored";
 }
 
 /// Adds an image only when its pixels are in the file. The last record may be incomplete.
@@ -115,8 +115,8 @@ void JournalReplay::add(size_t record) {
   items_.push_back(item);
 }
 
-/// Corrects an image from earlier images only, so that its pose does not depend on whether it was
-/// in the journal when the correction arrived.
+/// The corrected pose of an image. Whether the source has adopted the correction is decided from
+/// the images up to this one alone, as later ones may not be in the journal yet.
 Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item) {
   const StampedPose given{item.stamp_s, item.T_W_C};
   const bool is_named = given.stamp_s <= running.poses.last_s();
@@ -129,7 +129,8 @@ Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item)
   return running.poses.correct(given.stamp_s, item.T_W_C);
 }
 
-/// Index of the first image of the newest recording in the first `before` records.
+/// Index of the call with which the newest recording begins, among the first `before` calls; 0 if
+/// there is only one recording.
 size_t JournalReplay::beginOfRecording(uint64_t before) const {
   size_t begin = 0;
   double newest_s = -HUGE_VAL;

@@ -34,7 +34,8 @@ struct CorrectionEffect {
 class JournalReplay {
  public:
   /// Reads the journal without its pixels.
-  /// @throws std::runtime_error if it is not a journal, or no map begins in it.
+  /// @throws std::runtime_error if it is not a journal, or does not contain the
+  /// beginning of a map.
   explicit JournalReplay(const std::string& path);
 
   const journal::Begin& begin() const { return begin_; }

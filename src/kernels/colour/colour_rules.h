@@ -6,8 +6,8 @@
 namespace dtsdf {
 
 struct ColourRules {
-  /// Largest distance from its surface, in voxels, at which a voxel is painted and hides what is
-  /// behind it. Above 0.5, so that each place of a surface has such a voxel.
+  /// Voxels up to this far from the surface, in voxels, are painted and hide others. Above 0.5, so
+  /// that there are such voxels everywhere along a surface.
   float surface_distance = 0.6f;
   /// A surface hides a point that is farther away by more than this, in voxels. Smaller differences
   /// are due to the roughness of the surface.
@@ -16,8 +16,8 @@ struct ColourRules {
   /// Side of the squares that pixels are averaged over, in voxels. Finer detail is lost in the map
   /// anyway, and would appear as noise.
   float sample_width = 0.5f;
-  /// Largest weight of a colour, as a multiple of the newest view's, so that later views still
-  /// count.
+  /// A view increases a colour's weight up to this multiple of its own weight, so that later views
+  /// still count. A larger weight, from better views, is kept.
   int32_t max_views = 8;
 
   /// Minimum number of painted voxels to estimate an image's exposure from; chosen by judgement.

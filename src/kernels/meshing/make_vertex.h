@@ -15,7 +15,8 @@ struct EdgeSamples {
   bool directional;
   Sample lower[kDirectionCount], upper[kDirectionCount];
 
-  /// Copies the corner member by member, as it was just written: a wider load would stall.
+  /// Copies the corner's members one by one, because they were just written one by one: a wider
+  /// load would wait for these stores.
   DTSDF_HD EdgeSamples(const ArraysAround& arrays, const Vec3i& corner, int axis, bool directional)
       : arrays(arrays),
         corner{corner.x, corner.y, corner.z},

@@ -101,7 +101,7 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     nearest = maximum(nearest, maximum(fabsf(a), fabsf(b)));
     if (isEdgeBetween(a, b, surfels.depth_jump)) continue;
     const float tolerance = gapTolerance(surfels, noise, rounded_to_m, fabsf(in_gap));
-    // Both values have the same sign here, negative beyond the fused range: other pairs are edges.
+    // Both values have the same sign (negative: beyond the fused range), else they are an edge.
     if (!predictsGap(fabsf(a), at(i, -2), fabsf(in_gap), tolerance) ||
         !predictsGap(fabsf(b), at(i, 2), fabsf(in_gap), tolerance)) {
       continue;

@@ -186,8 +186,7 @@ bool sameViews(const RenderedView& a, const RenderedView& b) {
          sameBytes(a.normals_C, b.normals_C) && sameBytes(a.colours, b.colours);
 }
 
-/// Cached triangles disappear with their blocks: after each change a view equals that of a copy of
-/// the map that was never rendered.
+/// Expects the views of a copy of the map, which has no cached triangles.
 void expectViewsAsOfACopy(Session& session, const MapperParams& params) {
   const RenderCamera camera{120, 90, {100.0f, 100.0f, 59.5f, 44.5f}};
   const auto copy = makeMapper(params, session.mapper().contents());

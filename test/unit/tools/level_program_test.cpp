@@ -127,7 +127,7 @@ TEST_F(LevelProgram, EndsWhereUpCannotBeFound) {
   EXPECT_EQ(reconstruct(input + " --set map/level=imu").exit_code, 1);
 }
 
-/// Maps of boxes share one level.
+/// Each process finds the same level, though it makes only one box.
 TEST_F(LevelProgram, BoxesGiveTheMapOfOneRun) {
   const std::string input =
       "--tum " + in("first") + " --frames 0:11 --poses-mode tf --set map/level=floor --save-map ";

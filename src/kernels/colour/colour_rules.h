@@ -6,8 +6,8 @@
 namespace dtsdf {
 
 struct ColourRules {
-  /// Voxels up to this far from the surface, in voxels, are painted and hide others. Above 0.5, so
-  /// that there are such voxels everywhere along a surface.
+  /// Voxels are painted, and hide others, up to this distance from the surface, in voxels. Above
+  /// 0.5, so that there are such voxels everywhere along a surface.
   float surface_distance = 0.6f;
   /// A surface hides a point that is farther away by more than this, in voxels. Smaller differences
   /// are due to the roughness of the surface.

@@ -149,11 +149,9 @@ Region readRegion(ByteReader& in) {
 }  // namespace
 
 Bytes encode(const Begin& begin) {
-  ParamTree settings = map_format::settingsOfFile(begin.settings, begin.poses);
-  // These depend on the machine and do not affect the map.
-  for (const char* key : {"backend", "threads", "map/page_folder"}) settings.erase(key);
   ByteWriter out;
-  out(map_format::settingsText(settings), begin.map_frame, begin.level_frame, begin.has_map);
+  out(map_format::settingsText(map_format::settingsOfFile(begin.settings, begin.poses)),
+      begin.map_frame, begin.level_frame, begin.has_map);
   return encodeRecord(kBegin, 0, out.bytes.data(), out.bytes.size());
 }
 

@@ -28,9 +28,8 @@ constexpr char kBegin[] = "BEGN", kDepth[] = "DIMG", kColour[] = "CIMG", kPixels
 
 /// The beginning of a map, into which the following images are fused.
 struct Begin {
-  ParamTree
-      settings;      ///< Settings of the mapper; those that depend on the machine are not written.
-  PoseParams poses;  ///< Settings that poses were found with.
+  ParamTree settings;       ///< Settings of the mapper.
+  PoseParams poses;         ///< Settings that poses were found with.
   std::string map_frame;    ///< Name of the frame that poses are given in.
   std::string level_frame;  ///< Name of the frame that the map is in; the same unless levelled.
   bool has_map = false;     ///< Whether the map's records follow; else the map is empty.

@@ -32,7 +32,6 @@ Refusion::Refusion(const std::string& path, const MapperParams& run, journal::Co
   MapperParams params = readMapperParams(replay_.begin().settings);
   params.backend = run.backend;
   params.threads = run.threads;
-  params.map.page_folder = run.map.page_folder;
   if (effect_.moved == 0) return;
   mapper_ = mapperOf(replay_, params);
   calls_since_mesh_ = replay_.map() == nullptr ? 0 : 1;

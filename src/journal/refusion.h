@@ -16,7 +16,7 @@ namespace dtsdf {
 class Refusion {
  public:
   /// Opens the journal and creates the map at its beginning.
-  /// @param run Gives backend, threads and map/page_folder; all other settings are the journal's.
+  /// @param run Gives backend and threads; all other settings are the journal's.
   /// @throws std::runtime_error if the journal cannot be read or the correction is invalid.
   Refusion(const std::string& path, const MapperParams& run, journal::Correction correction);
 

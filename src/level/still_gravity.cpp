@@ -27,7 +27,7 @@ bool isFinite(const InertialSample& sample) {
 std::optional<Eigen::Vector3d> StillGravity::add(const InertialSample& sample) {
   if (!isFinite(sample)) return std::nullopt;
   if (!samples_.empty() && sample.stamp_s < samples_.back().stamp_s) samples_.clear();
-  if (!samples_.empty() && sample.stamp_s < samples_.back().stamp_s + kMinStep_s) {
+  if (samples_.size() >= kMinSamples && sample.stamp_s < samples_.back().stamp_s + kMinStep_s) {
     return std::nullopt;
   }
   samples_.push_back(sample);

@@ -126,9 +126,8 @@ Alignment PoseTracker::begin(Mapper& mapper, const DepthFrame& frame, double sta
   const bool is_elsewhere = alignment.status == AlignmentStatus::kUnmapped && !may_begin_;
   if (alignment.status == AlignmentStatus::kMisfit || is_elsewhere) {
     lose(stamp_s);
-  } else {
-    rememberPlace(alignment.T_W_C);
   }
+  rememberPlace(alignment.T_W_C);
   if (!map_is_empty) given_T_W_C_.reset();
   was_found_ = !isLost();
   return alignment;
@@ -190,6 +189,9 @@ Alignment PoseTracker::alignAt(Mapper& mapper, DepthFrame frame, const Isometry3
   if (alignment.status == AlignmentStatus::kAligned && !alignment.is_held) {
     alignment.status = AlignmentStatus::kMisfit;
     alignment.T_W_C = T_W_C;  // the pose found may have slid
+    alignment.covariance.setZero();
+    alignment.covariance.diagonal() << Vector3d::Constant(params_.sigma_m * params_.sigma_m),
+        Vector3d::Constant(params_.sigma_rad * params_.sigma_rad);
   }
   reach_m_ = alignment.reach_m;
   return alignment;

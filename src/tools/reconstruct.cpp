@@ -108,7 +108,7 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
   if (result.map.refused_blocks > 0) {
     std::fprintf(stderr,
                  "reconstruct: warning: the map is full (%llu blocks refused), so parts are "
-                 "missing; raise map/max_memory_mb or map/voxel_size_m, or set map/page_folder\n",
+                 "missing; raise map/max_memory_mb or map/voxel_size_m\n",
                  static_cast<unsigned long long>(result.map.refused_blocks));
   }
 }

@@ -296,6 +296,7 @@ TEST_F(Correction, MappingGoesOnMeanwhile) {
   const uint64_t dropped = status_.status().frames_dropped;
   std::future<Answer> answer =
       std::async(std::launch::async, callCorrect, "/mapping", "live.txt", "", "");
+  ASSERT_TRUE(waitUntil([&] { return status_.status().correction_total > 0; }));
   drive(4, drifted);
   drive(41, truth);  // the SLAM gives true poses from then on
   const Answer done = answer.get();

@@ -194,7 +194,8 @@ TEST_F(SpaceTest, WhileAQueryWaitsForATransformOthersAreServed) {
   ASSERT_TRUE(distances.call(query));  // connected from here on
   query.request.header.frame_id = "nowhere";
   query.request.header.stamp = ros::Time::now() + ros::Duration(5.0);
-  std::future<bool> answered = std::async([&] { return distances.call(query); });
+  std::future<bool> answered =
+      std::async(std::launch::async, [&] { return distances.call(query); });
   int served = 0;
   std_srvs::SetBool pause;  // does not pause
   while (answered.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {

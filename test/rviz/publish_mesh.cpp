@@ -44,7 +44,7 @@ void publishSheet(size_t triangles) {
   params.mapper.map.voxel_size_m = kVoxelSize;
   const Rates rates(params);
   const std::unique_ptr<Step> topics = makeMeshTopicsStep(params, rates);
-  topics->advertise({private_nh, private_nh, private_nh, private_nh, ""});
+  topics->advertise({private_nh, private_nh, private_nh, private_nh, private_nh, ""});
   ShownMesh mesh(params.mapper.map);
   MeshChanges changes;
   for (int y = 0; y < side; ++y) {

@@ -36,6 +36,13 @@ inline JournalWriter::Options journalOptions(const std::string& folder) {
   return options;
 }
 
+inline ParamTree settingsOf(const MapperParams& params) {
+  ParamTree tree = toTree(params);
+  tree.erase("backend");
+  tree.erase("threads");
+  return tree;
+}
+
 class JournaledMap {
  public:
   JournaledMap(const MapperParams& params, JournalWriter& journal, const PoseParams& poses = {})
@@ -78,7 +85,7 @@ class JournaledMap {
  private:
   void begin(std::shared_ptr<const MapChunks> map) {
     journal::Begin begin;
-    begin.settings = toTree(params_);
+    begin.settings = settingsOf(params_);
     begin.poses = poses_;
     begin.map_frame = "map";
     begin.level_frame = "map_level";

@@ -32,9 +32,9 @@
 namespace dtsdf {
 namespace {
 
-/// Calls and corrected paths that can be served at once, such as a correction, save_mesh, a path
-/// that replaces a waiting correction, and a planner's query.
-constexpr int kServiceThreads = 4;
+/// Calls and corrected paths that can be served at once, such as a correction, save_mesh, and a
+/// path that replaces a waiting correction.
+constexpr int kServiceThreads = 3;
 /// Interval at which the transform of a waiting frame is looked up.
 constexpr std::chrono::milliseconds kTransformPoll{5};
 /// Longest sleep of the input thread; a message wakes it.
@@ -50,9 +50,9 @@ NodeParams readParams(const ros::NodeHandle& private_nh) {
 }
 
 /// The threads are dtsdf_input (messages, poses), dtsdf_map (fusion, mesh), dtsdf_output
-/// (publishing) and four named dtsdf_service. The threads of the caller's node handles publish the
-/// status and serve pause. Calls that wait for a loop rethrow its exceptions, and throw
-/// std::future_error once the loops have stopped.
+/// (publishing), dtsdf_query (planners) and three named dtsdf_service. The threads of the caller's
+/// node handles publish the status and serve pause. Calls that wait for a loop rethrow its
+/// exceptions, and throw std::future_error once the loops have stopped.
 class Pipeline {
  public:
   Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
@@ -61,6 +61,7 @@ class Pipeline {
         output_loop_("dtsdf_output", kLowNiceness),
         map_loop_("dtsdf_map"),
         services_("dtsdf_service", kLowNiceness),
+        queries_("dtsdf_query"),
         input_("dtsdf_input"),
         frame_(params_, transforms_),
         queue_(static_cast<size_t>(params_.input.queue_size),
@@ -91,8 +92,9 @@ class Pipeline {
  private:
   void start(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh) {
     const std::string& name = private_nh.getNamespace();
-    const Handles handles{private_nh, services_.serve(private_nh), input_.serve(nh),
-                          map_loop_.serve(nh), name.substr(0, name.rfind('/'))};
+    const Handles handles{
+        private_nh,       services_.serve(private_nh), queries_.serve(private_nh),
+        input_.serve(nh), map_loop_.serve(nh),         name.substr(0, name.rfind('/'))};
     addStreams(handles.input, handles.ns);
     steps_ = makeSteps(host_);
     for (const auto& step : steps_) step->advertise(handles);
@@ -108,6 +110,7 @@ class Pipeline {
     for (const auto& stream : streams_) stream->subscribe(private_nh);
     input_.start([this] { return poseFrames(); });
     services_.start(nullptr, kServiceThreads);
+    queries_.start(nullptr);
     status_.emplace(nh, private_nh, frameOfMap(params_), params_.status_rate_hz,
                     [this](MapStatus& current) { fill(current); });
     rates_server_.emplace(ros::NodeHandle(private_nh, "publish"));
@@ -158,6 +161,7 @@ class Pipeline {
     map_loop_.stop();
     output_loop_.stop();
     services_.stop();
+    queries_.stop();
     input_.stop();
     steps_.clear();
   }
@@ -216,7 +220,7 @@ class Pipeline {
   const NodeParams params_;
   Rates rates_;
   std::atomic<bool> is_ending_{false};
-  WorkerThread output_loop_, map_loop_, services_, input_;
+  WorkerThread output_loop_, map_loop_, services_, queries_, input_;
   Transforms transforms_;
   MapFrame frame_;
   FrameQueue queue_;

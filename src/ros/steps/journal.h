@@ -66,8 +66,12 @@ class JournalStep : public Step {
 
  private:
   void begin(std::shared_ptr<const MapChunks> map) {
+    ParamTree settings = toTree(params_);
+    for (const char* key : {"backend", "threads"})
+      settings.erase(key);  // these do not affect the map
     const NodeParams& node = host_.params;
-    writer_.begin({toTree(params_), node.poses, node.map_frame, frameOfMap(node)}, std::move(map));
+    writer_.begin({std::move(settings), node.poses, node.map_frame, frameOfMap(node)},
+                  std::move(map));
     level_.reset();
   }
 

@@ -52,7 +52,7 @@ class SpaceStep : public Step {
 
   void advertise(const Handles& handles) override {
     server_ = serve<dtsdf_mapping::GetDistances>(
-        handles.waiting, "get_distances",
+        handles.query, "get_distances",
         [this](const auto& request, auto& response) { answer(request, response); });
     grid_server_ = serve<dtsdf_mapping::GetDistanceGrid>(
         handles.waiting, "get_distance_grid",

@@ -68,6 +68,7 @@ struct Host {
 struct Handles {
   ros::NodeHandle prompt;   ///< On the threads of the nodelet manager or node; must not block.
   ros::NodeHandle waiting;  ///< On the service threads; may block.
+  ros::NodeHandle query;    ///< On the query thread, for planners; may block.
   ros::NodeHandle input;    ///< On the input thread, in the namespace of the node.
   ros::NodeHandle map;      ///< On the map thread, in the namespace of the node.
   std::string ns;           ///< Namespace of node and input topics; empty for the root.

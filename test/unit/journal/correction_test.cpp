@@ -127,15 +127,6 @@ TEST_F(CorrectedJournal, WithinTheBudgetOfTwoMaps) {
   EXPECT_TRUE(contains(whyTooLarge(200, 200, 300), "raise it"));
 }
 
-TEST_F(CorrectedJournal, IsPagedAsTheLiveMap) {
-  MapperParams run = journaledParams();
-  run.map.page_folder = "/dev/null";
-  EXPECT_TRUE(contains(errorOf([&] {
-                         Refusion(journal_.path(), run, {journal_.count(), truePoses()});
-                       }),
-                       "map/page_folder"));
-}
-
 TEST_F(CorrectedJournal, IsAsItWasWhereACorrectionIsRefused) {
   std::vector<StampedPose> poses = truePoses();
   for (StampedPose& pose : poses) {

@@ -2,8 +2,6 @@
 // its images.
 #include <gtest/gtest.h>
 
-#include <utility>
-
 #include "io/trajectory.h"
 #include "support/journaled_map.h"
 #include "support/run_program.h"
@@ -17,7 +15,6 @@ class JournalProgram : public testing::Test {
     params_ = makeCpuParams();
     params_.map.voxel_size_m = 0.05f;
     params_.map.max_memory_mb = 256;
-    params_.map.page_folder = folder_ / "pages";
     JournalWriter journal(journalOptions(folder_ / "journals"));
     path_ = journal.path();
     PoseParams poses;
@@ -28,9 +25,6 @@ class JournalProgram : public testing::Test {
     }
     live.clearRegion(SphereRegion{Eigen::Vector3d(1.0, 0.5, 0.5), 0.8});
     live_hash_ = contentHash(live.mapper().contents());
-    // The programs run on a machine that has no such folder.
-    std::filesystem::remove_all(params_.map.page_folder);
-    writeBytes(std::exchange(params_.map.page_folder, ""), "a file");
   }
 
   Outcome runReconstruct(const std::string& arguments) const {

@@ -76,7 +76,7 @@ TEST_F(Journal, BeginsWithTheMapThatWasLoaded) {
 
 TEST_F(Journal, KeepsEveryBitOfAnImage) {
   JournalWriter journal(journalOptions(folder_.path()));
-  journal.begin({toTree(journaledParams()), {}, "map", "map", false});
+  journal.begin({settingsOf(journaledParams()), {}, "map", "map", false});
   std::vector<uint16_t> whole{0, 1, 65535, 400, 400, 7};
   std::vector<float> parts{0.0f, -1.5f, 3e8f, std::nanf(""), 1.25f, 1e-30f};
   DepthFrame frame;

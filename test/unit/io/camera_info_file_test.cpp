@@ -68,7 +68,7 @@ TEST_F(CameraInfoFile, NamesFileAndKeyOfWhatIsWrong) {
       {"image_width: [1]\n", "image_width"},
       {size + "camera_matrix: 5\n", "camera_matrix/data"},
       {size + "camera_matrix:\n  data: [1, 2, 3]\n", "list of 9 numbers"},
-      {size + "camera_matrix:\n  data: [x, 0, 0, 0, 1, 0, 0, 0, 1]\n", "not a number"},
+      {size + "camera_matrix:\n  data: [x, 0, 0, 0, 1, 0, 0, 0, 1]\n", "numbers only"},
       {size + "camera_matrix:\n  data: [0, 0, 0, 0, 1, 0, 0, 0, 1]\n", "focal lengths"},
       {size + "camera_matrix: [1, 2\n", "line"},
   };

@@ -215,7 +215,7 @@ TEST_F(ReconstructProgram, AnErrorEndsWith1AndLeavesTheOldMesh) {
   expectError(tum_option_ + mesh + "--config /nowhere.yaml", 1, "/nowhere.yaml");
   std::filesystem::create_symlink("loop", out_ / "loop");
   expectError((out_ / "loop") + " " + mesh, 1, "is a link to itself");
-  expectError(tum_option_ + mesh + "--frames 6:", 1, "there are 6, 0 to 5");
+  expectError(tum_option_ + mesh + "--frames 6:", 1, "there are 6, numbered 0 to 5");
   expectError(tum_option_ + "--mesh /dev/null/mesh.ply", 1, "/dev/null");
   writeBytes(tum_ / "depth/3.png", "damaged");
   expectError(tum_option_ + mesh, 1, "depth/3.png");

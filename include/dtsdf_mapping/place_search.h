@@ -16,8 +16,8 @@ struct FoundPlace {
   Alignment alignment;
   /// Share of the image's depths that match those of the map, seen from the pose.
   double explained_share = 0.0;
-  std::optional<Eigen::Isometry3d>
-      other_T_W_C;  ///< If kAmbiguous: another pose, optical frame to W.
+  /// If kAmbiguous: another pose, optical frame to W.
+  std::optional<Eigen::Isometry3d> other_T_W_C;
 };
 
 /// Finds where a frame was taken; its own pose is ignored. The image is compared with coarse views

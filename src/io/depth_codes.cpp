@@ -132,8 +132,8 @@ struct Format {
   std::string encoding;
   std::string code;  ///< Empty, "png", "rvl" or unknown.
   bool is_depth = false;
-  bool is_file =
-      false;  ///< "16UC1; png compressed ", from the transport `compressed`: data without header.
+  /// "16UC1; png compressed ", from the transport `compressed`: data without header.
+  bool is_file = false;
 };
 
 Format parseFormat(const std::string& text) {

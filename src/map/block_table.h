@@ -242,8 +242,8 @@ class BlockTable {
   std::vector<int32_t> unpublished_;  ///< New blocks that are not in slots_ and cells_ yet.
   std::vector<int32_t> free_slots_, free_arrays_;
   std::vector<int32_t> vacant_;  ///< Blocks that lost their last array; some may have arrays again.
-  std::vector<int32_t>
-      unmeshed_;  ///< Like vacant_, for blocks in no extraction: see takeUnmeshed().
+  /// Like vacant_, for blocks in no extraction: see takeUnmeshed().
+  std::vector<int32_t> unmeshed_;
   uint32_t extractions_ = 0;
   size_t array_count_ = 0, arrays_in_use_ = 0;
   std::vector<int32_t> colour_of_;  ///< Indexed by voxel array and brick; empty until painted.

@@ -67,8 +67,8 @@ struct ReconstructionResult {
   std::vector<double> paint_ms;      ///< Wall time of each colour image.
   std::vector<double> mesh_ms;       ///< Wall time of each extraction.
   MapStats map;
-  std::shared_ptr<PagedMeshes>
-      meshes;  ///< Meshes of all blocks, perhaps partly on disk; null for a box.
+  /// Meshes of all blocks, perhaps partly on disk; null for a box.
+  std::shared_ptr<PagedMeshes> meshes;
   size_t vertices = 0, triangles = 0;  ///< In the mesh that is saved.
   std::string doubt;                   ///< Why the poses seem to have another convention; or empty.
 };

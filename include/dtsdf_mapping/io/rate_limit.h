@@ -25,8 +25,8 @@ class RateLimit {
 
  private:
   double interval_s_;
-  double due_s_ =
-      std::numeric_limits<double>::infinity();  ///< Stamp of the next image; infinity: any.
+  /// Stamp of the next image; infinity: any.
+  double due_s_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace dtsdf

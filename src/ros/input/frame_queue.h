@@ -36,8 +36,8 @@ struct PosedFrame {
   ros::Time stamp;
   std::variant<DepthFrame, ColourFrame> image;
   cv_bridge::CvImageConstPtr pixels;
-  Eigen::Isometry3d given_T_W_C =
-      Eigen::Isometry3d::Identity();      ///< Pose in the map, before alignment and correction.
+  /// Pose in the map, before alignment and correction.
+  Eigen::Isometry3d given_T_W_C = Eigen::Isometry3d::Identity();
   std::string frame_id;                   ///< Frame of its camera.
   size_t camera = 0;                      ///< Index of the camera.
   FrameAccounting* accounting = nullptr;  ///< Counts of its stream.

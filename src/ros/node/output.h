@@ -47,8 +47,8 @@ class Output {
         trim_pace_.begin(now);
         returnFreeMemory();
       }
-      constexpr SteadyDuration kIdle =
-          std::chrono::milliseconds(50);  // new subscribers do not wake it
+      // New subscribers do not wake it.
+      constexpr SteadyDuration kIdle = std::chrono::milliseconds(50);
       idle = std::clamp<SteadyDuration>(publish(), SteadyDuration::zero(), kIdle);
     });
     return toMilliseconds(idle);

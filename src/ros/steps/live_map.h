@@ -302,8 +302,8 @@ class LiveMap {
   }
 
   std::chrono::milliseconds idleTime() {
-    constexpr SteadyDuration kIdle =
-        std::chrono::milliseconds(50);  // new subscribers do not wake it
+    // New subscribers do not wake it.
+    constexpr SteadyDuration kIdle = std::chrono::milliseconds(50);
     SteadyDuration idle = std::min(kIdle, frames_.idleTime());
     if (const auto next = hasFailed() ? std::nullopt : nextMesh()) {
       idle = std::min(idle, std::max(SteadyDuration::zero(), *next - clock_()));

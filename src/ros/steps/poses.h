@@ -368,8 +368,8 @@ class PosesStep : public Step {
   std::deque<StampedPose> fused_;
 
   ros::Publisher odometry_, path_topic_;
-  std::optional<tf2_ros::TransformBroadcaster>
-      broadcaster_;  ///< Set by advertise(), unless poses/mode is tf.
+  /// Set by advertise(), unless poses/mode is tf.
+  std::optional<tf2_ros::TransformBroadcaster> broadcaster_;
   SteadyTime path_sent_{};
   std::vector<ros::ServiceServer> servers_;
 

@@ -18,8 +18,8 @@ RoomCamera::RoomCamera(ros::NodeHandle nh)
 
 bool RoomCamera::connect(uint32_t mappers) const {
   return waitUntil([&] {
-    return images_.isConnected(mappers) &&
-           transforms_.getNumSubscribers() > mappers;  // the test itself is one
+    // The test itself is one subscriber.
+    return images_.isConnected(mappers) && transforms_.getNumSubscribers() > mappers;
   });
 }
 

@@ -81,8 +81,8 @@ class MapToolTexture : public testing::Test {
                const std::vector<Eigen::Isometry3d>& poses) {
     writeSceneRecording(out_ / "room", scene, poses, 320, 240);
     writeSceneColours(out_ / "room", scene, colour, poses, 320, 240);
-    std::string list =
-        readBytes(out_ / "room/depth.txt");  // gives colour images the stamps of the poses
+    // Gives colour images the stamps of the poses.
+    std::string list = readBytes(out_ / "room/depth.txt");
     for (size_t at = 0; (at = list.find("depth/")) != std::string::npos;) {
       list.replace(at, 5, "rgb");
     }

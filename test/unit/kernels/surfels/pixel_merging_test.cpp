@@ -56,8 +56,8 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
   for (int v = 4; v < kHeight - 4; ++v) {
     for (int u = 4; u < kWidth - 4; ++u) {
       const Surfel surfel = single.surfelAt(u, v);
-      single_weight +=
-          surfel.weight * surfel.depth_m * surfel.depth_m;  // the weight lacks the footprint
+      // The weight lacks the footprint.
+      single_weight += surfel.weight * surfel.depth_m * surfel.depth_m;
     }
   }
   for (const float voxel_m : {0.02f, 0.05f}) {

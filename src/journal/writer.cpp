@@ -46,6 +46,7 @@ uint64_t bytesOfJournalsIn(const std::string& folder) {
 }
 
 constexpr std::chrono::seconds kSyncEvery(1);
+constexpr size_t kMaxRecordsOfCall = 2;
 
 /// Reserve for the heads of 64 files, which are written even at the limit.
 constexpr uint64_t kRoomForHeads = 64 * kFileHeadBytes;
@@ -119,7 +120,7 @@ void JournalWriter::add(journal::Call call) {
   Entry entry;
   size_t records = 1;
   if (const auto* const image = std::get_if<journal::Image>(&call)) {
-    records = 2;
+    records = kMaxRecordsOfCall;
     entry.bytes = std::visit(
         [](const auto& frame) { return frame.row_bytes * static_cast<size_t>(frame.height); },
         image->frame);
@@ -196,7 +197,8 @@ void JournalWriter::loop() {
     waiting_bytes_ -= bytes;
     if (sync_error == 0) continue;
     can_go_on_ = false;  // records written earlier may be missing
-    stop("cannot write '" + printable(path_) + "': " + reasonOf(sync_error));
+    stop("cannot write '" + printable(path_) + "': " + reasonOf(sync_error) +
+         "; earlier images may be missing, too");
   }
 }
 
@@ -217,7 +219,7 @@ void JournalWriter::write(const Entry& entry) {
   const bool is_whole =
       ftruncate(descriptor_, end) == 0 && lseek(descriptor_, end, SEEK_SET) == end;
   const std::lock_guard<std::mutex> lock(mutex_);
-  can_go_on_ = is_whole;
+  can_go_on_ = is_whole && records_ + kMaxRecordsOfCall <= kMaxRecords;
   ++report_.lost;
   report_.bytes = begin;
   stop(problem);
@@ -225,8 +227,7 @@ void JournalWriter::write(const Entry& entry) {
 
 void JournalWriter::append(const void* data, size_t bytes, size_t records) {
   if (records_ + records > kMaxRecords) {
-    throw std::runtime_error(
-        "the journal has reached its maximum number of records; restart the node");
+    throw std::runtime_error("the journal has reached its maximum number of records");
   }
   if (bytes_of_others_ + whole_bytes_ + bytes + kRoomForHeads > options_.max_bytes) {
     throw std::runtime_error(
@@ -243,7 +244,9 @@ void JournalWriter::append(const void* data, size_t bytes, size_t records) {
 /// @pre mutex_ is held.
 void JournalWriter::stop(const std::string& why) {
   is_stopped_ = true;
-  report_.problem = why + "; nothing is in the journal since " + timeText("%Y-%m-%d %H:%M:%S UTC");
+  report_.problem = why + "; nothing is in the journal since " + timeText("%Y-%m-%d %H:%M:%S UTC") +
+                    "; " + (can_go_on_ ? "call clear_map" : "restart the node") +
+                    " to begin a new journal";
   report_.first_stamp_s.reset();
 }
 

@@ -176,6 +176,8 @@ class Maps(unittest.TestCase):
                 dtsdf_mapping.Mapper("cpu", file.name)
         self.assertAlmostEqual(mapper.settings["map/voxel_size_m"], 0.05)
         self.assertEqual(mapper.settings["mesh/min_support"], 1)
+        tests = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+        dtsdf_mapping.Mapper("cpu", os.path.join(tests, "..", "config", "default.yaml"))
         self.assertIs(mapper.settings["space/enabled"], True)
 
 

@@ -271,8 +271,7 @@ class CorrectStep : public Step {
   void requireCompleteJournal() const {
     const std::string problem = journal_->report().problem;
     if (problem.empty()) return;
-    throw std::runtime_error("frames of the map are missing from the journal: " + problem +
-                             "; call clear_map to begin a new journal");
+    throw std::runtime_error("frames of the map are missing from the journal: " + problem);
   }
 
   void open() {
@@ -387,16 +386,16 @@ class CorrectStep : public Step {
   std::optional<Request> waiting_, current_;
   std::future<std::unique_ptr<Refusion>> opening_;  ///< Opens the journal for `current_`.
   std::unique_ptr<Refusion> refusion_;
-  int work_since_frame_ =
-      0;  ///< Work since the last frame: 2 per replayed record, 1 per other step.
+  /// Work since the last frame: 2 per replayed record, 1 per other step.
+  int work_since_frame_ = 0;
   std::future<void> freeing_;
 
   // For the first camera.
-  std::vector<StampedPose>
-      fused_;  ///< Poses of fused frames, by stamp; cleared if stamps jump back.
+  /// Poses of fused frames, by stamp; cleared if stamps jump back.
+  std::vector<StampedPose> fused_;
   GivenMotion given_;
-  Eigen::Isometry3d T_W_S_ =
-      Eigen::Isometry3d::Identity();  ///< Moves given poses to corrected ones.
+  /// Moves given poses to corrected ones.
+  Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();
 
   mutable std::mutex mutex_;              ///< Guards the members below.
   size_t fused_again_ = 0, to_fuse_ = 0;  ///< Depth images replayed, and all to replay.

@@ -157,6 +157,7 @@ TEST_F(Journal, OnAFullDiskStopsAndSaysSinceWhen) {
     }
     const JournalReport report = journal.report();
     EXPECT_TRUE(contains(report.problem, "nothing is in the journal since 20")) << report.problem;
+    EXPECT_TRUE(contains(report.problem, "call clear_map")) << report.problem;
     EXPECT_GT(report.lost, 0u);
     EXPECT_FALSE(report.first_stamp_s) << "a correction is still offered";
     JournalReplay replay(journal.path());
@@ -186,6 +187,7 @@ TEST_F(Journal, SaysThatTheDiskFailedLater) {
   fails = false;
   map.clear();  // the file may lack earlier records, so a new map is not written to it either
   EXPECT_TRUE(contains(journal.report().problem, "Input/output error")) << journal.report().problem;
+  EXPECT_TRUE(contains(journal.report().problem, "restart the node")) << journal.report().problem;
   EXPECT_FALSE(journal.written().get());
 }
 

@@ -126,7 +126,7 @@ class BlockMesher {
   bool isUnderWay() const { return state_ == State::kBegun; }
 
   /// Whether the labels of unchanged blocks were made with this minimum evidence.
-  bool hasLabelled(int32_t min_evidence) const {
+  bool hasLabelsFor(int32_t min_evidence) const {
     return stamp_ > 0 && min_evidence_ == min_evidence;
   }
 

@@ -163,9 +163,10 @@ __device__ void findLook(const FrameView& frame, const FusionRules& rules, const
 
 /// One thread per block that may be in view. May overlap the previous kernel, which folds sums into
 /// voxels: what is read here was written before that kernel.
-__global__ void findLooksKernel(FrameView frame, FusionRules rules, MapView map,
-                                TouchedView touched, uint64_t frame_number, const int32_t* in_view,
-                                uint32_t in_view_count, int32_t* looks) {
+__global__ void findBlocksToCheckKernel(FrameView frame, FusionRules rules, MapView map,
+                                        TouchedView touched, uint64_t frame_number,
+                                        const int32_t* in_view, uint32_t in_view_count,
+                                        int32_t* looks) {
   const auto i = static_cast<uint32_t>(globalThread());
   if (i < in_view_count) findLook(frame, rules, map, touched, frame_number, in_view[i], looks);
   waitAtEnd();
@@ -285,16 +286,16 @@ void Clearing::reserve(const FrameCounters& counters, size_t in_view) {
 }
 
 /// The previous frame is done, so no kernel reads its list any more.
-void Clearing::noteInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view) {
+void Clearing::storeInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view) {
   in_view_count_ = sensing.hasFreeDepth() ? static_cast<uint32_t>(in_view.size()) : 0;
   std::copy_n(in_view.begin(), in_view_count_, in_view_.data());
 }
 
-void Clearing::findLooks(const DeviceSensing& sensing, const MapView& map,
-                         const TouchedView& touched, uint64_t frame_number) {
+void Clearing::findBlocksToCheck(const DeviceSensing& sensing, const MapView& map,
+                                 const TouchedView& touched, uint64_t frame_number) {
   if (in_view_count_ == 0) return;
-  launchOverlapped("findLooksKernel", findLooksKernel, blocksFor(in_view_count_), kThreads, 0,
-                   stream_, sensing.frame(), fusion_.rules, map, touched, frame_number,
+  launchOverlapped("findLooksKernel", findBlocksToCheckKernel, blocksFor(in_view_count_), kThreads,
+                   0, stream_, sensing.frame(), fusion_.rules, map, touched, frame_number,
                    in_view_.data(), in_view_count_, looks_.data());
 }
 

@@ -21,12 +21,12 @@ class Clearing {
 
   /// Stores the blocks that the frame may check. @pre reserve() has made room.
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
-  void noteInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view);
+  void storeInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view);
 
   /// Enqueues the search for untouched blocks that the frame checks. It must directly follow the
   /// fold, which it may overlap.
-  void findLooks(const DeviceSensing& sensing, const MapView& map, const TouchedView& touched,
-                 uint64_t frame_number);
+  void findBlocksToCheck(const DeviceSensing& sensing, const MapView& map,
+                         const TouchedView& touched, uint64_t frame_number);
 
   /// Enqueues the stage, which also marks changed blocks for meshing.
   /// @param covered Fusion::covered() of this frame.

@@ -68,10 +68,10 @@ __device__ void colourEdges(const MeshView& mesh, const MeshRecord& record, Colo
   bool knows_painted = false;
   for (uint32_t first = 0; first < record.vertices; first += kThreads) {
     const uint32_t i = first + threadIdx.x;
-    const uint32_t number = i < record.vertices ? vertices[i].edge : middleNumber(0, 0);
+    const uint32_t number = i < record.vertices ? vertices[i].edge : midpointNumber(0, 0);
     const auto edge = static_cast<int>(number);
     VertexColour colour{0, 0, 0, 255};
-    if (!isMiddle(number)) {
+    if (!isMidpoint(number)) {
       shared.vertex_of[edge] = static_cast<uint16_t>(i);
       colour = colourOnEdge(shared.corners, edge, directional);
     }
@@ -80,21 +80,21 @@ __device__ void colourEdges(const MeshView& mesh, const MeshRecord& record, Colo
       knows_painted = true;
       if (colour.painted == 0) colour = colourNearEdge(shared.corners, edge, directional);
     }
-    if (!isMiddle(number)) mesh.colours[record.first_vertex + i] = colour;
+    if (!isMidpoint(number)) mesh.colours[record.first_vertex + i] = colour;
   }
   __syncthreads();
 }
 
 /// Colours the vertices at midpoints of sides. @pre The vertices at their ends are coloured.
-__device__ void colourMiddles(const MeshView& mesh, const MeshRecord& record,
-                              const ColourShared& shared) {
+__device__ void colourMidpoints(const MeshView& mesh, const MeshRecord& record,
+                                const ColourShared& shared) {
   const BlockVertex* vertices = mesh.vertices + record.first_vertex;
   VertexColour* colours = mesh.colours + record.first_vertex;
   for (uint32_t i = threadIdx.x; i < record.vertices; i += kThreads) {
     const uint32_t number = vertices[i].edge;
-    if (!isMiddle(number)) continue;
-    colours[i] = meanColour(colours[shared.vertex_of[middleFirst(number)]],
-                            colours[shared.vertex_of[middleSecond(number)]]);
+    if (!isMidpoint(number)) continue;
+    colours[i] = meanColour(colours[shared.vertex_of[midpointFirstEnd(number)]],
+                            colours[shared.vertex_of[midpointSecondEnd(number)]]);
   }
 }
 
@@ -112,7 +112,7 @@ __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, Me
     }
     findColours(map, unpackKey(record.key), shared);
     colourEdges(mesh, record, shared);
-    if (mesh.refined) colourMiddles(mesh, record, shared);
+    if (mesh.refined) colourMidpoints(mesh, record, shared);
   }
 }
 

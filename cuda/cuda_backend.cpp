@@ -44,7 +44,7 @@ class CudaBackend : public MapBackend {
         mesher_(makeMeshSettings(params, rules), params.map.directional, params.mesh.refine != 0),
         renderer_(makeMeshSettings(params, rules), params.map.directional, stream_),
         free_cell_finder_(cellLog2Of(params), params.space.max_range_m, stream_),
-        distance_maker_(std::make_shared<DistanceMaker>(freeBudgetOf(params))),
+        distance_maker_(std::make_shared<DistanceComputer>(freeBudgetOf(params))),
         record_mover_(stream_) {}
 
   ~CudaBackend() override { stream_.drain(); }
@@ -127,12 +127,12 @@ class CudaBackend : public MapBackend {
     map_.noteDemand({counters_.requests, counters_.requested_arrays});
     fusion_.reserve(counters_);
     clearing_.reserve(counters_, in_view_count_);
-    clearing_.noteInView(*sensing_, in_view);
+    clearing_.storeInView(*sensing_, in_view);
   }
 
   void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>&) override {
     fusion_.castAndFold(*sensing_, surfels_, map_.view(), block_finder_.view(), counters_);
-    clearing_.findLooks(*sensing_, map_.view(), block_finder_.view(), frame_number);
+    clearing_.findBlocksToCheck(*sensing_, map_.view(), block_finder_.view(), frame_number);
     max_dirty_ += counters_.touched + (sensing_->hasFreeDepth() ? in_view_count_ : 0);
     clearing_.clear(*sensing_, map_.view(), block_finder_.view(), counters_, fusion_.covered(),
                     frame_number);
@@ -160,7 +160,7 @@ class CudaBackend : public MapBackend {
 
   void render(const ViewRequest& request, RenderedView& view) override {
     waitForMeshes();  // extractions read labels, which rendering updates
-    const bool is_labelled = max_dirty_ == 0 && mesher_.hasLabelled(request.min_evidence);
+    const bool is_labelled = max_dirty_ == 0 && mesher_.hasLabelsFor(request.min_evidence);
     renderer_.render(request, map_.view(), is_labelled, view);
   }
 
@@ -337,7 +337,7 @@ class CudaBackend : public MapBackend {
   BlockMesher mesher_;
   Renderer renderer_;
   FreeCellFinder free_cell_finder_;
-  std::shared_ptr<DistanceMaker> distance_maker_;
+  std::shared_ptr<DistanceComputer> distance_maker_;
   RecordMover record_mover_;
   size_t in_view_count_ = 0;              ///< Number of blocks that the frame may check.
   std::optional<DeviceSensing> sensing_;  ///< From the last depth image.

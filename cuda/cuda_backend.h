@@ -17,7 +17,7 @@ std::string findCudaProblem();
 /// @pre findCudaProblem() is empty. @throws BackendError if CUDA fails, here or in the function.
 BackendMaker cudaBackends(const MapperParams& params, const Rules& rules);
 
-/// Bytes of the current device's memory that all processes use.
+/// Bytes of the current device's memory in use, by all processes together.
 size_t cudaMemoryTaken();
 
 }  // namespace dtsdf

@@ -190,7 +190,7 @@ size_t SquaresPool::freeBytes() const {
   return free_.size() * kCellsPerSector * sizeof(uint16_t);
 }
 
-DistanceTask DistanceMaker::upload(const DistanceTask& task, const SquaresPlace*& results) {
+DistanceTask DistanceComputer::upload(const DistanceTask& task, const SquaresPlace*& results) {
   constexpr size_t kAlignment = 5 * 16;  // padding of five lists
   const size_t most = task.stack_count * sizeof(SectorStack) + task.place_count * sizeof(int32_t) +
                       task.sector_count * sizeof(SurfaceCubes) +
@@ -212,8 +212,8 @@ DistanceTask DistanceMaker::upload(const DistanceTask& task, const SquaresPlace*
   return on_device;
 }
 
-bool DistanceMaker::make(const DistanceTask& task,
-                         std::vector<std::shared_ptr<uint16_t[]>>& squares) {
+bool DistanceComputer::make(const DistanceTask& task,
+                            std::vector<std::shared_ptr<uint16_t[]>>& squares) {
   const auto wanted = static_cast<size_t>(task.wanted);
   if (!pool_->hasRoomFor(squares, max_bytes_)) return false;
   const auto planes = static_cast<size_t>(task.plane_count);
@@ -240,7 +240,7 @@ bool DistanceMaker::make(const DistanceTask& task,
   return true;
 }
 
-void DistanceMaker::addMemory(MapperMemory& memory) const {
+void DistanceComputer::addMemory(MapperMemory& memory) const {
   addScratch(memory, task_, planes_, staged_, is_near_);
   memory.scratch += pool_->bytes();
   memory.staging += pool_->freeBytes();

@@ -50,11 +50,11 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
   std::vector<SquaresPlace> free_;  ///< Its capacity suffices for all places.
 };
 
-class DistanceMaker {
+class DistanceComputer {
  public:
   /// @param most_bytes Limit for squares on the device; the host needs the same again.
-  explicit DistanceMaker(size_t most_bytes) : max_bytes_(most_bytes) {}
-  ~DistanceMaker() { stream_.drain(); }
+  explicit DistanceComputer(size_t most_bytes) : max_bytes_(most_bytes) {}
+  ~DistanceComputer() { stream_.drain(); }
 
   /// Implements DistanceWork on its own stream. @return false if the limit would be exceeded.
   /// @throws BackendError

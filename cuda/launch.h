@@ -64,7 +64,7 @@ void launchOverlapped(const char* name, void (*kernel)(Parameters...), dim3 bloc
   early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
   early.val.programmaticStreamSerializationAllowed = 1;
   config.attrs = &early;
-  config.numAttrs = stream.startsEarly() && kernelsCanOverlap(address) ? 1 : 0;
+  config.numAttrs = stream.canOverlapKernels() && kernelsCanOverlap(address) ? 1 : 0;
   cudaLaunchKernelExC(&config, address, addresses);
 #else
   cudaLaunchKernel(address, blocks, dim3(threads), addresses, shared_bytes, stream.get());

@@ -74,7 +74,7 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t min
 /// Decides which corners are behind the surface. All threads of the block must call it.
 __device__ void decideCorners(MeshBlockShared& shared) {
   for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
-    shared.behind[i] = isBehindForMost(cornerBalance(shared.window.labels, cornerAt(i))) ? 1 : 0;
+    shared.behind[i] = isMajorityBehind(cornerBalance(shared.window.labels, cornerAt(i))) ? 1 : 0;
   }
   __syncthreads();
 }
@@ -111,8 +111,8 @@ __device__ void listEdges(int word, uint32_t rank, MeshBlockShared& shared) {
 /// Counts the midpoints of refined triangles' sides. All threads of the block must call it.
 /// @param before Number of midpoints before those of this thread's units.
 /// @return the number of midpoints in the block.
-__device__ uint32_t countMiddles(const UnitIndices (&regular)[kUnitsPerThread],
-                                 MeshBlockShared& shared, uint32_t& before) {
+__device__ uint32_t countMidpoints(const UnitIndices (&regular)[kUnitsPerThread],
+                                   MeshBlockShared& shared, uint32_t& before) {
   uint32_t own = 0, count;
   for (const UnitIndices& indices : regular) own += sidesOfUnit(kRefineTablesHere, indices);
   __syncthreads();  // the window is no longer read
@@ -123,8 +123,8 @@ __device__ uint32_t countMiddles(const UnitIndices (&regular)[kUnitsPerThread],
 /// Counts a block's vertices on edges and its triangles. Reserves space for all vertices and for
 /// `refined_triangles` per triangle; blocks get space in arbitrary order.
 /// @return this thread's first triangle in the block, before refinement.
-__device__ uint32_t takeRoom(const MeshView& mesh, uint32_t own_triangles, uint32_t middles,
-                             uint32_t refined_triangles, MeshBlockShared& shared) {
+__device__ uint32_t reserveSpace(const MeshView& mesh, uint32_t own_triangles, uint32_t middles,
+                                 uint32_t refined_triangles, MeshBlockShared& shared) {
   constexpr uint32_t kLow = 0xffff;
   static_assert(kGridEdges <= kLow && kVoxelsPerBlock * kMaxSheets * kMaxTriangles <= kLow,
                 "one scan counts both, in half a word each");
@@ -225,7 +225,7 @@ __device__ uint32_t writeRefined(const MeshView& mesh,
     visitRefinedTriangles(kTables, kRefineTablesHere, regular[k], unit, middle, vertexOf, isGap,
                           [&](uint32_t vertex) { *corner++ = static_cast<uint16_t>(vertex); });
     visitSides(kRefineTablesHere, regular[k], unit, [&](int a, int b) {
-      vertices[middle++] = {middleOfSide(endOn(a), endOn(b)), middleNumber(a, b)};
+      vertices[middle++] = {midpointOfSide(endOn(a), endOn(b)), midpointNumber(a, b)};
     });
   }
   return kRefinedTriangles * gaps;
@@ -275,9 +275,9 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
     UnitIndices regular[kUnitsPerThread];
     const uint32_t own_triangles = regulariseUnits(mesh, shared, regular);
     uint32_t middles = 0, middles_before = 0;
-    if (kRefined) middles = countMiddles(regular, shared, middles_before);
+    if (kRefined) middles = countMidpoints(regular, shared, middles_before);
     const uint32_t first_triangle =
-        takeRoom(mesh, own_triangles, middles, kRefined ? kRefinedTriangles : 1, shared);
+        reserveSpace(mesh, own_triangles, middles, kRefined ? kRefinedTriangles : 1, shared);
     const MeshRecord& record = shared.record;
     uint32_t gaps = 0;
     if (record.first_vertex + record.vertices <= mesh.capacity.vertices &&

@@ -10,7 +10,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-constexpr size_t kTurnBytes = size_t{8} << 20;
+constexpr size_t kBatchBytes = size_t{8} << 20;
 constexpr size_t kBytesPerThread = size_t{1} << 20;  ///< Bytes that a host thread copies at a time.
 
 /// One thread per 16 bytes.
@@ -38,16 +38,16 @@ void copyInParallel(char* to, const char* from, size_t bytes) {
 }  // namespace
 
 void RecordMover::reserve() {
-  for (Turn& turn : turns_) {
-    turn.bytes.reserve(kTurnBytes);
-    turn.records.reserve(kTurnBytes / ColourPool::kRecordBytes);  // for the smallest records
+  for (StagingBuffer& buffer : staging_) {
+    buffer.bytes.reserve(kBatchBytes);
+    buffer.records.reserve(kBatchBytes / ColourPool::kRecordBytes);  // for the smallest records
   }
 }
 
-/// Waits until the turn's memory is free, and lists its records.
-RecordMover::Turn& RecordMover::begin(size_t turn, const std::vector<int32_t>& records,
-                                      size_t first, size_t end, size_t record_bytes) {
-  Turn& now = turns_[turn % 2];
+/// Waits until the staging buffer is free, then copies the batch's record indices into it.
+RecordMover::StagingBuffer& RecordMover::begin(size_t batch, const std::vector<int32_t>& records,
+                                               size_t first, size_t end, size_t record_bytes) {
+  StagingBuffer& now = staging_[batch % 2];
   now.done.wait();
   now.bytes.reserve((end - first) * record_bytes);
   now.records.reserve(end - first);
@@ -57,25 +57,25 @@ RecordMover::Turn& RecordMover::begin(size_t turn, const std::vector<int32_t>& r
 }
 
 template <bool kToHost, class Pool>
-void RecordMover::move(const Pool& pool, Turn& turn, size_t count) {
+void RecordMover::move(const Pool& pool, StagingBuffer& buffer, size_t count) {
   launch("moveRecordsKernel", moveRecordsKernel<kToHost, Pool>,
          blocksFor(count * Pool::kRecordBytes / sizeof(uint4)), kThreads, 0, stream_, pool.view(),
-         turn.records.data(), count, reinterpret_cast<uint4*>(turn.bytes.data()));
-  stream_.record(turn.done);
+         buffer.records.data(), count, reinterpret_cast<uint4*>(buffer.bytes.data()));
+  stream_.record(buffer.done);
 }
 
 template <class Pool>
 void RecordMover::download(const Pool& pool, const std::vector<int32_t>& records, void* host) {
-  constexpr size_t kBytes = Pool::kRecordBytes, kAtOnce = kTurnBytes / kBytes;
-  const size_t count = records.size(), turns = (count + kAtOnce - 1) / kAtOnce;
-  for (size_t i = 0; i <= turns; ++i) {
-    if (i < turns) {
+  constexpr size_t kBytes = Pool::kRecordBytes, kAtOnce = kBatchBytes / kBytes;
+  const size_t count = records.size(), batches = (count + kAtOnce - 1) / kAtOnce;
+  for (size_t i = 0; i <= batches; ++i) {
+    if (i < batches) {
       const size_t first = i * kAtOnce, end = std::min(count, first + kAtOnce);
       move<true>(pool, begin(i, records, first, end, kBytes), end - first);
     }
     if (i == 0) continue;
     const size_t first = (i - 1) * kAtOnce, end = std::min(count, first + kAtOnce);
-    const Turn& before = turns_[(i - 1) % 2];
+    const StagingBuffer& before = staging_[(i - 1) % 2];
     before.done.wait();
     copyInParallel(static_cast<char*>(host) + first * kBytes, before.bytes.data(),
                    (end - first) * kBytes);
@@ -84,10 +84,10 @@ void RecordMover::download(const Pool& pool, const std::vector<int32_t>& records
 
 template <class Pool>
 void RecordMover::upload(const Pool& pool, const std::vector<int32_t>& records, const void* host) {
-  constexpr size_t kBytes = Pool::kRecordBytes, kAtOnce = kTurnBytes / kBytes;
+  constexpr size_t kBytes = Pool::kRecordBytes, kAtOnce = kBatchBytes / kBytes;
   for (size_t i = 0, first = 0; first < records.size(); ++i, first += kAtOnce) {
     const size_t end = std::min(records.size(), first + kAtOnce);
-    Turn& now = begin(i, records, first, end, kBytes);
+    StagingBuffer& now = begin(i, records, first, end, kBytes);
     copyInParallel(now.bytes.data(), static_cast<const char*>(host) + first * kBytes,
                    (end - first) * kBytes);
     move<false>(pool, now, end - first);
@@ -102,7 +102,7 @@ template void RecordMover::upload(const VoxelPool&, const std::vector<int32_t>&,
 template void RecordMover::upload(const ColourPool&, const std::vector<int32_t>&, const void*);
 
 void RecordMover::addMemory(MapperMemory& memory) const {
-  for (const Turn& turn : turns_) addScratch(memory, turn.bytes, turn.records);
+  for (const StagingBuffer& buffer : staging_) addScratch(memory, buffer.bytes, buffer.records);
 }
 
 }  // namespace gpu

@@ -29,19 +29,19 @@ class RecordMover {
   void addMemory(MapperMemory& memory) const;
 
  private:
-  struct Turn {
+  struct StagingBuffer {
     PinnedBuffer<char> bytes;
     PinnedBuffer<int32_t> records;
     Event done;  ///< Recorded after the kernel that uses both.
   };
 
   template <bool kToHost, class Pool>
-  void move(const Pool& pool, Turn& turn, size_t count);
-  Turn& begin(size_t turn, const std::vector<int32_t>& records, size_t first, size_t end,
-              size_t record_bytes);
+  void move(const Pool& pool, StagingBuffer& buffer, size_t count);
+  StagingBuffer& begin(size_t batch, const std::vector<int32_t>& records, size_t first, size_t end,
+                       size_t record_bytes);
 
   const Stream& stream_;
-  Turn turns_[2];
+  StagingBuffer staging_[2];
 };
 
 }  // namespace gpu

@@ -59,7 +59,7 @@ class Stream {
   cudaStream_t get() const { return stream_; }
 
   /// Whether the device can start a kernel before the previous one has ended.
-  bool startsEarly() const { return starts_early_; }
+  bool canOverlapKernels() const { return starts_early_; }
 
   void record(Event& event) const { DTSDF_CHECK_CUDA(cudaEventRecord(event.get(), stream_)); }
 

@@ -18,11 +18,11 @@ struct DistanceStats {
 DistanceStats distanceStats(std::vector<double> distances_m);
 
 /// Connectivity by shared vertex indices: nothing is welded, so two touching sheets stay separate.
-/// Only border edges and small holes merge vertices at the same position.
+/// Only border_edges and small_holes are counted after vertices at the same position are merged.
 struct MeshTopology {
   size_t vertices = 0, triangles = 0;
-  size_t boundary_edges = 0;  ///< Edges of one triangle.
-  size_t border_edges = 0;    ///< Edges of one triangle, after merging.
+  size_t boundary_edges = 0;  ///< Edges that belong to only one triangle.
+  size_t border_edges = 0;    ///< The same, after merging.
   size_t small_holes = 0;     ///< Closed loops in connected sets of 3 to 16 border edges.
   size_t components = 0;      ///< Sets of triangles joined by vertices.
 };

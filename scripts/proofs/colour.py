@@ -23,7 +23,7 @@ PLATE_VOXELS_MM, FRAMES = [10, 20], 60
 
 PLATE_M = (0.005, 0.5, 0.5)
 FRONT, BACK, RIM = (220, 30, 30), (30, 30, 220), (128, 128, 128)
-MOST_WRONG = 0.01  # greatest allowed wrong_share()
+MAX_WRONG_SHARE = 0.01  # greatest allowed wrong_share()
 
 
 def write_plate(path):
@@ -71,7 +71,7 @@ def plate(options):
     for voxel_mm in PLATE_VOXELS_MM:
         shares = {variant: measure_plate(options, voxel_mm, variant) for variant in MAPS}
         rows.append([f"{voxel_mm:g}"] + [f"{share:.2%}" for share in shares.values()])
-        is_sound = is_sound and shares["directional"] < MOST_WRONG
+        is_sound = is_sound and shares["directional"] < MAX_WRONG_SHARE
     pictures = [f"![](colour_plate_{variant}_{side}.png)"
                 for variant in MAPS for side in ("front", "back")]
     return (f"{markdown_table(['voxel mm', *MAPS], rows)}\nFront and back at "

@@ -18,7 +18,7 @@ FACING_COSINE = 0.9      # a point belongs to a plate's face if their normals ha
 LARGEST_OFFSET_M = 0.06  # a point farther from a side does not belong to it
 # A side is sound if at least this share is covered, with at most this mean offset.
 SOUND_SHARE, SOUND_OFFSET_M = 0.95, 0.005
-LEAST_SOUND_THICKNESS_M = 0.0099  # thinner parts need not be sound
+MIN_SOUND_THICKNESS_M = 0.0099  # thinner parts need not be sound
 # Barycentric weights of the points inside a triangle.
 WEIGHTS = [(1 / 3, 1 / 3, 1 / 3), (2 / 3, 1 / 6, 1 / 6), (1 / 6, 2 / 3, 1 / 6),
            (1 / 6, 1 / 6, 2 / 3)]
@@ -101,7 +101,7 @@ def measure(options, variant, parts):
     for part in parts:
         for name, side in part.sides().items():
             share, mean_m, worst_m = part.measure(side, *points)
-            if part.thickness_m >= LEAST_SOUND_THICKNESS_M:
+            if part.thickness_m >= MIN_SOUND_THICKNESS_M:
                 sound = sound and share >= SOUND_SHARE and abs(mean_m) <= SOUND_OFFSET_M
             rows.append([f"{1000 * part.thickness_m:.0f}", name, variant, f"{share:.0%}",
                          f"{1000 * mean_m:+.2f}", f"{1000 * worst_m:.2f}"])

@@ -22,7 +22,7 @@ def of_kind(records, kind):
     return [record for record in records if record["kind"] == kind]
 
 
-def least_of_cycles(records):
+def minima_of_cycles(records):
     """(seconds, minimum) of each cycle of the second half. A leak raises the minima; memory that a cycle
     uses temporarily does not. The first half does not count, because pools and caches still grow."""
     begins = [record["t"] for record in of_kind(records, "event") if record["what"] == "cycle"]
@@ -46,7 +46,7 @@ def slope_per_hour(points):
 
 
 def judge_memory(records):
-    least = least_of_cycles(records)
+    least = minima_of_cycles(records)
     values = [sample["rss_mb"] for sample in of_kind(records, "sample")]
     if not values:
         return None

@@ -25,10 +25,10 @@ TOPICS = ("mesh", "mesh_blocks", "surface_points", "occupancy_grid", "occupancy_
 CAMERA_TOPICS = ("/camera/depth/image_rect", "/camera/depth/camera_info",
                  "/camera/color/image_rect", "/camera/color/camera_info")
 MANAGER, NODE = "/mapping_manager", "/mapping"
-POINTS_ASKED = 1000
+QUERIED_POINTS = 1000
 RECOVERS_WITHIN_S = 30.0
 SETTLES_WITHIN_S = 180.0
-MOST_ON_THE_WAY = 70  # images received but not counted yet, limited by the queues
+MAX_UNCOUNTED_IMAGES = 70  # images received but not counted yet, limited by the queues
 
 
 def cycle_seconds(hours):
@@ -81,7 +81,7 @@ class Watch:
             self.status_time = time.monotonic()  # reports again only after the same time
         for stream in status.cameras[0].streams:
             missing = unaccounted(stream)
-            if not 0 <= missing <= MOST_ON_THE_WAY:
+            if not 0 <= missing <= MAX_UNCOUNTED_IMAGES:
                 self.record.problem(f"{missing} {stream.kind} images are not accounted for")
 
 
@@ -130,14 +130,14 @@ class Scenario:
     def ask_distances(self):
         """Queries distances at points all over the room, like a planner."""
         points = [Point(self.random.uniform(-2.5, 2.5), self.random.uniform(-2.0, 2.0),
-                        self.random.uniform(0.0, 2.0)) for _ in range(POINTS_ASKED)]
+                        self.random.uniform(0.0, 2.0)) for _ in range(QUERIED_POINTS)]
         answer = self.call("get_distances", GetDistances, refusals=["nothing is mapped yet"],
                            points=points)
         if answer is None:
             return
         counts = {len(answer.known), len(answer.distances), len(answer.gradients)}
-        if counts != {POINTS_ASKED}:
-            self.record.problem(f"get_distances: {POINTS_ASKED} points, but {counts} answers")
+        if counts != {QUERIED_POINTS}:
+            self.record.problem(f"get_distances: {QUERIED_POINTS} points, but {counts} answers")
         elif any(known != (d >= 0.0) for known, d in zip(answer.known, answer.distances)):
             self.record.problem("get_distances: an unknown point with a distance, or a known one without")
 

@@ -15,11 +15,11 @@ static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof
               "a word each");
 
 /// Settings that are not stored: where a map is computed, its memory, and how it is shown.
-constexpr const char* kSettingsNotStored[] = {
+constexpr const char* kUnstoredSettings[] = {
     "backend", "threads", "map/max_memory_mb", "map/page_folder", "map/page_max_gb", "mesh/colour"};
 
 /// Section of the rules for poses, which are not stored either.
-constexpr const char* kRulesOfPoses = "rules/poses/";
+constexpr const char* kPoseRulesSection = "rules/poses/";
 
 void eraseSection(const std::string& section, ParamTree& tree) {
   auto key = tree.lower_bound(section);
@@ -34,8 +34,8 @@ MapContents contentsOf(MapperParams params, Rules rules) {
   ParamWriter writer;
   visitParams(params, writer);
   visitRules(rules, writer);
-  for (const char* key : kSettingsNotStored) writer.tree.erase(key);
-  eraseSection(kRulesOfPoses, writer.tree);
+  for (const char* key : kUnstoredSettings) writer.tree.erase(key);
+  eraseSection(kPoseRulesSection, writer.tree);
   MapContents contents;
   contents.settings = std::move(writer.tree);
   return contents;

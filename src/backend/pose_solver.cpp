@@ -33,7 +33,7 @@ Matrix6d informationOf(const AlignmentSums& sums) {
   return information;
 }
 
-Vector6d rightOf(const AlignmentSums& sums) {
+Vector6d rightSideOf(const AlignmentSums& sums) {
   Vector6d right;
   for (int i = 0; i < 6; ++i) right(i) = kUnit * static_cast<double>(sums.right[i]);
   return right;
@@ -98,7 +98,7 @@ float cutoffAt(int step, const AlignmentRules& rules) {
 }
 
 /// Whether a step moves points a few metres away by far less than the map's error.
-bool isStill(const Vector6d& change) {
+bool hasConverged(const Vector6d& change) {
   constexpr double kStill_voxels = 1e-2, kStill_rad = 1e-4;
   return change.tail<3>().norm() < kStill_voxels && change.head<3>().norm() < kStill_rad;
 }
@@ -147,23 +147,23 @@ Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior,
 
 Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const AlignmentRules& rules,
                    float voxel_size_m, const SumsAtPose& sums_at) {
-  const Matrix6d of_prior = informationOf(prior, voxel_size_m);
+  const Matrix6d prior_information = informationOf(prior, voxel_size_m);
   Alignment unaligned = unalignedPose(frame, prior, rules, voxel_size_m);
   DepthFrame at = frame;
   if (prior.start_T_W_C) at.T_W_C = *prior.start_T_W_C;
-  Matrix6d information = of_prior;
+  Matrix6d information = prior_information;
   AlignmentSums sums{};
   for (int step = 0; step < kMaxSteps; ++step) {
     sums = sums_at(makeFrameView(at, voxel_size_m), cutoffAt(step, rules));
     if (shareOf(sums.matched, sums.points) < rules.min_matched) break;
     const double scale = 1.0 / (varianceOf(sums) * rules.points_per_witness);
-    information = scale * informationOf(sums) + of_prior;
-    const Vector6d right =
-        scale * rightOf(sums) + of_prior * offsetFrom(frame.T_W_C, at.T_W_C, voxel_size_m);
+    information = scale * informationOf(sums) + prior_information;
+    const Vector6d right = scale * rightSideOf(sums) +
+                           prior_information * offsetFrom(frame.T_W_C, at.T_W_C, voxel_size_m);
     const Vector6d change = information.ldlt().solve(-right);
     if (!change.allFinite()) return unaligned;
     at.T_W_C = moved(at.T_W_C, change, voxel_size_m);
-    if (step >= kFallingSteps && isStill(change)) break;
+    if (step >= kFallingSteps && hasConverged(change)) break;
   }
   Alignment result = unaligned;
   result.matched_share = shareOf(sums.matched, sums.points);

@@ -60,7 +60,7 @@ class BlockIndexer {
 
  private:
   /// Corners with padding, as loops also read the neighbours past the last corner.
-  static constexpr int kRoom = kGridCorners + kCornerGridSide * kCornerGridSide;
+  static constexpr int kPaddedCorners = kGridCorners + kCornerGridSide * kCornerGridSide;
 
   void findArrays(const ArraysAround& arrays);
   void collect(int32_t min_evidence);
@@ -78,9 +78,9 @@ class BlockIndexer {
   uint32_t held_[kCornerBlocks] = {};
   float sdf_[kDirectionCount][kGridCorners] = {};
   float weight_[kDirectionCount][kGridCorners] = {};
-  uint32_t sides_[kRoom] = {};       ///< Per corner, see sidesOfCorner().
-  uint32_t unit_sides_[kRoom] = {};  ///< Union over the unit that starts at a corner.
-  uint8_t candidate_[kGridCorners];  ///< Whether that unit can hold a surface.
+  uint32_t sides_[kPaddedCorners] = {};       ///< Per corner, see sidesOfCorner().
+  uint32_t unit_sides_[kPaddedCorners] = {};  ///< Union over the unit that starts at a corner.
+  uint8_t candidate_[kGridCorners];           ///< Whether that unit can hold a surface.
   EdgeSet edges_;
 };
 

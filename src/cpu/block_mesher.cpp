@@ -146,7 +146,7 @@ void BlockMesher::select(const BlockKey& key, std::vector<int32_t>& slots) {
 }
 
 /// Vertices that were made while indexing need no voxels; colours do.
-bool BlockMesher::makingReadsVoxels(int32_t slot) const {
+bool BlockMesher::willReadVoxels(int32_t slot) const {
   const SlotState& state = state_[slot];
   return !state.labels.empty() && (has_colours_ || state.vertices.empty());
 }
@@ -251,7 +251,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
   const StageTimer timer(profile_, Stage::kMake);
   std::vector<BlockMesh> meshes(slots.size());
   parallelFor<BlockSurface>(slots.size(), threads_, [&](size_t i, BlockSurface& surface) {
-    if (i + 1 < slots.size() && makingReadsVoxels(slots[i + 1])) {
+    if (i + 1 < slots.size() && willReadVoxels(slots[i + 1])) {
       prefetchBlock(table_.block(slots[i + 1]), map_);
       if (has_colours_) prefetchColours(table_.block(slots[i + 1]), map_);
     }
@@ -263,7 +263,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
     mesh.colours = coloursOf(mesh);
     if (renders_views_ && !refined_) show(slots[i], std::make_unique<BlockMesh>(mesh));
   });
-  // Not in the loop above: there, makingReadsVoxels() may still read them in another thread.
+  // Not in the loop above: there, willReadVoxels() may still read them in another thread.
   constexpr size_t kBlocksAtATime = 64;
   parallelFor<kBlocksAtATime>(slots.size(), threads_, [&](size_t i) {
     state_[slots[i]].vertices = std::vector<BlockVertex>();

@@ -133,7 +133,7 @@ class BlockMesher {
   std::vector<BlockMesh> makeMeshes(const std::vector<int32_t>& slots);
 
   /// Whether makeMeshes() will probably read many of a block's voxels.
-  bool makingReadsVoxels(int32_t slot) const;
+  bool willReadVoxels(int32_t slot) const;
 
   const CpuMap& map_;
   const BlockTable& table_;

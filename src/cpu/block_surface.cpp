@@ -17,8 +17,8 @@ bool anySpeaks(const UnitLabels* row) {
 
 /// The range, along an axis, of those units of a neighbouring block that share corners with the
 /// block. `offset` is the neighbour's, along that axis.
-int firstBeside(int offset) { return offset < 0 ? kBlockSide - 1 : 0; }
-int endBeside(int offset) { return offset > 0 ? 1 : kBlockSide; }
+int firstSharedUnit(int offset) { return offset < 0 ? kBlockSide - 1 : 0; }
+int endSharedUnit(int offset) { return offset > 0 ? 1 : kBlockSide; }
 
 }  // namespace
 
@@ -28,11 +28,11 @@ void BlockSurface::computeBalances(const LabelNeighbourhood& labels) {
   for (int n = 0; n < kBlocksAround; ++n) {
     if (labels[n] == nullptr) continue;
     const Vec3i at = aroundOffset(n);
-    for (int z = firstBeside(at.z); z < endBeside(at.z); ++z) {
-      for (int y = firstBeside(at.y); y < endBeside(at.y); ++y) {
+    for (int z = firstSharedUnit(at.z); z < endSharedUnit(at.z); ++z) {
+      for (int y = firstSharedUnit(at.y); y < endSharedUnit(at.y); ++y) {
         const UnitLabels* row = labels[n] + voxelIndex(0, y, z);
         if (!anySpeaks(row)) continue;
-        for (int x = firstBeside(at.x); x < endBeside(at.x); ++x) {
+        for (int x = firstSharedUnit(at.x); x < endSharedUnit(at.x); ++x) {
           if (isEmpty(row[x])) continue;
           addSides(row[x], {x + kBlockSide * at.x, y + kBlockSide * at.y, z + kBlockSide * at.z});
         }
@@ -84,7 +84,7 @@ void BlockSurface::addUnits(const UnitLabels* labels, const BlockBits& loose) {
     for (int c = 0; c < kCubeCorners; ++c) {
       const Vec3i corner = unit + cornerOffset(c);
       const int balance = balance_[cornerIndex(corner.x, corner.y, corner.z)];
-      behind |= isBehindForMost(balance) ? 1u << c : 0u;
+      behind |= isMajorityBehind(balance) ? 1u << c : 0u;
     }
     addTriangles(dtsdf::regularise(labels[i], behind), unit);
   }
@@ -158,14 +158,14 @@ void BlockSurface::findNormals(const ArraysAround& arrays, const std::vector<Blo
   }
 }
 
-void BlockSurface::addMiddles(const Vec3i& unit, const UnitIndices& indices,
-                              BlockMesh& mesh) const {
+void BlockSurface::addMidpoints(const Vec3i& unit, const UnitIndices& indices,
+                                BlockMesh& mesh) const {
   const auto endOn = [&](int edge) {
     const uint16_t vertex = vertex_of_edge_[edge];
     return SideEnd{mesh.vertices[vertex].position, normals_[vertex]};
   };
   visitSides(kRefineTables, indices, unit, [&](int a, int b) {
-    mesh.vertices.push_back({middleOfSide(endOn(a), endOn(b)), middleNumber(a, b)});
+    mesh.vertices.push_back({midpointOfSide(endOn(a), endOn(b)), midpointNumber(a, b)});
   });
 }
 
@@ -183,7 +183,7 @@ void BlockSurface::refine(const MeshSettings& rules, const ArraysAround& arrays,
   mesh.triangles.reserve(triangle_corners);
   for (const auto& [unit, indices] : surface_units_) {
     const uint32_t first_middle = static_cast<uint32_t>(mesh.vertices.size());
-    addMiddles(unit, indices, mesh);
+    addMidpoints(unit, indices, mesh);
     visitRefinedTriangles(
         kMeshTables, kRefineTables, indices, unit, first_middle,
         [&](int edge) { return uint32_t{vertex_of_edge_[edge]}; },

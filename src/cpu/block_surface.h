@@ -44,7 +44,7 @@ class BlockSurface {
   void addTriangles(const UnitIndices& regular, const Vec3i& unit);
   void findNormals(const ArraysAround& arrays, const std::vector<BlockVertex>& known,
                    const std::vector<Vec3f>& normals, bool directional, const BlockMesh& mesh);
-  void addMiddles(const Vec3i& unit, const UnitIndices& indices, BlockMesh& mesh) const;
+  void addMidpoints(const Vec3i& unit, const UnitIndices& indices, BlockMesh& mesh) const;
 
   int8_t balance_[kGridCorners];  ///< Per corner, see cornerBalance().
   BlockBits holding_surface_;     ///< Units that hold a surface before regularisation.

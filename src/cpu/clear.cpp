@@ -141,7 +141,7 @@ class RowJudge {
       depth_m_[x] = at.depth_m;
       u_[x] = at.u;
       v_[x] = at.v;
-      pixel_[x] = judgingPixel(frame, at);
+      pixel_[x] = pixelOfPlace(frame, at);
       pixel_depth_m_[x] = judgedDepth(frame, is_empty_[x] != 0, at);
     }
   }
@@ -172,7 +172,7 @@ class RowJudge {
 
 /// Finds the voxels of an array that lose evidence, before any of them changes, as feet depend on
 /// neighbours. @return their number.
-int findContradicted(const BlockLook& look, int direction, const FrameSensing& sensing,
+int findContradicted(const BlockCheck& look, int direction, const FrameSensing& sensing,
                      const FusionRules& rules, const Voxel* voxels,
                      std::optional<DistanceGrid>& distances,
                      ContradictedVoxel (&found)[kVoxelsPerBlock]) {
@@ -196,8 +196,8 @@ int findContradicted(const BlockLook& look, int direction, const FrameSensing& s
 
 }  // namespace
 
-ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing,
-                        const FusionRules& rules, VoxelStore& voxels) {
+ClearedBlock clearBlock(const BlockCheck& look, const BlockEntry& entry,
+                        const FrameSensing& sensing, const FusionRules& rules, VoxelStore& voxels) {
   ClearedBlock result{false, 0, 0};
   std::optional<DistanceGrid> distances;  // large, and most blocks need none
   if (look.in_turn) distances.emplace();

@@ -10,7 +10,7 @@
 namespace dtsdf {
 
 /// How to check a block against a frame.
-struct BlockLook {
+struct BlockCheck {
   Vec3i block_L;          ///< Coordinates relative to the frame's origin.
   bool in_turn;           ///< Whether to check uncovered voxels, too.
   const BlockSums* sums;  ///< After fold(); null if the frame does not touch the block.
@@ -25,7 +25,7 @@ struct ClearedBlock {
   uint32_t empty_directions;    ///< Bit d: the array of direction d has become empty.
 };
 
-ClearedBlock clearBlock(const BlockLook& look, const BlockEntry& entry, const FrameSensing& sensing,
-                        const FusionRules& rules, VoxelStore& voxels);
+ClearedBlock clearBlock(const BlockCheck& look, const BlockEntry& entry,
+                        const FrameSensing& sensing, const FusionRules& rules, VoxelStore& voxels);
 
 }  // namespace dtsdf

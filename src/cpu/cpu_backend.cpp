@@ -324,15 +324,15 @@ class CpuBackend : public MapBackend {
     const float depth_weight = blockDepthWeight(frame, block.block_L, rules_.fusion);
     uint32_t empty = fold(sums, directions, entry, depth_weight, fusion_, map_.voxels);
     if (clearsFreeSpace(params_)) {
-      const BlockLook look{block.block_L, isInTurn(block.key, frame_number, rules_.fusion), &sums,
-                           directions, params_.map.directional};
+      const BlockCheck look{block.block_L, isInTurn(block.key, frame_number, rules_.fusion), &sums,
+                            directions, params_.map.directional};
       empty |= clear(look, entry).empty_directions;
     }
     return empty;
   }
 
   /// Thread-safe for different blocks.
-  ClearedBlock clear(const BlockLook& look, const BlockEntry& entry) {
+  ClearedBlock clear(const BlockCheck& look, const BlockEntry& entry) {
     const ClearedBlock cleared = clearBlock(look, entry, sensing_, rules_.fusion, map_.voxels);
     if (cleared.emptied_directions != 0 && map_.table.coloursInUse() > 0) {
       forgetColours(entry, cleared.emptied_directions, map_);
@@ -353,7 +353,7 @@ class CpuBackend : public MapBackend {
     const BlockKey origin = blockOfVoxel(sensing_.image.frame.origin_voxel);
     parallelFor(slots.size(), threads_, [&](size_t i) {
       const BlockEntry& entry = map_.table.block(slots[i]);
-      const BlockLook look{entry.key - origin, true, nullptr, 0, params_.map.directional};
+      const BlockCheck look{entry.key - origin, true, nullptr, 0, params_.map.directional};
       cleared[i] = clear(look, entry);
     });
     for (size_t i = 0; i < slots.size(); ++i) {

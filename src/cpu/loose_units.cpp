@@ -112,7 +112,7 @@ bool isSmall(const BlockBits& piece, int max_units) {
 
 /// The units of pieces that are small within the block. Most blocks have none, and so no loose
 /// pieces.
-BlockBits unitsInDoubt(BlockBits units, int max_units) {
+BlockBits possiblyLooseUnits(BlockBits units, int max_units) {
   BlockBits in_doubt = {};
   while (units != BlockBits{}) {
     const BlockBits piece = firstPiece(units);
@@ -142,7 +142,7 @@ uint16_t surfaceInRow(const LabelNeighbourhood& labels, int row) {
 
 BlockBits looseUnits(const BlockBits& surface, const LabelNeighbourhood& labels, int max_units) {
   if (max_units == 0) return {};
-  BlockBits loose = unitsInDoubt(surface, max_units);
+  BlockBits loose = possiblyLooseUnits(surface, max_units);
   if (loose == BlockBits{}) return loose;
   LooseWindow window = {};
   const SequentialRows rows;

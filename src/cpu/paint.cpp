@@ -71,7 +71,7 @@ class PointBatch {
     for (int k = 0; k < count; ++k) {
       const Vec3f normal = gradientOf(slopes_[k], facing);
       normals_.set(k, normal);
-      points_.set(k, placePoint(frame, first_voxel_L, feet_[k] - sdf_[k] * normal, normal));
+      points_.set(k, projectFoot(frame, first_voxel_L, feet_[k] - sdf_[k] * normal, normal));
     }
   }
 

@@ -104,10 +104,10 @@ class Renderer {
   std::vector<int32_t> slotsWithin(const FrameView& frame, float reach) const {
     const BlockKey origin = blockOfVoxel(frame.origin_voxel);
     std::vector<int32_t> slots = map_.table.slotsInView(frame, reach);
-    const auto stays_out = [&](int32_t slot) {
+    const auto is_out_of_view = [&](int32_t slot) {
       return !mayReachView(frame, map_.table.block(slot).key - origin, reach);
     };
-    slots.erase(std::remove_if(slots.begin(), slots.end(), stays_out), slots.end());
+    slots.erase(std::remove_if(slots.begin(), slots.end(), is_out_of_view), slots.end());
     return slots;
   }
 

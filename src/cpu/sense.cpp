@@ -80,8 +80,8 @@ void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& s
 }
 
 /// The maxima of a row of patches, from pixel row `first_v`; depths outside `span` are 0.
-void findGreatest(const FrameView& frame, const float* free_depth, int first_v,
-                  const PixelSpan& span, float* patches) {
+void findPatchMaxima(const FrameView& frame, const float* free_depth, int first_v,
+                     const PixelSpan& span, float* patches) {
   const int end_v = std::min(first_v + kFreePatchSide, frame.height);
   std::fill_n(patches, freePatchesAlong(frame.width), 0.0f);
   for (int v = first_v; v < end_v; ++v) {
@@ -254,7 +254,7 @@ void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
           [&] { findFreeDepthsOfRow(sensing, v, span, fusion_settings_, free_depth); });
       all = unite(all, span);
     }
-    findGreatest(view, free_depth_.data(), first_v, all, &max_free_[row * columns]);
+    findPatchMaxima(view, free_depth_.data(), first_v, all, &max_free_[row * columns]);
   });
 }
 

@@ -40,8 +40,9 @@ std::vector<VertexColour> vertexColours(ColouredCorners corners,
   };
   for (size_t i = 0; i < vertices.size(); ++i) {
     const uint32_t number = vertices[i].edge;
-    if (isMiddle(number)) {
-      colours[i] = meanColour(colourOfEnd(middleFirst(number)), colourOfEnd(middleSecond(number)));
+    if (isMidpoint(number)) {
+      colours[i] =
+          meanColour(colourOfEnd(midpointFirstEnd(number)), colourOfEnd(midpointSecondEnd(number)));
     } else {
       colours[i] = colourOn(static_cast<int>(number));
       vertex_of[number] = static_cast<uint16_t>(i);

@@ -16,7 +16,7 @@
 namespace dtsdf {
 namespace {
 
-IntegrationResult refuseForMemory(const BackendError& error) {
+IntegrationResult outOfMemoryResult(const BackendError& error) {
   return refuse(FrameStatus::kNoMemory,
                 std::string("the GPU has too little memory for this frame, which was not fused; "
                             "lower map/max_memory_mb or use larger voxels. ") +
@@ -92,7 +92,7 @@ IntegrationResult Engine::timed(const std::function<IntegrationResult()>& take) 
   } catch (const BackendError& error) {
     table_.publish();
     if (!error.isOutOfMemory()) throw;
-    result = refuseForMemory(error);
+    result = outOfMemoryResult(error);
   }
   noteStats();
   result.duration_ms =

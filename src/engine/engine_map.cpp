@@ -12,9 +12,9 @@ void Engine::beginMeshUpdate() {
   ready();
   finishMeshing();
   // Pending work that the meshes do not depend on is done while a device is busy.
-  const bool prepares_behind =
+  const bool prepares_concurrently =
       traits_.indexes_blocks_itself && !pager_ && !state_.kept && !state_.was_viewed;
-  if (!prepares_behind) prepareForMesh();
+  if (!prepares_concurrently) prepareForMesh();
   state_.made = MeshUpdate();  // an earlier extraction that was not fetched is discarded
   const int32_t least = minEvidenceNow();
   if (least != state_.min_evidence) markAllDirty();
@@ -22,7 +22,7 @@ void Engine::beginMeshUpdate() {
   if (pager_) loadForMesh();
   backend_->beginMesh(least);
   state_.is_meshing = true;
-  if (prepares_behind) prepareForMesh();
+  if (prepares_concurrently) prepareForMesh();
   noteStats();
 }
 

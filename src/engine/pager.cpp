@@ -152,7 +152,7 @@ size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
     const size_t staying = readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
                                                numbers.begin() + static_cast<std::ptrdiff_t>(end)});
     // If none could be read, nothing needs to be evicted; else the disk has room again.
-    no_writing_before_ = staying == end - first ? now_ + kCallsBetweenTries : 0;
+    no_writes_before_ = staying == end - first ? now_ + kCallsBetweenTries : 0;
     first = end;
   }
   makeRoom(backend, 0);
@@ -172,7 +172,7 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
 /// several batches. Does nothing soon after such a refusal.
 /// @param before Only cells last needed before this value of now_ are evicted.
 void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
-  if (now_ < no_writing_before_) return;
+  if (now_ < no_writes_before_) return;
   const std::vector<int32_t> slots =
       leastRecentlyNeeded(table_.bytesInUse() + bytes - budget_bytes_, before);
   std::vector<int32_t> batch;
@@ -183,7 +183,7 @@ void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
     batch_bytes += table_.bytesOf(slot);
     if (batch_bytes < batch_bytes_ && slot != slots.back()) continue;
     if (!writeBatch(backend, batch) && --tries == 0) {
-      no_writing_before_ = now_ + kCallsBetweenTries;
+      no_writes_before_ = now_ + kCallsBetweenTries;
       return;
     }
     batch.clear();
@@ -346,12 +346,13 @@ void Pager::moveBetweenFrames(MapBackend& backend) {
     ahead_ = keysAhead(*frame);
     for (const int32_t number : numbersOf(ahead_)) blocks_.readAhead(number);
     next_ahead_ = 0;
-    ahead_at_once_ = motion_ ? (ahead_.size() + kFramesBetweenReads - 1) / kFramesBetweenReads : 0;
-    kept_since_ = std::exchange(ahead_now_, now_);
+    blocks_per_frame_ =
+        motion_ ? (ahead_.size() + kFramesBetweenReads - 1) / kFramesBetweenReads : 0;
+    kept_since_ = std::exchange(ahead_made_at_, now_);
   }
   const size_t spare = spareBytes(budget_bytes_);
   if (!hasRoom(spare)) evict(backend, spare, kept_since_ == 0 ? now_ : kept_since_);
-  const size_t end = std::min(ahead_.size(), next_ahead_ + ahead_at_once_);
+  const size_t end = std::min(ahead_.size(), next_ahead_ + blocks_per_frame_);
   if (next_ahead_ == end) return;
   const auto at = [this](size_t i) { return ahead_.begin() + static_cast<std::ptrdiff_t>(i); };
   std::vector<int32_t> numbers = numbersOf({at(next_ahead_), at(end)});
@@ -368,8 +369,8 @@ void Pager::clear() {
   ahead_of_.reset();
   ahead_.clear();
   dropped_.clear();
-  next_ahead_ = ahead_at_once_ = 0;
-  kept_since_ = ahead_now_ = no_writing_before_ = 0;
+  next_ahead_ = blocks_per_frame_ = 0;
+  kept_since_ = ahead_made_at_ = no_writes_before_ = 0;
   frames_ = written_ = read_ = 0;
 }
 

@@ -173,7 +173,7 @@ void Pager::drop(MapBackend& backend, const std::vector<PackedKey>& keys) {
   if (keys.empty()) return;
   for (const int32_t number : numbersOf(keys)) blocks_.erase(number);
   dropped_.insert(dropped_.end(), keys.begin(), keys.end());
-  no_writing_before_ = 0;  // the disk may have room now
+  no_writes_before_ = 0;  // the disk may have room now
   std::vector<MarkedKey> around;
   for (const PackedKey key : blocksAround(keys)) around.emplace_back(key, MeshMarks{true, false});
   setMarks(backend, around);

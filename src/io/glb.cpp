@@ -32,7 +32,7 @@ std::pair<Vec3f, Vec3f> boundsOf(const Mesh& mesh) {
   Vec3f low = mesh.vertices_m.front(), high = low;
   for (const Vec3f& p : mesh.vertices_m) {
     low = minOf(low, p);
-    high = greatestOf(high, p);
+    high = maxOf(high, p);
   }
   return {low, high};
 }
@@ -195,7 +195,7 @@ std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t
     for (size_t triangle = begin; triangle < end; ++triangle) {
       for (const uint32_t corner : mesh.triangles[triangle]) {
         low = minOf(low, mesh.vertices_m[corner]);
-        high = greatestOf(high, mesh.vertices_m[corner]);
+        high = maxOf(high, mesh.vertices_m[corner]);
       }
     }
     json& positions = addVectors(corners, 3, document);

@@ -111,7 +111,7 @@ MapInfo infoOf(const MapContents& head) {
   if (!head.blocks.empty()) info.least = info.most = head.blocks.front().key;
   for (const MapBlock& block : head.blocks) {
     info.least = minOf(info.least, block.key);
-    info.most = greatestOf(info.most, block.key);
+    info.most = maxOf(info.most, block.key);
   }
   return info;
 }

@@ -29,10 +29,10 @@ std::ostream& operator<<(std::ostream& out, const Vec3f& v) {
 }
 
 template <class Flush>
-void writeTexturedFaces(const TexturedMesh& textured, std::ostream& out, const Flush& hand_over) {
+void writeTexturedFaces(const TexturedMesh& textured, std::ostream& out, const Flush& flush_text) {
   for (const auto& places : textured.places) {
     for (const TexturePlace& at : places) out << "vt " << at[0] << ' ' << 1.0f - at[1] << '\n';
-    hand_over();
+    flush_text();
   }
   size_t triangle = 0;
   for (size_t page = 0; page < textured.pages.size(); ++page) {
@@ -44,7 +44,7 @@ void writeTexturedFaces(const TexturedMesh& textured, std::ostream& out, const F
         out << ' ' << vertex << '/' << 3 * triangle + corner + 1 << '/' << vertex;
       }
       out << '\n';
-      hand_over();
+      flush_text();
     }
   }
 }
@@ -56,7 +56,7 @@ void writeObj(const Mesh& mesh, MeshColour colour, AtomicFile& file,
   out.imbue(std::locale::classic());  // the locale may have decimal commas
   constexpr int kDigits = std::numeric_limits<float>::max_digits10;
   out.precision(kDigits);
-  const auto hand_over = [&] {
+  const auto flush_text = [&] {
     file.write(out.str());
     out.str("");
   };
@@ -75,19 +75,19 @@ void writeObj(const Mesh& mesh, MeshColour colour, AtomicFile& file,
       out << ' ' << static_cast<int>(channel) / 255.0f;
     }
     out << '\n';
-    hand_over();
+    flush_text();
   }
   for (const Vec3f& normal : mesh.normals) {
     out << "vn " << normal << '\n';
-    hand_over();
+    flush_text();
   }
-  if (textured != nullptr) writeTexturedFaces(*textured, out, hand_over);
+  if (textured != nullptr) writeTexturedFaces(*textured, out, flush_text);
   for (const auto& triangle : mesh.triangles) {
     if (textured != nullptr) break;
     out << 'f';
     for (uint32_t index : triangle) out << ' ' << index + 1 << "//" << index + 1;  // counted from 1
     out << '\n';
-    hand_over();
+    flush_text();
   }
 }
 

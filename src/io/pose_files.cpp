@@ -87,9 +87,9 @@ std::vector<Pose> posesInOrder(const std::vector<ListLine>& lines) {
 }
 
 void findInOrder(const std::vector<Pose>& poses, std::vector<StampedImage>& images) {
-  const bool is_each = poses.size() == images.size();
+  const bool has_pose_for_each = poses.size() == images.size();
   for (size_t i = 0; i < images.size(); ++i) {
-    const double number = is_each ? static_cast<double>(i) : images[i].stamp_s;
+    const double number = has_pose_for_each ? static_cast<double>(i) : images[i].stamp_s;
     const bool has_pose = number >= 0.0 && number < static_cast<double>(poses.size());
     if (has_pose) images[i].T_W_C = poses[static_cast<size_t>(number)];
     images[i].missing = has_pose ? "the pose is not a rigid motion, or the camera was lost"
@@ -100,7 +100,7 @@ void findInOrder(const std::vector<Pose>& poses, std::vector<StampedImage>& imag
 void findAsGiven(const std::string& path, double tolerance_s, std::vector<StampedImage>& images,
                  std::string& convention) {
   NamedPoses named;
-  const char* as_written = "optical";
+  const char* default_convention = "optical";
   if (fs::is_directory(path)) {
     for (const auto& file : fs::directory_iterator(path)) {
       if (file.path().extension() != ".txt") continue;
@@ -109,7 +109,7 @@ void findAsGiven(const std::string& path, double tolerance_s, std::vector<Stampe
     }
   } else if (endsWith(path, ".json")) {
     named = posesOfTransforms(path);
-    as_written = "opengl";
+    default_convention = "opengl";
   } else {
     const std::vector<ListLine> lines = readList(path, kPosesAdvice);
     const size_t words = lines.empty() ? 8 : lines.front().words.size();
@@ -118,9 +118,9 @@ void findAsGiven(const std::string& path, double tolerance_s, std::vector<Stampe
     }
     if (words != 10) return findInOrder(posesInOrder(lines), images);
     named = posesOfColmap(lines);
-    as_written = "inverted";
+    default_convention = "inverted";
   }
-  if (convention.empty()) convention = as_written;
+  if (convention.empty()) convention = default_convention;
   for (StampedImage& image : images) {
     image.missing = "no pose for the image's name";
     for (const std::string& key : keysOf(image.path)) {

@@ -138,7 +138,7 @@ bool RecordFile::hasPurpose(const std::string& path, const char* purpose) {
   return file.good() && head == fileHead(purpose);
 }
 
-bool RecordFile::readOn() {
+bool RecordFile::readAppended() {
   struct stat status;
   if (fstat(descriptor_, &status) != 0) throwCannotRead(errno);
   bytes_ = static_cast<uint64_t>(status.st_size);

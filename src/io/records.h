@@ -112,7 +112,7 @@ class RecordFile {
   const std::vector<Record>& records() const { return records_; }
   uint64_t bytes() const { return bytes_; }
   /// Finds records that were appended since the last search. @return whether there are any.
-  bool readOn();
+  bool readAppended();
   /// End of the last complete record.
   uint64_t end() const { return end_; }
 

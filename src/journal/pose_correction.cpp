@@ -70,7 +70,7 @@ std::optional<Eigen::Isometry3d> poseAt(double stamp_s, const std::vector<Stampe
   if (has_after && isAt(after)) return after->T_W_C;
   if (!has_after || !has_before) return std::nullopt;
   const double gap_s = after->stamp_s - (after - 1)->stamp_s;
-  if (gap_s > PoseCorrection::kWidestGap_s) return std::nullopt;
+  if (gap_s > PoseCorrection::kMaxGap_s) return std::nullopt;
   if (hasPoseOf(*(after - 1), corrected) || hasPoseOf(*after, corrected)) return std::nullopt;
   return between((after - 1)->T_W_C, after->T_W_C, (stamp_s - (after - 1)->stamp_s) / gap_s);
 }
@@ -115,7 +115,7 @@ void PoseCorrection::checkFrame() const {
     return a.angle_rad() < b.angle_rad();
   };
   const auto [least, most] = std::minmax_element(anchors_.begin(), anchors_.end(), byAngle);
-  if (least->angle_rad() <= kMaxOfAll_rad) return;
+  if (least->angle_rad() <= kMaxCommonTurn_rad) return;
   throw std::runtime_error(formatted(
       "every image from %.3f s to %.3f s (%zu of them) would turn by more than a radian, that of "
       "%.3f s by %.3g: the corrected poses are in another frame than the map's",
@@ -166,7 +166,7 @@ Eigen::Isometry3d PoseCorrection::correct(double stamp_s, const Eigen::Isometry3
 namespace {
 
 /// A motion is extrapolated for at most this many times its observed duration.
-constexpr double kFarthestAhead = 3.0;
+constexpr double kMaxExtrapolation = 3.0;
 /// A jump counts as the correction if their difference is below this fraction of the correction.
 constexpr double kSameJump = 1.0 / 3.0;
 /// Such a jump must exceed the uncertainty of the motion by this factor.
@@ -192,13 +192,13 @@ void GivenMotion::add(const StampedPose& given) {
 }
 
 bool GivenMotion::adoptsCorrection(const Eigen::Isometry3d& T_W_S, const StampedPose& given) {
-  const bool takes_over = isNewRecording(given) || isMovedBy(T_W_S, given);
-  if (takes_over) {  // so that the jump does not count as motion
+  const bool has_adopted = isNewRecording(given) || isMovedBy(T_W_S, given);
+  if (has_adopted) {  // so that the jump does not count as motion
     if (before_) before_->T_W_C = T_W_S * before_->T_W_C;
     if (newest_) newest_->T_W_C = T_W_S * newest_->T_W_C;
   }
   add(given);
-  return takes_over;
+  return has_adopted;
 }
 
 /// Time until this stamp, as a multiple of the last interval between poses.
@@ -207,9 +207,9 @@ double GivenMotion::stepsTo(double stamp_s) const {
   return std::max(0.0, (stamp_s - newest_->stamp_s) / (newest_->stamp_s - before_->stamp_s));
 }
 
-/// Continues the last motion up to this stamp, for at most kFarthestAhead intervals.
+/// Continues the last motion up to this stamp, for at most kMaxExtrapolation intervals.
 Eigen::Isometry3d GivenMotion::expectedAt(double stamp_s) const {
-  const double steps = std::min(stepsTo(stamp_s), kFarthestAhead);
+  const double steps = std::min(stepsTo(stamp_s), kMaxExtrapolation);
   if (steps == 0.0) return newest_->T_W_C;
   const Eigen::Isometry3d seen = before_->T_W_C.inverse() * newest_->T_W_C;
   Eigen::AngleAxisd turn(seen.linear());
@@ -222,7 +222,7 @@ Eigen::Isometry3d GivenMotion::expectedAt(double stamp_s) const {
 /// How far the camera may be from the expected pose: the unevenness of its motion, or more after a
 /// gap.
 double GivenMotion::uncertaintyAt(double stamp_s) const {
-  const double unseen = stepsTo(stamp_s) - kFarthestAhead;
+  const double unseen = stepsTo(stamp_s) - kMaxExtrapolation;
   if (unseen <= 0.0) return unevenness_;
   return std::max(unevenness_, unseen * distance(before_->T_W_C, newest_->T_W_C));
 }

@@ -20,11 +20,11 @@ class PoseCorrection {
   /// A corrected pose without an image counts only if the images before and after it are at most
   /// this far apart and have no corrected poses themselves, since it is compared with an
   /// interpolated pose.
-  static constexpr double kWidestGap_s = 0.25;
+  static constexpr double kMaxGap_s = 0.25;
   /// Larger corrections are refused as mistakes.
   static constexpr double kFarthest_m = 1000.0;
   /// If all poses turn by more, they are refused: they must be in another frame.
-  static constexpr double kMaxOfAll_rad = 1.0;
+  static constexpr double kMaxCommonTurn_rad = 1.0;
   /// Smaller changes, in metres and radians, are ignored: they come from rounding in files.
   static constexpr double kMin = 1e-6;
 

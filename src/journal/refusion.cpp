@@ -11,7 +11,7 @@ constexpr size_t kCallsPerMesh = 64;
 /// Calls between measurements of memory, which have to wait for a GPU.
 constexpr size_t kCallsPerCheck = 8;
 /// After fewer calls, the mesh is updated only when the maps are swapped.
-constexpr size_t kFewCalls = 8;
+constexpr size_t kMinCallsPerMesh = 8;
 
 std::string inMb(size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
 
@@ -39,7 +39,7 @@ Refusion::Refusion(const std::string& path, const MapperParams& run, journal::Co
 
 bool Refusion::step(size_t live_bytes) {
   std::optional<journal::Call> call = replay_.next();
-  if (!call && replay_.readOn()) call = replay_.next();
+  if (!call && replay_.readAppended()) call = replay_.next();
   if (call) {
     const IntegrationResult result = repeatCall(*call, *mapper_);
     if (result.status == FrameStatus::kNoMemory) throw std::runtime_error(result.message);
@@ -49,7 +49,7 @@ bool Refusion::step(size_t live_bytes) {
     if (calls_since_mesh_ >= kCallsPerMesh) extract();
     return true;
   }
-  if (calls_since_mesh_ < kFewCalls) return false;
+  if (calls_since_mesh_ < kMinCallsPerMesh) return false;
   extract();
   return true;
 }

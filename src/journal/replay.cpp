@@ -27,7 +27,7 @@ bool isJournal(const std::string& path) { return RecordFile::hasPurpose(path, jo
 JournalReplay::JournalReplay(const std::string& path)
     : file_(std::make_shared<RecordFile>(path, journal::kPurpose, "journal")) {
   findBegin();
-  while (readOn()) {
+  while (readAppended()) {
   }
 }
 
@@ -64,7 +64,7 @@ bool JournalReplay::isWhole(size_t record) const {
   }
 }
 
-std::string JournalReplay::cutOff() const {
+std::string JournalReplay::incompleteEnd() const {
   const std::vector<Record>& records = file_->records();
   uint64_t end = file_->end();
   if (next_record_ < records.size()) end = records[next_record_].offset - kRecordHeadBytes;
@@ -74,15 +74,15 @@ std::string JournalReplay::cutOff() const {
 }
 
 /// Adds an image only when its pixels are in the file. The last record may be incomplete.
-bool JournalReplay::readOn() {
-  if (next_record_ >= file_->records().size() && !file_->readOn()) return false;
+bool JournalReplay::readAppended() {
+  if (next_record_ >= file_->records().size() && !file_->readAppended()) return false;
   const std::vector<Record>& records = file_->records();
   const size_t before = next_record_;
   while (next_record_ < records.size()) {
     const Record& record = records[next_record_];
     const size_t end = next_record_ + (isImage(record) ? 2 : 1);
     if (end > records.size()) {
-      if (!file_->readOn()) break;
+      if (!file_->readAppended()) break;
       continue;
     }
     if (record.is(journal::kBegin)) break;  // another map begins
@@ -101,7 +101,7 @@ void JournalReplay::add(size_t record) {
   if (const auto* const image = std::get_if<journal::Image>(&call)) {
     item.is_image = true;
     item.is_depth = std::holds_alternative<DepthFrame>(image->frame);
-    item.is_of_first = item.is_depth && image->camera == 0;
+    item.is_first_camera = item.is_depth && image->camera == 0;
     item.stamp_s = image->stamp_s;
     item.T_W_C = std::visit([](const auto& frame) { return frame.T_W_C; }, image->frame);
     if (running_) item.T_W_C = correctNext(*running_, item);
@@ -120,7 +120,7 @@ void JournalReplay::add(size_t record) {
 Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item) {
   const StampedPose given{item.stamp_s, item.T_W_C};
   const bool is_named = given.stamp_s <= running.poses.last_s();
-  if (item.is_of_first) {
+  if (item.is_first_camera) {
     const Eigen::Isometry3d motion =
         is_named ? Eigen::Isometry3d::Identity() : running.poses.lastMotion();
     if (running.given.adoptsCorrection(motion, given)) running.is_adopted = true;
@@ -135,7 +135,7 @@ size_t JournalReplay::beginOfRecording(uint64_t before) const {
   size_t begin = 0;
   double newest_s = -HUGE_VAL;
   for (size_t i = 0; i < items_.size() && i < before; ++i) {
-    if (!items_[i].is_of_first) continue;
+    if (!items_[i].is_first_camera) continue;
     if (items_[i].stamp_s < newest_s - GivenMotion::kBegin_s) begin = i;
     newest_s = items_[i].stamp_s;
   }
@@ -145,7 +145,7 @@ size_t JournalReplay::beginOfRecording(uint64_t before) const {
 std::vector<StampedPose> JournalReplay::firstCamera(size_t pass, uint64_t before) const {
   std::vector<StampedPose> poses;
   for (size_t i = pass; i < items_.size() && i < before; ++i) {
-    if (items_[i].is_of_first) poses.push_back({items_[i].stamp_s, items_[i].T_W_C});
+    if (items_[i].is_first_camera) poses.push_back({items_[i].stamp_s, items_[i].T_W_C});
   }
   return Trajectory(std::move(poses)).poses();
 }

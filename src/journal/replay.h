@@ -44,7 +44,7 @@ class JournalReplay {
   /// The newest level of the map; none: it is not levelled.
   const std::optional<Eigen::Isometry3d>& level() const { return T_W_M_; }
   /// Describes the incomplete end of the file, which is ignored; empty if it is complete.
-  std::string cutOff() const;
+  std::string incompleteEnd() const;
 
   size_t depthImages() const { return depth_images_; }
   /// Number of calls read so far, since the beginning of the map.
@@ -66,7 +66,7 @@ class JournalReplay {
   }
 
   /// Reads records that were appended since the last call. @return whether there were any.
-  bool readOn();
+  bool readAppended();
 
   /// The next image to fuse or paint, or region to clear; none after the last record read.
   /// @throws std::runtime_error if a record is damaged.
@@ -77,8 +77,8 @@ class JournalReplay {
     size_t record;
     double stamp_s = 0.0;                                     ///< For images only, like T_W_C.
     Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< The corrected pose.
-    /// `is_of_first`: whether it is a depth image of camera 0.
-    bool is_image = false, is_depth = false, is_of_first = false;
+    /// `is_first_camera`: whether it is a depth image of camera 0.
+    bool is_image = false, is_depth = false, is_first_camera = false;
   };
   /// The correction that applies to the next image read.
   struct Running {

@@ -49,7 +49,7 @@ constexpr std::chrono::seconds kSyncEvery(1);
 constexpr size_t kMaxRecordsOfCall = 2;
 
 /// Reserve for the heads of 64 files, which are written even at the limit.
-constexpr uint64_t kRoomForHeads = 64 * kFileHeadBytes;
+constexpr uint64_t kHeadReserve = 64 * kFileHeadBytes;
 
 }  // namespace
 
@@ -61,7 +61,7 @@ JournalWriter::JournalWriter(Options options) : options_(std::move(options)) {
 void JournalWriter::openFile() {
   std::error_code ignored;
   fs::create_directories(options_.folder, ignored);
-  bytes_of_others_ = bytesOfJournalsIn(options_.folder);
+  other_journals_bytes_ = bytesOfJournalsIn(options_.folder);
   const std::string name = options_.folder + "/" + timeText("%Y%m%d-%H%M%S");
   const Bytes head = fileHead(journal::kPurpose);
   int number = 1;
@@ -92,7 +92,7 @@ JournalWriter::~JournalWriter() {
 void JournalWriter::begin(const journal::Begin& begin, std::shared_ptr<const MapChunks> map) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!can_go_on_) return;
+    if (!can_resume_) return;
     is_stopped_ = false;
     count_ = 0;
     report_.problem.clear();
@@ -196,7 +196,7 @@ void JournalWriter::loop() {
     lock.lock();
     waiting_bytes_ -= bytes;
     if (sync_error == 0) continue;
-    can_go_on_ = false;  // records written earlier may be missing
+    can_resume_ = false;  // records written earlier may be missing
     stop("cannot write '" + printable(path_) + "': " + reasonOf(sync_error) +
          "; earlier images may be missing, too");
   }
@@ -219,7 +219,7 @@ void JournalWriter::write(const Entry& entry) {
   const bool is_whole =
       ftruncate(descriptor_, end) == 0 && lseek(descriptor_, end, SEEK_SET) == end;
   const std::lock_guard<std::mutex> lock(mutex_);
-  can_go_on_ = is_whole && records_ + kMaxRecordsOfCall <= kMaxRecords;
+  can_resume_ = is_whole && records_ + kMaxRecordsOfCall <= kMaxRecords;
   ++report_.lost;
   report_.bytes = begin;
   stop(problem);
@@ -229,7 +229,7 @@ void JournalWriter::append(const void* data, size_t bytes, size_t records) {
   if (records_ + records > kMaxRecords) {
     throw std::runtime_error("the journal has reached its maximum number of records");
   }
-  if (bytes_of_others_ + whole_bytes_ + bytes + kRoomForHeads > options_.max_bytes) {
+  if (other_journals_bytes_ + whole_bytes_ + bytes + kHeadReserve > options_.max_bytes) {
     throw std::runtime_error(
         "the journals in '" + printable(options_.folder) +
         "' take as much as journal/max_gb allows; raise it, or remove old journals");
@@ -245,7 +245,7 @@ void JournalWriter::append(const void* data, size_t bytes, size_t records) {
 void JournalWriter::stop(const std::string& why) {
   is_stopped_ = true;
   report_.problem = why + "; nothing is in the journal since " + timeText("%Y-%m-%d %H:%M:%S UTC") +
-                    "; " + (can_go_on_ ? "call clear_map" : "restart the node") +
+                    "; " + (can_resume_ ? "call clear_map" : "restart the node") +
                     " to begin a new journal";
   report_.first_stamp_s.reset();
 }

@@ -84,9 +84,9 @@ class JournalWriter {
   const Options options_;
   std::string path_;
   int descriptor_ = -1;
-  uint64_t bytes_of_others_ = 0;  ///< Size of other journals in the folder.
-  uint64_t whole_bytes_ = 0;      ///< For the thread only: end of the last complete record.
-  size_t records_ = 0;            ///< For the thread only: number of records in the file.
+  uint64_t other_journals_bytes_ = 0;  ///< Size of other journals in the folder.
+  uint64_t whole_bytes_ = 0;           ///< For the thread only: end of the last complete record.
+  size_t records_ = 0;                 ///< For the thread only: number of records in the file.
 
   mutable std::mutex mutex_;  ///< Guards the members below.
   std::condition_variable changed_;
@@ -94,7 +94,7 @@ class JournalWriter {
   size_t waiting_bytes_ = 0;
   bool is_ending_ = false;
   bool is_stopped_ = false;  ///< New entries are lost until begin().
-  bool can_go_on_ = true;    ///< False once the file may be damaged.
+  bool can_resume_ = true;   ///< False once the file may be damaged.
   uint64_t count_ = 0;
   JournalReport report_;
   std::thread thread_;

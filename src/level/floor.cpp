@@ -33,7 +33,7 @@ constexpr int kRounds = 8;        // rounds of the refinement
 /// Smallest fraction of the tolerance that the refinement narrows to, even without noise.
 constexpr double kMinScale = 0.1;
 
-size_t countOn(const FloorPlane& plane, const std::vector<Point>& points) {
+size_t countInliers(const FloorPlane& plane, const std::vector<Point>& points) {
   const auto on = std::count_if(points.begin(), points.end(), [&](const Point& point) {
     return std::abs(plane.signedDistance(point.p)) <= point.tolerance_m;
   });
@@ -144,7 +144,7 @@ std::optional<FloorPlane> drawPlane(const std::vector<Point>& candidates,
     normal /= normal.dot(up) < 0.0 ? -area : area;
     if (normal.dot(up) < kMinCosine) continue;
     const FloorPlane plane(normal, a);
-    const size_t on = countOn(plane, scored);
+    const size_t on = countInliers(plane, scored);
     if (on <= best_on || !isLowest(plane, scored)) continue;
     best_on = on;
     best = plane;
@@ -179,7 +179,7 @@ std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::str
     return without("no lowest plane was found within 45 degrees of the camera's x and z axes");
   }
   const std::optional<FloorPlane> fit = refine(*drawn, points);
-  const size_t on = fit ? countOn(*fit, points) : 0;
+  const size_t on = fit ? countInliers(*fit, points) : 0;
   const double least = kMinShare * static_cast<double>(points.size());
   if (on < kMinPoints || static_cast<double>(on) < least) {
     return without("the largest plane below has less than a twentieth of the measured points");

@@ -32,7 +32,7 @@ std::vector<Eigen::Vector3d> thinnedPoints(const DepthFrame& frame, int columns,
   return points;
 }
 
-void turnToAxis(DepthFrame& frame, float* pixels) {
+void rayToAxialDepth(DepthFrame& frame, float* pixels) {
   const Intrinsics& K = frame.intrinsics;
   float* pixel = pixels;
   for (int v = 0; v < frame.height; ++v) {

@@ -17,6 +17,6 @@ std::vector<Eigen::Vector3d> thinnedPoints(const DepthFrame& frame, int columns,
 /// Converts depth that was measured along each pixel's ray to depth along the optical axis. The
 /// frame then refers to the floats in `pixels`, which must have room for the image and outlive the
 /// frame.
-void turnToAxis(DepthFrame& frame, float* pixels);
+void rayToAxialDepth(DepthFrame& frame, float* pixels);
 
 }  // namespace dtsdf

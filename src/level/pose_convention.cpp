@@ -42,8 +42,8 @@ Eigen::Isometry3d axesOf(size_t way) {
 }
 
 /// Share of the points that, moved into the frame of an image, lie on the surfaces that it shows.
-double shareFound(const std::vector<Eigen::Vector3d>& points, const Eigen::Isometry3d& motion,
-                  const DepthFrame& frame) {
+double inlierShare(const std::vector<Eigen::Vector3d>& points, const Eigen::Isometry3d& motion,
+                   const DepthFrame& frame) {
   const Intrinsics& K = frame.intrinsics;
   int in_view = 0, found = 0;
   for (const Eigen::Vector3d& point : points) {
@@ -81,7 +81,7 @@ void PoseConvention::judge(const DepthFrame& frame) {
     const Eigen::Isometry3d axes = axesOf(way);
     const Eigen::Isometry3d motion =
         way == 3 ? frame.T_W_C * T_W_C_.inverse() : axes.inverse() * given * axes;
-    shares[way] = shareFound(points_, motion, frame);
+    shares[way] = inlierShare(points_, motion, frame);
   }
   const auto best = std::max_element(shares.begin(), shares.end());
   const double other =

@@ -25,11 +25,11 @@ inline bool overlap(const BlockExtent& a, const BlockExtent& b) {
 
 /// Smallest box around both; one of them may be noBlocks().
 inline BlockExtent around(const BlockExtent& a, const BlockExtent& b) {
-  return {minOf(a.first, b.first), greatestOf(a.last, b.last)};
+  return {minOf(a.first, b.first), maxOf(a.last, b.last)};
 }
 
 inline BlockExtent intersectionOf(const BlockExtent& a, const BlockExtent& b) {
-  return {greatestOf(a.first, b.first), minOf(a.last, b.last)};
+  return {maxOf(a.first, b.first), minOf(a.last, b.last)};
 }
 
 /// Extends a box by `before` blocks at its lower faces and `behind` blocks at its upper faces.

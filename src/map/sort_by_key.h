@@ -37,7 +37,7 @@ void sortByKey(std::vector<Record>& records) {
   BlockKey most{-kMaxBlockCoordinate, -kMaxBlockCoordinate, -kMaxBlockCoordinate};
   for (const Record& record : records) {
     least = minOf(least, unpackKey(record.key));
-    most = greatestOf(most, unpackKey(record.key));
+    most = maxOf(most, unpackKey(record.key));
   }
   const auto bitsFor = [](int32_t greatest) {
     return greatest <= 0 ? 0 : 32 - __builtin_clz(static_cast<uint32_t>(greatest));

@@ -98,8 +98,8 @@ void BlockJoiner::close(const BlockKey& block) {
 
 /// The number of a block's vertex in the joined mesh; next_ if it is new.
 uint32_t BlockJoiner::numberOf(const BlockMesh& block, uint32_t edge) {
-  if (!isMiddle(edge)) return number_of_edge_[edge] = numberOfEdge(edge);
-  const int first = middleFirst(edge), second = middleSecond(edge);
+  if (!isMidpoint(edge)) return number_of_edge_[edge] = numberOfEdge(edge);
+  const int first = midpointFirstEnd(edge), second = midpointSecondEnd(edge);
   const auto [low, high] = std::minmax(number_of_edge_[first], number_of_edge_[second]);
   const auto ownerOf = [&](int end) {
     return packKey(block.key + cornerBlockOffset(ownedEdges()[end].owner));
@@ -122,7 +122,7 @@ uint32_t BlockJoiner::numberOfEdge(uint32_t edge) {
 }
 
 Outline::Kind outlineKind(const BlockVertex& vertex) {
-  return isMiddle(vertex.edge) ? Outline::Kind::kMiddle : Outline::Kind::kPlain;
+  return isMidpoint(vertex.edge) ? Outline::Kind::kMiddle : Outline::Kind::kPlain;
 }
 
 void makeUnit(std::vector<Vec3f>& normals) {

@@ -96,7 +96,7 @@ class ChunkPacker {
 
   /// Vertices on the chunk's faces stay in place: outlines continue in neighbouring chunks.
   Outline::Kind kindOf(uint32_t edge, const Vec3i& block) const {
-    if (isMiddle(edge)) return Outline::Kind::kMiddle;
+    if (isMidpoint(edge)) return Outline::Kind::kMiddle;
     const Vec3i at = block + cornerAt(edgeCorner(static_cast<int>(edge)));
     const int axis = edgeAxis(static_cast<int>(edge));
     const auto isOnFace = [&](int across, int place) {
@@ -285,7 +285,7 @@ Mesh unpackChunk(const PackedChunk& chunk, double step_m) {
 namespace {
 
 /// The axis that a normal is closest to, and its sign: 2 axis + (1 if negative).
-int facedWayOf(const Vec3f& normal) {
+int facedDirectionOf(const Vec3f& normal) {
   const float x = std::abs(normal.x), y = std::abs(normal.y), z = std::abs(normal.z);
   if (x >= y && x >= z) return normal.x < 0.0f ? 1 : 0;
   if (y >= z) return normal.y < 0.0f ? 3 : 2;
@@ -300,7 +300,8 @@ PackedChunk coarsen(const PackedChunk& chunk, int cell_log2) {
   std::unordered_map<uint64_t, uint32_t> vertex_of_cell;
   std::vector<uint32_t> number(chunk.vertexCount());
   for (size_t i = 0; i < number.size(); ++i) {
-    const int way = facedWayOf(normalOfPacked(chunk.normals[2 * i], chunk.normals[2 * i + 1]));
+    const int way =
+        facedDirectionOf(normalOfPacked(chunk.normals[2 * i], chunk.normals[2 * i + 1]));
     uint64_t key = static_cast<uint64_t>(way);
     std::array<uint16_t, 3> quarters;
     for (int axis = 0; axis < 3; ++axis) {

@@ -202,7 +202,7 @@ class TriangleFans {
 };
 
 /// Cosine of the largest angle by which a triangle may turn in a merge, 70 degrees.
-constexpr float kMinTurn = 0.34f;
+constexpr float kMinTurnCosine = 0.34f;
 
 /// The smallest height of a triangle, as a fraction of its longest side.
 constexpr float kMinHeight = 0.01f;
@@ -371,7 +371,7 @@ class Collapser {
       const float longest = maximum(dot(edge, edge), maximum(dot(a, a), dot(b, b)));
       if (!(length > kMinHeight * longest)) return false;
       if (length_before == 0.0f) continue;
-      if (dot(before, after) < kMinTurn * length * length_before) return false;
+      if (dot(before, after) < kMinTurnCosine * length * length_before) return false;
     }
     return true;
   }
@@ -520,7 +520,7 @@ double diagonalOf(const Mesh& mesh) {
   Vec3f low = mesh.vertices_m.front(), high = low;
   for (const Vec3f& p : mesh.vertices_m) {
     low = minOf(low, p);
-    high = greatestOf(high, p);
+    high = maxOf(high, p);
   }
   return static_cast<double>(norm(high - low));
 }

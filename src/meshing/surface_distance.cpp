@@ -71,7 +71,7 @@ void SurfaceTree::split(std::vector<Item>& items, uint32_t node, uint32_t begin,
   Vec3f low = items[begin].place, high = low;
   for (uint32_t i = begin; i < end; ++i) {
     low = minOf(low, items[i].place);
-    high = greatestOf(high, items[i].place);
+    high = maxOf(high, items[i].place);
   }
   const Vec3f size = high - low;
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
@@ -87,9 +87,9 @@ void SurfaceTree::split(std::vector<Item>& items, uint32_t node, uint32_t begin,
   split(items, children + 1, middle, end, triangles);
   const Node &a = nodes_[children], &b = nodes_[children + 1];
   nodes_[node] = {minOf(a.low, b.low),
-                  greatestOf(a.high, b.high),
+                  maxOf(a.high, b.high),
                   minOf(a.min_normal, b.min_normal),
-                  greatestOf(a.greatest_normal, b.greatest_normal),
+                  maxOf(a.greatest_normal, b.greatest_normal),
                   children,
                   0};
 }
@@ -102,13 +102,13 @@ SurfaceTree::Node SurfaceTree::leaf(uint32_t begin, uint32_t end) const {
     const Triangle& t = triangles_[i];
     const Vec3f &a = vertices_m_[t[0]], &b = vertices_m_[t[1]], &c = vertices_m_[t[2]];
     node.low = minOf(node.low, minOf(a, minOf(b, c)));
-    node.high = greatestOf(node.high, greatestOf(a, greatestOf(b, c)));
+    node.high = maxOf(node.high, maxOf(a, maxOf(b, c)));
     const Vec3f n = cross(b - a, c - a);
     const float length = norm(n);
     if (length == 0.0f) continue;  // it has no normal
     const Vec3f normal = (1.0f / length) * n;
     node.min_normal = minOf(node.min_normal, normal);
-    node.greatest_normal = greatestOf(node.greatest_normal, normal);
+    node.greatest_normal = maxOf(node.greatest_normal, normal);
   }
   return node;
 }

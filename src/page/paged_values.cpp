@@ -54,8 +54,8 @@ std::shared_ptr<const void> PagedValues::take(Entry& entry) {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::shared_ptr<const void> value = entry.value != nullptr ? entry.value : load(entry);
   if (value == nullptr && !entry.is_lost) store_.countLost();
-  leaveMemory(entry);
-  leaveDisk(entry);
+  removeFromMemory(entry);
+  removeFromDisk(entry);
   entry.is_lost = true;
   return value;
 }
@@ -63,19 +63,19 @@ std::shared_ptr<const void> PagedValues::take(Entry& entry) {
 void PagedValues::forget(Entry& entry) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (entry.kind == nullptr) return;
-  leaveMemory(entry);
-  leaveDisk(entry);
+  removeFromMemory(entry);
+  removeFromDisk(entry);
   --entries_;
 }
 
-void PagedValues::leaveMemory(Entry& entry) {
+void PagedValues::removeFromMemory(Entry& entry) {
   if (entry.value == nullptr) return;
   bytes_ -= entry.bytes;
   order_.erase(entry.place);
   entry.value.reset();
 }
 
-void PagedValues::leaveDisk(Entry& entry) {
+void PagedValues::removeFromDisk(Entry& entry) {
   if (entry.record) store_.erase(*entry.record);
   entry.record.reset();
 }
@@ -107,7 +107,7 @@ void PagedValues::makeRoom() {
       calls_until_try_ = kKeptBetweenTries;
       return;
     }
-    leaveMemory(oldest);
+    removeFromMemory(oldest);
   }
 }
 

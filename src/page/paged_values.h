@@ -94,8 +94,8 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
 
  private:
   void forget(Entry& entry);
-  void leaveMemory(Entry& entry);
-  void leaveDisk(Entry& entry);
+  void removeFromMemory(Entry& entry);
+  void removeFromDisk(Entry& entry);
   std::shared_ptr<const void> load(Entry& entry);
   void makeRoom();
   bool writeOut(Entry& entry);

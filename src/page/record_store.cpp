@@ -32,7 +32,7 @@ constexpr int kTries = 5;
 constexpr double kMinWait_ms = 1.0;
 
 /// A batch ends after this time, since erase() of one of its records has to wait for it.
-constexpr std::chrono::milliseconds kWritingAtOnce{1};
+constexpr std::chrono::milliseconds kMaxBatchTime{1};
 
 /// Size of the checksum after each record.
 constexpr size_t kSumBytes = sizeof(uint64_t);
@@ -157,7 +157,7 @@ void RecordStore::writeWaiting() {
     lock.unlock();
     size_t done = 0;
     const auto start = Clock::now();
-    while (done < count && refused < kWrittenAtOnce && Clock::now() - start < kWritingAtOnce) {
+    while (done < count && refused < kWrittenAtOnce && Clock::now() - start < kMaxBatchTime) {
       auto& [number, waiting] = batch[done++];
       tried = number;
       std::string refusal = writeOne(number, *waiting, buffer);

@@ -12,12 +12,12 @@ constexpr double kShortestFocalLength = 0.02;
 /// Smaller images may have the principal point in the first pixel.
 constexpr int kSmallImage = 16;
 /// Largest plausible offset of the principal point, as a fraction of the image's width or height.
-constexpr double kFarFromMiddle = 0.2;
+constexpr double kMaxPrincipalOffset = 0.2;
 
 bool isInFirstPixel(float c) { return c > 0.0f && c < 1.0f; }
 
-bool isFarFromMiddle(float c, int size) {
-  return std::abs(static_cast<double>(c) - 0.5 * size) > kFarFromMiddle * size;
+bool isFarFromCentre(float c, int size) {
+  return std::abs(static_cast<double>(c) - 0.5 * size) > kMaxPrincipalOffset * size;
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ std::string findProblem(const Intrinsics& K, int width, int height) {
 }
 
 std::string doubtAbout(const Intrinsics& K, int width, int height) {
-  if (!isFarFromMiddle(K.cx, width) && !isFarFromMiddle(K.cy, height)) return "";
+  if (!isFarFromCentre(K.cx, width) && !isFarFromCentre(K.cy, height)) return "";
   return "the intrinsics are " + inWords(K) +
          formatted(", but the image centre is at %g, %g: do they belong to another resolution?",
                    0.5 * width, 0.5 * height);

@@ -60,18 +60,18 @@ bool hasControlCharacter(const std::string& text) {
 }
 
 std::string errorText(const std::exception& error) {
-  const auto* const of_files = dynamic_cast<const std::filesystem::filesystem_error*>(&error);
-  if (of_files == nullptr) {
+  const auto* const file_error = dynamic_cast<const std::filesystem::filesystem_error*>(&error);
+  if (file_error == nullptr) {
     std::string text = error.what();
     std::replace(text.begin(), text.end(), '\n',
                  ' ');  // libraries' messages may have several lines
     return printableMessage(text);
   }
-  const std::string path = "'" + printable(of_files->path1().string()) + "'";
-  if (of_files->code() == std::errc::too_many_symbolic_link_levels) {
+  const std::string path = "'" + printable(file_error->path1().string()) + "'";
+  if (file_error->code() == std::errc::too_many_symbolic_link_levels) {
     return path + " is a link to itself; give the path of the file or folder meant";
   }
-  return "cannot use " + path + ": " + of_files->code().message() +
+  return "cannot use " + path + ": " + file_error->code().message() +
          "; choose another file name or folder";
 }
 

@@ -294,13 +294,13 @@ struct CoarseMap {
   float distanceAt(const Vector3f& p, Vector3f& gradient) const;
   bool look(const Vector3f& from, std::array<Octaves, kRays>& view) const;
   float castRay(const Vector3f& from, const Vector3f& way, Octaves& seen) const;
-  float lookOf(const Isometry3d& T_W_C, const std::vector<Vector3f>& points) const;
+  float scoreOfPose(const Isometry3d& T_W_C, const std::vector<Vector3f>& points) const;
   bool isSeenFrom(const Vector3f& way, uint8_t facing) const;
-  static LookTable looksOf(const std::vector<Vector3f>& points);
+  static LookTable makeLookTable(const std::vector<Vector3f>& points);
   void lookFrom(const Vector3f& from, const LookTable& table, BestLooks& best) const;
   std::vector<Candidate> lookAround(const std::vector<Vector3f>& points) const;
   std::vector<Isometry3d> candidatePoses(const std::vector<Vector3f>& points) const;
-  void moveToFit(Candidate& candidate, const std::vector<Vector3f>& points) const;
+  void refinePose(Candidate& candidate, const std::vector<Vector3f>& points) const;
 };
 
 void CoarseMap::read(Mapper& mapper) {
@@ -504,7 +504,7 @@ bool CoarseMap::look(const Vector3f& from, std::array<Octaves, kRays>& view) con
   return true;
 }
 
-CoarseMap::LookTable CoarseMap::looksOf(const std::vector<Vector3f>& points) {
+CoarseMap::LookTable CoarseMap::makeLookTable(const std::vector<Vector3f>& points) {
   LookTable table;
   table.points = std::min<size_t>(points.size(), kLookPoints);
   table.says.resize(table.points);
@@ -549,7 +549,7 @@ void CoarseMap::lookFrom(const Vector3f& from, const LookTable& table, BestLooks
 
 /// The best poses at all standpoints.
 std::vector<CoarseMap::Candidate> CoarseMap::lookAround(const std::vector<Vector3f>& points) const {
-  const LookTable table = looksOf(points);
+  const LookTable table = makeLookTable(points);
   const Vector3i steps = (size.cast<double>() / kStep_cells).array().ceil().cast<int>();
   const auto nx = static_cast<size_t>(steps.x()), ny = static_cast<size_t>(steps.y());
   std::vector<BestLooks> kept(nx * ny * static_cast<size_t>(steps.z()));
@@ -570,8 +570,8 @@ std::vector<CoarseMap::Candidate> CoarseMap::lookAround(const std::vector<Vector
 }
 
 /// Fits a pose by Gauss-Newton on the coarse distances, with a shrinking cutoff, and scores it with
-/// lookOf().
-void CoarseMap::moveToFit(Candidate& candidate, const std::vector<Vector3f>& points) const {
+/// scoreOfPose().
+void CoarseMap::refinePose(Candidate& candidate, const std::vector<Vector3f>& points) const {
   Isometry3d& T = candidate.T_W_C;
   constexpr int kSteps = 12;
   for (int step = 0; step < kSteps; ++step) {
@@ -600,11 +600,11 @@ void CoarseMap::moveToFit(Candidate& candidate, const std::vector<Vector3f>& poi
     T.translation() += change.tail<3>();
   }
   T.linear() = Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix();
-  candidate.score = lookOf(T, points);
+  candidate.score = scoreOfPose(T, points);
 }
 
 /// The score of a pose from the image's points, at most 1.
-float CoarseMap::lookOf(const Isometry3d& T_W_C, const std::vector<Vector3f>& points) const {
+float CoarseMap::scoreOfPose(const Isometry3d& T_W_C, const std::vector<Vector3f>& points) const {
   const Matrix3f R = T_W_C.linear().cast<float>();
   const Vector3f t = T_W_C.translation().cast<float>();
   float sum = 0.0f;
@@ -627,7 +627,7 @@ float CoarseMap::lookOf(const Isometry3d& T_W_C, const std::vector<Vector3f>& po
 std::vector<Isometry3d> CoarseMap::candidatePoses(const std::vector<Vector3f>& points) const {
   std::vector<Candidate> candidates = lookAround(points);
   parallelFor<int, 8>(candidates.size(), threads,
-                      [&](size_t i, int&) { moveToFit(candidates[i], points); });
+                      [&](size_t i, int&) { refinePose(candidates[i], points); });
   std::stable_sort(candidates.begin(), candidates.end(), isBetter);
   std::vector<Isometry3d> in_cells, places;
   for (const Candidate& candidate : candidates) {

@@ -17,7 +17,7 @@ void put(Alignment& alignment, const Eigen::Isometry3d& T_W_C) {
 }
 
 /// Whether a share of `witnesses` points is lower than another by more than its standard deviation.
-bool isLess(double share, double other, double witnesses) {
+bool isSignificantlyLower(double share, double other, double witnesses) {
   const double gap = other - share;
   return gap > 0.0 && gap * gap * witnesses > share * (1.0 - share);
 }
@@ -71,10 +71,11 @@ Alignment PoseRefiner::align(Mapper& mapper, const DepthFrame& expected, PosePri
     last_T_W_C_.reset();
     return found;
   }
-  if (last_T_W_C_ && isLess(explainedBy(found), last_share_, found.witnesses)) {
+  if (last_T_W_C_ && isSignificantlyLower(explainedBy(found), last_share_, found.witnesses)) {
     prior.start_T_W_C = last_T_W_C_;
     const Alignment other = mapper.align(expected, prior);
-    if (isLikely(other, prior) && isLess(explainedBy(found), explainedBy(other), found.witnesses)) {
+    if (isLikely(other, prior) &&
+        isSignificantlyLower(explainedBy(found), explainedBy(other), found.witnesses)) {
       found = other;
     }
   }

@@ -18,7 +18,7 @@ constexpr double kFoundShare = 0.5;
 
 /// Images in a row that must fit before a lost camera is trusted again: two give a motion, and the
 /// third confirms it.
-constexpr int kFitsToTrust = 3;
+constexpr int kFitsToRecover = 3;
 
 /// Guesses per place: two rings of six turns and six shifts, and the place itself.
 constexpr int kGuessesPerPlace = 1 + 4 * 6;
@@ -31,9 +31,9 @@ constexpr int kGuessesPerImage = 6;
 /// seconds.
 constexpr size_t kMaxPlaces = 16;
 
-/// A camera that is lost for kLostFor_s may be anywhere: the whole map is searched, at most every
-/// kLookEvery_s. For a camera that was never found in the map, this starts at once.
-constexpr double kLostFor_s = 2.0, kLookEvery_s = 1.0;
+/// A camera that is lost for kLostTimeout_s may be anywhere: the whole map is searched, at most
+/// every kSearchInterval_s. For a camera that was never found in the map, this starts at once.
+constexpr double kLostTimeout_s = 2.0, kSearchInterval_s = 1.0;
 
 double turnBetween(const Isometry3d& a, const Isometry3d& b) {
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
@@ -160,7 +160,7 @@ Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double st
   } else {
     fits_in_a_row_ = 0;
   }
-  if (fits_in_a_row_ >= kFitsToTrust) {
+  if (fits_in_a_row_ >= kFitsToRecover) {
     lost_since_s_.reset();
     was_found_ = true;
   } else if (found.status == AlignmentStatus::kAligned) {
@@ -172,15 +172,15 @@ Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double st
 /// Searches the whole map if that is due. @return what it finds, or else `before`.
 Alignment PoseTracker::searchWholeMap(Mapper& mapper, const DepthFrame& frame, double stamp_s,
                                       const Alignment& before) {
-  const bool may_be_anywhere = !was_found_ || stamp_s - *lost_since_s_ >= kLostFor_s;
-  const bool did = searched_map_s_ && std::abs(stamp_s - *searched_map_s_) < kLookEvery_s;
+  const bool may_be_anywhere = !was_found_ || stamp_s - *lost_since_s_ >= kLostTimeout_s;
+  const bool did = searched_map_s_ && std::abs(stamp_s - *searched_map_s_) < kSearchInterval_s;
   const bool shows_nothing = before.witnesses < 1.0;  // a covered lens
   if (!may_be_anywhere || did || shows_nothing) return before;
   searched_map_s_ = stamp_s;
   const FoundPlace place = findPlace(mapper, frame, threads_);
-  const bool says_more = place.alignment.status == AlignmentStatus::kAligned ||
-                         place.alignment.status == AlignmentStatus::kAmbiguous;
-  return says_more ? place.alignment : before;
+  const bool is_conclusive = place.alignment.status == AlignmentStatus::kAligned ||
+                             place.alignment.status == AlignmentStatus::kAmbiguous;
+  return is_conclusive ? place.alignment : before;
 }
 
 Alignment PoseTracker::alignAt(Mapper& mapper, DepthFrame frame, const Isometry3d& T_W_C) {

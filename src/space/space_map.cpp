@@ -105,7 +105,7 @@ BlockExtent SpaceMap::boundsOfView(const FrameView& frame) const {
     const float v = corner / 2 == 0 ? -0.5f : static_cast<float>(frame.height) - 0.5f;
     const Vec3f p = transform(frame.T_L_C, backProject(frame.intrinsics, u, v, range));
     low = minOf(low, p);
-    high = greatestOf(high, p);
+    high = maxOf(high, p);
   }
   const float aside = kMaxAside * range;
   const auto cubeOf = [&](float x, float y, float z) {

@@ -52,7 +52,7 @@ bool reachesInto(const Vec3f& middle, const Vec3f& first, const Vec3f& second, c
 template <class Visit>
 void visitCells(const Corner& a, const Corner& b, const Corner& c, const Visit& visit) {
   const Vec3i first = minOf(minOf(a.low, b.low), c.low);
-  const Vec3i last = greatestOf(first, greatestOf(greatestOf(a.high, b.high), c.high));
+  const Vec3i last = maxOf(first, maxOf(maxOf(a.high, b.high), c.high));
   const Vec3i steps = last - first;
   if (steps == Vec3i{0, 0, 0}) return visit(first);  // the usual case
   // If the cells form a single row, the triangle passes through all of them.
@@ -162,7 +162,7 @@ void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTa
   }
   for (const Vec3i& cell : without(before, now)) {
     const Vec3i cube = cubeOfCell(cell);
-    if (!isIn(cells.find(cube).surface, indexInCube(cell)) || isListed(cell)) continue;
+    if (!isIn(cells.find(cube).surface, indexInCube(cell)) || hasTriangles(cell)) continue;
     remove(cells.at(cube).surface, indexInCube(cell));
     changed_.push_back(cube);
   }
@@ -170,7 +170,7 @@ void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTa
 
 /// Whether a block has triangles in a cell, or may have them, because its sector was lost or cannot
 /// be read. The mesh of a block reaches no farther than adjacent blocks.
-bool SurfaceCells::isListed(const Vec3i& cell) const {
+bool SurfaceCells::hasTriangles(const Vec3i& cell) const {
   const int32_t side = cellSide(cell_log2_);
   const BlockKey block = blockOfVoxel({side * cell.x, side * cell.y, side * cell.z});
   for (int i = 0; i < 27; ++i) {

@@ -45,7 +45,7 @@ class SurfaceCells {
  private:
   PackedKey sectorOf(const BlockKey& block) const;
   std::shared_ptr<const std::vector<Vec3i>> cellsOf(const BlockKey& block) const;
-  bool isListed(const Vec3i& cell) const;
+  bool hasTriangles(const Vec3i& cell) const;
   void replace(const BlockKey& block, std::vector<Vec3i> now, CellTable& cells);
 
   const int32_t cell_log2_;  ///< Log2 of a cell's edge in voxels.

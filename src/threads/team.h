@@ -132,22 +132,22 @@ class Team {
   /// body must not throw. A nested call runs on the calling thread only.
   template <class Body>
   void run(size_t threads, const Body& body) {
-    if (threads < 2 || isHelping()) return body(0);
+    if (threads < 2 || isInBody()) return body(0);
     const size_t members = gather(threads - 1);
     const auto work = [](const void* of, size_t number) {
-      isHelping() = true;
+      isInBody() = true;
       (*static_cast<const Body*>(of))(number);
     };
     for (size_t i = 0; i < members; ++i) members_[i]->call(work, &body, i + 1);
-    isHelping() = true;
+    isInBody() = true;
     body(0);
-    isHelping() = false;
+    isInBody() = false;
     for (size_t i = 0; i < members; ++i) members_[i]->release();
   }
 
  private:
   /// Whether the calling thread is inside a body.
-  static bool& isHelping() {
+  static bool& isInBody() {
     thread_local bool is_helping = false;
     return is_helping;
   }

@@ -109,8 +109,8 @@ std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOption
 /// What an image paints depends on the number of frames that supported the map before, up to
 /// mesh/min_support. So the first frames are fused whatever they see. @return index of the first
 /// frame that need not be fused.
-size_t endOfSupport(RunOptions options, const RunSettings& settings,
-                    const std::optional<Eigen::Isometry3d>& T_W_M) {
+size_t firstOptionalFrame(RunOptions options, const RunSettings& settings,
+                          const std::optional<Eigen::Isometry3d>& T_W_M) {
   const MapperParams& params = settings.params.mapper;
   options.recording.poses_only = false;
   const auto mapper = makeProbedMapper(params, settings.rules);
@@ -195,7 +195,7 @@ std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settin
 }
 
 /// Adds the parts of `whole` outside `box` to `left`, cut along the faces of `box`.
-void cutOut(const BlockExtent& box, BlockExtent whole, std::vector<BlockExtent>& left) {
+void subtractBox(const BlockExtent& box, BlockExtent whole, std::vector<BlockExtent>& left) {
   for (const auto axis : kAxes) {
     if (whole.first.*axis < box.first.*axis) {
       left.push_back(whole);
@@ -253,7 +253,7 @@ BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
     views.emplace_back(frame->index, frame->depth);
   }
   const std::vector<size_t> images = imagesFor(run, first_stamp_s, options, settings, T_W_M);
-  const size_t first_needed = images.empty() ? 0 : endOfSupport(options, settings, T_W_M);
+  const size_t first_needed = images.empty() ? 0 : firstOptionalFrame(options, settings, T_W_M);
   const int beyond = params.space.enabled ? blocksPerCube(params.space) - 1 : 0;
   const BlockExtent fused = around(run.extent.blocks, grown(box, 0, beyond));
   std::vector<size_t> frames;
@@ -303,7 +303,7 @@ std::vector<BlockExtent> missingBoxes(const std::vector<BlockExtent>& boxes) {
         continue;
       }
       covered += volumeOf(intersectionOf(piece, box));
-      cutOut(box, piece, left);
+      subtractBox(box, piece, left);
     }
     if (covered != volumeOf(box)) throw std::runtime_error("a box overlaps another box; omit one");
     missing = std::move(left);

@@ -125,14 +125,14 @@ void dropSmallPieces(const Mesh& mesh, double min_m2, std::vector<Kind>& kinds) 
     }
   }
   std::vector<double> areas_m2(parents.size());
-  const auto areaAround = [&](size_t i) -> double& {
+  const auto pieceArea = [&](size_t i) -> double& {
     return areas_m2[rootOf(parents, mesh.triangles[i][0])];
   };
   for (size_t i = 0; i < kinds.size(); ++i) {
-    if (kinds[i] == kChanged) areaAround(i) += areaOf(mesh, i);
+    if (kinds[i] == kChanged) pieceArea(i) += areaOf(mesh, i);
   }
   for (size_t i = 0; i < kinds.size(); ++i) {
-    if (kinds[i] == kChanged && areaAround(i) < min_m2) kinds[i] = kSame;
+    if (kinds[i] == kChanged && pieceArea(i) < min_m2) kinds[i] = kSame;
   }
 }
 

@@ -128,8 +128,8 @@ void exportJournal(const std::vector<std::string>& arguments) {
   line.addText({"--poses", "FILE", "corrected poses, as reconstruct takes them"}, poses_path);
   line.parse(arguments);
   JournalReplay journal(journal_path);
-  if (!journal.cutOff().empty()) {
-    std::fprintf(stderr, "map_tool: warning: %s\n", journal.cutOff().c_str());
+  if (!journal.incompleteEnd().empty()) {
+    std::fprintf(stderr, "map_tool: warning: %s\n", journal.incompleteEnd().c_str());
   }
   if (!poses_path.empty()) {
     journal.correctGiven(readTrajectory(poses_path, "poses are expected there").poses());

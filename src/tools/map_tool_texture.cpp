@@ -73,10 +73,10 @@ class Atlas {
       sides.push_back(sideOf(mesh_, i, texel_m));
     }
     charts_.resize(sides.size());
-    constexpr int64_t kFilled = int64_t{kPageSide} * kPageSide * 7 / 8;  // rows leave gaps
+    constexpr int64_t kMaxFill = int64_t{kPageSide} * kPageSide * 7 / 8;  // rows leave gaps
     for (size_t begin = 0; begin < sides.size();) {
       size_t end = begin;
-      for (int64_t halves = 0; end < sides.size() && halves / 2 < kFilled; ++end) {
+      for (int64_t halves = 0; end < sides.size() && halves / 2 < kMaxFill; ++end) {
         halves += int64_t{sides[end]} * sides[end];
       }
       addPage(begin, end, sides);

@@ -245,8 +245,8 @@ void runJournal(const ReconstructOptions& options) {
   checkJournalOptions(options);
   checkOutputs(options);
   JournalReplay journal(options.recording.path);
-  if (!journal.cutOff().empty()) {
-    std::fprintf(stderr, "reconstruct: warning: %s\n", journal.cutOff().c_str());
+  if (!journal.incompleteEnd().empty()) {
+    std::fprintf(stderr, "reconstruct: warning: %s\n", journal.incompleteEnd().c_str());
   }
   if (!options.recording.poses_path.empty()) correct(journal, options);
   const journal::Begin& begin = journal.begin();

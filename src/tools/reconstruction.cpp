@@ -118,11 +118,11 @@ class Reconstruction {
     depth.T_W_C = alignment.T_W_C;
     if (refiner_ ? refiner_->isToBeFused(alignment) : tracker_->isToBeFused(alignment)) return true;
     ++result_.skipped[toString(alignment.status)];
-    noteLost(alignment, stamp_s);
+    recordLoss(alignment, stamp_s);
     return false;
   }
 
-  void noteLost(const Alignment& alignment, double stamp_s) {
+  void recordLoss(const Alignment& alignment, double stamp_s) {
     if (result_.lost.empty() || result_.lost.back().fused_before != result_.frames) {
       const std::string why = formatted(
           "%s: %.0f %% of the points lie near the map, %.0f %% of these fit%s",

@@ -20,7 +20,7 @@ namespace dtsdf {
 namespace {
 
 /// Number of images, and of pixels in each, that are inspected.
-constexpr size_t kFramesLookedAt = 5;
+constexpr size_t kInspectedFrames = 5;
 constexpr int kColumns = 64, kRows = 48;
 /// If a smaller fraction of the pixels is measured, the images probably do not show depth.
 constexpr double kFewPixels = 0.05;
@@ -40,11 +40,11 @@ void convertRayDepth(SourceFrame& frame) {
   if (frame.depth.data == nullptr) return;
   const auto pixels = std::make_shared<std::vector<float>>(static_cast<size_t>(frame.depth.width) *
                                                            static_cast<size_t>(frame.depth.height));
-  turnToAxis(frame.depth, pixels->data());
+  rayToAxialDepth(frame.depth, pixels->data());
   frame.pixels = pixels;
 }
 
-std::unique_ptr<FrameSource> openAsRecorded(const RunOptions& options, const NodeParams& node) {
+std::unique_ptr<FrameSource> openSource(const RunOptions& options, const NodeParams& node) {
   if (options.recording.format == "bag") return openBagFrames(bagOptions(options, node));
   if (options.recording.format == "journal") {
     throw std::runtime_error(
@@ -66,7 +66,7 @@ void completeInput(RunOptions& options) {
 }
 
 std::unique_ptr<FrameSource> openFrames(const RunOptions& options, const NodeParams& node) {
-  std::unique_ptr<FrameSource> source = openAsRecorded(options, node);
+  std::unique_ptr<FrameSource> source = openSource(options, node);
   if (!node.input.depth_along_ray || options.recording.format == "bag") return source;
   return changed(std::move(source), convertRayDepth);
 }
@@ -118,7 +118,7 @@ std::unique_ptr<FrameSource> openAndInspect(const RunOptions& options,
                                             const RunSettings& settings) {
   auto source = openFrames(options, settings.params);
   std::deque<SourceFrame> ahead;
-  while (ahead.size() < kFramesLookedAt) {
+  while (ahead.size() < kInspectedFrames) {
     std::optional<SourceFrame> frame = source->next();
     if (!frame) break;
     ahead.push_back(std::move(*frame));

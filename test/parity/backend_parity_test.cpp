@@ -280,7 +280,7 @@ TEST_P(BackendParity, AlignedImages) {
 
 /// Finds a camera in the map of a room without a given pose.
 TEST_P(BackendParity, ACameraThatIsSearchedFor) {
-  const Scene scene = variedRoom();
+  const Scene scene = roomWithFurniture();
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.04f), GetParam());
   for (const Eigen::Isometry3d& T_W_C : viewsAround()) {
     ASSERT_NO_FATAL_FAILURE(pair.integrate(renderFrame(scene, T_W_C, 320, 240).view()));

@@ -29,7 +29,7 @@ std::string pathOf(const std::string& name) {
 }
 
 /// The mesh of the first `count` frames, fused offline, as a .ply file.
-std::string bytesOfflineAfter(uint64_t count) {
+std::string offlinePlyAfter(uint64_t count) {
   const NodeParams params = nodeParams();
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
   const std::unique_ptr<FrameSource> frames = openBag();
@@ -86,7 +86,7 @@ TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
   ASSERT_LE(fused, kFramesOfBag) << "the pause came after the first loop; the machine is too slow";
   EXPECT_EQ(status.status().frames_dropped, status.dropped("paused"))
       << "a frame is missing: " << status.status().message;
-  EXPECT_TRUE(readBytes(path) == bytesOfflineAfter(fused)) << "after " << fused << " frames";
+  EXPECT_TRUE(readBytes(path) == offlinePlyAfter(fused)) << "after " << fused << " frames";
   removeOutputFolder();
   pauseMapping(false);
 }

@@ -11,7 +11,7 @@ namespace {
 
 using dtsdf_mapping::MeshBlock;
 
-MeshBlock soundBlock() {
+MeshBlock validBlock() {
   MeshBlock block;
   block.origin = {-5 * (int64_t{1} << 32), 7, 0};
   block.positions = {0, 0, 0, 512, 0, 0, 0, 65535, 0};
@@ -22,7 +22,7 @@ MeshBlock soundBlock() {
 }
 
 TEST(ChunkMessage, ComesBackAsItWas) {
-  const MeshBlock sent = soundBlock();
+  const MeshBlock sent = validBlock();
   EXPECT_TRUE(toMessage(toChunk(sent)) == sent);
   const MeshBlock removal = [] {
     MeshBlock block;
@@ -34,7 +34,7 @@ TEST(ChunkMessage, ComesBackAsItWas) {
 
 TEST(ChunkMessage, IsRefusedWhereItDoesNotHoldTogether) {
   const auto expectRefused = [](const std::string& word, std::function<void(MeshBlock&)> spoil) {
-    MeshBlock block = soundBlock();
+    MeshBlock block = validBlock();
     spoil(block);
     try {
       toChunk(block);

@@ -36,7 +36,7 @@ std::vector<float> depthIn(const sensor_msgs::Image& image) {
   return depth_m;
 }
 
-DropReason reasonAgainst(const sensor_msgs::PointCloud2& cloud, bool has_info = false) {
+DropReason rejectionReason(const sensor_msgs::PointCloud2& cloud, bool has_info = false) {
   CloudImages images("/points");
   const auto converted = images.convert(cloud, has_info, kEnoughBytes);
   const auto* const rejection = std::get_if<Rejection>(&converted);
@@ -84,29 +84,29 @@ TEST(Clouds, ThatCannotBeUsedAreRefused) {
   sensor_msgs::PointCloud2 cloud = cloudOfRoom();
   cloud.width *= cloud.height;
   cloud.height = 1;
-  EXPECT_EQ(reasonAgainst(cloud), drop::kUnorganised);
-  EXPECT_EQ(reasonAgainst(cloudOfRoom({sensor_msgs::PointField::UINT32})), drop::kBadEncoding);
-  EXPECT_EQ(reasonAgainst(cloudOfRoom({sensor_msgs::PointField::FLOAT32, "xyi"})),
+  EXPECT_EQ(rejectionReason(cloud), drop::kUnorganised);
+  EXPECT_EQ(rejectionReason(cloudOfRoom({sensor_msgs::PointField::UINT32})), drop::kBadEncoding);
+  EXPECT_EQ(rejectionReason(cloudOfRoom({sensor_msgs::PointField::FLOAT32, "xyi"})),
             drop::kBadEncoding);
   cloud = cloudOfRoom();
   cloud.fields[2].offset = 0xfffffffe;
-  EXPECT_EQ(reasonAgainst(cloud), drop::kBadEncoding);
+  EXPECT_EQ(rejectionReason(cloud), drop::kBadEncoding);
   for (uint32_t sensor_msgs::PointCloud2::*const member :
        {&sensor_msgs::PointCloud2::width, &sensor_msgs::PointCloud2::height,
         &sensor_msgs::PointCloud2::row_step, &sensor_msgs::PointCloud2::point_step}) {
     cloud = cloudOfRoom();
     cloud.*member = 0xffffffff;
-    EXPECT_EQ(reasonAgainst(cloud), drop::kBadImage);
-    EXPECT_EQ(reasonAgainst(cloud, true), drop::kBadImage);
+    EXPECT_EQ(rejectionReason(cloud), drop::kBadImage);
+    EXPECT_EQ(rejectionReason(cloud, true), drop::kBadImage);
   }
   cloud = cloudOfRoom();
   std::fill(cloud.data.begin(), cloud.data.end(), 0xff);
-  EXPECT_EQ(reasonAgainst(cloud), drop::kNoMeasurement);
+  EXPECT_EQ(rejectionReason(cloud), drop::kNoMeasurement);
   cloud = cloudOfRoom();  // mirrored: x to the left
   for (size_t at = cloud.fields[0].offset; at < cloud.data.size(); at += cloud.point_step) {
     cloud.data[at + 3] ^= 0x80;
   }
-  EXPECT_EQ(reasonAgainst(cloud), drop::kBadIntrinsics);
+  EXPECT_EQ(rejectionReason(cloud), drop::kBadIntrinsics);
 }
 
 /// 48 rings of a spinning lidar in its own frame, x forward and z up.
@@ -123,8 +123,8 @@ TEST(Clouds, OfALidarAreRefused) {
                   point, sizeof(point));
     }
   }
-  EXPECT_EQ(reasonAgainst(cloud), drop::kBadIntrinsics);
-  EXPECT_EQ(reasonAgainst(cloud, true), drop::kBadIntrinsics);
+  EXPECT_EQ(rejectionReason(cloud), drop::kBadIntrinsics);
+  EXPECT_EQ(rejectionReason(cloud, true), drop::kBadIntrinsics);
 }
 
 }  // namespace

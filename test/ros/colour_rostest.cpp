@@ -20,7 +20,7 @@ namespace dtsdf {
 namespace {
 
 /// The colour camera is 5 cm to the right of the depth camera, with a wider view.
-const Eigen::Translation3d kBeside(0.05, 0.0, 0.0);
+const Eigen::Translation3d kColourOffset(0.05, 0.0, 0.0);
 
 struct Lens {
   int width, height;
@@ -58,7 +58,7 @@ Sent makeDepth(const ros::Time& stamp, double lap_s) {
 }
 
 Sent makeColour(const ros::Time& stamp, double lap_s) {
-  const Eigen::Isometry3d T_W_C = roomCameraPose(lap_s, 6.0) * kBeside;
+  const Eigen::Isometry3d T_W_C = roomCameraPose(lap_s, 6.0) * kColourOffset;
   return makeSent(kColourLens, makeHeader(stamp, "color"), "rgb8",
                   renderPaint(room(), kColourLens.K, kColourLens.width, kColourLens.height, T_W_C),
                   T_W_C);

@@ -71,11 +71,11 @@ class Correction : public testing::Test {
     fs::create_directories(folder_);
     clearMap();
     start_ = ros::Time(std::ceil(currentImageTime_s()));
-    ASSERT_TRUE(waitUntil([&] { return nodeReceivesTransforms(); })) << status_.status().message;
+    ASSERT_TRUE(waitUntil([&] { return hasReceivedTransform(); })) << status_.status().message;
   }
 
   /// Whether the node has received a transform of this test; a busy node may connect late.
-  bool nodeReceivesTransforms() {
+  bool hasReceivedTransform() {
     camera_.sendTransform("map", "base", Eigen::Isometry3d::Identity(),
                           start_ - ros::Duration(0.5));
     const dtsdf_mapping::MapStatus& status = status_.status();
@@ -177,7 +177,7 @@ class Correction : public testing::Test {
 
   ros::NodeHandle nh_;
   RoomCamera camera_{nh_};
-  const WayWatcher transforms_{nh_};
+  const OdometryWatcher transforms_{nh_};
   const StatusWatcher status_{nh_};
   const std::string folder_ = outputFolder();
   const ros::Time begun_ = ros::Time::now();

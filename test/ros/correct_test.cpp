@@ -183,7 +183,7 @@ class CorrectTest : public testing::Test {
     follow();
     const std::unique_ptr<Mapper> plain = makeMapper(host_.params.mapper);
     for (size_t i = 0; i < T_W_C.size(); ++i) {
-      plain->integrate(movedTo(image(static_cast<int>(i)), T_W_C[i]).view());
+      plain->integrate(withPose(image(static_cast<int>(i)), T_W_C[i]).view());
     }
     MeshStore expected(host_.params.mapper.map.voxel_size_m);
     expected.apply(plain->updateMesh());

@@ -16,52 +16,52 @@ MeshUpdate makeUpdate(const std::vector<BlockKey>& keys, size_t triangles) {
 class MeshQueueTest : public testing::Test {
  protected:
   int wakes_ = 0;
-  MeshQueue handover_{[this] { ++wakes_; }};
+  MeshQueue queue_{[this] { ++wakes_; }};
 };
 
 TEST_F(MeshQueueTest, GivesWhatChangedOnce) {
-  handover_.add(makeUpdate({{0, 0, 0}, {1, 0, 0}}, 1), ros::Time(5.0));
+  queue_.add(makeUpdate({{0, 0, 0}, {1, 0, 0}}, 1), ros::Time(5.0));
   EXPECT_EQ(wakes_, 1);
-  const MeshChanges changes = handover_.take();
+  const MeshChanges changes = queue_.take();
   EXPECT_FALSE(changes.cleared);
   EXPECT_EQ(changes.blocks.size(), 2u);
   EXPECT_EQ(changes.stamp, ros::Time(5.0));
-  EXPECT_TRUE(handover_.take().blocks.empty());
+  EXPECT_TRUE(queue_.take().blocks.empty());
 }
 
 TEST_F(MeshQueueTest, DoesNotCopyTheMeshes) {
   MeshUpdate update = makeUpdate({{0, 0, 0}}, 1000);
   const uint16_t* const triangles = update.blocks[0].triangles.data();
-  handover_.add(std::move(update), ros::Time(1.0));
-  EXPECT_EQ(handover_.take().blocks[0]->triangles.data(), triangles);
+  queue_.add(std::move(update), ros::Time(1.0));
+  EXPECT_EQ(queue_.take().blocks[0]->triangles.data(), triangles);
 }
 
 TEST_F(MeshQueueTest, NothingNewWakesNobody) {
-  handover_.add({}, ros::Time(1.0));
+  queue_.add({}, ros::Time(1.0));
   EXPECT_EQ(wakes_, 0);
-  EXPECT_TRUE(handover_.take().stamp.isZero());
+  EXPECT_TRUE(queue_.take().stamp.isZero());
 }
 
 TEST_F(MeshQueueTest, ChangesOfABlockBecomeOne) {
   for (size_t i = 1; i <= 100; ++i) {
-    handover_.add(makeUpdate({{0, 0, 0}, {-1, 2, 3}}, i), ros::Time(static_cast<double>(i)));
+    queue_.add(makeUpdate({{0, 0, 0}, {-1, 2, 3}}, i), ros::Time(static_cast<double>(i)));
   }
-  const MeshChanges changes = handover_.take();
+  const MeshChanges changes = queue_.take();
   ASSERT_EQ(changes.blocks.size(), 2u) << "at most one mesh of a block waits";
   for (const SharedBlockMesh& block : changes.blocks) EXPECT_EQ(block->triangles.size(), 300u);
   EXPECT_EQ(changes.stamp, ros::Time(100.0));
 }
 
 TEST_F(MeshQueueTest, ClearingForgetsWhatWaitsAndComesBeforeWhatFollows) {
-  handover_.add(makeUpdate({{0, 0, 0}}, 1), ros::Time(1.0));
-  handover_.clear();
+  queue_.add(makeUpdate({{0, 0, 0}}, 1), ros::Time(1.0));
+  queue_.clear();
   EXPECT_EQ(wakes_, 2);
-  handover_.add(makeUpdate({{7, 0, 0}}, 1), ros::Time(2.0));
-  const MeshChanges changes = handover_.take();
+  queue_.add(makeUpdate({{7, 0, 0}}, 1), ros::Time(2.0));
+  const MeshChanges changes = queue_.take();
   EXPECT_TRUE(changes.cleared);
   ASSERT_EQ(changes.blocks.size(), 1u);
   EXPECT_EQ(changes.blocks[0]->key.x, 7);
-  EXPECT_FALSE(handover_.take().cleared);
+  EXPECT_FALSE(queue_.take().cleared);
 }
 
 SharedBlockMesh block(int x, float position, size_t triangles = 1, uint8_t red = 7) {

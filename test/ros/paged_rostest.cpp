@@ -41,7 +41,7 @@ class PagedMap : public WallCamera {
   }
 
   /// Checks that the node's distances along the whole wall equal those in `space`.
-  void expectAnswersOf(Space& space) {
+  void expectSameDistances(Space& space) {
     space.updateDistances();
     dtsdf_mapping::GetDistances call;
     for (int i = 0; i < 10 * kFrames; ++i) {
@@ -82,7 +82,7 @@ class PagedMap : public WallCamera {
     const auto mapper = makeMapper(params, contents);
     MeshStore store(params.map.voxel_size_m);
     store.apply(mapper->updateMesh());
-    expectAnswersOf(*mapper->space());
+    expectSameDistances(*mapper->space());
     return plyOf(store.assemble(), MeshColour::kAuto);
   }
 };

@@ -25,11 +25,11 @@ OPTIONS = play_bag.parse(["--depth", "/d/image", "/d/camera_info", "--color", "/
 class PlayBag(unittest.TestCase):
     def problems(self, types, settings=None, depth=("/d/image",)):
         settings = settings or {}
-        wanted = play_bag.wanted_of_node(OPTIONS, settings)
+        wanted = play_bag.topics_of_node(OPTIONS, settings)
         return play_bag.problems_of(types, set(depth), wanted, settings)
 
     def played(self, types, settings=None):
-        return play_bag.topics_to_play(types, play_bag.wanted_of_node(OPTIONS, settings or {}))
+        return play_bag.topics_to_play(types, play_bag.topics_of_node(OPTIONS, settings or {}))
 
     def test_a_whole_bag(self):
         types = {**DEPTH, **COLOUR, **TF, "/scan": "sensor_msgs/LaserScan", "/other": IMAGE}

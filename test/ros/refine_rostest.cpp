@@ -14,7 +14,7 @@ namespace {
 TEST(Refine, DriftIsTakenOutAndPublished) {
   ros::NodeHandle nh;
   const StatusWatcher status(nh);
-  const WayWatcher way(nh);
+  const OdometryWatcher way(nh);
   ASSERT_TRUE(waitUntil([&] { return status.received() && way.isConnected(); }));
   const BagPlayer player(0.0, room_bag::kPeriod_s * room_bag::kDriftingFrames);
   const ros::Time stamp = room_bag::stampOf(room_bag::kDriftingFrames - 1);

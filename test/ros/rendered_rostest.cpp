@@ -50,7 +50,7 @@ std::vector<float> depthOf(const sensor_msgs::Image& image) {
 TEST(RenderedView, IsWhatTheCameraSees) {
   ros::NodeHandle nh;
   const StatusWatcher status(nh);
-  const WayWatcher listens_to_tf(nh);
+  const OdometryWatcher listens_to_tf(nh);
   RoomCamera camera(nh);
   ASSERT_TRUE(camera.connect());
   ASSERT_TRUE(waitUntil([&] { return status.received(); }));

@@ -73,7 +73,7 @@ class SpaceTest : public WallCamera {
   }
 
   /// Asks until the answer includes the last frame.
-  GetDistances::Response askUpToDate(const GetDistances::Request& request) {
+  GetDistances::Response queryUpToDate(const GetDistances::Request& request) {
     GetDistances::Response response;
     EXPECT_TRUE(waitUntil([&] {
       response = ask(request);
@@ -137,7 +137,7 @@ TEST_F(SpaceTest, AFootprintIsAskedFor) {
                     pointOf(0.0, -1.0, 0.0)};
   for (const ros::Time& time : {stamp, ros::Time(0)}) {
     request.header.stamp = time;
-    const GetDistances::Response response = askUpToDate(request);
+    const GetDistances::Response response = queryUpToDate(request);
     ASSERT_EQ(response.known.size(), 4u);
     ASSERT_EQ(response.distances.size(), 4u);
     ASSERT_EQ(response.gradients.size(), 4u);
@@ -164,7 +164,7 @@ TEST_F(SpaceTest, BadRequestsAreAnsweredWhy) {
   };
   expectRefused(good, "nothing is mapped yet");
   fuseFrames(2);
-  EXPECT_TRUE(askUpToDate(good).success);
+  EXPECT_TRUE(queryUpToDate(good).success);
   GetDistances::Request bad = good;
   bad.header.frame_id = "nowhere";
   expectRefused(bad, "'nowhere'");
@@ -212,7 +212,7 @@ TEST_F(SpaceTest, AGridIsAskedFor) {
   fuseFrames(3);
   GetDistances::Request points;
   points.points = {pointOf(0.8, 0.0, 0.0)};
-  ASSERT_TRUE(askUpToDate(points).success);
+  ASSERT_TRUE(queryUpToDate(points).success);
   dtsdf_mapping::GetDistanceGrid call;
   auto& request = call.request;
   const auto& answer = call.response;
@@ -228,7 +228,7 @@ TEST_F(SpaceTest, AGridIsAskedFor) {
   EXPECT_NEAR(answer.origin.position.x, 0.4, 1e-9);
   ASSERT_EQ(answer.distances.size(), 9u);
   ASSERT_EQ(answer.gradients.size(), 27u);
-  EXPECT_EQ(answer.distances[4], askUpToDate(points).distances[0]);
+  EXPECT_EQ(answer.distances[4], queryUpToDate(points).distances[0]);
   EXPECT_NEAR(answer.distances[2], 1.02 - 0.6, kCell_m);
   EXPECT_NEAR(answer.gradients[6], -1.0, 0.05);
   EXPECT_TRUE(std::isnan(answer.distances[8])) << "behind the wall is unknown";
@@ -241,7 +241,7 @@ TEST_F(SpaceTest, AGridIsAskedFor) {
   ASSERT_TRUE(answer.success) << answer.message;
   EXPECT_NEAR(answer.distances[4], std::hypot(0.22, 0.3), kCell_m);
   EXPECT_FALSE(std::isnan(answer.distances[8])) << "the region is taken as free";
-  EXPECT_NEAR(askUpToDate(points).distances[0], 0.22, kCell_m) << "the map has changed";
+  EXPECT_NEAR(queryUpToDate(points).distances[0], 0.22, kCell_m) << "the map has changed";
 
   request.resolution = 0.001;
   ASSERT_TRUE(callService("/mapping/get_distance_grid", call));
@@ -256,7 +256,7 @@ TEST_F(SpaceTest, AQuestionMakesNoMesh) {
   GetDistances::Request request;
   request.points = {pointOf(0.5, 0.0, 0.0)};
   fuseFrames(1);
-  ros::Time newest = askUpToDate(request).stamp;
+  ros::Time newest = queryUpToDate(request).stamp;
   const ros::WallTime begin = ros::WallTime::now();
   std::set<ros::Time> stamps;
   for (int i = 0; i < 40; ++i) {
@@ -271,7 +271,7 @@ TEST_F(SpaceTest, AQuestionMakesNoMesh) {
   const double seconds = (ros::WallTime::now() - begin).toSec();
   EXPECT_LE(static_cast<double>(stamps.size()), 2.0 + 2.0 * seconds);
   setSpaceRate(20.0);
-  EXPECT_EQ(askUpToDate(request).stamp, last_stamp_);
+  EXPECT_EQ(queryUpToDate(request).stamp, last_stamp_);
 }
 
 TEST_F(SpaceTest, GridAndUpdatesMakeWhatALateOneGets) {

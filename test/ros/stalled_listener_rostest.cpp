@@ -126,7 +126,7 @@ TEST_F(StalledListener, KilledInMidMessageHarmsNobody) {
     ASSERT_TRUE(waitUntil([&] { return listeners(topic) == before + 1; }));
     fuseNextPlace();
     ros::WallDuration(1.0).sleep();  // the node is then sending a message
-    killed.breakOffAfter(1000);
+    killed.disconnectAfter(1000);
     EXPECT_TRUE(waitUntil([&] { return listeners(topic) == before; }));
     fuseNextPlace();
   }

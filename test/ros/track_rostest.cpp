@@ -58,7 +58,7 @@ class Track : public testing::Test {
 
   ros::NodeHandle nh_;
   StatusWatcher status_{nh_};
-  WayWatcher way_{nh_};
+  OdometryWatcher way_{nh_};
   RoomCamera camera_{nh_};
 };
 

@@ -36,7 +36,7 @@ class TransformsTest : public testing::Test {
       clock_.advance(0.1);
       putTransform(transforms_, stamp_s, 1.0);
       const bool is_found = lookUp("camera", ros::Time(stamp_s)).T_W_C.has_value();
-      transforms_.notePose(is_found);
+      transforms_.recordLookUp(is_found);
       found += is_found ? 1 : 0;
     }
     return found;

@@ -27,7 +27,7 @@
 
 namespace {
 
-constexpr int kLongestLoad_s = 300;
+constexpr int kLoadTimeout_s = 300;
 constexpr int kWidth = 1280, kHeight = 900;
 
 class Viewer {
@@ -100,7 +100,7 @@ int main(int argc, char** argv) {
 
   QElapsedTimer timer;
   timer.start();
-  while (viewer.triangles() < wanted && secondsOf(timer) < kLongestLoad_s) viewer.draw();
+  while (viewer.triangles() < wanted && secondsOf(timer) < kLoadTimeout_s) viewer.draw();
   const double loaded_s = secondsOf(timer);
   const size_t triangles = viewer.triangles();
   viewer.option("Detail")->setValue(detail);

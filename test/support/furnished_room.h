@@ -15,7 +15,7 @@ inline Scene emptyRoom() {
   return scene;
 }
 
-inline Scene variedRoom() {
+inline Scene roomWithFurniture() {
   Scene scene = emptyRoom();
   scene.add(makeBox({1.2, 0.3, 0.4}, {0.8, 0.6, 0.8}, 0.4));
   scene.add(makeBox({1.6, -0.9, 0.9}, {0.4, 0.5, 1.8}));

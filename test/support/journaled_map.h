@@ -124,7 +124,7 @@ inline std::vector<SceneFrame> roomImages(int count, double step_s = 0.1) {
 }
 
 /// A frame's image with another pose.
-inline SceneFrame movedTo(const SceneFrame& frame, const Eigen::Isometry3d& T_W_C) {
+inline SceneFrame withPose(const SceneFrame& frame, const Eigen::Isometry3d& T_W_C) {
   SceneFrame moved = frame;
   moved.frame.T_W_C = T_W_C;
   return moved;

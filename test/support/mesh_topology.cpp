@@ -35,7 +35,7 @@ size_t countCoincident(const Mesh& mesh) {
 
 std::ostream& operator<<(std::ostream& out, const MeshTopology& t) {
   return out << t.triangles << " triangles, " << t.boundary_edges << " boundary edges, "
-             << t.crowded_edges << " crowded, " << t.inconsistent_edges << " inconsistent, "
+             << t.nonmanifold_edges << " crowded, " << t.inconsistent_edges << " inconsistent, "
              << t.repeated_corners << " repeated corners, " << t.zero_areas << " zero areas, "
              << t.unused_vertices << " unused vertices, " << t.coincident_vertices << " coincident";
 }
@@ -55,7 +55,7 @@ MeshTopology measureTopology(const std::vector<Triangle>& triangles) {
   for (const auto& [side, passes] : sides) {
     const int sum = passes.up + passes.down;
     topology.boundary_edges += sum == 1;
-    topology.crowded_edges += sum > 2;
+    topology.nonmanifold_edges += sum > 2;
     topology.inconsistent_edges += sum > 1 && passes.up != passes.down;
   }
   return topology;

@@ -15,7 +15,7 @@ using Triangle = std::array<uint32_t, 3>;
 struct MeshTopology {
   size_t triangles = 0;
   size_t boundary_edges = 0;      ///< Sides of a single triangle.
-  size_t crowded_edges = 0;       ///< Sides of more than two triangles.
+  size_t nonmanifold_edges = 0;   ///< Sides of more than two triangles.
   size_t inconsistent_edges = 0;  ///< Other sides, traversed more often in one direction.
   size_t repeated_corners = 0;    ///< Triangles that contain a vertex twice.
   size_t zero_areas = 0;          ///< Triangles whose corners are collinear.
@@ -24,7 +24,8 @@ struct MeshTopology {
 
   /// Whether there are no holes, and each side joins two triangles with the same orientation.
   bool isClosedManifold() const {
-    return triangles > 0 && boundary_edges == 0 && crowded_edges == 0 && inconsistent_edges == 0;
+    return triangles > 0 && boundary_edges == 0 && nonmanifold_edges == 0 &&
+           inconsistent_edges == 0;
   }
 };
 

@@ -74,7 +74,7 @@ DTSDF_HD uint32_t meanOfPixels(uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
   return (even >> 2 & kBytes) | (odd >> 2 & kBytes) << 8;
 }
 
-DTSDF_HD uint32_t wordOf(const ColourPixel& pixel) {
+DTSDF_HD uint32_t toWord(const ColourPixel& pixel) {
   uint32_t word;
   memcpy(&word, &pixel, sizeof(word));
   return word;
@@ -82,7 +82,7 @@ DTSDF_HD uint32_t wordOf(const ColourPixel& pixel) {
 
 DTSDF_HD ColourPixel meanOf(const ColourPixel& a, const ColourPixel& b, const ColourPixel& c,
                             const ColourPixel& d) {
-  const uint32_t word = meanOfPixels(wordOf(a), wordOf(b), wordOf(c), wordOf(d));
+  const uint32_t word = meanOfPixels(toWord(a), toWord(b), toWord(c), toWord(d));
   ColourPixel mean;
   memcpy(&mean, &word, sizeof(mean));
   return mean;

@@ -20,8 +20,8 @@ DTSDF_HD int32_t cellsFor(int32_t pixels) { return (pixels + kCellSide - 1) >> k
 /// The cell of a pixel coordinate, clamped to the image. With extreme intrinsics, `px` may not fit
 /// in an integer.
 DTSDF_HD int32_t cellOf(float px, int32_t cells) {
-  constexpr float kFarBeyond = 16777216.0f;
-  const int32_t cell = floorToInt(minimum(maximum(px, 0.0f), kFarBeyond)) >> kCellSideLog2;
+  constexpr float kMaxPixelCoordinate = 16777216.0f;
+  const int32_t cell = floorToInt(minimum(maximum(px, 0.0f), kMaxPixelCoordinate)) >> kCellSideLog2;
   return cells > cell ? cell : cells - 1;
 }
 

@@ -43,7 +43,8 @@ DTSDF_HD bool hasPoint(const PointView& view, const Vec3f& normal, int direction
 constexpr float kMinPlaneCosine = 0.02f;
 
 /// Projects a point in metres with a unit normal; the result may be outside the image.
-DTSDF_HD SurfacePoint seenPoint(const Intrinsics& K, const Vec3f& p_C, const Vec3f& normal_C) {
+DTSDF_HD SurfacePoint projectSurfacePoint(const Intrinsics& K, const Vec3f& p_C,
+                                          const Vec3f& normal_C) {
   const float offset = dot(normal_C, p_C), cosine = -offset / norm(p_C);
   const bool has_plane = fabsf(cosine) > kMinPlaneCosine;
   return {p_C.z,
@@ -56,9 +57,9 @@ DTSDF_HD SurfacePoint seenPoint(const Intrinsics& K, const Vec3f& p_C, const Vec
 }
 
 /// Projects a foot, given in voxels from its block's first voxel.
-DTSDF_HD SurfacePoint placePoint(const FrameView& frame, const Vec3f& first_voxel_L,
-                                 const Vec3f& foot, const Vec3f& normal) {
-  return seenPoint(
+DTSDF_HD SurfacePoint projectFoot(const FrameView& frame, const Vec3f& first_voxel_L,
+                                  const Vec3f& foot, const Vec3f& normal) {
+  return projectSurfacePoint(
       frame.intrinsics,
       frame.voxel_size_m * rotateInverse(frame.T_L_C, first_voxel_L + foot - frame.T_L_C.t),
       rotateInverse(frame.T_L_C, normal));
@@ -79,7 +80,7 @@ DTSDF_HD bool findSurfacePoint(const PointView& view, const Vec3f& first_voxel_L
   const Vec3f normal = gradientOf(slopeAt(voxels, index), facing);
   if (!hasPoint(view, normal, direction)) return false;
   const Vec3f foot = toFloat(voxelOffset(index)) - sdfOf(voxels[index]) * normal;
-  point = placePoint(view.frame, first_voxel_L, foot, normal);
+  point = projectFoot(view.frame, first_voxel_L, foot, normal);
   return isInImage(view, point);
 }
 

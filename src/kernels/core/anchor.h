@@ -47,7 +47,7 @@ DTSDF_HD Vec3f anchorOffset(uint16_t anchor) {
 // axis has the key 0.
 
 constexpr float kPointSteps = 127.0f;
-constexpr float kPointRings = 84.0f;  ///< Per squared voxel; squared distances are at most 3.
+constexpr float kNearnessSteps = 84.0f;  ///< Per squared voxel; squared distances are at most 3.
 
 /// Bit position of an axis's offset in the key.
 DTSDF_HD int pointShift(int axis) { return 16 - 8 * axis; }
@@ -59,7 +59,7 @@ DTSDF_HD uint32_t packPoint(float offset) {
 
 /// Nearness bits of a key, from the point's squared distance to the foot.
 DTSDF_HD uint32_t packNearness(float squared_distance) {
-  const float rings = minimum(maximum(squared_distance, 0.0f) * kPointRings, 255.0f);
+  const float rings = minimum(maximum(squared_distance, 0.0f) * kNearnessSteps, 255.0f);
   return (255u - static_cast<uint32_t>(static_cast<int32_t>(rings))) << 24;
 }
 

@@ -56,7 +56,7 @@ DTSDF_HD Vec minOf(const Vec& a, const Vec& b) {
   return {a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z};
 }
 template <class Vec>
-DTSDF_HD Vec greatestOf(const Vec& a, const Vec& b) {
+DTSDF_HD Vec maxOf(const Vec& a, const Vec& b) {
   return {a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z};
 }
 

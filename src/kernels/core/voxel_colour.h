@@ -36,7 +36,7 @@ DTSDF_HD uint64_t brickBit(int direction, int voxel) {
 /// fraction.
 constexpr uint32_t kColourWeightBits = 19;         // low bits of the float that are dropped
 constexpr uint32_t kColourWeightZero = 115u << 4;  // upper bits of 2^-12, which counts as 0
-constexpr uint32_t kGreatestColourWeight = 255;
+constexpr uint32_t kMaxColourWeightCode = 255;
 
 /// The weight of a code.
 DTSDF_HD float colourWeight(uint8_t code) {
@@ -54,7 +54,7 @@ DTSDF_HD uint8_t colourWeightCode(float weight) {
   const uint32_t rounded = (bits + (1u << (kColourWeightBits - 1))) >> kColourWeightBits;
   if (rounded <= kColourWeightZero) return 1;
   const uint32_t code = rounded - kColourWeightZero;
-  return static_cast<uint8_t>(code < kGreatestColourWeight ? code : kGreatestColourWeight);
+  return static_cast<uint8_t>(code < kMaxColourWeightCode ? code : kMaxColourWeightCode);
 }
 
 DTSDF_HD bool isPainted(const VoxelColour& colour) { return colour.weight != 0; }

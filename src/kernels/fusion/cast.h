@@ -45,7 +45,7 @@ DTSDF_HD Vec3f stepOnPlane(const Surfel& surfel, const FrameView& frame, const V
   return width * (axis_L - slope * ray);
 }
 
-DTSDF_HD float perSquare(const Vec3f& side) {
+DTSDF_HD float inverseSquaredLength(const Vec3f& side) {
   const float square = dot(side, side);
   return square > 0.0f ? 1.0f / square : 0.0f;
 }
@@ -60,7 +60,8 @@ DTSDF_HD MeasuredSides measuredSides(const Surfel& surfel, const FrameView& fram
   const Intrinsics& K = frame.intrinsics;
   const Vec3f across = stepOnPlane(surfel, frame, {1.0f, 0.0f, 0.0f}, K.fx, surfel.half_across_px);
   const Vec3f down = stepOnPlane(surfel, frame, {0.0f, 1.0f, 0.0f}, K.fy, surfel.half_down_px);
-  return {permute(across, axis), permute(down, axis), perSquare(across), perSquare(down)};
+  return {permute(across, axis), permute(down, axis), inverseSquaredLength(across),
+          inverseSquaredLength(down)};
 }
 
 /// The directions that a surfel is cast into, with its weights in units of 2^-20.

@@ -161,17 +161,17 @@ class LoosePieces {
   DTSDF_HD bool findSmall() const {
     if (Team::kAtOnce) removeLongRows();
     bool any = false;
-    const auto isOneMore = [&] {
+    const auto countSmall = [&] {
       const bool is_small = isSmall();
       any = any || is_small;
       return is_small;
     };
-    while (removePiece(true, !Team::kAtOnce, isOneMore)) continue;
+    while (removePiece(true, !Team::kAtOnce, countSmall)) continue;
     if (!any) return false;
     if (!Team::kAtOnce) {
       team_.each([&](int row) { window_.left[row] = window_.surface[row] & ~window_.small[row]; });
     }
-    while (removePiece(false, false, isOneMore)) continue;
+    while (removePiece(false, false, countSmall)) continue;
     return true;
   }
 

@@ -72,25 +72,25 @@ static_assert(kGridEdges + kVoxelsPerBlock * kMaxSheets * kMaxSides <= 65536,
 
 /// BlockVertex::edge of the middle between the vertices of two edges, given in either order.
 constexpr uint32_t kFirstMiddle = kGridEdges;
-DTSDF_HD uint32_t middleNumber(int edge_a, int edge_b) {
+DTSDF_HD uint32_t midpointNumber(int edge_a, int edge_b) {
   const uint32_t a = static_cast<uint32_t>(edge_a < edge_b ? edge_a : edge_b);
   const uint32_t b = static_cast<uint32_t>(edge_a < edge_b ? edge_b : edge_a);
   return kFirstMiddle + a * kGridEdges + b;
 }
-DTSDF_HD bool isMiddle(uint32_t number) { return number >= kFirstMiddle; }
+DTSDF_HD bool isMidpoint(uint32_t number) { return number >= kFirstMiddle; }
 
 /// The edges at the two ends of a middle's side, the lower number first.
-DTSDF_HD int middleFirst(uint32_t number) {
+DTSDF_HD int midpointFirstEnd(uint32_t number) {
   return static_cast<int>((number - kFirstMiddle) / kGridEdges);
 }
-DTSDF_HD int middleSecond(uint32_t number) {
+DTSDF_HD int midpointSecondEnd(uint32_t number) {
   return static_cast<int>((number - kFirstMiddle) % kGridEdges);
 }
 
 /// Step along which a vertex's edge faces; for a middle, the sum of the steps of both ends.
 DTSDF_HD Vec3i facingSteps(uint32_t number) {
-  if (!isMiddle(number)) return facingStep(static_cast<int>(number));
-  return facingStep(middleFirst(number)) + facingStep(middleSecond(number));
+  if (!isMidpoint(number)) return facingStep(static_cast<int>(number));
+  return facingStep(midpointFirstEnd(number)) + facingStep(midpointSecondEnd(number));
 }
 
 /// A vertex at the end of a side, with its unit normal; 0 if that is unknown.
@@ -108,7 +108,7 @@ DTSDF_HD float roundedShift(float shift) {
 /// The middle of the curved side between two vertices; an end without a normal counts as straight.
 /// Swapping the ends gives exactly the same point. The middle is off the straight side by at most a
 /// quarter of its length.
-DTSDF_HD Vec3f middleOfSide(const SideEnd& a, const SideEnd& b) {
+DTSDF_HD Vec3f midpointOfSide(const SideEnd& a, const SideEnd& b) {
   const Vec3f way = b.position - a.position;
   const Vec3f at_a = dot(way, a.normal) * a.normal, at_b = dot(way, b.normal) * b.normal;
   const Vec3f shift = 0.125f * (at_b - at_a);

@@ -32,16 +32,16 @@ DTSDF_HD int cornerBalance(const At& at, const Vec3i& corner) {
 }
 
 /// Whether a corner is behind the surface by a majority of units; a tie counts as in front.
-DTSDF_HD bool isBehindForMost(int balance) { return balance > 0; }
+DTSDF_HD bool isMajorityBehind(int balance) { return balance > 0; }
 
 /// A unit's indices after regularisation (paper, Sec. V-F). Corners that its sheets agree about
-/// take the side that most units around give them (`behind_for_most`). Other corners stay, as they
+/// take the side that most units around give them (`majority_behind`). Other corners stay, as they
 /// are between the two sides of something thin.
-DTSDF_HD UnitIndices regularise(const UnitLabels& own, unsigned behind_for_most) {
+DTSDF_HD UnitIndices regularise(const UnitLabels& own, unsigned majority_behind) {
   const UnitIndices indices = indicesOf(own);
   const unsigned agreed = cornersBehind(own) | cornersInFront(own);
   const auto settled = [&](uint8_t index) {
-    return static_cast<uint8_t>((index & ~agreed) | (behind_for_most & agreed));
+    return static_cast<uint8_t>((index & ~agreed) | (majority_behind & agreed));
   };
   return indicesOf(labelsOfSheets(settled(indices.sheet[0]),
                                   settled(static_cast<uint8_t>(~own.in_front_of_last))));

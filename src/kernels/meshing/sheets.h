@@ -87,7 +87,7 @@ DTSDF_HD void labelUnits(const MeshTables& tables, const MeshRules& rules, const
                          bool directional, UnitLabels (&result)[Samples::kUnits]) {
   constexpr int kUnits = Samples::kUnits;
   if (!directional) return undirectedLabels(samples, result);
-  const auto greatest = greatestWeight(samples);
+  const auto greatest = maxWeight(samples);
   const auto least = typename Samples::Real{rules.min_weight_share} * greatest;
   typename Samples::Bits leader[kMaxSheets];
   const auto speaking = findLeaders(samples, least, leader);

@@ -87,7 +87,7 @@ DTSDF_HD UnitIndices indicesOf(const UnitLabels& labels) {
 constexpr float kTouching = 0.25f * MeshRules().nearness_voxels;
 
 template <class Samples>
-DTSDF_HD typename Samples::Real greatestWeight(const Samples& samples) {
+DTSDF_HD typename Samples::Real maxWeight(const Samples& samples) {
   typename Samples::Real greatest{0.0f};
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!samples.isObserved(d)) continue;

@@ -175,7 +175,7 @@ DTSDF_HD int32_t min3(int32_t a, int32_t b, int32_t c) {
   const int32_t least = a < b ? a : b;
   return least < c ? least : c;
 }
-DTSDF_HD int32_t greatest3(int32_t a, int32_t b, int32_t c) {
+DTSDF_HD int32_t max3(int32_t a, int32_t b, int32_t c) {
   const int32_t greatest = a > b ? a : b;
   return greatest > c ? greatest : c;
 }
@@ -189,10 +189,10 @@ DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const ProjectedVerte
   const auto last = [](int32_t at) { return at >> 8; };
   const auto first = [](int32_t at) { return (at + kPixelSteps - 1) >> 8; };
   static_assert(kPixelSteps == 1 << 8, "");
-  drawn.u0 = greatest3(first(min3(a.x, b.x, c.x)), 0, 0);
-  drawn.v0 = greatest3(first(min3(a.y, b.y, c.y)), 0, 0);
-  drawn.u1 = min3(last(greatest3(a.x, b.x, c.x)), frame.width - 1, frame.width - 1);
-  drawn.v1 = min3(last(greatest3(a.y, b.y, c.y)), frame.height - 1, frame.height - 1);
+  drawn.u0 = max3(first(min3(a.x, b.x, c.x)), 0, 0);
+  drawn.v0 = max3(first(min3(a.y, b.y, c.y)), 0, 0);
+  drawn.u1 = min3(last(max3(a.x, b.x, c.x)), frame.width - 1, frame.width - 1);
+  drawn.v1 = min3(last(max3(a.y, b.y, c.y)), frame.height - 1, frame.height - 1);
   if (drawn.u0 > drawn.u1 || drawn.v0 > drawn.v1) return drawn;
   // Image rows run downwards, so corners are taken in reverse to give triangles that face the
   // camera a positive area.

@@ -93,7 +93,7 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     before[i] = at(i, -1);
     after[i] = at(i, 1);
   }
-  float least_step = 1e30f, mean = 0.0f, nearest = 0.0f;
+  float min_step = 1e30f, mean = 0.0f, nearest = 0.0f;
   int32_t fitting = 0;
   for (int i = 0; i < kPairs; ++i) {
     const float a = before[i], b = after[i], step = fabsf(b - a), in_gap = 0.5f * (a + b);
@@ -107,8 +107,8 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
       continue;
     }
     ++fitting;
-    if (step >= least_step) continue;
-    least_step = step;
+    if (step >= min_step) continue;
+    min_step = step;
     mean = in_gap;
   }
   return fitting > 1 || (fitting == 1 && isOnEmptyLine(before, after)) ? mean : 0.0f - nearest;

@@ -54,7 +54,7 @@ DTSDF_HD NoiseLinePlace noiseLinePlace(int index, int step, int width, int heigh
 }
 
 /// Value of a gap between two pixels of a line: their mean if both are measured, else 0.
-DTSDF_HD float meanOfBoth(float a, float b) { return a > 0.0f && b > 0.0f ? 0.5f * (a + b) : 0.0f; }
+DTSDF_HD float gapValue(float a, float b) { return a > 0.0f && b > 0.0f ? 0.5f * (a + b) : 0.0f; }
 
 /// Reads the inverse depths of a line. `measured(u, v)` returns inverseDepth() of a pixel. @return
 /// false if the line leaves the image, its middle is not measured, or another sample is neither
@@ -81,7 +81,7 @@ DTSDF_HD bool readNoiseLine(const Measured& measured, int width, int height,
     float& value = inverse_depth[i];
     const int offset_px = (i - kNoiseRadius) * step_px;
     if (value == 0.0f && at + offset_px > 0 && at + offset_px + 1 < count) {
-      value = meanOfBoth(sampleAt(offset_px - 1), sampleAt(offset_px + 1));
+      value = gapValue(sampleAt(offset_px - 1), sampleAt(offset_px + 1));
     }
     if (!(value > 0.0f)) return false;
   }

@@ -59,22 +59,22 @@ DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
 /// Whether a pixel is in front of both adjacent pixels, or behind both, as if seen through a slit;
 /// both must be measured. Pixels in between may mix two sides of a step, or be rows of a floor at a
 /// grazing angle.
-DTSDF_HD bool standsAlone(float before, float inverse_depth, float after) {
+DTSDF_HD bool isDepthExtremum(float before, float inverse_depth, float after) {
   return before > 0.0f && after > 0.0f && (before > inverse_depth) == (after > inverse_depth);
 }
 
-/// standsAlone() for the neighbours in the column (`across_rows`) or in the row.
-DTSDF_HD bool standsAloneAcross(const ImageView& image, const Pixel& pixel, bool across_rows) {
+/// isDepthExtremum() for the neighbours in the column (`across_rows`) or in the row.
+DTSDF_HD bool isDepthExtremumAcross(const ImageView& image, const Pixel& pixel, bool across_rows) {
   const FrameView& frame = image.frame;
   const float* centre = image.inverse_depth + pixelIndex(frame, pixel);
   const int at = across_rows ? pixel.v : pixel.u;
   const int last = (across_rows ? frame.height : frame.width) - 1;
   const int64_t step = across_rows ? frame.width : 1;
-  return standsAlone(at > 0 ? centre[-step] : 0.0f, *centre, at < last ? centre[step] : 0.0f);
+  return isDepthExtremum(at > 0 ? centre[-step] : 0.0f, *centre, at < last ? centre[step] : 0.0f);
 }
 
 /// Any two pixels form a line; a third confirms it.
-constexpr int32_t kFewestOnALine = 3;
+constexpr int32_t kMinLinePixels = 3;
 
 /// The plane of a strip one pixel wide, along the row or down the column, with reduced weight; none
 /// if the strip is short or does not stand alone.
@@ -88,7 +88,7 @@ DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, 
   const PixelLine line =
       along_row ? rowAround(pixel.u, frame.width, radius) : columnAround(pixel.v, frame, radius);
   const LineFit fit = fitLine({centre, centre, sensing.image.links + at}, line);
-  if (fit.count < kFewestOnALine || !standsAloneAcross(sensing.image, pixel, along_row)) {
+  if (fit.count < kMinLinePixels || !isDepthExtremumAcross(sensing.image, pixel, along_row)) {
     return noPlane();
   }
   return makePixelPlane(pixel, fit.value, along_row ? fit.slope : 0.0f,

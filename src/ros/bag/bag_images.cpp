@@ -137,7 +137,7 @@ class BagPoses {
   }
 
   /// Why an image has no pose.
-  std::string whyNone() const {
+  std::string missingPoseReason() const {
     return trajectory_ ? noPoseWithin(options_.pose_tolerance_s) : drop::kNoTransform.name;
   }
 
@@ -332,11 +332,11 @@ class BagImages : public ImageSource<Frame> {
     if (!kIsColour && std::exchange(last_stamp_, image->header.stamp) == image->header.stamp) {
       return skip({drop::kRepeatedStamp, kRepeatedStampText});
     }
-    if (const auto rejection = hideMasked(image, message.getTime())) return skip(*rejection);
+    if (const auto rejection = applyMaskTo(image, message.getTime())) return skip(*rejection);
     const PoseAnswer pose = poseOf(image->header);
     if (!pose.T_W_C) {
       if (!kIsColour) poses_->requireFrames(image->header, bag_);
-      return skip(poses_->whyNone(), pose.text);
+      return skip(poses_->missingPoseReason(), pose.text);
     }
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
     Frame frame;
@@ -382,8 +382,8 @@ class BagImages : public ImageSource<Frame> {
 
   /// Applies the mask that has the image's stamp and was recorded within 5 s of it. @return why
   /// that is impossible; nothing on success.
-  std::optional<Rejection> hideMasked(sensor_msgs::ImageConstPtr& image,
-                                      const ros::Time& recorded) const {
+  std::optional<Rejection> applyMaskTo(sensor_msgs::ImageConstPtr& image,
+                                       const ros::Time& recorded) const {
     if (options_.mask_topic.empty()) return std::nullopt;
     constexpr double kRecordedNear_s = 5.0;
     const ros::Duration reach(std::min(kRecordedNear_s, recorded.toSec()));

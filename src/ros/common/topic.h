@@ -18,21 +18,21 @@ namespace dtsdf {
 class Topic {
  public:
   /// Publishes to a subscriber that has just connected.
-  using Greet = std::function<void(const ros::SingleSubscriberPublisher& newcomer)>;
+  using OnConnect = std::function<void(const ros::SingleSubscriberPublisher& newcomer)>;
 
   template <class Message>
   void advertise(ros::NodeHandle nh, const std::string& name, uint32_t queue,
-                 Greet greet = nullptr) {
-    publisher_ =
-        nh.advertise<Message>(name, queue, [this, greet = std::move(greet)](const auto& newcomer) {
-          if (greet) greet(newcomer);
-          has_newcomer_ = true;
+                 OnConnect on_connect = nullptr) {
+    publisher_ = nh.advertise<Message>(
+        name, queue, [this, on_connect = std::move(on_connect)](const auto& newcomer) {
+          if (on_connect) on_connect(newcomer);
+          has_new_subscriber_ = true;
         });
   }
 
   bool hasSubscribers() const { return publisher_.getNumSubscribers() > 0; }
   /// Whether somebody has connected since the last call.
-  bool takeNewcomer() { return has_newcomer_.exchange(false); }
+  bool takeNewSubscriber() { return has_new_subscriber_.exchange(false); }
 
   template <class Message>
   void publish(const Message& message) {
@@ -52,7 +52,7 @@ class Topic {
 
  private:
   ros::Publisher publisher_;
-  std::atomic<bool> has_newcomer_{false};
+  std::atomic<bool> has_new_subscriber_{false};
   std::atomic<uint64_t> messages_{0}, bytes_{0};
 };
 

@@ -145,7 +145,7 @@ class FrameQueue {
     lock.unlock();
     Decision decision = decide(messages, since, is_checked);
     lock.lock();
-    const auto place = firstThat([&](const Entry& entry) { return entry.number == number; });
+    const auto place = findFirst([&](const Entry& entry) { return entry.number == number; });
     if (place == entries_.end()) return true;  // dropped meanwhile
     place->is_checked = is_checked;
     if (const auto* const text = std::get_if<std::string>(&decision)) {
@@ -173,7 +173,7 @@ class FrameQueue {
   std::optional<PosedFrame> take() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (timeToTurn() > SteadyDuration::zero()) return std::nullopt;
-    const auto first = firstThat(isPosed);
+    const auto first = findFirst(isPosed);
     StreamState& stream = streams_[first->stream];
     if (!stream.is_colour) last_taken_ = std::max(last_taken_, first->stamp);
     ++stream.taken;
@@ -230,7 +230,7 @@ class FrameQueue {
  private:
   /// Limit of a stream's messages that wait for their image, which may be late on its own
   /// connection.
-  static constexpr size_t kMaxStamps = 50;
+  static constexpr size_t kMaxWithoutImage = 50;
   /// A backlog of up to this many frames is never shortened, so that the map does not run idle.
   static constexpr size_t kBusyFrames = 3;
 
@@ -274,13 +274,13 @@ class FrameQueue {
     };
     const Entry added{stream, stamp, ++arrivals_, State::kIncomplete, {}, clock_()};
     return entries_.insert(
-        firstThat([&](const Entry& entry) { return orderKey(added) < orderKey(entry); }), added);
+        findFirst([&](const Entry& entry) { return orderKey(added) < orderKey(entry); }), added);
   }
 
   /// The stream's first entry in this state; with this stamp, if one is given.
   Entries::iterator find(Stream stream, State state,
                          std::optional<ros::Time> stamp = std::nullopt) {
-    return firstThat([&](const Entry& entry) {
+    return findFirst([&](const Entry& entry) {
       return entry.stream == stream && entry.state == state && (!stamp || entry.stamp == *stamp);
     });
   }
@@ -356,14 +356,14 @@ class FrameQueue {
   }
 
   template <class Wanted>
-  Entries::iterator firstThat(const Wanted& wanted) {
+  Entries::iterator findFirst(const Wanted& wanted) {
     return std::find_if(entries_.begin(), entries_.end(), wanted);
   }
 
   /// The first by arrival. By stamp, frames of a camera whose clock was ahead would never be
   /// dropped.
   template <class Wanted>
-  Entries::iterator firstArrived(const Wanted& wanted) {
+  Entries::iterator findOldest(const Wanted& wanted) {
     auto first = entries_.end();
     for (auto it = entries_.begin(); it != entries_.end(); ++it) {
       if (!wanted(*it)) continue;
@@ -405,9 +405,9 @@ class FrameQueue {
     const auto isOther = [&](const Entry& entry) {
       return entry.stream == stream && !entry.hasImage();
     };
-    if (countOf(isOther) > kMaxStamps) entries_.erase(firstArrived(isOther));
+    if (countOf(isOther) > kMaxWithoutImage) entries_.erase(findOldest(isOther));
     while (imagesOf(stream) > max_images_) {
-      const auto oldest = firstArrived(isImageOf(stream));
+      const auto oldest = findOldest(isImageOf(stream));
       // If the map is too slow, all streams share the loss. If messages or poses are late, only
       // their own stream loses frames.
       dropOldest(isPosed(*oldest) ? streamToDropFrom(stream, isPosed) : stream);
@@ -449,9 +449,9 @@ class FrameQueue {
   }
 
   void dropOldest(Stream stream) {
-    const auto place = firstArrived(isImageOf(stream));
+    const auto place = findOldest(isImageOf(stream));
     if (place == entries_.end()) {  // messages without an image
-      entries_.erase(firstArrived([&](const Entry& entry) { return entry.stream == stream; }));
+      entries_.erase(findOldest([&](const Entry& entry) { return entry.stream == stream; }));
       return;
     }
     if (place->state == State::kIncomplete) return dropIncomplete(place);

@@ -222,7 +222,7 @@ class ImageStream {
     }
     const auto waited = waitingTime() - since;
     if (pose.may_come && waited < toSteadyDuration(params_.tf_timeout_s)) return pose.text;
-    transforms_.notePose(pose.T_W_C.has_value());
+    transforms_.recordLookUp(pose.T_W_C.has_value());
     if (pose.may_come) {
       return Rejection{
           drop::kNoTransform,
@@ -286,11 +286,11 @@ class ImageStream {
       return Rejection{drop::kBadImage, errorText(error)};
     }
     std::visit([&](auto& image) { image.T_W_C = T_W_C; }, posed.image);
-    noteWarnings(posed);
+    updateWarning(posed);
     return posed;
   }
 
-  void noteWarnings(const PosedFrame& posed) {
+  void updateWarning(const PosedFrame& posed) {
     std::string text = rectification_.warning();  // already logged
     const bool is_logged = !text.empty();
     if (const auto* depth = std::get_if<DepthFrame>(&posed.image)) {

@@ -60,9 +60,9 @@ class InputStatus {
     updateClock(at, now, paused);
     status.paused = paused;
     fillCounts(streams, status);
-    addMoment(at, streams);
+    addToHistory(at, streams);
     for (size_t i = 0; i < streams.size() && !paused; ++i) {
-      if (!streams[i].isColour()) judgeCamera(streams, i, status);
+      if (!streams[i].isColour()) reportCamera(streams, i, status);
     }
     if (paused) report(status, MapStatus::OK, MapStatus::PAUSED, "paused");
     if (is_time_stopped_ && status.frames_fused > 0) {
@@ -79,7 +79,7 @@ class InputStatus {
   }
 
  private:
-  using Moment = std::pair<SteadyTime, std::vector<StreamReport>>;
+  using TimedReports = std::pair<SteadyTime, std::vector<StreamReport>>;
 
   static std::vector<dtsdf_mapping::DropCount> dropCounts(const StreamReport& stream) {
     std::vector<dtsdf_mapping::DropCount> counts;
@@ -111,43 +111,43 @@ class InputStatus {
   /// While mapping is paused or simulated time stands still, no images are expected; afterwards,
   /// silence is measured from zero.
   void updateClock(SteadyTime at, const ros::Time& now, bool paused) {
-    if (moments_.empty() || now != now_) changed_at_ = at;
+    if (history_.empty() || now != now_) changed_at_ = at;
     now_ = now;
     // A slow simulator advances time in steps, which do not count as a standstill.
     is_time_stopped_ = at - changed_at_ >= std::chrono::seconds(1);
-    if (moments_.empty() || paused || is_time_stopped_) begun_ = at;
+    if (history_.empty() || paused || is_time_stopped_) begun_ = at;
     expected_s_ = toSeconds(at - begun_);
   }
 
   /// Keeps the reports of the last half minute.
-  void addMoment(SteadyTime at, const std::vector<StreamReport>& streams) {
+  void addToHistory(SteadyTime at, const std::vector<StreamReport>& streams) {
     constexpr std::chrono::seconds kWindow{30};
-    moments_.emplace_back(at, streams);
-    while (moments_.size() > 2 && at - moments_[1].first >= kWindow) moments_.pop_front();
+    history_.emplace_back(at, streams);
+    while (history_.size() > 2 && at - history_[1].first >= kWindow) history_.pop_front();
   }
 
-  void judgeCamera(const std::vector<StreamReport>& streams, size_t index,
-                   MapStatus& status) const {
+  void reportCamera(const std::vector<StreamReport>& streams, size_t index,
+                    MapStatus& status) const {
     const StreamReport& depth = streams[index];
     const std::string name = depth.camera.empty() ? "" : depth.camera + ": ";
     const auto warn = [&](uint8_t code, const std::string& text) {
       report(status, MapStatus::WARN, code, name + text);
     };
     // Recent drops that are faults: their number and most common reason.
-    const StreamReport& first = moments_.front().second[index];
+    const StreamReport& first = history_.front().second[index];
     uint64_t dropped = 0, most = 0;
     DropReason most_common = drop::kQueueFull;
     for (const auto& [reason, count] : depth.dropped_by) {
       const auto before = first.dropped_by.find(reason);
-      const uint64_t lately = count - (before == first.dropped_by.end() ? 0 : before->second);
+      const uint64_t recent_count = count - (before == first.dropped_by.end() ? 0 : before->second);
       if (!reason.is_fault) continue;
-      dropped += lately;
-      if (lately > most) most_common = reason;
-      most = std::max(most, lately);
+      dropped += recent_count;
+      if (recent_count > most) most_common = reason;
+      most = std::max(most, recent_count);
     }
     const bool is_lost = dropped > 0 && most_common == drop::kLost;
-    if (judgeSilence(depth, is_lost, name, status)) return;
-    if (depth.fused == 0) return judgeNoFrame(depth, name, status);
+    if (reportSilence(depth, is_lost, name, status)) return;
+    if (depth.fused == 0) return reportNoFrame(depth, name, status);
     if (!depth.warning.empty()) warn(MapStatus::DOUBTFUL_INPUT, depth.warning);
     // A larger fraction of dropped images is reported.
     constexpr double kReportedShare = 0.02;
@@ -176,8 +176,8 @@ class InputStatus {
   }
 
   /// Reports that images no longer arrive, or are no longer fused. @return whether it did.
-  bool judgeSilence(const StreamReport& depth, bool is_lost, const std::string& name,
-                    MapStatus& status) const {
+  bool reportSilence(const StreamReport& depth, bool is_lost, const std::string& name,
+                     MapStatus& status) const {
     // Age of the last event, but no longer than events have been expected; 0 if there was none.
     const auto silence = [this](float age_s) {
       return age_s < 0.0f ? 0.0 : std::min<double>(age_s, expected_s_);
@@ -203,7 +203,7 @@ class InputStatus {
   }
 
   /// Reports why no frame has been fused yet.
-  void judgeNoFrame(const StreamReport& depth, const std::string& name, MapStatus& status) const {
+  void reportNoFrame(const StreamReport& depth, const std::string& name, MapStatus& status) const {
     const std::string why = depth.waiting_for.empty() ? depth.last_drop : depth.waiting_for;
     if (depth.received == 0) {
       report(status, MapStatus::WARN, MapStatus::NO_IMAGES,
@@ -256,9 +256,9 @@ class InputStatus {
                                    const char* part_of_type, const char* part_of_name = "") {
     std::set<std::string> names;
     for (const auto& [topic, type] : topics) {
-      const bool is_meant = type.find(part_of_type) != std::string::npos &&
+      const bool is_match = type.find(part_of_type) != std::string::npos &&
                             topic.find(part_of_name) != std::string::npos;
-      if (is_meant) names.insert(printable(withoutTransport(topic)));
+      if (is_match) names.insert(printable(withoutTransport(topic)));
     }
     std::string text;
     for (const std::string& name : names) {
@@ -275,8 +275,8 @@ class InputStatus {
   SteadyTime begun_{}, changed_at_{};  ///< When images became expected; when now_ changed.
   ros::Time now_;
   bool is_time_stopped_ = false;
-  double expected_s_ = 0.0;     ///< How long frames have been expected.
-  std::deque<Moment> moments_;  ///< Recent reports, oldest first.
+  double expected_s_ = 0.0;           ///< How long frames have been expected.
+  std::deque<TimedReports> history_;  ///< Recent reports, oldest first.
   uint64_t restarts_ = 0;
 };
 

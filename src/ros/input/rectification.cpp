@@ -165,7 +165,7 @@ std::variant<DepthFrame, ColourFrame> Rectification::frameOf(const CameraImage& 
   if (input.depth_along_ray && !is_cloud) {
     const auto turned = boost::make_shared<cv_bridge::CvImage>();
     turned->image.create(depth.height, depth.width, CV_32FC1);
-    turnToAxis(depth, turned->image.ptr<float>());
+    rayToAxialDepth(depth, turned->image.ptr<float>());
     pixels = turned;
   }
   return depth;

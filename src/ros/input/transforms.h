@@ -101,15 +101,15 @@ class Transforms {
   }
 
   /// Notes whether an image found its pose; replaces the buffer if none has for a while.
-  void notePose(bool is_found) {
+  void recordLookUp(bool is_found) {
     constexpr std::chrono::seconds kMissing{2};
     constexpr SteadyDuration kLongestWait = std::chrono::seconds(600);
     const std::lock_guard<std::mutex> lock(mutex_);
     const SteadyTime now = clock_();
     if (is_found) return missing_since_.reset();
     if (!missing_since_) missing_since_ = now;
-    const bool tf_comes = received_at_ && received_at_ > missing_since_;
-    if (now - *missing_since_ < kMissing || !tf_comes || now < next_restart_) return;
+    const bool tf_arrives = received_at_ && received_at_ > missing_since_;
+    if (now - *missing_since_ < kMissing || !tf_arrives || now < next_restart_) return;
     next_restart_ = now + wait_after_restart_;
     wait_after_restart_ = std::min(2 * wait_after_restart_, kLongestWait);
     restart();

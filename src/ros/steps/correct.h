@@ -183,7 +183,7 @@ class CorrectStep : public Step {
     }
     answer(waiting_, false, kReplaced);
     waiting_ = std::move(request);
-    noteProgress();
+    updateProgress();
   }
 
  private:
@@ -213,7 +213,7 @@ class CorrectStep : public Step {
             host_.params.min_correction_m,
             log});
   } catch (const std::exception& error) {
-    noteOutcome(false, errorText(error));
+    setOutcome(false, errorText(error));
   }
 
   /// Waits until the map thread has queued the request.
@@ -297,15 +297,15 @@ class CorrectStep : public Step {
       return endCurrent();
     }
     work_since_frame_ = 0;
-    noteProgress();
+    updateProgress();
   }
 
   void fuseAgain() {
-    const bool has_fused = refusion_->step(host_.map.mapBytes());
+    const bool has_replayed = refusion_->step(host_.map.mapBytes());
     // A step that replayed nothing counts, too, because hasCaughtUp() may wait for the disk.
-    work_since_frame_ += has_fused ? 2 : 1;
-    if (!has_fused && hasCaughtUp()) return finish();
-    noteProgress();
+    work_since_frame_ += has_replayed ? 2 : 1;
+    if (!has_replayed && hasCaughtUp()) return finish();
+    updateProgress();
   }
 
   /// Whether every record of the journal was replayed. Waits briefly for the last ones to reach the
@@ -339,11 +339,11 @@ class CorrectStep : public Step {
   /// while.
   void endCurrent(std::unique_ptr<Mapper> map = nullptr) {
     current_.reset();
-    if (refusion_ == nullptr) return noteProgress();
+    if (refusion_ == nullptr) return updateProgress();
     freeing_ = std::async(
         std::launch::async,
         [maps = std::make_tuple(std::move(map), std::move(refusion_))]() mutable { maps = {}; });
-    noteProgress();
+    updateProgress();
   }
 
   void giveUp(const std::string& reason) {
@@ -365,15 +365,15 @@ class CorrectStep : public Step {
     result.seconds = toSeconds(std::chrono::steady_clock::now() - request->came);
     result.message = message;
     request->answer(result);
-    if (message != kNothingMoves && message != kReplaced) noteOutcome(success, message);
+    if (message != kNothingMoves && message != kReplaced) setOutcome(success, message);
   }
 
-  void noteOutcome(bool success, const std::string& message) {
+  void setOutcome(bool success, const std::string& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
     last_ = (success ? "" : "refused: ") + message;
   }
 
-  void noteProgress() {
+  void updateProgress() {
     const std::lock_guard<std::mutex> lock(mutex_);
     fused_again_ = refusion_ == nullptr ? 0 : refusion_->fused();
     to_fuse_ = refusion_ == nullptr ? 0 : refusion_->total();

@@ -71,7 +71,7 @@ inline void fillStats(const MapStats& stats, MapStatus& status) {
 }
 
 /// Reports what did not fit into the budget since the map was last cleared or replaced.
-inline void judgeBudget(const MapStats& stats, MapStatus& status) {
+inline void reportBudget(const MapStats& stats, MapStatus& status) {
   const auto warn = [&](uint8_t code, uint64_t count, const std::string& what) {
     if (count > 0) report(status, MapStatus::WARN, code, what);
   };
@@ -154,7 +154,7 @@ class LiveMap {
   std::string flushMesh() {
     try {
       // A failed backend may still have its map, for example after a GPU has run out of memory.
-      if (mesh_under_way_) finishMesh();
+      if (is_extracting_) finishMesh();
       if (mesh_whole_ && fused_since_mesh_) {
         beginMesh();
         finishMesh();
@@ -227,7 +227,7 @@ class LiveMap {
   std::unique_ptr<Mapper> replaceCorrected(std::unique_ptr<Mapper> mapper,
                                            const std::map<PackedKey, SharedBlockMesh>& mesh) {
     mapper_.swap(mapper);
-    mesh_under_way_ = fused_since_mesh_ = mesh_is_part_ = false;
+    is_extracting_ = fused_since_mesh_ = mesh_is_part_ = false;
     mesh_whole_ = true;
     mesh_stamp_ = surfaces_stamp_ = map_stamp_;
     mesh_changes_.replaceAll(mesh, mesh_stamp_);
@@ -281,7 +281,7 @@ class LiveMap {
 
   /// Finishes an extraction, or begins one. @return false if neither is due.
   bool updateMesh(bool frame_ready) {
-    if (mesh_under_way_ && (fused_since_mesh_ || mapper_->isMeshMade() || !frame_ready)) {
+    if (is_extracting_ && (fused_since_mesh_ || mapper_->isMeshMade() || !frame_ready)) {
       finishMesh();
       return true;
     }
@@ -293,7 +293,7 @@ class LiveMap {
 
   /// When to extract the mesh; none if nobody wants it or nothing has changed.
   std::optional<SteadyTime> nextMesh() {
-    if (!fused_since_mesh_ || mesh_under_way_) return std::nullopt;
+    if (!fused_since_mesh_ || is_extracting_) return std::nullopt;
     std::optional<double> rate_hz;
     for (const auto& step : steps_) rate_hz = std::max(rate_hz, step->meshRate_hz());
     if (!rate_hz) return std::nullopt;
@@ -371,12 +371,12 @@ class LiveMap {
     mapper_->beginMeshUpdate();
     mesh_stamp_ = map_stamp_;
     mesh_pace_.begin(clock_());
-    mesh_under_way_ = true;
+    is_extracting_ = true;
     fused_since_mesh_ = false;
   }
 
   void finishMesh() {
-    mesh_under_way_ = false;
+    is_extracting_ = false;
     MeshUpdate update = mapper_->finishMeshUpdate();
     // Frames get at least as much of the thread's time as the mesh.
     mesh_pace_.restUntil(clock_() + toSteadyDuration(update.duration_ms / 1000.0));
@@ -395,7 +395,7 @@ class LiveMap {
 
   /// Resets the state for another map, whose mesh has not been extracted yet.
   void startOver(const MapContents* loaded, const std::shared_ptr<const MapChunks>& file) {
-    mesh_under_way_ = mesh_is_part_ = false;
+    is_extracting_ = mesh_is_part_ = false;
     mesh_whole_ = true;
     map_stamp_ = mesh_stamp_ = surfaces_stamp_ = ros::Time();
     for (const auto& step : steps_) step->replaced(loaded, file);
@@ -426,7 +426,7 @@ class LiveMap {
     report_.memory.clear();
     fillStats(stats, report_);
     fillMemory(stats, memory, report_);
-    judgeBudget(stats, report_);
+    reportBudget(stats, report_);
   }
 
   bool hasFailed() const { return !failure_.empty(); }
@@ -447,7 +447,7 @@ class LiveMap {
   const SteadyClock clock_;
 
   Pace mesh_pace_{kMinSpaceRate_hz};
-  bool mesh_under_way_ = false;
+  bool is_extracting_ = false;
   bool fused_since_mesh_ = false;  ///< Whether the map may differ from the mesh.
   bool report_outdated_ = false;
   bool mesh_is_part_ = false;

@@ -127,7 +127,7 @@ class ChunkTopic {
     if (!hasSubscribers()) {
       pending_.clear();
     } else {
-      if (topic_.takeNewcomer()) add(chunks.all());
+      if (topic_.takeNewSubscriber()) add(chunks.all());
       if (with_changes) add(chunks.changed());
       add(refreshed);
     }

@@ -29,7 +29,7 @@ class OctomapStep : public Step {
     const SpaceStep::Known known = space_.known();
     const SpaceSnapshot& space = *known.space;
     pace_.setRate(host_.rates.space_hz, begin);
-    if (topic_.takeNewcomer()) published_.reset();
+    if (topic_.takeNewSubscriber()) published_.reset();
     const bool is_any = space.cellSize_m() > 0.0;  // stays true after clear_map
     const bool is_outdated = known.space != published_.lock();
     if (!is_any || !is_outdated || !topic_.hasSubscribers() || !pace_.isDue(begin)) {

@@ -273,9 +273,9 @@ class SpaceStep : public Step {
   /// Gives new listeners the whole grid and slice, and deletes a grid without listeners.
   void handleNewListeners() {
     const bool is_followed = grids_.hasSubscribers() || updates_.hasSubscribers();
-    const bool is_reader_new = grids_.takeNewcomer();
-    const bool is_grid_new = updates_.takeNewcomer() || is_reader_new;
-    const bool is_slice_new = slices_.takeNewcomer();
+    const bool is_reader_new = grids_.takeNewSubscriber();
+    const bool is_grid_new = updates_.takeNewSubscriber() || is_reader_new;
+    const bool is_slice_new = slices_.takeNewSubscriber();
     if (!is_followed) grid_.reset();
     is_grid_due_ = is_grid_due_ || (is_followed && is_grid_new);
     const std::shared_ptr<const SpaceSnapshot> space = known().space;

@@ -97,7 +97,7 @@ std::vector<uint8_t> RawListener::read(double timeout_s) {
   return message;
 }
 
-void RawListener::breakOffAfter(size_t bytes) {
+void RawListener::disconnectAfter(size_t bytes) {
   std::vector<uint8_t> part(bytes);
   expect(receive(part.data(), part.size(), 10.0), "no data received");
   const linger at_once{1, 0};

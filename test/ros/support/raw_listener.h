@@ -36,7 +36,7 @@ class RawListener {
 
   /// Reads this many bytes and disconnects like a killed process, which discards undelivered data.
   /// Nothing can be read afterwards.
-  void breakOffAfter(size_t bytes);
+  void disconnectAfter(size_t bytes);
 
  private:
   bool receive(uint8_t* bytes, size_t count, double timeout_s);

@@ -35,7 +35,7 @@ void RoomCamera::sendTransform(const std::string& parent, const std::string& chi
   transforms_.publish(makeTfMessage(parent, child, T, stamp));
 }
 
-WayWatcher::WayWatcher(ros::NodeHandle nh)
+OdometryWatcher::OdometryWatcher(ros::NodeHandle nh)
     : odometry_topic_(
           nh.subscribe<nav_msgs::Odometry>("/mapping/odometry", 1000,
                                            [this](const nav_msgs::Odometry::ConstPtr& message) {
@@ -46,11 +46,11 @@ WayWatcher::WayWatcher(ros::NodeHandle nh)
           "/mapping/path", 10,
           [this](const nav_msgs::Path::ConstPtr& message) { path_ = *message; })) {}
 
-bool WayWatcher::waitFor(const ros::Time& stamp) const {
+bool OdometryWatcher::waitFor(const ros::Time& stamp) const {
   return waitUntil([&] { return odometry_.header.stamp == stamp; });
 }
 
-Eigen::Isometry3d WayWatcher::pose() const {
+Eigen::Isometry3d OdometryWatcher::pose() const {
   const geometry_msgs::Pose& pose = odometry_.pose.pose;
   geometry_msgs::Transform transform;
   transform.translation.x = pose.position.x;
@@ -60,9 +60,9 @@ Eigen::Isometry3d WayWatcher::pose() const {
   return toIsometry(transform);
 }
 
-std::optional<Eigen::Isometry3d> WayWatcher::transform(const std::string& parent,
-                                                       const std::string& child,
-                                                       const ros::Time& stamp) const {
+std::optional<Eigen::Isometry3d> OdometryWatcher::transform(const std::string& parent,
+                                                            const std::string& child,
+                                                            const ros::Time& stamp) const {
   if (!waitUntil([&] { return buffer_.canTransform(parent, child, stamp); }, 10.0)) {
     return std::nullopt;
   }

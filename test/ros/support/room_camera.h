@@ -38,9 +38,9 @@ class RoomCamera {
   ros::Publisher transforms_;
 };
 
-class WayWatcher {
+class OdometryWatcher {
  public:
-  explicit WayWatcher(ros::NodeHandle nh);
+  explicit OdometryWatcher(ros::NodeHandle nh);
 
   /// Whether the node's odometry is connected.
   bool isConnected() const { return odometry_topic_.getNumPublishers() > 0; }

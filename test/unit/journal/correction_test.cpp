@@ -28,7 +28,7 @@ class JournalOfALap : public testing::Test {
   Eigen::Isometry3d truePose(int i) const { return image(i).frame.T_W_C; }
 
   void fuse(int i, const Eigen::Isometry3d& T) {
-    map_.fuse(movedTo(image(i), T * truePose(i)), 0.1 * i);
+    map_.fuse(withPose(image(i), T * truePose(i)), 0.1 * i);
   }
 
   std::vector<StampedPose> truePoses(int count = kCount) const {
@@ -184,7 +184,7 @@ TEST_F(CorrectedJournal, CorrectionsFollowEachOther) {
   const auto expected = makeMapper(journaledParams());
   for (int i = 0; i < kCount; ++i) {
     expected->integrate(
-        movedTo(image(i), i < 5 ? truePose(i) : halfway[static_cast<size_t>(i)].T_W_C).view());
+        withPose(image(i), i < 5 ? truePose(i) : halfway[static_cast<size_t>(i)].T_W_C).view());
   }
   EXPECT_TRUE(finish(second) == fileOf(*expected));
 }
@@ -213,7 +213,7 @@ TEST(CorrectedJournalWithKeepRadius, ForgetsWhatIsFarFromWhereTheCameraWas) {
   for (int i = 0; i < 24; ++i) {
     const SceneFrame& image = images[static_cast<size_t>(i)];
     const auto at = [&](const Eigen::Isometry3d& T_W_C) {
-      SceneFrame moved = movedTo(image, T_W_C);
+      SceneFrame moved = withPose(image, T_W_C);
       moved.frame.keep_center_W = T_W_C * Eigen::Vector3d(0.1, 0.0, -0.2);
       return moved;
     };

@@ -21,7 +21,7 @@ class JournalProgram : public testing::Test {
     poses.mode = PoseMode::kTrack;
     JournaledMap live(params_, journal, poses);
     for (size_t i = 0; i < images_.size(); ++i) {
-      live.fuse(movedTo(images_[i], wrongPose(i)), 0.1 * static_cast<double>(i));
+      live.fuse(withPose(images_[i], wrongPose(i)), 0.1 * static_cast<double>(i));
     }
     live.clearRegion(SphereRegion{Eigen::Vector3d(1.0, 0.5, 0.5), 0.8});
     live_hash_ = contentHash(live.mapper().contents());
@@ -73,7 +73,7 @@ TEST_F(JournalProgram, MakesTheMapOfCorrectedPoses) {
   // The poses as read from the file, with its limited digits. The first one counts as unmoved.
   const std::vector<StampedPose> read = readTrajectory(folder_ / "poses.txt", "").poses();
   for (size_t i = 0; i < images_.size(); ++i) {
-    plain->integrate(movedTo(images_[i], i == 0 ? wrongPose(0) : read[i].T_W_C).view());
+    plain->integrate(withPose(images_[i], i == 0 ? wrongPose(0) : read[i].T_W_C).view());
   }
   plain->clearRegion(SphereRegion{Eigen::Vector3d(1.0, 0.5, 0.5), 0.8});
   const Outcome outcome = runReconstruct("--backend cpu --poses " + folder_ / "poses.txt" +

@@ -52,7 +52,7 @@ TEST_F(Journal, LeadsToTheMap) {
   EXPECT_EQ(replay.depthImages(), size_t{kCount});
   EXPECT_EQ(replay.count(), journal.count());
   EXPECT_EQ(replay.begin().map_frame, "map");
-  EXPECT_EQ(replay.cutOff(), "");
+  EXPECT_EQ(replay.incompleteEnd(), "");
   EXPECT_EQ(journal.report().problem, "");
   EXPECT_EQ(journal.report().bytes, fs::file_size(journal.path()));
   EXPECT_TRUE(isJournal(journal.path()));
@@ -121,7 +121,7 @@ TEST_F(Journal, IsWholeToTheLastRecordWherever) {
   for (size_t length = bytes.size() / 4; length < bytes.size(); length += bytes.size() / 40) {
     writeBytes(path, bytes.substr(0, length));
     JournalReplay replay(path);
-    EXPECT_TRUE(contains(replay.cutOff(), "ignored")) << length;
+    EXPECT_TRUE(contains(replay.incompleteEnd(), "ignored")) << length;
     size_t calls = 0;
     while (replay.next()) ++calls;
     fewest = std::min(fewest, replay.depthImages());
@@ -129,7 +129,7 @@ TEST_F(Journal, IsWholeToTheLastRecordWherever) {
   }
   EXPECT_LT(fewest, most);
   writeBytes(path, bytes.substr(0, bytes.size() - 100) + std::string(100, '\0'));
-  EXPECT_NE(JournalReplay(path).cutOff(), "") << "pages that never reached the disk";
+  EXPECT_NE(JournalReplay(path).incompleteEnd(), "") << "pages that never reached the disk";
   std::string damaged = bytes;
   damaged[bytes.size() / 2] = static_cast<char>(damaged[bytes.size() / 2] ^ 4);
   writeBytes(path, damaged);
@@ -161,7 +161,7 @@ TEST_F(Journal, OnAFullDiskStopsAndSaysSinceWhen) {
     EXPECT_GT(report.lost, 0u);
     EXPECT_FALSE(report.first_stamp_s) << "a correction is still offered";
     JournalReplay replay(journal.path());
-    EXPECT_EQ(replay.cutOff(), "") << "the journal does not end with a whole record";
+    EXPECT_EQ(replay.incompleteEnd(), "") << "the journal does not end with a whole record";
     left = 1 << 30;
     map.clear();  // starts afresh
     map.fuse(image(2), 5.0);

@@ -26,7 +26,7 @@ TEST(FramePoints, DepthAlongRaysBecomesThatAlongTheAxis) {
   frame.row_bytes = kWallWidth * sizeof(float);
   frame.encoding = DepthEncoding::kFloat32;
   frame.unit_m = 0.001f;
-  turnToAxis(frame, turned.data());
+  rayToAxialDepth(frame, turned.data());
   for (int i = 0; i < kWallWidth * kWallHeight; ++i) {
     const double z_m = depthAt(frame, i % kWallWidth, i / kWallWidth);
     EXPECT_NEAR(z_m, i == 7 ? 0.0 : 2.0, 1e-6) << i;

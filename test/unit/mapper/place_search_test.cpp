@@ -32,7 +32,7 @@ FoundPlace find(Session& map, const SceneFrame& image, int threads = 2) {
 
 /// One camera is rolled by 2.5 rad, since the vertical is unknown.
 TEST(PlaceSearch, FindsACameraByItsImageAlone) {
-  const Scene scene = variedRoom();
+  const Scene scene = roomWithFurniture();
   const auto map = mapOf(scene);
   Isometry3d rolled = cameraTowards({-0.6, 0.3, 1.5}, 0.2);
   rolled.rotate(Eigen::AngleAxisd(2.5, Vector3d::UnitZ()));
@@ -48,7 +48,7 @@ TEST(PlaceSearch, FindsACameraByItsImageAlone) {
 }
 
 TEST(PlaceSearch, FindsTheSameOnAnyNumberOfThreads) {
-  const Scene scene = variedRoom();
+  const Scene scene = roomWithFurniture();
   const auto map = mapOf(scene);
   const SceneFrame image = renderFrame(scene, cameraTowards({-0.5, 0.4, 1.4}, -0.3), 320, 240);
   const FoundPlace one = find(*map, image, 1), three = find(*map, image, 3);
@@ -68,7 +68,7 @@ TEST(PlaceSearch, ChoosesNoneOfTwoPlacesThatLookAlike) {
 }
 
 TEST(PlaceSearch, FindsNoPlaceThatTheMapDoesNotHold) {
-  const auto map = mapOf(variedRoom());
+  const auto map = mapOf(roomWithFurniture());
   Scene elsewhere;
   for (int i = 0; i < 12; ++i) {
     for (int k = 0; k < 8; ++k) elsewhere.add(Sphere{{1.5, 0.3 * i - 1.6, 0.3 * k}, 0.13});

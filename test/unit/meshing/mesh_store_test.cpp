@@ -96,7 +96,7 @@ TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
   EXPECT_EQ(mesh.triangles.size(), 4 * kTriangles);
   const MeshTopology topology = measureTopology(mesh);
   EXPECT_EQ(topology.boundary_edges, 4 * kSide) << topology;
-  EXPECT_EQ(topology.crowded_edges + topology.inconsistent_edges, 0u) << topology;
+  EXPECT_EQ(topology.nonmanifold_edges + topology.inconsistent_edges, 0u) << topology;
   EXPECT_EQ(topology.coincident_vertices + topology.unused_vertices, 0u) << topology;
   const auto farthest = [](const Mesh& sheet) {
     float most = 0.0f;

@@ -302,7 +302,7 @@ TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
 /// Images without poses, of a room mapped from another recording.
 TEST_F(ReconstructProgram, FindsTheCameraInAMapThatIsLoaded) {
   TemporaryFolder room, later;
-  const Scene scene = variedRoom();
+  const Scene scene = roomWithFurniture();
   writeSceneRecording(room.path(), scene, viewsAround(), 320, 240);
   const std::string map = out_ / "room.dtsdf";
   const std::string settings =

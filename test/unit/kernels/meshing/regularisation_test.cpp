@@ -26,7 +26,7 @@ class Units {
     unsigned behind = 0;
     for (int c = 0; c < kCubeCorners; ++c) {
       const int balance = cornerBalance(*this, unit + cornerOffset(c));
-      behind |= isBehindForMost(balance) ? 1u << c : 0u;
+      behind |= isMajorityBehind(balance) ? 1u << c : 0u;
     }
     return regularise((*this)(unit), behind);
   }

@@ -65,7 +65,7 @@ struct Offset {
 /// pose.
 class Corner : public testing::TestWithParam<Offset> {};
 
-TEST_P(Corner, IsFoundAgain) {
+TEST_P(Corner, DeterminesThePose) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
   const Isometry3d given = off(cornerPose(), GetParam().shift_m, GetParam().turn_deg);
@@ -102,7 +102,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Offset{{0.0, 0.0, 0.0}, 8.0}, Offset{{0.0, 0.0, 0.0}, -8.0}));
 
 /// Errors that a wall does not constrain remain; the others are corrected.
-TEST(Align, AWallHoldsOneShiftAndTwoTurns) {
+TEST(Align, AWallConstrainsThreeDegreesOfFreedom) {
   Session session(makeCpuParams());
   mapFrom(session, wall(), wallPose());
   const PosePrior prior{0.1, 0.15};
@@ -114,15 +114,15 @@ TEST(Align, AWallHoldsOneShiftAndTwoTurns) {
   EXPECT_NEAR(error.y(), 0.04, 0.01);
   EXPECT_NEAR(error.z(), -0.03, 0.01);
   EXPECT_LT(std::sqrt(found.covariance(0, 0)), 0.1 * prior.sigma_m);
-  for (const int held_by_prior : {1, 2}) {
-    EXPECT_GT(std::sqrt(found.covariance(held_by_prior, held_by_prior)), 0.5 * prior.sigma_m);
+  for (const int unconstrained : {1, 2}) {
+    EXPECT_GT(std::sqrt(found.covariance(unconstrained, unconstrained)), 0.5 * prior.sigma_m);
   }
   EXPECT_GT(std::sqrt(found.covariance(3, 3)), 0.5 * prior.sigma_rad);  // about the wall's normal
   EXPECT_LT(std::sqrt(found.covariance(4, 4)), 0.1 * prior.sigma_rad);
 }
 
-/// A sheet half a voxel thick, seen from both sides: images of each side are aligned to that side.
-TEST(Align, BothSidesOfASheetStayApart) {
+/// A plate half a voxel thick, seen from both sides: images of each side are aligned to that side.
+TEST(Align, DistinguishesTheSidesOfAPlate) {
   Scene plate;
   plate.add(Box{Isometry3d(Eigen::Translation3d(1.0, 0.0, 0.0)), {0.005, 0.4, 0.4}});
   const Isometry3d front = lookAt({0.0, 0.1, 0.1}, {1.0, 0.0, 0.0}, Vector3d::UnitZ());
@@ -140,7 +140,7 @@ TEST(Align, BothSidesOfASheetStayApart) {
   }
 }
 
-TEST(Align, AnEmptyMapLeavesThePose) {
+TEST(Align, AnEmptyMapLeavesThePoseUnchanged) {
   Session session(makeCpuParams());
   const Alignment found = alignAt(session, wall(), wallPose(), wallPose());
   EXPECT_EQ(found.status, AlignmentStatus::kUnmapped);
@@ -162,7 +162,7 @@ TEST(Align, AnotherPlaceDoesNotFit) {
   EXPECT_TRUE(found.T_W_C.isApprox(cornerPose(), 0.0));
 }
 
-TEST(Align, LeavesTheMapAndTakesWhatItCannotUse) {
+TEST(Align, RefusesBadFramesAndLeavesTheMapUnchanged) {
   Session session(makeCpuParams()), untouched(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
   mapFrom(untouched, corner(), cornerPose());
@@ -182,7 +182,7 @@ TEST(Align, LeavesTheMapAndTakesWhatItCannotUse) {
 
 /// All poses have the same error, plus noise. Images are corrected, and the filter learns most of
 /// the error, but little of the noise.
-TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
+TEST(PoseRefiner, LearnsAConstantErrorButNotNoise) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
   PoseParams params;
@@ -208,7 +208,7 @@ TEST(PoseRefiner, FollowsAConstantErrorAndNotTheNoise) {
 }
 
 /// The odometry has another origin than the map.
-TEST(PoseRefiner, FindsWhereACameraStands) {
+TEST(PoseRefiner, LearnsTheOffsetOfTheOdometry) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
   PoseRefiner refiner{PoseParams()};
@@ -226,7 +226,7 @@ TEST(PoseRefiner, FindsWhereACameraStands) {
 }
 
 /// The map's own error does not count as an error of the pose.
-TEST(PoseRefiner, LeavesAPoseThatIsRight) {
+TEST(PoseRefiner, LeavesCorrectPosesUnchanged) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
   PoseRefiner refiner{PoseParams()};
@@ -242,7 +242,7 @@ TEST(PoseRefiner, LeavesAPoseThatIsRight) {
 }
 
 /// From this pose the image fits all walls but one, and the alignment slips by centimetres.
-TEST(PoseRefiner, LooksWhereTheImageBeforeWasAsWell) {
+TEST(PoseRefiner, AlsoTriesThePreviousPose) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
   PoseParams params;
@@ -263,7 +263,7 @@ TEST(PoseRefiner, LooksWhereTheImageBeforeWasAsWell) {
 }
 
 /// The previous image's pose fits, but is too far from the given pose.
-TEST(PoseRefiner, DoesNotGoBackToWhereTheImageBeforeWas) {
+TEST(PoseRefiner, RejectsThePreviousPoseIfTooFar) {
   for (const double turn_deg : {20.0, 180.0}) {
     Session session(makeCpuParams());
     mapFrom(session, corner(), cornerPose());
@@ -279,7 +279,7 @@ TEST(PoseRefiner, DoesNotGoBackToWhereTheImageBeforeWas) {
 
 /// Along the wall's normal, the covariance is that of the remaining error; along the wall, it is
 /// that of the given pose.
-TEST(PoseRefiner, KnowsTheErrorOfAPoseThatItLeaves) {
+TEST(PoseRefiner, CovarianceIncludesUncorrectedErrors) {
   Session session(makeCpuParams());
   mapFrom(session, wall(), wallPose());
   const PoseParams params;
@@ -297,7 +297,7 @@ TEST(PoseRefiner, KnowsTheErrorOfAPoseThatItLeaves) {
 }
 
 /// Invalid poses have no effect, neither at first nor later.
-TEST(PoseRefiner, ForgetsAPoseThatIsNotANumber) {
+TEST(PoseRefiner, IgnoresInvalidPoses) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
   PoseRefiner refiner{PoseParams()}, undisturbed{PoseParams()};
@@ -315,7 +315,7 @@ TEST(PoseRefiner, ForgetsAPoseThatIsNotANumber) {
 }
 
 /// An error along the wall does not count.
-TEST(Align, ReportsByHowMuchAPoseIsOff) {
+TEST(Align, ReportsTheMisplacement) {
   Session session(makeCpuParams());
   mapFrom(session, wall(), wallPose());
   const Vector3d shift_m(0.01, 0.02, 0.0);  // towards the wall, and along it
@@ -326,7 +326,7 @@ TEST(Align, ReportsByHowMuchAPoseIsOff) {
   EXPECT_NEAR(found.misplacement_m, 0.01, 0.0005);
 }
 
-TEST(PoseRefiner, AFrameThatDoesNotFitIsFusedOrDroppedAsAskedFor) {
+TEST(PoseRefiner, DropsMisfitsOnRequest) {
   Alignment misfit;
   misfit.status = AlignmentStatus::kMisfit;
   Alignment unmapped;

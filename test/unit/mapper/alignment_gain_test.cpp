@@ -57,33 +57,33 @@ AlignmentGain after(int images, double given_sigma, double aligned_sigma) {
   return gain;
 }
 
-double shareOfAWay(const AlignmentGain& gain, double way_m) {
+double shareOfStep(const AlignmentGain& gain, double step_m) {
   Isometry3d aligned = truthAt(0);
-  aligned.translation() += Vector3d(0.0, way_m, 0.0);
+  aligned.translation() += Vector3d(0.0, step_m, 0.0);
   return gain.share(truthAt(0), aligned);
 }
 
-TEST(AlignmentGain, FollowsAlignmentsAtOnceWherePosesAreNoisy) {
-  EXPECT_EQ(shareOfAWay(after(100, 0.02, 0.001), 0.01), 1.0);
-  EXPECT_EQ(shareOfAWay(after(100, 0.02, 0.01), 0.01), 1.0);
+TEST(AlignmentGain, FollowsAlignmentsFullyIfPosesAreNoisy) {
+  EXPECT_EQ(shareOfStep(after(100, 0.02, 0.001), 0.01), 1.0);
+  EXPECT_EQ(shareOfStep(after(100, 0.02, 0.01), 0.01), 1.0);
 }
 
 /// The share is that of a Kalman filter, 2^2 / (2^2 + 20^2) = 0.01 with deviations in mm.
-TEST(AlignmentGain, FollowsNoisyAlignmentsSlowlyWherePosesAreSmooth) {
-  const double share = shareOfAWay(after(100, 0.002, 0.02), 0.01);
+TEST(AlignmentGain, FollowsNoisyAlignmentsSlowlyIfPosesAreSmooth) {
+  const double share = shareOfStep(after(100, 0.002, 0.02), 0.01);
   EXPECT_GT(share, 0.0);
   EXPECT_NEAR(share, 0.01, 0.02);
 }
 
 /// Up to 3 sqrt(3) deviations of 10 mm count as noise, that is 52 mm.
-TEST(AlignmentGain, FollowsWhatIsFartherThanNoise) {
+TEST(AlignmentGain, FollowsStepsLargerThanNoise) {
   const AlignmentGain gain = after(200, 0.0, 0.01);
-  EXPECT_LT(shareOfAWay(gain, 0.03), 0.05);
-  EXPECT_NEAR(shareOfAWay(gain, 0.20), 1.0 - 0.052 / 0.20, 0.1);
+  EXPECT_LT(shareOfStep(gain, 0.03), 0.05);
+  EXPECT_NEAR(shareOfStep(gain, 0.20), 1.0 - 0.052 / 0.20, 0.1);
 }
 
 /// A smooth error of the odometry, which the alignments correct, does not count as their noise.
-TEST(AlignmentGain, FollowsExactAlignmentsWhereOdometryWandersSmoothly) {
+TEST(AlignmentGain, FollowsExactAlignmentsIfOdometryDriftsSmoothly) {
   AlignmentGain gain;
   for (int i = 0; i < 100; ++i) {
     Isometry3d given = truthAt(i);
@@ -91,28 +91,28 @@ TEST(AlignmentGain, FollowsExactAlignmentsWhereOdometryWandersSmoothly) {
     gain.addGiven(given);
     gain.addAligned(truthAt(i));
   }
-  EXPECT_EQ(shareOfAWay(gain, 0.01), 1.0);
+  EXPECT_EQ(shareOfStep(gain, 0.01), 1.0);
 }
 
 /// A jump of the odometry says nothing about the noise of alignments.
-TEST(AlignmentGain, BeginsAnewWhereTheCorrectionJumps) {
+TEST(AlignmentGain, RestartsWhenTheCorrectionJumps) {
   AlignmentGain gain;
   Noise given(0.001, 7), aligned(0.01, 8);
   for (int i = 0; i < 100; ++i) {
     gain.addGiven(given(truthAt(i)));
     EXPECT_FALSE(gain.addAligned(aligned(truthAt(i)))) << i;
   }
-  EXPECT_LT(shareOfAWay(gain, 0.01), 0.1);
+  EXPECT_LT(shareOfStep(gain, 0.01), 0.1);
   Isometry3d far = truthAt(100);
   far.translation() += Vector3d(0.3, 0.0, 0.0);
   gain.addGiven(far);
   EXPECT_TRUE(gain.addAligned(truthAt(100)));
-  EXPECT_EQ(shareOfAWay(gain, 0.01), 1.0);
+  EXPECT_EQ(shareOfStep(gain, 0.01), 1.0);
 }
 
-TEST(AlignmentGain, FollowsAlignmentsUntilItHasSeenEnough) {
-  EXPECT_EQ(shareOfAWay(after(10, 0.002, 0.02), 0.01), 1.0);
-  EXPECT_LT(shareOfAWay(after(20, 0.002, 0.02), 0.01), 0.1);
+TEST(AlignmentGain, FollowsAlignmentsFullyAtFirst) {
+  EXPECT_EQ(shareOfStep(after(10, 0.002, 0.02), 0.01), 1.0);
+  EXPECT_LT(shareOfStep(after(20, 0.002, 0.02), 0.01), 0.1);
 }
 
 }  // namespace

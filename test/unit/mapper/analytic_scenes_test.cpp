@@ -98,7 +98,7 @@ TEST_P(AnalyticScenes, Ball) {
 
 /// A box rotated against the grid. Its faces are flat, except within one and a half truncation
 /// distances of an edge, where projective distances from other views reach.
-TEST_P(AnalyticScenes, TurnedBoxFaces) {
+TEST_P(AnalyticScenes, FacesOfARotatedBox) {
   const Vector3d centre(0.1, 0.02, 0.03);
   Scene scene;
   scene.add(makeBox(centre, Vector3d(0.5, 0.4, 0.6), 0.4));
@@ -151,7 +151,7 @@ TEST(GrazingView, LeavesNoHolesInAFloor) {
 
 /// A wall in one image, with pixels narrower and wider than a voxel. Neither their width nor the
 /// empty lines of registered depth images leave holes.
-TEST(Wall, HasNoHolesAtAnyWidthOfPixels) {
+TEST(Wall, HasNoHolesAtAnyPixelWidth) {
   Scene scene;
   scene.add(Plane{Vector3d(2.0, 0.0, 0.0), Vector3d(-1.0, 0.3, 0.1).normalized()});
   const auto T_W_C = lookAt(Vector3d::Zero(), Vector3d(2.0, 0.0, 0.0), Vector3d::UnitZ());

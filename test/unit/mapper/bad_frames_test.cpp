@@ -84,11 +84,11 @@ std::vector<BadFrame> badIntrinsics() {
       {"InfiniteCy", status, [](DepthFrame& f) { f.intrinsics.cy = kInfinity; }},
       {"InfiniteFy", status, [](DepthFrame& f) { f.intrinsics.fy = kInfinity; }},
       {"TinyFx", status, [](DepthFrame& f) { f.intrinsics.fx = 1e-30f; }},
-      {"SharesOfTheImage", status,
+      {"NormalisedIntrinsics", status,
        [](DepthFrame& f) {
          f.intrinsics = {0.8f, 1.1f, 0.5f, 0.5f};
        }},
-      {"PrincipalPointInShares", status,
+      {"NormalisedPrincipalPoint", status,
        [](DepthFrame& f) { f.intrinsics.cx = f.intrinsics.cy = 0.5f; }},
   };
 }
@@ -150,7 +150,7 @@ TEST(EmptyDepth, IsNoMeasurement) {
 
 /// Depths of 50 m are out of range, but clear. Such a frame counts as empty only where nothing
 /// clears: without clearing, or with voxel projection.
-TEST(EmptyDepth, BeyondTheRangeIsNoMeasurementWithoutClearing) {
+TEST(EmptyDepth, OutOfRangeDepthOnlyClears) {
   SceneFrame frame = goodFrame();
   std::fill(frame.depth_m.begin(), frame.depth_m.end(), 50.0f);
   for (const bool clearing : {false, true}) {
@@ -180,7 +180,7 @@ TEST(OddFrames, InvalidPixelsAreHoles) {
   EXPECT_TRUE(sameMaps(*odd, *plain));
 }
 
-TEST(OddFrames, PaddedRowsAreSkipped) {
+TEST(OddFrames, RowPaddingIsSkipped) {
   const auto padded = makeProbedMapper(testParams()), plain = makeProbedMapper(testParams());
   const SceneFrame frame = goodFrame();
   constexpr size_t kPadding = 24;
@@ -218,7 +218,7 @@ TEST(OddFrames, EncodingsAgree) {
   EXPECT_TRUE(sameMaps(*whole, *metres));
 }
 
-TEST(OddFrames, AnAlmostRotationIsTaken) {
+TEST(OddFrames, RoundedRotationsAreAccepted) {
   const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(testParams());
   SceneFrame frame = goodFrame();
   frame.frame.T_W_C.linear() *= 1.0 + 1e-5;  // as after rounding
@@ -227,7 +227,7 @@ TEST(OddFrames, AnAlmostRotationIsTaken) {
 
 /// A pixel more than a pixel away from all others has no normal. Voxel projection into the
 /// undirected map needs none, so only there does it count.
-TEST(LonelyPixels, CountWhereNoNormalIsNeeded) {
+TEST(LonelyPixels, CountIfNoNormalsAreNeeded) {
   SceneFrame frame = goodFrame();
   for (int v = 0; v < frame.frame.height; ++v) {
     for (int u = 0; u < frame.frame.width; ++u) {

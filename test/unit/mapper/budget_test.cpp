@@ -36,7 +36,7 @@ const std::vector<SceneFrame>& lap() {
 
 class Budget : public testing::TestWithParam<bool> {};
 
-TEST_P(Budget, IsKeptAndRefusalsAreCounted) {
+TEST_P(Budget, IsNotExceededAndRefusalsAreCounted) {
   const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(smallParams(GetParam()));
   uint64_t refused = 0;
   for (const SceneFrame& frame : lap()) {
@@ -53,7 +53,7 @@ TEST_P(Budget, IsKeptAndRefusalsAreCounted) {
   EXPECT_EQ(mapper->stats().refused_blocks, 0u);
 }
 
-TEST_P(Budget, WhatIsBesideTheMapIsTold) {
+TEST_P(Budget, ScratchMemoryIsReported) {
   const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(smallParams(GetParam()));
   EXPECT_FALSE(mapper->memory().on_gpu);
   const SceneFrame& frame = lap()[0];
@@ -67,7 +67,7 @@ TEST_P(Budget, WhatIsBesideTheMapIsTold) {
 }
 
 /// Every array within the budget has the same distances and states as with a larger budget.
-TEST_P(Budget, WhatIsMappedIsRight) {
+TEST_P(Budget, MappedVoxelsAreCorrect) {
   MapperParams plenty_params = smallParams(GetParam());
   plenty_params.map.max_memory_mb = 1024;
   const std::unique_ptr<ProbedMapper> small = makeProbedMapper(smallParams(GetParam()));
@@ -127,7 +127,7 @@ INSTANTIATE_TEST_SUITE_P(Maps, Budget, testing::Bool(),
                          });
 
 /// Blocks that a frame only touches, without leaving a sample, are removed from the map.
-TEST(Recycling, NoArrayIsEmpty) {
+TEST(Recycling, LeavesNoEmptyArrays) {
   for (const FusionMode mode :
        {FusionMode::kVoxelProjection, FusionMode::kRayCasting, FusionMode::kNormalRayCasting}) {
     const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(makeCpuParams(mode, true, 0.04f));

@@ -60,7 +60,7 @@ class Change : public testing::TestWithParam<bool> {
 
 /// An object vanishes after the number of frames in docs/method.md (Evidence), however long it was
 /// seen.
-TEST_P(Change, WhatGoesAwayGoesFromTheMap) {
+TEST_P(Change, RemovedObjectsVanish) {
   const auto check = [&](int memory_frames, int min_support, int seen, int removed_after) {
     MapperParams settings = params();
     settings.fusion.memory_frames = memory_frames;
@@ -79,7 +79,7 @@ TEST_P(Change, WhatGoesAwayGoesFromTheMap) {
 }
 
 /// Frames that only clear do not raise the required support.
-TEST_P(Change, AFrameFromAfarAsksForNoMoreSupport) {
+TEST_P(Change, ClearingFramesDoNotRaiseRequiredSupport) {
   Session session(params());
   Scene far;
   far.add(Plane{{30.0, 0.0, 0.0}, -Vector3d::UnitX()});
@@ -89,7 +89,7 @@ TEST_P(Change, AFrameFromAfarAsksForNoMoreSupport) {
 }
 
 /// An object comes back while the mesh update that removes it is in progress.
-TEST_P(Change, WhatComesBackMeanwhileIsNotLost) {
+TEST_P(Change, ObjectsReturningDuringAnUpdateAreNotLost) {
   Session session(params()), fresh(params());
   see(session, look(wallAndBall()), 3);
   session.updateMesh();
@@ -140,7 +140,7 @@ class MinSupport : public testing::TestWithParam<int> {
 
 /// The first frame is meshed at once. From the second one on, if two frames are required, a surface
 /// that only one of them saw disappears until it is seen again.
-TEST_P(MinSupport, IsThatManyFramesButNoMoreThanWereFused) {
+TEST_P(MinSupport, AppliesFromTheSecondFrame) {
   const bool one_is_enough = GetParam() == 1;
   see(true);
   EXPECT_TRUE(shows_left_);
@@ -155,7 +155,7 @@ TEST_P(MinSupport, IsThatManyFramesButNoMoreThanWereFused) {
   EXPECT_TRUE(shows_right_);
 }
 
-TEST_P(MinSupport, StartsAnewAfterClearing) {
+TEST_P(MinSupport, StartsAfreshAfterClearing) {
   see(true);
   see(false);
   session_.clear();

@@ -1,4 +1,4 @@
-// Clearing a region empties exactly the voxels inside.
+// Clearing a region empties exactly the voxels inside; clearing the map empties it.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(Regions, ClearRegion,
                            return info.param.name;
                          });
 
-TEST(Clear, LeavesAMapThatCanBeAsked) {
+TEST(Clear, LeavesAnEmptyMap) {
   Session session(makeCpuParams());
   seeAll(session);
   session.mapper().clear();
@@ -134,7 +134,7 @@ TEST(Clear, LeavesAMapThatCanBeAsked) {
   EXPECT_TRUE(session.mapper().updateMesh().blocks.empty());
 }
 
-TEST(ClearRegionOfAPaintedMap, ForgetsColoursInside) {
+TEST(ClearRegionOfAPaintedMap, RemovesColoursInside) {
   Session session(makeCpuParams());
   seeAll(session);
   const PaintedFrame image = renderColour(

@@ -6,14 +6,14 @@
 namespace dtsdf {
 namespace {
 
-TEST(Mapper, SaysItsNameAndIsMadeWhenAskedFor) {
+TEST(Mapper, ReportsItsBackend) {
   EXPECT_EQ(makeProbedMapper(makeCpuParams())->backendName(), "cpu (2 threads)");
   MapperParams params = makeCpuParams();
   params.threads = 1;
   EXPECT_EQ(makeProbedMapper(params)->backendName(), "cpu (1 thread)");
 }
 
-TEST(Mapper, AnExtractionIsHandedOutOnce) {
+TEST(Mapper, ReturnsAnExtractionOnce) {
   Session session(makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f));
   EXPECT_TRUE(session.mapper().finishMeshUpdate().blocks.empty()) << "no update was begun";
   session.integrate(renderFrames(makeRoomScene(), {roomCameraPose(0.0)}, 120, 90)[0]);

@@ -39,7 +39,7 @@ double distanceOf(const BlockKey& block, const Vector3d& p_W) {
 
 /// After a walk along the wall, the map equals an unlimited map without the blocks beyond the
 /// radius.
-TEST(KeepRadius, KeepsExactlyTheBlocksThatReachInto) {
+TEST(KeepRadius, KeepsExactlyTheBlocksItReaches) {
   Session all(params(0.0f)), near(params(kKeptRadius_m));
   double x = 0.0;
   for (int i = 0; i < 60; ++i, x += 0.1) {
@@ -82,7 +82,7 @@ TEST(KeepRadius, KeepsExactlyTheBlocksThatReachInto) {
 
 /// Meshes of dropped blocks are removed: meshing after every frame or once at the end gives the
 /// same mesh.
-TEST(KeepRadius, MeshesFollow) {
+TEST(KeepRadius, MeshesOfDroppedBlocksAreRemoved) {
   Session often(params(kKeptRadius_m)), once(params(kKeptRadius_m));
   for (int i = 0; i < 40; ++i) {
     const SceneFrame frame = lookFrom(0.2 * i);
@@ -98,7 +98,7 @@ TEST(KeepRadius, MeshesFollow) {
 
 /// A flight far longer than the budget allows: nothing is refused, whether meshes are updated
 /// always, never or only at first.
-TEST(KeepRadius, HoldsTheBudgetHoweverLongTheWay) {
+TEST(KeepRadius, BoundsMemoryOnLongFlights) {
   for (const int meshed_frames : {0, 40, 1000}) {
     MapperParams settings = params(kKeptRadius_m);
     settings.map.max_memory_mb = 3;
@@ -118,7 +118,7 @@ TEST(KeepRadius, HoldsTheBudgetHoweverLongTheWay) {
 }
 
 /// The kept ball may have another centre than the camera.
-TEST(KeepRadius, GoesByTheCenterThatAFrameGives) {
+TEST(KeepRadius, UsesTheCentreGivenByAFrame) {
   Session session(params(kKeptRadius_m));
   session.integrate(lookFrom(0.0));
   SceneFrame away = lookFrom(20.0);
@@ -134,7 +134,7 @@ TEST(KeepRadius, GoesByTheCenterThatAFrameGives) {
 }
 
 /// A jump leaves more blocks behind than one frame drops.
-TEST(KeepRadius, DropsABoundedNumberAFrame) {
+TEST(KeepRadius, DropsALimitedNumberOfBlocksPerFrame) {
   MapperParams settings = params(kKeptRadius_m);
   settings.map.voxel_size_m = 0.0025f;
   Session session(settings);
@@ -148,7 +148,7 @@ TEST(KeepRadius, DropsABoundedNumberAFrame) {
 }
 
 /// A refused frame drops nothing.
-TEST(KeepRadius, BadFramesChangeNothing) {
+TEST(KeepRadius, RefusedFramesDropNothing) {
   Session session(params(kKeptRadius_m));
   session.integrate(lookFrom(0.0));
   SceneFrame empty = lookFrom(20.0);
@@ -157,7 +157,7 @@ TEST(KeepRadius, BadFramesChangeNothing) {
   EXPECT_EQ(session.mapper().stats().dropped_blocks, 0u);
 }
 
-TEST(KeepRadius, IsNoSmallerThanWhatAFrameMaps) {
+TEST(KeepRadius, MustCoverTheMappedDepth) {
   try {
     readMapperParams({{"map/keep_radius_m", 5.0}});
     FAIL();

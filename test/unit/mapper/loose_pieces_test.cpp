@@ -43,7 +43,7 @@ class LoosePiece : public testing::Test {
   const std::vector<SceneFrame> small_ = framesOf(kSmall), large_ = framesOf(kLarge);
 };
 
-TEST_F(LoosePiece, GoesOnceALargerOneAppearsBesideIt) {
+TEST_F(LoosePiece, VanishesWhenALargerOneAppearsNearby) {
   const auto grown = makeProbedMapper(params_), at_once = makeProbedMapper(params_);
   MeshStore mesh(params_.map.voxel_size_m), expected(params_.map.voxel_size_m);
   fuse(*grown, small_);
@@ -63,7 +63,7 @@ TEST_F(LoosePiece, GoesOnceALargerOneAppearsBesideIt) {
   }
 }
 
-TEST_F(LoosePiece, GoesInAPartOfTheMapToo) {
+TEST_F(LoosePiece, AlsoVanishesInAPartOfTheMap) {
   MapperParams kept = params_;
   kept.mesh.loose_voxels = 0;
   for (const MapperParams& params : {params_, kept}) {

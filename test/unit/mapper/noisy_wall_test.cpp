@@ -42,7 +42,7 @@ TEST(NoisyWall, AveragesToOneSurface) {
 
 /// With noise of 8 mm, more depths lie beyond the truncation distance. They form small isolated
 /// pieces near the wall.
-TEST(NoisyWall, LosesSmallPiecesBesideIt) {
+TEST(NoisyWall, LosesMostSmallPiecesNearby) {
   constexpr float kVoxel_m = 0.005f, kNoise = 0.008f;
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(0.2, -0.3, 1.0).normalized()});
@@ -61,15 +61,15 @@ TEST(NoisyWall, LosesSmallPiecesBesideIt) {
     }
     return count;
   };
-  const auto all = verticesOf(0), held = verticesOf(4);
+  const auto all = verticesOf(0), rest = verticesOf(4);
   EXPECT_GT(all.far, 200u);
-  EXPECT_LT(held.far, all.far / 2) << "of " << all.far;
-  EXPECT_GT(held.near, all.near * 49 / 50) << "of " << all.near;
+  EXPECT_LT(rest.far, all.far / 2) << "of " << all.far;
+  EXPECT_GT(rest.near, all.near * 49 / 50) << "of " << all.near;
 }
 
 /// Two walls that meet 4 m in front of the camera, with noise of 48 mm. Windows large enough for
 /// this noise mix the normals of both walls. Casting along such normals would shift the edge.
-TEST(NoisyWall, LeavesAnEdgeWhereItIs) {
+TEST(NoisyWall, KeepsAnEdgeInPlace) {
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(0.8, 0.1, 1.0).normalized()});
   scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(-0.8, 0.1, 1.0).normalized()});

@@ -183,7 +183,7 @@ bool anywhere(const Vec3f&) { return true; }
 
 /// A board 0.3 m wide, 0.7 m in front of the wall. The depth camera moves and maps the whole wall.
 /// The colour camera stands still and does not see what the board hides.
-TEST(Paint, WhatTheMapHidesIsLeftAlone) {
+TEST(Paint, HiddenSurfacesAreNotPainted) {
   Scene scene = wallScene();
   scene.add(makeBox(Vector3d(0.0, 0.8, 0.0), Vector3d(0.3, 0.02, 2.0)));
   const auto mapper = makeMapperAt(0.02f);
@@ -209,7 +209,7 @@ TEST(Paint, WhatTheMapHidesIsLeftAlone) {
 
 /// The colour stays the same while the camera moves along a wall and its exposure and white balance
 /// change.
-TEST(Paint, ExposureLeavesNoPatches) {
+TEST(Paint, ExposureChangesLeaveNoPatches) {
   const auto mapper = makeMapperAt(0.02f);
   for (double x = 0.0; x < 2.0; x += 0.5) fuse(*mapper, wallScene(), lookingAtWall({x, 0.0, 0.0}));
   for (int i = 0; i < 9; ++i) {
@@ -258,7 +258,7 @@ void feed(Mapper& mapper, const RoomFrames& frames, size_t i) {
   mapper.paint(frames.colour[i].view());
 }
 
-TEST(Paint, AnImageThatChangesNothingChangesNoMesh) {
+TEST(Paint, RepeatingAnImageChangesNoMesh) {
   const auto mapper = makeMapperAt(0.02f);
   fuse(*mapper, wallScene(), lookingAtWall(Vector3d::Zero()));
   const PaintedFrame frame = plainFrame(kGreen, lookingAtWall({0.1, 0.1, 0.0}));
@@ -268,7 +268,7 @@ TEST(Paint, AnImageThatChangesNothingChangesNoMesh) {
   EXPECT_TRUE(mapper->updateMesh().blocks.empty());
 }
 
-TEST(Paint, TheShapeIsTheSameWithAndWithout) {
+TEST(Paint, DoesNotChangeTheShape) {
   const RoomFrames frames = roomFrames(4);
   const auto plain = makeMapperAt(0.04f), painted = makeMapperAt(0.04f);
   for (size_t i = 0; i < frames.depth.size(); ++i) {
@@ -283,7 +283,7 @@ TEST(Paint, TheShapeIsTheSameWithAndWithout) {
   EXPECT_EQ(plain->stats().colour_bytes, 0u);
 }
 
-TEST(Paint, TakesAtMostFourTenthsOfTheMap) {
+TEST(Paint, AddsLessThanFortyPercentToTheMap) {
   const RoomFrames frames = roomFrames(12);
   for (const float voxel_size_m : {0.02f, 0.05f}) {
     const auto mapper = makeMapperAt(voxel_size_m);
@@ -313,7 +313,7 @@ TEST(Paint, StaysWithinTheBudget) {
 
 /// Clearing a surface removes its colour, so a new surface at the same place is unpainted. Here, a
 /// part of a board is removed and put back.
-TEST(Paint, ColourGoesWithTheSurface) {
+TEST(Paint, ColourIsRemovedWithTheSurface) {
   Scene whole = wallScene(), part = wallScene();
   whole.add(makeBox(Vector3d(0.0, 1.0, 0.0), Vector3d(0.6, 0.02, 0.6)));
   part.add(makeBox(Vector3d(-0.11, 1.0, 0.0), Vector3d(0.38, 0.02, 0.6)));  // up to x = 0.08
@@ -370,8 +370,8 @@ TEST(Paint, BadImagesAreRefusedAndChangeNothing) {
   EXPECT_EQ(makeMapperAt(0.02f)->paint(good.view()).status, FrameStatus::kNoMeasurement);
 }
 
-/// One picture in every encoding, with padded rows.
-TEST(Paint, EncodingsSayTheSame) {
+/// A picture in each colour encoding, and a grey one; rows are padded.
+TEST(Paint, ReadsEveryEncoding) {
   const PaintedFrame rgb = plainFrame({200, 100, 50}, lookingAtWall(Vector3d::Zero()));
   const auto colours = [&](ColourEncoding encoding, const std::vector<uint8_t>& pixel) {
     ColourFrame frame = rgb.frame;

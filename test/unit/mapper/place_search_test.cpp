@@ -31,7 +31,7 @@ FoundPlace find(Session& map, const SceneFrame& image, int threads = 2) {
 }
 
 /// One camera is rolled by 2.5 rad, since the vertical is unknown.
-TEST(PlaceSearch, FindsACameraByItsImageAlone) {
+TEST(PlaceSearch, FindsACameraFromItsImageAlone) {
   const Scene scene = roomWithFurniture();
   const auto map = mapOf(scene);
   Isometry3d rolled = cameraTowards({-0.6, 0.3, 1.5}, 0.2);
@@ -47,7 +47,7 @@ TEST(PlaceSearch, FindsACameraByItsImageAlone) {
   }
 }
 
-TEST(PlaceSearch, FindsTheSameOnAnyNumberOfThreads) {
+TEST(PlaceSearch, DoesNotDependOnTheNumberOfThreads) {
   const Scene scene = roomWithFurniture();
   const auto map = mapOf(scene);
   const SceneFrame image = renderFrame(scene, cameraTowards({-0.5, 0.4, 1.4}, -0.3), 320, 240);
@@ -57,7 +57,7 @@ TEST(PlaceSearch, FindsTheSameOnAnyNumberOfThreads) {
 }
 
 /// The corners of an empty room look alike in pairs.
-TEST(PlaceSearch, ChoosesNoneOfTwoPlacesThatLookAlike) {
+TEST(PlaceSearch, ReportsAmbiguityIfPlacesLookAlike) {
   const Scene scene = emptyRoom();
   const auto map = mapOf(scene);
   const Isometry3d truth = cameraTowards({0.3, 0.2, 1.3}, 0.6);
@@ -67,7 +67,7 @@ TEST(PlaceSearch, ChoosesNoneOfTwoPlacesThatLookAlike) {
   EXPECT_GT(turnBetween_rad(*found.other_T_W_C, found.alignment.T_W_C), 1.0);
 }
 
-TEST(PlaceSearch, FindsNoPlaceThatTheMapDoesNotHold) {
+TEST(PlaceSearch, DoesNotFindUnmappedPlaces) {
   const auto map = mapOf(roomWithFurniture());
   Scene elsewhere;
   for (int i = 0; i < 12; ++i) {
@@ -77,7 +77,7 @@ TEST(PlaceSearch, FindsNoPlaceThatTheMapDoesNotHold) {
   EXPECT_NE(find(*map, image).alignment.status, AlignmentStatus::kAligned);
 }
 
-TEST(PlaceSearch, FindsNothingInAnEmptyMapOrByAnEmptyImage) {
+TEST(PlaceSearch, NeedsAMapAndMeasurements) {
   Session empty(makeCpuParams());
   const SceneFrame image = renderFrame(emptyRoom(), cameraTowards({0.0, 0.0, 1.2}, 0.0), 320, 240);
   EXPECT_EQ(find(empty, image).alignment.status, AlignmentStatus::kUnmapped);

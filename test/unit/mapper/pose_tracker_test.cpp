@@ -84,7 +84,7 @@ void follow(Tracking& tracking, const Scene& scene, int frames) {
   }
 }
 
-TEST(PoseTracker, FollowsACameraWhosePosesItDoesNotRead) {
+TEST(PoseTracker, UsesOnlyTheFirstGivenPose) {
   Tracking tracking;
   follow(tracking, furnishedRoom(), 90);
   EXPECT_EQ(tracking.fused(), 90u);
@@ -95,7 +95,7 @@ TEST(PoseTracker, FollowsACameraWhosePosesItDoesNotRead) {
 }
 
 /// The camera accelerates sideways, up to 0.2 m per image.
-TEST(PoseTracker, ContinuesFastMotionOverOneMissingImageThoughStampsAreUneven) {
+TEST(PoseTracker, ExtrapolatesAcrossOneMissingImage) {
   constexpr int kImages = 9;
   const auto poseAt = [](int image) {
     const Vector3d eye(-1.2, -0.5 + 0.0125 * image * (image + 1), 1.3);
@@ -128,7 +128,7 @@ struct Away {
 
 class AfterTheDark : public testing::TestWithParam<Away> {};
 
-TEST_P(AfterTheDark, TheCameraIsFoundAgainNearWhereItWas) {
+TEST_P(AfterTheDark, TheCameraIsFoundAgainNearby) {
   const Scene scene = furnishedRoom();
   Tracking tracking;
   follow(tracking, scene, 30);
@@ -168,7 +168,7 @@ INSTANTIATE_TEST_SUITE_P(Away, AfterTheDark,
                                          Away{{-0.2, 0.0, 0.0}, 0.0}));
 
 /// After the dark the camera sees another room, which must not reach the map.
-TEST(PoseTracker, NeverFusesAnotherPlace) {
+TEST(PoseTracker, NeverFusesImagesOfAnotherPlace) {
   Tracking tracking;
   follow(tracking, furnishedRoom(), 30);
   Scene other;
@@ -184,7 +184,7 @@ TEST(PoseTracker, NeverFusesAnotherPlace) {
   EXPECT_TRUE(tracking.tracker().isLost());
 }
 
-TEST(PoseTracker, GoesOnFromAPoseThatIsSet) {
+TEST(PoseTracker, ResumesFromASetPose) {
   const Scene scene = furnishedRoom();
   Tracking tracking;
   follow(tracking, scene, 30);
@@ -200,7 +200,7 @@ TEST(PoseTracker, GoesOnFromAPoseThatIsSet) {
 }
 
 /// The pose found for the first image slid away and is not held.
-TEST(PoseTracker, SearchesAroundAPoseThatIsSet) {
+TEST(PoseTracker, SearchesAroundASetPose) {
   FakeMapper mapper;
   mapper.integrate(DepthFrame());
   std::vector<Isometry3d> tried;
@@ -222,7 +222,7 @@ TEST(PoseTracker, SearchesAroundAPoseThatIsSet) {
 
 /// In a loaded map the camera may be anywhere. The step from the first guess to the found pose must
 /// not count as motion.
-TEST(PoseTracker, FusesNothingBeforeItIsFoundInAMap) {
+TEST(PoseTracker, FusesNothingUntilLocalised) {
   const Scene scene = furnishedRoom();
   Tracking tracking;
   follow(tracking, scene, 30);
@@ -243,7 +243,7 @@ TEST(PoseTracker, FusesNothingBeforeItIsFoundInAMap) {
 }
 
 /// After two seconds in the dark, the camera is far from every pose that it had before.
-TEST(PoseTracker, FindsALostCameraAllOverTheMap) {
+TEST(PoseTracker, FindsALostCameraAnywhereInTheMap) {
   const Scene scene = furnishedRoom();
   Tracking tracking;
   follow(tracking, scene, 60);
@@ -262,7 +262,7 @@ TEST(PoseTracker, FindsALostCameraAllOverTheMap) {
 }
 
 /// Frames without measurements neither start a map nor keep the next frame from starting one.
-TEST(PoseTracker, BeginsWithTheFirstImageThatShowsSomething) {
+TEST(PoseTracker, StartsAtTheFirstNonEmptyImage) {
   const Scene scene = furnishedRoom();
   Tracking tracking;
   tracking.seeNothing(0.0);
@@ -274,7 +274,7 @@ TEST(PoseTracker, BeginsWithTheFirstImageThatShowsSomething) {
 }
 
 /// Only the first image has a given pose: the second one may already show another place.
-TEST(PoseTracker, FusesNoSecondImageThatTheMapHoldsNothingOf) {
+TEST(PoseTracker, DoesNotFuseAnUnmappedSecondImage) {
   Scene near, far;
   near.add(Plane{{1.0, 0.0, 0.0}, -Vector3d::UnitX()});
   far.add(Plane{{3.0, 0.0, 0.0}, -Vector3d::UnitX()});
@@ -291,7 +291,7 @@ TEST(PoseTracker, FusesNoSecondImageThatTheMapHoldsNothingOf) {
 
 /// Walls and floor constrain five of six degrees of freedom: the camera may drift along the
 /// corridor, and the covariance shows it.
-TEST(PoseTracker, ACorridorHoldsAllButTheWayAlongIt) {
+TEST(PoseTracker, ACorridorLeavesItsAxisUnconstrained) {
   Scene corridor;
   corridor.add(Plane{{0.0, 1.0, 0.0}, -Vector3d::UnitY()});
   corridor.add(Plane{{0.0, -1.0, 0.0}, Vector3d::UnitY()});

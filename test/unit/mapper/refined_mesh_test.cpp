@@ -93,7 +93,7 @@ double meanRadius(const Mesh& mesh, const Vector3d& centre) {
 }
 
 /// Midpoints lie as far out as the vertices; the midpoints of straight sides do not.
-TEST_P(RefinedMesh, OfABallIsAsRoundBetweenItsVertices) {
+TEST_P(RefinedMesh, OfABallIsRoundBetweenVertices) {
   const Vector3d centre(0.13, -0.07, 0.21);
   Scene scene;
   scene.add(Sphere{centre, 0.2});
@@ -108,7 +108,7 @@ TEST_P(RefinedMesh, OfABallIsAsRoundBetweenItsVertices) {
 
 /// The vertices on edges come first and equal those of the plain mesh; each midpoint names two of
 /// them.
-TEST_P(RefinedMesh, KeepsTheVerticesOfThePlainOne) {
+TEST_P(RefinedMesh, KeepsTheVerticesOfThePlainMesh) {
   const std::vector<SceneFrame> frames = {renderFrame(makeRoomScene(), roomCameraPose(2.0))};
   const MeshUpdate plain = fuseAndMesh(params(0), frames), mesh = fuseAndMesh(params(1), frames);
   ASSERT_GT(plain.blocks.size(), 100u);

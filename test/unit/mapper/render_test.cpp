@@ -80,7 +80,7 @@ std::vector<Isometry3d> cornerPoses() {
 class Views : public testing::TestWithParam<bool> {};
 
 /// The view's pose lies between those of the mapped images.
-TEST_P(Views, ShowWhatTheSceneHas) {
+TEST_P(Views, MatchTheScene) {
   Session session(makeCpuParams(FusionMode::kNormalRayCasting, GetParam(), kViewVoxel_m));
   see(session, cornerWithBall(), cornerPoses());
   const Isometry3d T_W_C = lookFrom({0.3, 0.2, 0.2}, {1.9, 1.9, -0.9});
@@ -98,7 +98,7 @@ TEST_P(Views, ShowWhatTheSceneHas) {
 INSTANTIATE_TEST_SUITE_P(Maps, Views, testing::Bool());
 
 /// A slanted wall: depth and normal of each pixel are known.
-TEST(Render, NormalsAreThoseOfTheWall) {
+TEST(Render, NormalsMatchTheWall) {
   Scene wall;
   const Vector3d normal = Vector3d(-1.0, 0.4, 0.2).normalized();
   wall.add(Plane{{2.0, 0.0, 0.0}, normal});
@@ -162,7 +162,7 @@ TEST(Render, EachSideOfAPlateHasItsOwnDepthAndColour) {
 }
 
 /// A rod 1.3 pixels wide in front of a wall.
-TEST(Render, WhatIsThinIsNotPassedOver) {
+TEST(Render, ThinObjectsAreNotMissed) {
   Scene scene;
   scene.add(Plane{{3.0, 0.0, 0.0}, -Vector3d::UnitX()});
   scene.add(Box{Isometry3d(Eigen::Translation3d(1.5, 0.0, 0.0)), {0.02, 0.02, 2.0}});
@@ -225,7 +225,7 @@ INSTANTIATE_TEST_SUITE_P(Refined, KeptViews, testing::Values(0, 1));
 
 /// Blocks are rendered but not extracted, then cleared. Their neighbours, otherwise unchanged, must
 /// look as if those blocks had never existed.
-TEST(Render, WhatGoesBeforeItIsExtractedLeavesNothingBehind) {
+TEST(Render, BlocksClearedBeforeExtractionLeaveNoTrace) {
   for (const int refine : {0, 1}) {
     MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m);
     params.mesh.refine = refine;

@@ -95,7 +95,7 @@ TEST_P(ThinWall, TheDirectionalMapKeepsBothSidesInPlace) {
 
 /// The undirected map mixes the distances of both sides. Walls of up to 1.5 voxels become too
 /// thick.
-TEST_P(ThinWall, TheUndirectedMapThickensIt) {
+TEST_P(ThinWall, TheUndirectedMapDistortsIt) {
   const WallSides sides = mapWall(thickness(), yaw(), FusionMode::kNormalRayCasting, false);
   const double too_thick = sides.front.outwards + sides.back.outwards;
   if (thickness() <= 1.5) {

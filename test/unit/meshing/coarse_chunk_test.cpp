@@ -39,7 +39,7 @@ PackedChunk gridChunk(std::array<int64_t, 3> origin, int side, int z, float face
   return chunk;
 }
 
-TEST(CoarseChunk, HasASixteenthOfTheTrianglesNearTheSamePlace) {
+TEST(CoarseChunk, HasAboutASixteenthOfTheTriangles) {
   const PackedChunk fine = gridChunk({-5 * kCell, 0, 7}, 64, 3000, 1.0f);
   const PackedChunk coarse = coarsen(fine, kCellLog2);
   EXPECT_LE(coarse.triangleCount(), fine.triangleCount() / 15);
@@ -56,7 +56,7 @@ TEST(CoarseChunk, HasASixteenthOfTheTrianglesNearTheSamePlace) {
   }
 }
 
-TEST(CoarseChunk, KeepsBothSidesOfAThinThingApart) {
+TEST(CoarseChunk, KeepsTheSidesOfThinObjectsApart) {
   const PackedChunk front = coarsen(gridChunk({0, 0, 0}, 8, 1500, 1.0f), kCellLog2);
   const PackedChunk back = coarsen(gridChunk({0, 0, 0}, 8, 1490, -1.0f), kCellLog2);
   EXPECT_GT(front.positions[2], back.positions[2]);
@@ -70,7 +70,7 @@ std::set<std::array<double, 3>> placesOf(const PackedChunk& chunk, double step) 
 }
 
 /// The vertices lie below the common side, in cells that begin below the upper chunk.
-TEST(CoarseChunk, MeetsItsNeighbourWithCellsLargerThanItsMargin) {
+TEST(CoarseChunk, MeetsItsNeighbourDespiteLargeCells) {
   constexpr int kVoxel = 512, kSide = 32 * kVoxel, kMargin = 2 * kVoxel, kBelow = 154;
   const int lower_z = kSide + kMargin - kBelow, upper_z = kMargin - kBelow;
   for (const float faces : {1.0f, -1.0f}) {

@@ -32,7 +32,7 @@ bool isSame(const Vec3f& a, const Vec3f& b) { return a.x == b.x && a.y == b.y &&
 
 /// Cropping gives the same triangles, in the same order, as filtering the whole mesh, also at the
 /// borders of blocks.
-TEST(CroppedMesh, IsAFilterOfTheWhole) {
+TEST(CroppedMesh, HasExactlyTheTrianglesInside) {
   MeshStore store(kVoxel_m);
   MeshUpdate update;
   for (int y = 0; y < 4; ++y) {
@@ -70,7 +70,7 @@ TEST(CroppedMesh, IsAFilterOfTheWhole) {
   }
 }
 
-TEST(CroppedMesh, IsEmptyWhereNothingLies) {
+TEST(CroppedMesh, IsEmptyOutsideTheMesh) {
   MeshStore store(kVoxel_m);
   MeshUpdate update;
   update.blocks.push_back(slopeBlock({0, 0, 0}, 0.3f));

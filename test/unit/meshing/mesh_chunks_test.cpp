@@ -14,7 +14,7 @@ void markChanged(MeshChunks& chunks, const std::vector<BlockKey>& blocks) {
   for (const BlockKey& block : blocks) chunks.markChanged(block);
 }
 
-TEST(MeshChunks, EachBlockIsInTheOneChunkThatItMarks) {
+TEST(MeshChunks, ABlockMarksTheChunkThatContainsIt) {
   for (const BlockKey key : {BlockKey{0, 0, 0}, BlockKey{-1, 0, 3}, BlockKey{-4, -5, 4},
                              BlockKey{kMaxBlockCoordinate, -kMaxBlockCoordinate, 7}}) {
     MeshChunks chunks(4);
@@ -45,7 +45,7 @@ TEST(MeshChunks, KeepIdsAndForgetChanges) {
 }
 
 /// An exploring camera adds chunks on both sides of the existing ones.
-TEST(MeshChunks, AllHaveTheirTurnThoughThereAreMoreAndMore) {
+TEST(MeshChunks, AllGetTheirTurnDespiteNewChunks) {
   MeshChunks chunks(1);
   for (int x = 0; x < 10; ++x) chunks.markChanged({x, 0, 0});
   const std::vector<PackedKey> first = chunks.all();

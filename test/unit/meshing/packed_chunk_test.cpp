@@ -19,12 +19,12 @@ PackedChunk chunkOf(size_t vertices) {
   return chunk;
 }
 
-TEST(PackedChunkCheck, RefusesMoreVerticesThanItsIndicesTellApart) {
+TEST(PackedChunkCheck, RefusesMoreVerticesThanIndicesCanAddress) {
   EXPECT_NO_THROW(checkChunk(chunkOf(65536)));
   EXPECT_THROW(checkChunk(chunkOf(65537)), std::runtime_error);
 }
 
-TEST(PackedChunkCheck, RefusesStepsThatNoMapHas) {
+TEST(PackedChunkCheck, RefusesImpossibleSteps) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   EXPECT_NO_THROW(checkStep(ChunkLattice(0.001f, 64).step_m));
   EXPECT_NO_THROW(checkStep(ChunkLattice(1.0f, 1).step_m));

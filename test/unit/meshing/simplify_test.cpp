@@ -53,7 +53,7 @@ std::set<std::array<float, 3>> placesOf(const Mesh& mesh) {
 }
 
 /// Only the border of a plane is needed; the error is the rounding of floats.
-TEST_F(Simplify, APlaneLosesItsInside) {
+TEST_F(Simplify, ReducesAPlaneButKeepsItsBorder) {
   Mesh mesh;
   addSheet(mesh, 1.0f, 0.02f, true, [](float, float) { return 0.1f; });
   const SimplifiedMesh simple = simplifyMesh(mesh, 0.002);
@@ -67,7 +67,7 @@ TEST_F(Simplify, APlaneLosesItsInside) {
 }
 
 /// The reported error equals the measured one and does not exceed the limit.
-TEST_F(Simplify, KeepsToTheErrorAndTellsIt) {
+TEST_F(Simplify, RespectsTheLimitAndReportsTheError) {
   Mesh mesh;
   addSheet(mesh, 2.0f, 0.02f, true,
            [](float x, float y) { return 0.1f * std::sin(4.0f * x) * std::cos(3.0f * y); });
@@ -87,7 +87,7 @@ TEST_F(Simplify, KeepsToTheErrorAndTellsIt) {
 }
 
 /// A plate of 5 mm with noisy sides, and a larger error limit: the sides must not touch.
-TEST_F(Simplify, SidesOfAThinPlateStayApart) {
+TEST_F(Simplify, KeepsTheSidesOfAThinPlateApart) {
   constexpr float kThickness_m = 0.005f;
   std::mt19937 random(11);
   std::uniform_real_distribution<float> noise(-0.0006f, 0.0006f);
@@ -130,7 +130,7 @@ TEST_F(Simplify, SidesOfAThinPlateStayApart) {
   }
 }
 
-TEST_F(Simplify, TheSameMeshGivesTheSameBytes) {
+TEST_F(Simplify, IsDeterministic) {
   Mesh mesh;
   addSheet(mesh, 3.0f, 0.02f, true, [](float x, float y) { return 0.1f * x * y; });
   mesh.colours.assign(mesh.vertices_m.size(), VertexColour{1, 2, 3, 255});
@@ -142,7 +142,7 @@ TEST_F(Simplify, TheSameMeshGivesTheSameBytes) {
 }
 
 /// A larger error limit never leaves more triangles, even where single vertices cannot be removed.
-TEST_F(Simplify, ALargerErrorLeavesNoMoreTriangles) {
+TEST_F(Simplify, ALargerLimitNeverLeavesMoreTriangles) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> noise(-0.002f, 0.002f);
   Mesh mesh;
@@ -160,7 +160,7 @@ TEST_F(Simplify, ALargerErrorLeavesNoMoreTriangles) {
   EXPECT_LT(last, 600u) << "the border has 400 vertices";
 }
 
-TEST_F(Simplify, IsCancelledWhereItIsAskedTo) {
+TEST_F(Simplify, ReportsProgressAndCanBeCancelled) {
   Mesh mesh;
   addSheet(mesh, 3.0f, 0.01f, true, [](float x, float y) { return 0.1f * std::sin(9.0f * x * y); });
   double last = -1.0;
@@ -178,13 +178,13 @@ TEST_F(Simplify, IsCancelledWhereItIsAskedTo) {
   }
 }
 
-TEST_F(Simplify, ZeroIsOff) {
+TEST_F(Simplify, AZeroLimitChangesNothing) {
   Mesh mesh;
   addSheet(mesh, 1.0f, 0.1f, true, [](float, float) { return 0.0f; });
   EXPECT_EQ(simplifyMesh(mesh, 0.0).mesh.triangles, mesh.triangles);
 }
 
-TEST(SimplifyArguments, ErrorsAreRefusedThatAreNone) {
+TEST(SimplifyArguments, InvalidLimitsAreRefused) {
   Mesh mesh;
   addSheet(mesh, 3.0f, 0.5f, true, [](float, float) { return 0.0f; });
   for (const double error_m :

@@ -50,7 +50,7 @@ struct Soup {
   }
 };
 
-TEST(SurfaceTree, FindsTheDistanceOfTheNearestTriangle) {
+TEST(SurfaceTree, FindsTheDistanceToTheNearestTriangle) {
   std::mt19937 random(3);
   const Soup soup(random, 60);
   const SurfaceTree tree(soup.vertices, soup.triangles);
@@ -68,7 +68,7 @@ TEST(SurfaceTree, FindsTheDistanceOfTheNearestTriangle) {
   }
 }
 
-TEST(SurfaceTree, CountsWhatFacesAsAskedOnly) {
+TEST(SurfaceTree, IgnoresTrianglesWithOtherFacings) {
   // Two squares, one above the other: the lower one faces up, the upper one down.
   const std::vector<Vec3f> vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                                        {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
@@ -83,7 +83,7 @@ TEST(SurfaceTree, CountsWhatFacesAsAskedOnly) {
   EXPECT_EQ(tree.distance(p, 9.0, up, -1.01f, hint), 9.0);
 }
 
-TEST(SurfaceTree, AHintChangesNothing) {
+TEST(SurfaceTree, AHintDoesNotChangeTheResult) {
   std::mt19937 random(5);
   const Soup soup(random, 200);
   const SurfaceTree tree(soup.vertices, soup.triangles);
@@ -101,7 +101,7 @@ TEST(SurfaceTree, AHintChangesNothing) {
   }
 }
 
-TEST(SurfaceTree, TrianglesWithoutAreaAreSidesOrPoints) {
+TEST(SurfaceTree, DegenerateTrianglesAreSegmentsOrPoints) {
   const std::vector<Vec3f> vertices = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
   const std::vector<std::array<uint32_t, 3>> triangles = {{0, 1, 2}, {0, 0, 0}};
   const SurfaceTree tree(vertices, triangles);

@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-TEST(FreeRuns, JoinsWhatIsGivenBack) {
+TEST(FreeRuns, MergesAdjacentFreeRuns) {
   FreeRuns runs(30);
   for (uint64_t i = 0; i < 3; ++i) EXPECT_EQ(runs.take(10), 10 * i);
   EXPECT_FALSE(runs.take(1)) << "the file is full";
@@ -23,7 +23,7 @@ TEST(FreeRuns, JoinsWhatIsGivenBack) {
   EXPECT_EQ(runs.inUse(), 0u);
 }
 
-TEST(FreeRuns, NeverGivesAUnitTwice) {
+TEST(FreeRuns, NeverAllocatesAUnitTwice) {
   FreeRuns runs(600);
   std::map<uint64_t, uint64_t> taken;
   std::mt19937 random(7);

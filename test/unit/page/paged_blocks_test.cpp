@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-TEST(PagedBlocks, RefusesBlocksWithoutMemory) {
+TEST(PagedBlocks, RefusesBlocksIfMemoryRunsOut) {
   constexpr int32_t kBlocks = 40;
   TemporaryFolder folder;
   const std::vector<char> words(256);

@@ -106,7 +106,7 @@ class PagedMeshesTest : public testing::Test {
   MeshStore reference_{kPagedVoxel_m};
 };
 
-TEST_F(PagedMeshesTest, AreThoseThatWerePut) {
+TEST_F(PagedMeshesTest, AreReadBackUnchanged) {
   ASSERT_NO_FATAL_FAILURE(putAll());
   EXPECT_LE(meshes_.bytes(), meshes_.maxBytes());
   EXPECT_GT(meshes_.stats().bytes, 2 * meshes_.maxBytes()) << "otherwise little is tested";
@@ -145,7 +145,7 @@ TEST_F(PagedMeshesTest, FollowChanges) {
   EXPECT_TRUE(isFileSpaceFreed());
 }
 
-TEST_F(PagedMeshesTest, FindDamage) {
+TEST_F(PagedMeshesTest, DetectDamage) {
   ASSERT_NO_FATAL_FAILURE(putAll());
   const size_t blocks = meshes_.keys().size();
   damagePages(pages_.path(), 1, 0);
@@ -159,7 +159,7 @@ TEST_F(PagedMeshesTest, FindDamage) {
 }
 
 /// Meshes that cannot be written stay in memory until the disk accepts them.
-TEST_F(PagedMeshesTest, SurviveADiskThatRefuses) {
+TEST_F(PagedMeshesTest, SurviveFailedWrites) {
   {
     const FileSizeLimit disk(100000);
     for (const SharedBlockMesh& block : meshesOfARoom()) put(block);
@@ -173,7 +173,7 @@ TEST_F(PagedMeshesTest, SurviveADiskThatRefuses) {
   expectSame();
 }
 
-TEST_F(PagedMeshesTest, AreForgotten) {
+TEST_F(PagedMeshesTest, AreRemovedByClearing) {
   ASSERT_NO_FATAL_FAILURE(putAll());
   meshes_.clear(0.1f);
   EXPECT_EQ(meshes_.voxelSize(), 0.1f);

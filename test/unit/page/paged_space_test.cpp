@@ -132,7 +132,7 @@ class PagedSpace : public testing::Test {
   }
 };
 
-TEST_F(PagedSpace, IsThatOfAMapThatNeverPaged) {
+TEST_F(PagedSpace, EqualsUnpagedSpace) {
   Walk whole(plainParams());
   ASSERT_NO_FATAL_FAILURE(whole.go());
   for (const int budget_mb : {8, 4, 2}) {
@@ -151,9 +151,9 @@ TEST_F(PagedSpace, IsThatOfAMapThatNeverPaged) {
   }
 }
 
-TEST_F(PagedSpace, TakesNoMoreMemoryTheFartherItGoes) {
+TEST_F(PagedSpace, MemoryDoesNotGrowWithDistance) {
   constexpr int kBudgetMb = 4;
-  constexpr size_t kInMemory = (size_t{kBudgetMb} << 20) / 8, kOnItsWay = size_t{1} << 20;
+  constexpr size_t kInMemory = (size_t{kBudgetMb} << 20) / 8, kWriting = size_t{1} << 20;
   Walk whole(plainParams()), near(pagedParams(plainParams(), kBudgetMb, folder_.path()));
   size_t most = 0, max_of_follower = 0;
   for (int i = 0; i < 2 * kStepsOut; i += 3) {
@@ -163,15 +163,15 @@ TEST_F(PagedSpace, TakesNoMoreMemoryTheFartherItGoes) {
     max_of_follower = std::max(max_of_follower, near.followerBytes());
   }
   const size_t index = near.mapper().stats().pages.index_bytes;
-  EXPECT_LE(most, kInMemory + kOnItsWay + index);
-  EXPECT_LE(max_of_follower, kInMemory + kOnItsWay + near.followerPages().index_bytes);
-  EXPECT_GT(whole.space().bytes(), 3 * (kInMemory + kOnItsWay)) << "otherwise nothing is tested";
+  EXPECT_LE(most, kInMemory + kWriting + index);
+  EXPECT_LE(max_of_follower, kInMemory + kWriting + near.followerPages().index_bytes);
+  EXPECT_GT(whole.space().bytes(), 3 * (kInMemory + kWriting)) << "otherwise nothing is tested";
   std::cout << "space of the map: " << (most >> 10) << " KiB instead of "
             << (whole.space().bytes() >> 10) << ", of its follower: " << (max_of_follower >> 10)
             << " KiB instead of " << (whole.followerBytes() >> 10) << "\n";
 }
 
-TEST_F(PagedSpace, IsLoadedBeyondTheBudget) {
+TEST_F(PagedSpace, CanBeLoadedBeyondTheBudget) {
   Walk whole(plainParams());
   ASSERT_NO_FATAL_FAILURE(whole.go());
   whole.look();
@@ -191,7 +191,7 @@ TEST_F(PagedSpace, IsLoadedBeyondTheBudget) {
 }
 
 /// A large map is published in parts while it changes. In the end, the follower has all cells.
-TEST_F(PagedSpace, IsToldInParts) {
+TEST_F(PagedSpace, IsPublishedInParts) {
   MapContents contents = makeMapper(plainParams())->contents();
   for (int32_t i = 0; i < 70000; ++i) {
     contents.free_cubes.push_back({{i % 50, i / 50 % 50, i / 2500}, {uint64_t(i) + 1}});
@@ -230,7 +230,7 @@ TEST_F(PagedSpace, IsToldInParts) {
 }
 
 /// Cubes lost on the disk must not use up the budget.
-TEST_F(PagedSpace, CountsNoCubesThatTheDiskLost) {
+TEST_F(PagedSpace, DoesNotCountLostCubes) {
   MapContents contents = makeMapper(plainParams())->contents();
   for (int32_t i = 0; i < 70000; ++i) {
     contents.free_cubes.push_back({{i % 50, i / 50 % 50, i / 2500}, {uint64_t(i) + 1}});
@@ -252,7 +252,7 @@ TEST_F(PagedSpace, CountsNoCubesThatTheDiskLost) {
 }
 
 /// Cells beyond the budget stay unknown and are counted; surfaces stay known.
-TEST_F(PagedSpace, GoesOnWithWhatFitsWhereTheDiskIsFull) {
+TEST_F(PagedSpace, KeepsSurfacesWhenTheDiskIsFull) {
   MapperParams params = pagedParams(plainParams(), 64, folder_.path());
   params.map.page_max_gb = 0.002f;
   Walk whole(plainParams());

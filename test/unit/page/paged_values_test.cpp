@@ -52,7 +52,7 @@ class PagedValuesTest : public testing::Test {
   }
 };
 
-TEST_F(PagedValuesTest, ComeBackAsTheyWere) {
+TEST_F(PagedValuesTest, AreReadBackUnchanged) {
   keep(300);
   EXPECT_LE(pages_->bytes(), 3 * kMaxBytes) << "including values being written";
   EXPECT_GT(pages_->stats().bytes, size_t{5} << 20) << "otherwise nothing is tested";
@@ -67,7 +67,7 @@ TEST_F(PagedValuesTest, ComeBackAsTheyWere) {
 }
 
 /// Threads read values while these are replaced, as planners query a snapshot of changing space.
-TEST_F(PagedValuesTest, AreReadByManyThreads) {
+TEST_F(PagedValuesTest, CanBeReadBySeveralThreads) {
   keep(100);
   std::atomic<int> wrong{0};
   std::vector<std::thread> threads;
@@ -84,7 +84,7 @@ TEST_F(PagedValuesTest, AreReadByManyThreads) {
   EXPECT_EQ(wrong, 0);
 }
 
-TEST_F(PagedValuesTest, FindDamage) {
+TEST_F(PagedValuesTest, DetectDamage) {
   keep(300);
   while (pages_->bytes() > kMaxBytes) std::this_thread::yield();  // until all is written
   damagePages(folder_.path(), 60, 40000);
@@ -101,7 +101,7 @@ TEST_F(PagedValuesTest, FindDamage) {
   EXPECT_NE(pages_->stats().problem.find("damaged"), std::string::npos);
 }
 
-TEST_F(PagedValuesTest, StayInMemoryWhereTheDiskTakesNone) {
+TEST_F(PagedValuesTest, StayInMemoryWhileTheDiskFails) {
   {
     const FileSizeLimit disk(0);
     keep(200);

@@ -173,7 +173,7 @@ class Paging : public testing::Test {
 };
 
 /// The first mesh of a large map comes in parts, so only a part of it is in memory at once.
-TEST_F(Paging, HandsOutAMeshInParts) {
+TEST_F(Paging, MeshesALargeMapInParts) {
   Way way;
   way.mesh_every = 0;
   Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 2, folder_.path()));
@@ -189,7 +189,7 @@ TEST_F(Paging, HandsOutAMeshInParts) {
 }
 
 /// The last blocks in order are meshed, too, even if a camera keeps changing the first ones.
-TEST_F(Paging, HandsOutAMeshInPartsWhileACameraLooksOn) {
+TEST_F(Paging, MeshesAllPartsWhileACameraMaps) {
   Way way;
   way.mesh_every = 0;
   Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 2, folder_.path()));
@@ -205,7 +205,7 @@ TEST_F(Paging, HandsOutAMeshInPartsWhileACameraLooksOn) {
 }
 
 /// Blocks are removed before the whole mesh is made again, part by part.
-TEST_F(Paging, HandsOutAMeshInPartsThatLosesBlocks) {
+TEST_F(Paging, RemovesBlocksFromAMeshInParts) {
   Way way;
   way.mesh_every = 0;
   Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 2, folder_.path()));
@@ -220,7 +220,7 @@ TEST_F(Paging, HandsOutAMeshInPartsThatLosesBlocks) {
   EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));
 }
 
-TEST_F(Paging, RendersWhatIsOnDisk) {
+TEST_F(Paging, RendersBlocksOnDisk) {
   const Way way;
   Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 5, folder_.path()));
   whole.go();
@@ -234,7 +234,7 @@ TEST_F(Paging, RendersWhatIsOnDisk) {
   EXPECT_TRUE(sameMaps(near.mapper(), whole.mapper()));
 }
 
-TEST_F(Paging, AlignsToWhatIsOnDisk) {
+TEST_F(Paging, AlignsToBlocksOnDisk) {
   const Way way;
   Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 5, folder_.path()));
   whole.go();
@@ -250,7 +250,7 @@ TEST_F(Paging, AlignsToWhatIsOnDisk) {
 }
 
 /// A map larger than the budget is loaded and continued.
-TEST_F(Paging, LoadsMapsBeyondTheBudget) {
+TEST_F(Paging, LoadsMapsLargerThanTheBudget) {
   Way way;
   way.painted = true;
   Tour whole(way, paramsOf(way)), begun(way, paramsOf(way));
@@ -273,7 +273,7 @@ TEST_F(Paging, LoadsMapsBeyondTheBudget) {
 
 /// Two places fit in memory. For a third, blocks of the first place are written to disk, not those
 /// of the second.
-TEST_F(Paging, WritesWhatIsOldestFirst) {
+TEST_F(Paging, WritesTheOldestBlocksFirst) {
   const auto see = [](ProbedMapper& mapper, double x_m, double aside) {
     const Eigen::Vector3d eye(x_m, 0.0, 0.0);
     const Eigen::Isometry3d pose =
@@ -298,7 +298,7 @@ TEST_F(Paging, WritesWhatIsOldestFirst) {
   }
 }
 
-TEST_F(Paging, EndsWithTheMap) {
+TEST_F(Paging, IsResetByClearing) {
   Tour near(Way(), pagedParams(paramsOf(Way()), 5, folder_.path()));
   near.go();
   near.mapper().clear();
@@ -312,7 +312,7 @@ TEST_F(Paging, EndsWithTheMap) {
 }
 
 /// Each map has its own file.
-TEST_F(Paging, SharesAFolder) {
+TEST_F(Paging, MapsCanShareAFolder) {
   const MapperParams params = pagedParams(paramsOf(Way()), 5, folder_.path());
   Tour whole(Way(), paramsOf(Way())), first(Way(), params), second(Way(), params);
   whole.go();
@@ -344,7 +344,7 @@ TEST_F(Paging, ExceedsABudgetThatIsTooSmallForAnImage) {
 }
 
 /// When the disk is full, new blocks are refused and counted; fused blocks stay.
-TEST_F(Paging, GoesOnWithWhatFits) {
+TEST_F(Paging, RefusesNewBlocksWhenTheDiskIsFull) {
   const Way way;
   MapperParams params = pagedParams(paramsOf(way), 4, folder_.path());
   params.map.page_max_gb = 0.003f;
@@ -363,7 +363,7 @@ TEST_F(Paging, GoesOnWithWhatFits) {
 
 /// When memory and disk are full, far blocks are still dropped from the disk, whether or not they
 /// have meshes.
-TEST_F(Paging, DropsWhatIsFarFromAFullDisk) {
+TEST_F(Paging, DropsFarBlocksFromAFullDisk) {
   for (const bool meshed : {false, true}) {
     SCOPED_TRACE(meshed);
     Way way;
@@ -410,7 +410,7 @@ TEST_F(Paging, WaitsForASlowDisk) {
 
 /// Blocks that can be read are cleared, and so is all space inside. The exception says that other
 /// blocks remain.
-TEST_F(Paging, ClearsInPartWhereTheDiskRefuses) {
+TEST_F(Paging, ClearsPartlyIfTheDiskFails) {
   Way way;
   way.space = true;
   Tour near(way, pagedParams(paramsOf(way), 4, folder_.path()));
@@ -446,7 +446,7 @@ TEST_F(Paging, ClearsInPartWhereTheDiskRefuses) {
 }
 
 /// While the disk fails, blocks that do not fit are refused, and mapped blocks stay.
-TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
+TEST_F(Paging, SurvivesTemporaryWriteFailures) {
   Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, 8);
   near.updateMesh();
@@ -481,7 +481,7 @@ TEST_F(Paging, OutlivesADiskThatRefusesForAWhile) {
 }
 
 /// Blocks that cannot be read for a while are not lost.
-TEST_F(Paging, OutlivesADiskThatCannotBeReadForAWhile) {
+TEST_F(Paging, SurvivesATemporaryDiskOutage) {
   Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, kWayOut);
   near.updateMesh();
@@ -498,7 +498,7 @@ TEST_F(Paging, OutlivesADiskThatCannotBeReadForAWhile) {
 
 /// If a few sectors cannot be read, their blocks are lost and the rest of the map is saved. If none
 /// can be read, saving fails and nothing is lost.
-TEST_F(Paging, IsSavedWithoutBadSectors) {
+TEST_F(Paging, SavesMapsDespiteAFewBadSectors) {
   Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, kWayOut);
   near.updateMesh();
@@ -517,7 +517,7 @@ TEST_F(Paging, IsSavedWithoutBadSectors) {
 
 /// Damaged blocks are lost and counted. Their meshes are removed, and later frames map their places
 /// again.
-TEST_F(Paging, OutlivesDamage) {
+TEST_F(Paging, SurvivesDamage) {
   Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
   near.go(0, kWayOut);
   near.updateMesh();
@@ -539,7 +539,7 @@ TEST_F(Paging, OutlivesDamage) {
 }
 
 /// Copying a part again, after damage was found in it, gives the same intact blocks.
-TEST_F(Paging, CopiesAPartAgainWithoutWhatIsDamaged) {
+TEST_F(Paging, RepeatedCopiesOmitDamagedBlocks) {
   Way way;
   way.painted = true;
   Tour near(way, pagedParams(paramsOf(way), 5, folder_.path()));
@@ -556,7 +556,7 @@ TEST_F(Paging, CopiesAPartAgainWithoutWhatIsDamaged) {
   EXPECT_TRUE(sameContents(loadMap(folder_ / "saved.dtsdf"), near.mapper().contents()));
 }
 
-TEST_F(Paging, SaysWhyAFolderCannotBe) {
+TEST_F(Paging, ReportsAnUnusableFolder) {
   writeBytes(folder_ / "file", "");
   MapperParams params = pagedParams(paramsOf(Way()), 5, folder_ / "file");
   const std::string error = errorOf([&] { makeMapper(params); });
@@ -565,7 +565,7 @@ TEST_F(Paging, SaysWhyAFolderCannotBe) {
   EXPECT_EQ(errorOf([&] { makeMapper(params); }), "");
 }
 
-TEST_F(Paging, IsNoSettingOfTheMap) {
+TEST_F(Paging, DoesNotChangeTheMapSettings) {
   const auto whole = makeMapper(paramsOf(Way()));
   const auto near = makeMapper(pagedParams(paramsOf(Way()), 5, folder_.path()));
   EXPECT_EQ(near->contents().settings, whole->contents().settings);

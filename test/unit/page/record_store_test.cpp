@@ -55,7 +55,7 @@ class RecordStoreTest : public testing::Test {
   }
 };
 
-TEST_F(RecordStoreTest, GivesBackWhatWasWritten) {
+TEST_F(RecordStoreTest, ReadsBackWhatWasWritten) {
   ASSERT_NO_FATAL_FAILURE(write(100));
   for (unsigned i = 100; i-- > 0;) {
     store_.readAhead(records_[i]);
@@ -67,7 +67,7 @@ TEST_F(RecordStoreTest, GivesBackWhatWasWritten) {
   EXPECT_EQ(lseek(openFilesIn(folder_.path()).front(), 0, SEEK_END), 0) << "its space is not freed";
 }
 
-TEST_F(RecordStoreTest, TakesNoMoreThanItMay) {
+TEST_F(RecordStoreTest, RespectsItsSizeLimit) {
   size_t written = 0;
   for (unsigned i = 0; i < 1000; ++i) {
     const auto stored = store_.write(bytesOf(recordOf(i)));
@@ -79,7 +79,7 @@ TEST_F(RecordStoreTest, TakesNoMoreThanItMay) {
   EXPECT_NE(store_.stats().problem.find("map/page_max_gb"), std::string::npos);
 }
 
-TEST_F(RecordStoreTest, FindsDamage) {
+TEST_F(RecordStoreTest, DetectsDamage) {
   ASSERT_NO_FATAL_FAILURE(write(30));
   waitUntilWritten();
   overwritePages(folder_.path());
@@ -89,7 +89,7 @@ TEST_F(RecordStoreTest, FindsDamage) {
   EXPECT_EQ(read(20), RecordStore::Reading::kDamaged) << "the file is too short";
 }
 
-TEST_F(RecordStoreTest, WaitsForADiskThatIsAway) {
+TEST_F(RecordStoreTest, SurvivesADiskOutage) {
   ASSERT_NO_FATAL_FAILURE(write(30));
   waitUntilWritten();
   size_t taken = 0;
@@ -119,7 +119,7 @@ TEST_F(RecordStoreTest, WaitsForADiskThatIsAway) {
   EXPECT_EQ(store_.stats().lost, 0u);
 }
 
-TEST_F(RecordStoreTest, PutsIntoAFullDiskWhatFits) {
+TEST_F(RecordStoreTest, WritesRecordsThatFitOnAFullDisk) {
   ASSERT_NO_FATAL_FAILURE(write(40));
   waitUntilWritten();
   const int file = openFilesIn(folder_.path()).front();
@@ -151,7 +151,7 @@ TEST_F(RecordStoreTest, PutsIntoAFullDiskWhatFits) {
 }
 
 /// Two threads read and erase records while the helper thread writes.
-TEST_F(RecordStoreTest, IsReadAndErasedWhileItIsWritten) {
+TEST_F(RecordStoreTest, CanBeReadAndErasedDuringWrites) {
   for (unsigned round = 0; round < 5; ++round) {
     records_.clear();
     ASSERT_NO_FATAL_FAILURE(write(150));
@@ -170,7 +170,7 @@ TEST_F(RecordStoreTest, IsReadAndErasedWhileItIsWritten) {
 }
 
 /// A block that the store refuses is not in the index.
-TEST_F(RecordStoreTest, HoldsBlocks) {
+TEST_F(RecordStoreTest, StoresPagedBlocks) {
   PagedBlocks blocks(folder_.path(), size_t{1} << 20, kMaxWaiting);
   const auto put = [&](int32_t x) {
     return blocks.put({{{x, 0, 0}, 3, 0}, 7, {{x % 2 == 0, false}, true, false}},

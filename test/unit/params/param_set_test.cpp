@@ -74,7 +74,7 @@ TEST(ParamSet, RefusesWrongTypes) {
   }
 }
 
-TEST(ParamSet, KeepsRangesClosed) {
+TEST(ParamSet, RangesIncludeTheirEnds) {
   for (int count : {1, 10}) EXPECT_EQ(read({{"part/count", count}}).count, count);
   for (int count : {0, 11, -2147483647}) {
     EXPECT_EQ(violationsOf({{"part/count", count}}).size(), 1u) << count;
@@ -86,7 +86,7 @@ TEST(ParamSet, KeepsRangesClosed) {
   }
 }
 
-TEST(ParamSet, RefusesUnknownKeysAndListsKnownOnes) {
+TEST(ParamSet, RefusesUnknownKeysAndSuggestsKnownOnes) {
   const auto violations = violationsOf({{"part/cuont", 5}});
   ASSERT_EQ(violations.size(), 1u);
   EXPECT_EQ(violations[0].find("part/cuont = 5: no such setting; known: part/count, part/"), 0u)
@@ -97,7 +97,7 @@ TEST(ParamSet, RefusesUnknownKeysAndListsKnownOnes) {
   EXPECT_EQ(violationsOf({{"something/else", 5}})[0], "something/else = 5: no such setting");
 }
 
-TEST(ParamSet, RangesHaveTheUnitOfTheSetting) {
+TEST(ParamSet, ErrorsNameTheUnitOfTheRange) {
   double length_m = 1.0, share = 0.5;
   ParamReader reader({{"length_m", 5.0}, {"share", 5.0}});
   reader("length_m", length_m, Range{0.001, 1.0});
@@ -115,7 +115,7 @@ TEST(ParamSet, RangesHaveTheUnitOfTheSetting) {
 
 enum class Use { kAuto, kAlways, kNever };
 
-TEST(ParamSet, TakesTheWordsOfYaml) {
+TEST(ParamSet, AcceptsYamlBooleans) {
   const auto readUse = [](const ParamValue& value) {
     Use use = Use::kAuto;
     ParamReader reader({{"use", value}});
@@ -145,7 +145,7 @@ TEST(ParamSet, TakesTheWordsOfYaml) {
   }
 }
 
-TEST(ParamSet, TakesRulesBetweenSettings) {
+TEST(ParamSet, ReportsAddedViolations) {
   Params params;
   ParamReader reader({{"part/count", 4}});
   visitParams(params, reader);

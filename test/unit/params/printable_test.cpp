@@ -8,7 +8,7 @@
 namespace dtsdf {
 namespace {
 
-TEST(Printable, LeavesTextAsItIs) {
+TEST(Printable, LeavesPrintableTextUnchanged) {
   for (const char* text :
        {"", "camera_link", "K\u00fcche", "\u53f0\u6240", "\U0001f600", "a\u00a0b"}) {
     EXPECT_EQ(printable(text), text);
@@ -16,7 +16,7 @@ TEST(Printable, LeavesTextAsItIs) {
   }
 }
 
-TEST(Printable, ShowsControlCharacters) {
+TEST(Printable, EscapesControlCharacters) {
   EXPECT_EQ(printable("a\nb\rc\td"), "a\\x0ab\\x0dc\\x09d");
   EXPECT_EQ(printable(std::string("a\0b", 3)), "a\\x00b");
   EXPECT_EQ(printable("\x1b[2J\x7f"), "\\x1b[2J\\x7f");
@@ -25,14 +25,14 @@ TEST(Printable, ShowsControlCharacters) {
   EXPECT_EQ(printable("\u2028"), "\\xe2\\x80\\xa8");
 }
 
-TEST(Printable, ShowsWhatTurnsTheDirection) {
+TEST(Printable, EscapesDirectionalFormatting) {
   for (const char* text : {"\u061c", "\u200e", "\u200f", "\u202a", "\u202e", "\u2066", "\u2069"}) {
     EXPECT_EQ(printable(text).substr(0, 2), "\\x");
     EXPECT_TRUE(hasControlCharacter(text));
   }
 }
 
-TEST(Printable, ShowsWhatIsNotUtf8) {
+TEST(Printable, EscapesInvalidUtf8) {
   EXPECT_EQ(printable("\x9b"), "\\x9b") << "C1 as a single byte";
   EXPECT_EQ(printable("a\xc3"), "a\\xc3") << "truncated";
   EXPECT_EQ(printable("\xc0\x8a"), "\\xc0\\x8a") << "an overlong line feed";
@@ -41,14 +41,14 @@ TEST(Printable, ShowsWhatIsNotUtf8) {
   EXPECT_EQ(printable("\xf5\x80\x80\x80"), "\\xf5\\x80\\x80\\x80");
 }
 
-TEST(Printable, IsCut) {
+TEST(Printable, IsTruncated) {
   EXPECT_EQ(printable(std::string(200, 'x')), std::string(200, 'x'));
   EXPECT_EQ(printable(std::string(201, 'x')), std::string(200, 'x') + "...");
   EXPECT_EQ(printable("\u00fc\u00fc\u00fc", 2), "\u00fc\u00fc...") << "between characters";
   EXPECT_FALSE(hasControlCharacter(std::string(1000, 'x')));
 }
 
-TEST(ErrorText, IsASentence) {
+TEST(ErrorText, IsOneReadableLine) {
   EXPECT_EQ(errorText(std::runtime_error("no file 'a';\ngive \x1b")), "no file 'a'; give \\x1b");
   std::string text;
   try {

@@ -23,7 +23,7 @@ ParamTree treeOf(Rules rules) {
 
 /// Each key sets exactly one number. Numbers have four bytes; one has no key, as a setting
 /// determines it.
-TEST(Rules, EachKeySetsItsOwn) {
+TEST(Rules, EachKeySetsOneNumber) {
   const ParamTree defaults = treeOf(Rules());
   EXPECT_EQ(defaults.size() + 1, sizeof(Rules) / sizeof(float));
   EXPECT_EQ(treeOf(readRules(defaults)), defaults);
@@ -39,7 +39,7 @@ TEST(Rules, EachKeySetsItsOwn) {
 }
 
 /// Zeros would cause a division by 0. A surface that gains no evidence would never appear.
-TEST(Rules, WhatNoRuleCouldWorkWithIsRefused) {
+TEST(Rules, UnusableValuesAreRefused) {
   EXPECT_THROW(readRules({{"rules/surfels/largest_noise_turn", 0.0}}), ParamError);
   EXPECT_THROW(readRules({{"rules/fusion/sample_reach", 0.0}}), ParamError);
   EXPECT_THROW(readRules({{"rules/fusion/full_weight_depth_m", 0.0}}), ParamError);
@@ -47,7 +47,7 @@ TEST(Rules, WhatNoRuleCouldWorkWithIsRefused) {
   EXPECT_THROW(readRules({{"rules/fusion/support_gain", 0}}), ParamError);
 }
 
-TEST(FusionRules, MostEvidenceIsThatOfTheFramesRemembered) {
+TEST(FusionRules, MaxEvidenceDependsOnMemoryFrames) {
   const auto maxWith = [](int frames) {
     MapperParams params;
     params.fusion.memory_frames = frames;
@@ -59,7 +59,7 @@ TEST(FusionRules, MostEvidenceIsThatOfTheFramesRemembered) {
 }
 
 /// A nearness of 0 would cause a division by 0, and a negative share would mesh unseen surfaces.
-TEST(MeshRules, WhatNoRuleCouldWorkWithIsRefused) {
+TEST(MeshRules, UnusableValuesAreRefused) {
   EXPECT_THROW(readRules({{"rules/mesh/min_weight_share", -0.1}}), ParamError);
   EXPECT_THROW(readRules({{"rules/mesh/min_weight_share", 1.0}}), ParamError);
   EXPECT_THROW(readRules({{"rules/mesh/min_crossing_share", -0.1}}), ParamError);

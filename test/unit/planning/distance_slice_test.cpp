@@ -36,7 +36,7 @@ Eigen::Isometry3d poseOf(int i) {
                 Vector3d(-0.4 * std::cos(a), -0.4 * std::sin(a), -0.1), Vector3d::UnitZ());
 }
 
-TEST(DistanceSlice, HasTheKnownCellsAtAHeight) {
+TEST(DistanceSlice, ContainsTheKnownCellsAtItsHeight) {
   const auto mapper = makeMapper(spaceParams());
   for (int i = 0; i < 8; ++i) mapper->integrate(renderFrame(makeBallRoom(), poseOf(i)).view());
   mapper->updateMesh();

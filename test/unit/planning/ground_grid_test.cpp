@@ -70,10 +70,10 @@ struct GridFollower {
   GridBox window;
   std::vector<int8_t> values;
 
-  void take(const GroundGrid& grid, Pending told) {
-    const GridBox box = told == Pending::kGrid ? *grid.window() : grid.changed();
+  void take(const GroundGrid& grid, Pending pending) {
+    const GridBox box = pending == Pending::kGrid ? *grid.window() : grid.changed();
     const std::vector<int8_t> sent = grid.values(box);
-    if (told == Pending::kGrid) {
+    if (pending == Pending::kGrid) {
       window = box;
       values = sent;
       return;
@@ -90,7 +90,7 @@ struct GridFollower {
   }
 };
 
-TEST(GroundGrid, LayersAreTheCellsThatReachBetweenTheHeights) {
+TEST(GroundGrid, UsesLayersThatOverlapTheHeightRange) {
   // The first and the last layer in which a surface makes its column occupied.
   const auto layers = [](double min_m, double max_m, double cell_m) {
     GroundGrid grid(min_m, max_m, 1.0);
@@ -114,8 +114,8 @@ TEST(GroundGrid, LayersAreTheCellsThatReachBetweenTheHeights) {
   EXPECT_EQ(layers(-0.8, -0.08, cell_m), std::make_pair(-10, -2));
 }
 
-/// Layers 1 to 3 count. If half of them have to be free, two are enough and one is not.
-TEST(GroundGrid, AColumnIsWhatIsInIt) {
+/// Layers 1 to 3 count. If half of them must be free, two are enough and one is not.
+TEST(GroundGrid, ColumnsSummariseTheirCells) {
   double share = 0.5;
   const auto valueOf = [&](std::vector<CellState> layers) {
     GroundGrid grid(0.1, 0.4, share);
@@ -147,7 +147,7 @@ TEST(GroundGrid, AColumnIsWhatIsInIt) {
 }
 
 /// Cells change at random, near and far. The follower always has the current values.
-TEST(GroundGrid, AFollowerHasWhatIsThere) {
+TEST(GroundGrid, FollowersHaveTheCurrentValues) {
   std::mt19937 random(7);
   const auto pick = [&](int low, int high) {
     return std::uniform_int_distribution<int>(low, high)(random);
@@ -163,11 +163,11 @@ TEST(GroundGrid, AFollowerHasWhatIsThere) {
                 static_cast<CellState>(pick(0, 7) < 6 ? 1 : pick(0, 2)));
     }
     grid.apply(cells.take(), kCell_m);
-    const Pending told = grid.next();
-    if (told == Pending::kNothing) continue;
+    const Pending pending = grid.next();
+    if (pending == Pending::kNothing) continue;
     ASSERT_FALSE(grid.tooLarge());
-    ++(told == Pending::kGrid ? grids : updates);
-    follower.take(grid, told);
+    ++(pending == Pending::kGrid ? grids : updates);
+    follower.take(grid, pending);
     const std::vector<int8_t> expected = cells.columns(follower.window, -4, 5);
     for (size_t i = 0; i < expected.size(); ++i) {
       if (follower.values[i] != expected[i]) FAIL() << "column " << i << " in round " << round;
@@ -177,7 +177,7 @@ TEST(GroundGrid, AFollowerHasWhatIsThere) {
   EXPECT_GT(updates, 20u);
 }
 
-TEST(GroundGrid, CellsOfAnotherSizeAreAnotherGrid) {
+TEST(GroundGrid, ANewCellSizeMakesANewGrid) {
   GroundGrid grid(0.0, 0.4, 1.0);
   Cells cells;
   cells.set(3, 4, 1, CellState::kSurface);
@@ -193,7 +193,7 @@ TEST(GroundGrid, CellsOfAnotherSizeAreAnotherGrid) {
 }
 
 /// A single remote cell must not cost memory for the whole area in between.
-TEST(GroundGrid, WhatIsTooLargeIsSaid) {
+TEST(GroundGrid, ReportsGridsThatAreTooLarge) {
   GroundGrid grid(0.0, 0.4, 1.0);
   Cells cells;
   cells.set(0, 0, 1, CellState::kSurface);

@@ -48,7 +48,7 @@ std::string usageErrorOf(const Arguments& arguments) {
   return errorOf<UsageError>([&] { parse(arguments); });
 }
 
-std::string textAskedFor(const Arguments& arguments) {
+std::string requestedText(const Arguments& arguments) {
   return errorOf<TextRequest>([&] { parse(arguments); });
 }
 
@@ -66,11 +66,11 @@ TEST(CommandLine, ReadsOptionsAndArguments) {
   EXPECT_EQ(options.numbers, (std::vector<double>{-1.0, 2.5}));
 }
 
-TEST(CommandLine, TakesTextsThatLookLikeOptionsBehindAnEqualsSign) {
+TEST(CommandLine, AcceptsDashesAfterAnEqualsSign) {
   EXPECT_EQ(parse({"a.ply", "--text=--flag"}).text, "--flag");
 }
 
-TEST(CommandLine, NamesWhatIsWrong) {
+TEST(CommandLine, ErrorsNameWhatIsWrong) {
   const std::pair<Arguments, std::string> cases[] = {
       {{}, "IN.ply"},
       {{"a.ply", "b.ply"}, "'b.ply' is not expected here"},
@@ -100,9 +100,9 @@ TEST(CommandLine, NamesWhatIsWrong) {
   }
 }
 
-TEST(CommandLine, ShowsTextsWhateverIsMissing) {
-  EXPECT_EQ(textAskedFor({"--show"}), "shown");
-  const std::string help = textAskedFor({"--flag", "-h"});
+TEST(CommandLine, TextRequestsNeedNoOtherArguments) {
+  EXPECT_EQ(requestedText({"--show"}), "shown");
+  const std::string help = requestedText({"--flag", "-h"});
   for (const char* text : {"usage: program IN.ply [options]", "--size METRES",
                            "a number (default 7)", "a text (default some)"}) {
     EXPECT_NE(help.find(text), std::string::npos) << text << " is not in\n" << help;

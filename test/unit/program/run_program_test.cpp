@@ -20,15 +20,15 @@ std::string outputOf(const std::string& text) {
   return testing::internal::GetCapturedStderr();
 }
 
-TEST(RunProgram, TellsAnErrorInOneLine) {
+TEST(RunProgram, PrintsAnErrorOnOneLine) {
   EXPECT_EQ(outputOf("no file 'a';\ngive one"), "a_tool: error: no file 'a'; give one\n");
 }
 
-TEST(RunProgram, ShowsControlCharactersOfNamesAndKeepsTheCursorWhereItIs) {
+TEST(RunProgram, EscapesControlCharacters) {
   EXPECT_EQ(outputOf("no file 'a\x1b[2Jb\rü'"), "a_tool: error: no file 'a\\x1b[2Jb\\x0dü'\n");
 }
 
-TEST(RunProgramDeathTest, WhatCannotBePrintedIsAnError) {
+TEST(RunProgramDeathTest, FailedOutputIsAnError) {
   const auto print = [](const std::vector<std::string>&) { std::puts("a report"); };
   EXPECT_EXIT(
       {

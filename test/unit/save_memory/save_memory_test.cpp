@@ -56,7 +56,7 @@ size_t bytesOf(const Mesh& mesh) {
          mesh.colours.size() * sizeof(mesh.colours[0]);
 }
 
-TEST(SaveMemory, IsLittleMoreThanThatOfTheMesh) {
+TEST(SaveMemory, IsAtMostOneAndAHalfTimesTheMesh) {
   const char* const wanted = std::getenv("DTSDF_SAVE_TRIANGLES");
   const size_t triangles = wanted == nullptr ? 3000000 : std::strtoull(wanted, nullptr, 10);
   MeshStore store(0.01f);

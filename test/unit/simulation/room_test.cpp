@@ -30,7 +30,7 @@ TEST(Room, CameraStaysInFreeSpace) {
   }
 }
 
-TEST(Room, BallsMoveClearOfCameraAndThings) {
+TEST(Room, BallsMoveInSightAndClearOfTheCamera) {
   EXPECT_TRUE(roomBalls(0, 1.0).empty());
   const Scene scene = makeRoomScene();
   for (double time_s = 0.0; time_s < kLap_s; time_s += 0.05) {
@@ -39,7 +39,7 @@ TEST(Room, BallsMoveClearOfCameraAndThings) {
     for (size_t i = 0; i < balls.size(); ++i) {
       EXPECT_GT((later[i].centre_W - balls[i].centre_W).norm(), 0.01);
       EXPECT_GT(scene.signedDistance(balls[i].centre_W),
-                -balls[i].radius_m);  // not hidden in an object
+                -balls[i].radius_m);  // not hidden inside an object
       // Wherever the camera is on its lap.
       for (double other_s = 0.0; other_s < kLap_s; other_s += 0.1) {
         const Vector3d eye_W = roomCameraPose(other_s, kLap_s).translation();

@@ -32,7 +32,7 @@ Vector3d randomUnit(std::mt19937& random) {
   return Vector3d(normal(random), normal(random), normal(random)).normalized();
 }
 
-TEST(SceneShapes, PlaneKnownAnswers) {
+TEST(SceneShapes, PlaneMatchesKnownValues) {
   const Scene scene = sceneOf(Plane{Vector3d(0, 0, 1), Vector3d::UnitZ()});
   EXPECT_DOUBLE_EQ(scene.intersect(Vector3d(5, 5, 3), -Vector3d::UnitZ()), 2.0);
   EXPECT_DOUBLE_EQ(scene.intersect(Vector3d(5, 5, 3), Vector3d(0, 0, -4)), 0.5);
@@ -41,7 +41,7 @@ TEST(SceneShapes, PlaneKnownAnswers) {
   EXPECT_DOUBLE_EQ(scene.signedDistance(Vector3d(7, -2, 0.25)), -0.75);
 }
 
-TEST(SceneShapes, SphereKnownAnswers) {
+TEST(SceneShapes, SphereMatchesKnownValues) {
   const Scene scene = sceneOf(Sphere{Vector3d(1, 0, 0), 0.5});
   EXPECT_DOUBLE_EQ(scene.intersect(Vector3d(-1, 0, 0), Vector3d::UnitX()), 1.5);
   EXPECT_TRUE(std::isinf(scene.intersect(Vector3d(-1, 0.6, 0), Vector3d::UnitX())));

@@ -75,7 +75,7 @@ void Surfaces::changeSome(std::mt19937& random, int round) {
   while (round % 3 == 2 && sites_.size() > 5) take(random() % sites_.size());
 }
 
-TEST(DistanceField, IsExactAfterEachOfManyChanges) {
+TEST(DistanceField, IsExactAfterEveryChange) {
   std::mt19937 random(caseSeed(0));
   for (const int reach : {1, 7, 25, 130}) {
     Surfaces surfaces;
@@ -127,7 +127,7 @@ void computeSome(const DistanceTask& task, std::vector<SectorSquares>& squares, 
 
 /// If the backend declines, as it sometimes does here with a reach of 1, the host computes the
 /// distances.
-TEST(DistanceField, HasOthersWorkItOut) {
+TEST(DistanceField, UsesABackend) {
   std::mt19937 random(caseSeed(0));
   for (const auto& [reach, step] :
        {std::pair{1, 1}, {25, 7001}, {32, 7001}, {33, 7001}, {130, 30011}}) {
@@ -162,7 +162,7 @@ TEST(DistanceField, HasOthersWorkItOut) {
 
 /// After an update failed, for example because the device was lost, the next one computes its
 /// distances.
-TEST(DistanceField, WhatFailedIsWorkedOutByTheNextUpdate) {
+TEST(DistanceField, TheNextUpdateMakesUpForAFailedOne) {
   DistanceField field(25, 1), undisturbed(25, 1);
   bool fails = false;
   field.setBackend([&](const DistanceTask&, std::vector<SectorSquares>&) {
@@ -188,7 +188,7 @@ TEST(DistanceField, WhatFailedIsWorkedOutByTheNextUpdate) {
   }
 }
 
-TEST(DistanceField, NothingIsKeptWhereSurfacesHaveGone) {
+TEST(DistanceField, KeepsNothingWhereSurfacesVanished) {
   Surfaces surfaces;
   DistanceField field(10, 1);
   EXPECT_EQ(squaredAt(field.sectors(), {0, 0, 0}), -1);

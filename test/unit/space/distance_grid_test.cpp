@@ -78,7 +78,7 @@ TEST(DistanceGrid, FillsABox) {
   EXPECT_LT(unknown, 9u);
 }
 
-TEST(DistanceGrid, IsThatOfAMapWithoutWhatIsCleared) {
+TEST(DistanceGrid, ClearedRegionsCountAsFree) {
   const std::vector<Region> cleared{turnedBox({0.2, 0.1, 0.0}, {0.5, 0.3, 0.7}, 0.7),
                                     SphereRegion{{-0.3, 0.2, 0.3}, 0.31},
                                     SphereRegion{{1.4, 0.1, 0.2}, 0.5}};
@@ -97,7 +97,7 @@ TEST(DistanceGrid, IsThatOfAMapWithoutWhatIsCleared) {
   EXPECT_FALSE(bytesOn(*with) == bytesOn(*without));
 }
 
-TEST(DistanceGrid, IsRefusedWhereItWouldBeTooLarge) {
+TEST(DistanceGrid, IsRefusedIfTooLarge) {
   const auto space = spaceOf(randomCells({}));
   BoxRegion box{Eigen::Isometry3d::Identity(), {1.28, 1.28, 1.28}};
   EXPECT_EQ(gridIn(box, 0.01).count(), kMaxGridPoints);

@@ -80,7 +80,7 @@ class LostSurfaces : public LostCells {
   }
 };
 
-TEST_F(LostSurfaces, AreFeltForGood) {
+TEST_F(LostSurfaces, StillLimitDistances) {
   ASSERT_NO_FATAL_FAILURE(build());
   overwritePages(folder_.path());
   updateBehind();
@@ -90,7 +90,7 @@ TEST_F(LostSurfaces, AreFeltForGood) {
   ASSERT_NO_FATAL_FAILURE(expectSafe());
 }
 
-TEST_F(LostSurfaces, AreFeltWhileTheDiskIsAway) {
+TEST_F(LostSurfaces, StillLimitDistancesDuringAnOutage) {
   ASSERT_NO_FATAL_FAILURE(build());
   CellMask moved{};
   add(moved, cellIndex(5, 4, 4));
@@ -126,7 +126,7 @@ class LostCubes : public LostCells {
   }
 };
 
-TEST_F(LostCubes, AreHandedOutWhenTheyCanBeRead) {
+TEST_F(LostCubes, ArePublishedOnceReadable) {
   ASSERT_NO_FATAL_FAILURE(touch());
   EXPECT_EQ(take(true), kWalls);
   ASSERT_NO_FATAL_FAILURE(touch());
@@ -175,7 +175,7 @@ class LostLists : public LostCells {
   bool isThere() const { return isIn(table_.find(cubeOfCell(cell_)).surface, indexInCube(cell_)); }
 };
 
-TEST_F(LostLists, KeepSurfacesWhileTheDiskIsAway) {
+TEST_F(LostLists, KeepSurfacesDuringAnOutage) {
   waitUntilWritten();
   {
     const DiskOutage outage(folder_.path());

@@ -61,7 +61,7 @@ class SectorTableTest : public testing::Test {
   }
 };
 
-TEST_F(SectorTableTest, TriesAgainWhereAReadFails) {
+TEST_F(SectorTableTest, RetriesFailedReads) {
   for (PackedKey key = 0; key < kSectors; ++key) {
     reads_to_fail = 2;
     table_.open(key);
@@ -71,14 +71,14 @@ TEST_F(SectorTableTest, TriesAgainWhereAReadFails) {
   expectAll();
 }
 
-TEST_F(SectorTableTest, SaysWhatItLost) {
+TEST_F(SectorTableTest, ReportsLostSectors) {
   reads_to_fail = 1000;
   EXPECT_TRUE(table_.open(3).isLost());
   reads_to_fail = 0;
   EXPECT_EQ(pages_->stats().lost, 1u);
 }
 
-TEST_F(SectorTableTest, LosesNothingWhereMemoryRunsOut) {
+TEST_F(SectorTableTest, LosesNothingIfMemoryRunsOut) {
   bool is_done = false;
   int failed = 0;
   for (int round = 0; !is_done; ++round) {

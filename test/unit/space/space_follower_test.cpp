@@ -47,7 +47,7 @@ void expectSameCubes(const std::vector<SpaceCube>& a, const std::vector<SpaceCub
   }
 }
 
-/// Points in the scene and around it, and two that are in no map.
+/// Points in the scene and around it, and two outside every map.
 std::vector<Vector3d> somePoints(size_t count) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<double> any(-2.4, 2.4);
@@ -113,7 +113,7 @@ TEST_F(SpaceFollowerTest, KnowsWhatTheMapKnows) {
 }
 
 /// A snapshot keeps its contents while the follower is updated.
-TEST_F(SpaceFollowerTest, ASnapshotStaysAsItIs) {
+TEST_F(SpaceFollowerTest, SnapshotsDoNotChange) {
   fuse(-1.2, 1.0);
   follow();
   const auto before = follower_.snapshot();
@@ -130,7 +130,7 @@ TEST_F(SpaceFollowerTest, ASnapshotStaysAsItIs) {
   EXPECT_EQ(before->distanceAt(p).distance_m, distance.distance_m);
 }
 
-TEST_F(SpaceFollowerTest, CellsMayBeOfAnotherSizeInAnotherMap) {
+TEST_F(SpaceFollowerTest, FollowsAMapWithAnotherCellSize) {
   fuse(-1.2, 1.0);
   follow();
   MapperParams params = followedParams();
@@ -142,7 +142,7 @@ TEST_F(SpaceFollowerTest, CellsMayBeOfAnotherSizeInAnotherMap) {
 }
 
 /// Space far from the camera is dropped, and a follower forgets it.
-TEST_F(SpaceFollowerTest, ForgetsWhatWasLeftBehind) {
+TEST_F(SpaceFollowerTest, ForgetsDroppedSpace) {
   MapperParams params = followedParams();
   params.fusion.max_depth_m = 3.0f;
   params.map.keep_radius_m = 3.0f;

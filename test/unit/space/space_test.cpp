@@ -29,7 +29,7 @@ MapperParams spaceParams(int cell_voxels = 4, bool directional = true) {
   return params;
 }
 
-std::vector<Eigen::Isometry3d> posesIn() {
+std::vector<Eigen::Isometry3d> posesInRoom() {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < 8; ++i) {
     const double a = i * 2.0 * M_PI / 8.0;
@@ -53,16 +53,16 @@ Vector3d middleOf(const Space& space, const Vec3i& cell) {
   return space.cellSize_m() * Vector3d(cell.x + 0.5, cell.y + 0.5, cell.z + 0.5);
 }
 
-TEST(Space, IsNotThereUnlessAskedFor) { EXPECT_EQ(makeMapper(makeCpuParams())->space(), nullptr); }
+TEST(Space, IsOffByDefault) { EXPECT_EQ(makeMapper(makeCpuParams())->space(), nullptr); }
 
 class SpaceCells : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Sizes, SpaceCells, ::testing::Values(1, 2, 4, 8));
 
 /// Free cells lie on the free side of all surfaces, and most cells away from surfaces are found to
 /// be free.
-TEST_P(SpaceCells, WhatIsCalledFreeIsFree) {
+TEST_P(SpaceCells, FreeCellsLieInFreeSpace) {
   const Scene scene = makeBallRoom();
-  const auto mapper = mapOf(scene, posesIn(), spaceParams(GetParam()));
+  const auto mapper = mapOf(scene, posesInRoom(), spaceParams(GetParam()));
   const Space& space = *mapper->space();
   const double half = 0.5 * space.cellSize_m();
   size_t free_cells = 0;
@@ -87,11 +87,11 @@ TEST_P(SpaceCells, WhatIsCalledFreeIsFree) {
 
 /// Compares distances with that to the nearest vertex, which is close to the nearest point of the
 /// mesh.
-TEST_P(SpaceCells, DistancesAreThoseToTheMesh) {
+TEST_P(SpaceCells, DistancesMatchTheMesh) {
   const MapperParams params = spaceParams(GetParam());
   const auto mapper = makeMapper(params);
   MeshStore store(params.map.voxel_size_m);
-  for (const Eigen::Isometry3d& T_W_C : posesIn()) {
+  for (const Eigen::Isometry3d& T_W_C : posesInRoom()) {
     mapper->integrate(renderFrame(makeBallRoom(), T_W_C).view());
   }
   store.apply(mapper->updateMesh());
@@ -122,7 +122,7 @@ TEST_P(SpaceCells, DistancesAreThoseToTheMesh) {
 
 /// Above the floor, the gradient points up and has the length 1.
 TEST(Space, GradientsPointAwayFromSurfaces) {
-  const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams(2));
+  const auto mapper = mapOf(makeBallRoom(), posesInRoom(), spaceParams(2));
   const Space& space = *mapper->space();
   const SpaceDistance beside_floor = space.distanceAt(Vector3d(-0.6, 0.4, -0.7));
   ASSERT_TRUE(beside_floor.known);
@@ -133,8 +133,8 @@ TEST(Space, GradientsPointAwayFromSurfaces) {
 }
 
 /// Distances in unknown space are negative and rise to 0 at the surface: below the floor, upwards.
-TEST(Space, InTheUnknownGradientsPointToTheNearestSurface) {
-  const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams(2));
+TEST(Space, GradientsInUnknownSpacePointToSurfaces) {
+  const auto mapper = mapOf(makeBallRoom(), posesInRoom(), spaceParams(2));
   const Space& space = *mapper->space();
   const Vector3d below_floor(-0.6, 0.4, -1.2);
   const SpaceDistance here = space.distanceAt(below_floor);
@@ -147,8 +147,8 @@ TEST(Space, InTheUnknownGradientsPointToTheNearestSurface) {
             here.distance_m + 0.05f);
 }
 
-TEST(Space, BehindWallsNothingIsKnown) {
-  const auto mapper = mapOf(makeBallRoom(), posesIn(), spaceParams());
+TEST(Space, IsUnknownBehindWalls) {
+  const auto mapper = mapOf(makeBallRoom(), posesInRoom(), spaceParams());
   const Space& space = *mapper->space();
   const SpaceDistance behind = space.distanceAt(Vector3d(0.0, 0.0, -1.3));
   EXPECT_FALSE(behind.known);
@@ -182,7 +182,7 @@ bool isConnected(const Space& space, const Vec3i& from, const Vec3i& to) {
 
 /// A plate of 2 mm across a corridor, seen from both sides, blocks every path, even with cells of
 /// 80 mm. Without the plate, there is a path.
-TEST(Space, AThinPlateStopsAPath) {
+TEST(Space, AThinPlateBlocksEveryPath) {
   for (const bool is_closed : {true, false}) {
     Scene scene;
     scene.add(Room{Vector3d(-2.0, -0.6, -0.6), Vector3d(2.0, 0.6, 0.6)});
@@ -233,7 +233,7 @@ std::string stateInBox(const Space& space, int reach) {
 
 /// In random order, a box comes and goes, regions are cleared, and mesh and distances are updated.
 /// The resulting space equals that of a new mapper with the same map.
-TEST(Space, AfterManyRandomUpdatesIsThatFromScratch) {
+TEST(Space, RandomUpdatesMatchAFreshMapper) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<double> any(-0.8, 0.8);
   MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, 0.05f, 1);
@@ -266,12 +266,12 @@ TEST(Space, AfterManyRandomUpdatesIsThatFromScratch) {
 }
 
 /// Free cells get an eighth of the budget: more are refused and counted, and known ones stay.
-TEST(Space, KeepsItsPartOfTheBudget) {
+TEST(Space, StaysWithinItsPartOfTheBudget) {
   MapperParams params = spaceParams(1);
   params.map.max_memory_mb = 1;
   const auto mapper = makeMapper(params);
   EXPECT_EQ(mapper->stats().free_bytes, 0u);
-  for (const Eigen::Isometry3d& T_W_C : posesIn()) {
+  for (const Eigen::Isometry3d& T_W_C : posesInRoom()) {
     mapper->integrate(renderFrame(makeBallRoom(), T_W_C).view());
   }
   const MapStats stats = mapper->stats();
@@ -287,8 +287,8 @@ TEST(Space, KeepsItsPartOfTheBudget) {
 }
 
 /// The mesh does not depend on space.
-TEST(Space, LeavesTheMeshAsItIs) {
-  const std::vector<SceneFrame> frames = renderFrames(makeBallRoom(), posesIn());
+TEST(Space, DoesNotChangeTheMesh) {
+  const std::vector<SceneFrame> frames = renderFrames(makeBallRoom(), posesInRoom());
   MapperParams without = spaceParams();
   without.space.enabled = false;
   const Mesh with = reconstruct(spaceParams(), frames), plain = reconstruct(without, frames);

@@ -27,7 +27,7 @@ bool has(const std::vector<Vec3i>& cells, const Vec3i& cell) {
 
 /// All points of random triangles lie in the listed cells, and each listed cell contains such a
 /// point or is about a tenth of its edge away from one.
-TEST(CellsOfMesh, AreThoseThatPointsOfTheTriangleLieIn) {
+TEST(CellsOfMesh, AreThoseThatTrianglesPassThrough) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<float> any(-1.9f, 9.9f);
   for (const int log2 : {0, 1, 2, 3}) {
@@ -66,7 +66,7 @@ TEST(CellsOfMesh, ATriangleBetweenTwoCellsIsInTheUpperOne) {
 }
 
 /// Two blocks have a triangle in one cell: it stays until both are removed.
-TEST(SurfaceCells, FollowTheMeshBlockByBlock) {
+TEST(SurfaceCells, StayWhileAnyBlockNeedsThem) {
   SurfaceCells surfaces(3, 2);
   CellTable cells;
   const std::vector<Vec3f> beyond = {{8.5f, 1, 1}, {9.5f, 1, 1}, {8.5f, 2, 1}};

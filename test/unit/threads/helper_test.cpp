@@ -11,7 +11,7 @@
 namespace dtsdf {
 namespace {
 
-TEST(Helper, DoesOneTaskAfterTheOther) {
+TEST(Helper, RunsTasksOneAfterAnother) {
   int done = 0;  // changed by tasks only, and read when they are done
   Helper helper;
   helper.wait();
@@ -29,7 +29,7 @@ TEST(Helper, DoesOneTaskAfterTheOther) {
   EXPECT_EQ(done, 200);
 }
 
-TEST(Helper, PassesExceptionsOnOnce) {
+TEST(Helper, RethrowsEachExceptionOnce) {
   Helper helper;
   helper.start([] { throw std::runtime_error("a task fails"); });
   EXPECT_THROW(helper.wait(), std::runtime_error);
@@ -43,7 +43,7 @@ TEST(Helper, PassesExceptionsOnOnce) {
   EXPECT_TRUE(is_done);
 }
 
-TEST(Helper, EndsAfterItsTask) {
+TEST(Helper, DestructorWaitsForTheTask) {
   std::atomic<bool> is_done{false};
   {
     Helper helper;

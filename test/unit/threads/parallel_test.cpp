@@ -31,7 +31,7 @@ TEST(ParallelFor, VisitsEachNumberOnce) {
 }
 
 /// Many almost empty loops: helpers are called, released and called again.
-TEST(ParallelFor, NothingIsLostBetweenLoops) {
+TEST(ParallelFor, LosesNothingBetweenLoops) {
   for (size_t loop = 0; loop < 20000; ++loop) {
     int visits[3] = {};
     parallelFor(3, 3, [&](size_t i) { ++visits[i]; });
@@ -53,7 +53,7 @@ TEST(ParallelFor, AllThreadsTakePart) {
   EXPECT_EQ(seen.size(), 3u);
 }
 
-TEST(ParallelFor, ThrowsTheFirstErrorOnceNobodyWorks) {
+TEST(ParallelFor, ThrowsOnceAllThreadsHaveStopped) {
   std::atomic<int> inside{0}, visited{0};
   const auto body = [&](size_t i) {
     ++inside;
@@ -73,7 +73,7 @@ TEST(ParallelFor, ThrowsTheFirstErrorOnceNobodyWorks) {
   EXPECT_EQ(inside, 0);
 }
 
-TEST(ParallelFor, ALoopInALoopIsDoneByOneThread) {
+TEST(ParallelFor, NestedLoopsRunOnOneThread) {
   std::vector<int> visits(400, 0);
   parallelFor(20, 2, [&](size_t i) {
     const std::thread::id own = std::this_thread::get_id();
@@ -85,7 +85,7 @@ TEST(ParallelFor, ALoopInALoopIsDoneByOneThread) {
 }
 
 /// A child process has no helper threads, and ends normally.
-TEST(ParallelFor, AForkedChildWorksAloneAndEnds) {
+TEST(ParallelFor, WorksInAForkedChild) {
   int visits = 0;
   parallelFor(2, 2, [&](size_t) { std::this_thread::yield(); });
   const pid_t child = fork();

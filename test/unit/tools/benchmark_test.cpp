@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-TEST(Flight, DepthLeadsToTheGround) {
+TEST(Flight, DepthMatchesTheGround) {
   const SourceFrame frame = renderFlightFrame(3.0);
   const DepthFrame& depth = frame.depth;
   for (const int u : {0, 100, 320, 639}) {
@@ -22,7 +22,7 @@ TEST(Flight, DepthLeadsToTheGround) {
 }
 
 /// The way back leads over the same ground.
-TEST(Flight, Returns) {
+TEST(Flight, ReturnsOverTheSameGround) {
   MapperParams params;
   params.backend = Backend::kCpu;
   params.map.voxel_size_m = 0.08f;

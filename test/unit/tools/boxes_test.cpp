@@ -20,7 +20,7 @@ bool same(const BlockExtent& a, const BlockExtent& b) {
   return packKey(a.first) == packKey(b.first) && packKey(a.last) == packKey(b.last);
 }
 
-TEST(BoxText, ReadsBackAsItWas) {
+TEST(BoxText, RoundTrips) {
   const BlockExtent all;
   EXPECT_EQ(boxText(all, 0.16), "x=..,y=..,z=..");
   const BlockExtent box{{-3, -kMaxBlockCoordinate, 0}, {8, -1, kMaxBlockCoordinate}};
@@ -68,7 +68,7 @@ TEST(MissingBoxes, AreThoseThatWereLeftOut) {
   EXPECT_TRUE(same(missingBoxes({}).at(0), BlockExtent()));
 }
 
-TEST(IndexRanges, CountEachNumberOnce) {
+TEST(IndexRanges, CountEachIndexOnce) {
   IndexRanges ranges;
   for (const uint64_t index : {1, 2, 3, 7, 9, 10}) appendIndex(index, ranges);
   EXPECT_EQ(ranges.size(), 3u);
@@ -154,12 +154,12 @@ class Boxes : public testing::Test {
 constexpr char kPlain[] = "colour/enabled=never ";
 constexpr char kFixed[] = "colour/exposure=fixed ", kDepth[] = "colour/max_depth_m=1.8 ";
 
-TEST_F(Boxes, HaveThoseOfSpaceAndNarrowBoxesToo) {
+TEST_F(Boxes, GiveTheSameMapWithSpace) {
   expectSame(std::string(kPlain) + "space/enabled=true space/max_range_m=3 space/cell_voxels=2",
              "--box-m 8");
 }
 
-TEST_F(Boxes, HaveTheSameColours) {
+TEST_F(Boxes, GiveTheSameColours) {
   const std::string space = "space/enabled=true space/max_range_m=3 space/cell_voxels=2";
   EXPECT_NE(run(reconstruct(kFixed, "box0.dtsdf", "--only x=..1,y=..,z=.."))
                 .err.find("colour/max_depth_m=5"),
@@ -167,7 +167,8 @@ TEST_F(Boxes, HaveTheSameColours) {
   expectSame(std::string(kFixed) + kDepth + space, "--count 6");
 }
 
-TEST_F(Boxes, GoOnWithTheirMapsOfAnotherRecording) {
+/// Each box continues its own map of the first half of a recording.
+TEST_F(Boxes, CanBeContinued) {
   const std::string half = std::string(kPlain), first = "--frames :6 ", second = "--frames 7: ";
   ASSERT_EQ(run(reconstruct(half, "begun.dtsdf", first)).exit_code, 0);
   const Outcome one =
@@ -186,7 +187,7 @@ TEST_F(Boxes, GoOnWithTheirMapsOfAnotherRecording) {
   EXPECT_TRUE(readBytes(out_ / "all.dtsdf") == readBytes(out_ / "one.dtsdf"));
 }
 
-TEST_F(Boxes, AreMissedByName) {
+TEST_F(Boxes, MissingOrOverlappingOnesAreReported) {
   const std::vector<std::string> boxes = plan(kPlain, "--count 4");
   ASSERT_EQ(boxes.size(), 4u);
   make({boxes[0], boxes[1], boxes[3]}, kPlain);
@@ -200,7 +201,7 @@ TEST_F(Boxes, AreMissedByName) {
   EXPECT_NE(join().err.find("overlaps another box"), std::string::npos);
 }
 
-TEST_F(Boxes, RefuseWhatWouldChangeTheResult) {
+TEST_F(Boxes, RefuseOptionsThatChangeTheResult) {
   const std::string only = "--only x=..1,y=..,z=..";
   const auto expectError = [&](const std::string& settings, const std::string& more) {
     EXPECT_NE(run(reconstruct(kPlain + settings, "box0.dtsdf", more)).exit_code, 0);

@@ -91,7 +91,7 @@ TEST_F(LevelProgram, PutsTheFloorAtZero) {
   EXPECT_TRUE(contains(info.out, "\nlevelled ")) << info.out;
 }
 
-TEST_F(LevelProgram, IsOffByDefaultAndThenAddsNothing) {
+TEST_F(LevelProgram, IsOffByDefault) {
   const MapContents plain = mapOf("--tum " + in("first"), "plain.dtsdf");
   EXPECT_FALSE(plain.T_W_M);
   mapOf("--tum " + in("first") + " --set map/level=none", "none.dtsdf");
@@ -100,7 +100,7 @@ TEST_F(LevelProgram, IsOffByDefaultAndThenAddsNothing) {
 }
 
 /// A map made in two runs equals that of one run; the second takes the level from the file.
-TEST_F(LevelProgram, GoesOnInTheFrameOfTheMap) {
+TEST_F(LevelProgram, ContinuesInTheFrameOfTheMap) {
   const std::string input = "--tum " + in("first") + " ";
   mapOf(input + "--set map/level=floor", "whole.dtsdf");
   mapOf(input + "--set map/level=floor --frames 0:11", "half.dtsdf");
@@ -118,7 +118,7 @@ TEST_F(LevelProgram, GoesOnInTheFrameOfTheMap) {
   EXPECT_EQ(unlevelled.exit_code, 1);
 }
 
-TEST_F(LevelProgram, EndsWhereUpCannotBeFound) {
+TEST_F(LevelProgram, FailsIfUpCannotBeFound) {
   const std::string input = "--tum " + in("wall") + " --mesh " + in("mesh.ply");
   const Outcome floor = reconstruct(input + " --set map/level=floor");
   EXPECT_EQ(floor.exit_code, 1);

@@ -60,7 +60,7 @@ class MapToolDiff : public testing::Test {
 
 constexpr double kBall_m2 = 4.0 * M_PI * 0.35 * 0.35;
 
-TEST_F(MapToolDiff, WhatIsGoneWasAddedTheOtherWayRound) {
+TEST_F(MapToolDiff, SwappingMapsSwapsGoneAndAdded) {
   save("ball", true);
   save("empty", false);
   const Outcome gone = diff("ball", "empty");
@@ -79,7 +79,7 @@ TEST_F(MapToolDiff, WhatIsGoneWasAddedTheOtherWayRound) {
   EXPECT_EQ(valueOf("not seen by A", added.out), valueOf("not seen by B", gone.out));
 }
 
-TEST_F(MapToolDiff, WhatMovedByLessThanTheToleranceIsUnchanged) {
+TEST_F(MapToolDiff, IgnoresShiftsWithinTheTolerance) {
   save("ball", true);
   save("moved", true, Vector3d(0.03, -0.02, 0.02));
   const Outcome near = diff("ball", "moved");
@@ -98,7 +98,7 @@ TEST_F(MapToolDiff, RefusesMapsThatCannotBeCompared) {
   EXPECT_EQ(diff("ball", "elsewhere").exit_code, 1);
 }
 
-TEST_F(MapToolDiff, TheHashIsOfTheMapAndOfItsMeshFile) {
+TEST_F(MapToolDiff, HashCoversTheMapAndItsMesh) {
   save("ball", true);
   save("again", true);
   save("empty", false);

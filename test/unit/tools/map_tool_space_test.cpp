@@ -56,7 +56,7 @@ class MapToolSpace : public testing::Test {
   std::string errors_;
 };
 
-TEST_F(MapToolSpace, ATreeHasTheCells) {
+TEST_F(MapToolSpace, OctreeMatchesTheCells) {
   const int result =
       run("bt " + (out_ / "room.dtsdf") + " " + (out_ / "room.bt") + " --set backend=cpu");
 #ifdef DTSDF_WITH_OCTOMAP
@@ -116,7 +116,7 @@ TEST_F(MapToolSpace, RendersARecording) {
 }
 
 #ifdef DTSDF_WITH_OCTOMAP
-TEST_F(MapToolSpace, SaysThatAMapHasNoFreeSpace) {
+TEST_F(MapToolSpace, WarnsIfAMapHasNoFreeSpace) {
   const std::string tree = " " + (out_ / "room.bt") + " --set backend=cpu";
   EXPECT_EQ(run("bt " + (out_ / "room.dtsdf") + tree), 0) << errors_;
   EXPECT_EQ(errors_.find("warning"), std::string::npos) << errors_;

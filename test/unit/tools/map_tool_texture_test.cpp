@@ -116,7 +116,7 @@ Colour fineWavesAt(const Vector3d& p_W) {
   return {wave(2.0 * M_PI * (p_W.x() + p_W.y()) / 0.1), wave(2.0 * M_PI * p_W.z() / 0.1), 90};
 }
 
-TEST_F(MapToolTexture, ShowsWhatIsFinerThanVoxels) {
+TEST_F(MapToolTexture, ResolvesDetailsFinerThanVoxels) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < 8; ++i) {
     const double a = i * M_PI / 4.0;
@@ -147,7 +147,7 @@ TEST_F(MapToolTexture, ShowsWhatIsFinerThanVoxels) {
   EXPECT_LT(of_texture, 0.25 * of_vertices) << "6 dB";
 }
 
-TEST_F(MapToolTexture, SidesOfAThinPlateHaveTheirOwn) {
+TEST_F(MapToolTexture, SeparatesTheSidesOfAThinPlate) {
   Scene plate;
   plate.add(makeBox({0.0, 0.0, 0.0}, {0.01, 0.6, 0.6}, 0.0));
   const SurfaceColour colour = [](const Vector3d& p_W) {
@@ -166,7 +166,7 @@ TEST_F(MapToolTexture, SidesOfAThinPlateHaveTheirOwn) {
   EXPECT_EQ(wrong, 0u);
 }
 
-TEST_F(MapToolTexture, AGlbHoldsTheSame) {
+TEST_F(MapToolTexture, GlbMatchesObj) {
   texture(makeBallRoom(), wavesAt,
           {lookAt(Vector3d(-1.0, 0.0, 0.2), Vector3d(0.3, 0.1, 0.0), Vector3d::UnitZ())});
   const Outcome outcome = run("--mesh " + (out_ / "room.glb"));

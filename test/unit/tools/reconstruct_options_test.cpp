@@ -43,7 +43,7 @@ TEST(ReconstructOptions, ReadsARecordingOfAnyFormat) {
   EXPECT_EQ(options.recording.intrinsics->cy, 239.5f);
 }
 
-TEST(ReconstructOptions, OptionsOfAnotherKindOfInputAreRefused) {
+TEST(ReconstructOptions, RefusesOptionsOfOtherInputs) {
   const auto errorFor = [](const Arguments& arguments) {
     return errorOf([&] { checkReadingOptions(parseReconstructOptions(arguments)); });
   };
@@ -66,7 +66,7 @@ TEST(ReconstructOptions, OptionsOfAnotherKindOfInputAreRefused) {
   }
 }
 
-TEST(ReconstructOptions, NamesWhatIsWrong) {
+TEST(ReconstructOptions, ErrorsNameWhatIsWrong) {
   const Arguments good = {"--tum", "dir", "--mesh", "o.ply"};
   const std::pair<Arguments, std::string> additions[] = {
       {{"--format", "icl"}, "--format"},
@@ -95,7 +95,7 @@ TEST(ReconstructOptions, NamesWhatIsWrong) {
   EXPECT_NE(parseErrorOf({"dir", "other", "--mesh", "o.ply"}).find("other"), std::string::npos);
 }
 
-TEST(FrameSelectionText, MayLeaveOutParts) {
+TEST(FrameSelectionText, MayOmitParts) {
   const std::tuple<std::string, size_t, size_t, size_t> cases[] = {
       {"1:9:2", 1, 9, 2},
       {"5:", 5, FrameSelection{}.last, 1},

@@ -45,7 +45,7 @@ class ReconstructProgram : public testing::Test {
   std::string tum_option_;
 };
 
-TEST_F(ReconstructProgram, TellsWhatLeavesTheMeshEmpty) {
+TEST_F(ReconstructProgram, ExplainsAnEmptyMesh) {
   expectError(
       "--tum " + tum_.path() + " --frames 0:5:5 --set backend=cpu --mesh " + (out_ / "mesh.ply"), 1,
       "--set mesh/min_support=1");
@@ -68,7 +68,7 @@ TEST_F(ReconstructProgram, SavesMeshAndReport) {
   EXPECT_GT(report["triangles"], 100);
 }
 
-TEST_F(ReconstructProgram, GuessesWhatTheInputIs) {
+TEST_F(ReconstructProgram, GuessesTheInputFormat) {
   const std::string mesh = meshOf("");
   const std::string to_mesh = " --mesh " + (out_ / "guessed.ply");
   const Outcome outcome = run(tum_.path() + to_mesh + " --poses-mode tf --set mesh/min_support=1");
@@ -79,7 +79,7 @@ TEST_F(ReconstructProgram, GuessesWhatTheInputIs) {
   expectError(tum_.path() + to_mesh + " --depth-topic /d", 2, "tum");
 }
 
-TEST_F(ReconstructProgram, WarnsOfImagesThatAreHardlyRight) {
+TEST_F(ReconstructProgram, WarnsOfImplausibleImages) {
   const std::string arguments = tum_option_ + "--mesh " + (out_ / "mesh.ply") + " ";
   const Outcome scaled = run(arguments + "--depth-scale 0.5");
   EXPECT_EQ(scaled.err.find("reconstruct: warning: median depth 6000 m"), 0u) << scaled.err;
@@ -92,7 +92,7 @@ TEST_F(ReconstructProgram, WarnsOfImagesThatAreHardlyRight) {
   EXPECT_NE(empty.out.find("median depth unknown, 0 %"), std::string::npos) << empty.out;
 }
 
-TEST_F(ReconstructProgram, SaysHowManyImagesHaveAPose) {
+TEST_F(ReconstructProgram, ReportsHowManyImagesHavePoses) {
   writeBytes(tum_ / "groundtruth.txt", "100 0 0 0 0 0 0 1\n");
   const std::string arguments = tum_option_ + "--mesh " + (out_ / "mesh.ply");
   expectError(arguments, 1, "only 1 of 6 images have a pose");
@@ -103,7 +103,7 @@ TEST_F(ReconstructProgram, SaysHowManyImagesHaveAPose) {
   EXPECT_NE(line.find(", 1 with a pose"), std::string::npos) << line;
 }
 
-TEST_F(ReconstructProgram, SaysThatTheFolderOfPagesIsFullAndThatNothingIsLost) {
+TEST_F(ReconstructProgram, ReportsAFullPageFolder) {
   const Outcome outcome =
       run(tum_option_ + "--mesh " + (out_ / "mesh.ply") + " --set map/voxel_size_m=0.02 " +
           "--set map/max_memory_mb=1 --set map/page_max_gb=0.001 --set map/page_folder=" +
@@ -115,7 +115,7 @@ TEST_F(ReconstructProgram, SaysThatTheFolderOfPagesIsFullAndThatNothingIsLost) {
 
 /// Meshes that do not fit into an eighth of the budget are on disk. The saved file, simplified or
 /// not, is the same as without paging.
-TEST_F(ReconstructProgram, SavesAMeshThatLiesOnDisk) {
+TEST_F(ReconstructProgram, SavesMeshesThatArePartlyOnDisk) {
   const TemporaryFolder room;
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < 8; ++i) poses.push_back(roomCameraPose(1.6 * i));
@@ -136,7 +136,7 @@ TEST_F(ReconstructProgram, SavesAMeshThatLiesOnDisk) {
   EXPECT_TRUE(saved(paged + " --simplify-error 0.005") == simplified);
 }
 
-TEST_F(ReconstructProgram, SavesTheSameBytesHoweverItIsRun) {
+TEST_F(ReconstructProgram, MeshDoesNotDependOnThreadsOrUpdates) {
   const std::string mesh = meshOf("--threads 1");
   EXPECT_EQ(meshOf("--threads 1"), mesh);
   EXPECT_EQ(meshOf("--threads 2"), mesh);
@@ -147,7 +147,7 @@ TEST_F(ReconstructProgram, SavesTheSameBytesHoweverItIsRun) {
 }
 
 /// The file may be the node's configuration, too.
-TEST_F(ReconstructProgram, TakesSettingsFromTheFileThenFromTheCommandLine) {
+TEST_F(ReconstructProgram, CommandLineOverridesConfigFile) {
   writeBytes(out_ / "a.yaml",
              "backend: cuda\nthreads: 1\nmap_frame: odom\nmap:\n  voxel_size_m: 0.05\n");
   const std::string config = "--config " + (out_ / "a.yaml") + " --backend cpu ";
@@ -155,7 +155,7 @@ TEST_F(ReconstructProgram, TakesSettingsFromTheFileThenFromTheCommandLine) {
   EXPECT_EQ(meshOf(config + "--set map/voxel_size_m=0.04"), meshOf("--set map/voxel_size_m=0.04"));
 }
 
-TEST_F(ReconstructProgram, GoesOnWithAMapAsIfItHadNotBeenSaved) {
+TEST_F(ReconstructProgram, ContinuesALoadedMapExactly) {
   const std::string cpu = "--backend cpu --set map/voxel_size_m=0.03 ";
   const std::string mesh = meshOf(cpu + "--save-map " + (out_ / "whole.dtsdf"));
   const std::string half = " --load-map " + (out_ / "half.dtsdf") + " ";
@@ -174,7 +174,7 @@ TEST_F(ReconstructProgram, GoesOnWithAMapAsIfItHadNotBeenSaved) {
   expectError(tum_option_ + "--save-map map.ply", 2, ".dtsdf");
 }
 
-TEST_F(ReconstructProgram, MapToolTellsAndMeshesWhatWasSaved) {
+TEST_F(ReconstructProgram, MapToolDescribesAndMeshesASavedMap) {
   const std::string file = out_ / "map.dtsdf";
   const std::string mesh =
       meshOf("--backend cpu --set map/voxel_size_m=0.03 map_frame=hall --save-map " + file);
@@ -200,7 +200,7 @@ TEST_F(ReconstructProgram, MapToolTellsAndMeshesWhatWasSaved) {
   EXPECT_EQ(run("draw " + file, DTSDF_MAP_TOOL).exit_code, 2);
 }
 
-TEST_F(ReconstructProgram, ACommandLineThatIsWrongEndsWith2) {
+TEST_F(ReconstructProgram, WrongArgumentsExitWith2) {
   expectError("", 2, "--tum and --bag");
   expectError(tum_option_, 2, "--mesh");
   expectError(tum_option_ + "--mesh a.ply --set map/voxel_sise_m=1 map/voxel_size_m=x", 2,
@@ -208,7 +208,7 @@ TEST_F(ReconstructProgram, ACommandLineThatIsWrongEndsWith2) {
   EXPECT_EQ(run("--help").exit_code, 0);
 }
 
-TEST_F(ReconstructProgram, AnErrorEndsWith1AndLeavesTheOldMesh) {
+TEST_F(ReconstructProgram, ErrorsExitWith1AndKeepTheOldMesh) {
   const std::string mesh = "--mesh " + (out_ / "mesh.ply") + " ";
   writeBytes(out_ / "mesh.ply", "old");
   expectError("--tum /nowhere " + mesh, 1, "/nowhere");
@@ -222,7 +222,7 @@ TEST_F(ReconstructProgram, AnErrorEndsWith1AndLeavesTheOldMesh) {
   EXPECT_EQ(readBytes(out_ / "mesh.ply"), "old");
 }
 
-TEST_F(ReconstructProgram, SimplifiesAndTellsTheError) {
+TEST_F(ReconstructProgram, SimplifiesOnRequest) {
   const std::string arguments = tum_option_ + "--mesh " + (out_ / "mesh.ply");
   const auto triangles = [](const std::string& ply) {
     return std::stoul(ply.substr(ply.find("element face ") + 13));
@@ -239,9 +239,9 @@ TEST_F(ReconstructProgram, SimplifiesAndTellsTheError) {
   expectError(arguments + " --simplify-error 1000", 2, "more than the whole mesh");
 }
 
-/// The corner of a room from a slowly moving camera. All poses but the first are 45 mm off, to
-/// alternate sides.
-TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
+/// The corner of a room from a slowly moving camera. All poses but the first are 45 mm off,
+/// alternately to either side.
+TEST_F(ReconstructProgram, RefinesAndTracksPoses) {
   Scene corner;
   corner.add(Plane{{2.0, 0.0, 0.0}, -Eigen::Vector3d::UnitX()});
   corner.add(Plane{{0.0, 2.0, 0.0}, -Eigen::Vector3d::UnitY()});
@@ -300,7 +300,7 @@ TEST_F(ReconstructProgram, MovesPosesToWhereImagesFit) {
 }
 
 /// Images without poses, of a room mapped from another recording.
-TEST_F(ReconstructProgram, FindsTheCameraInAMapThatIsLoaded) {
+TEST_F(ReconstructProgram, LocalisesInALoadedMap) {
   TemporaryFolder room, later;
   const Scene scene = roomWithFurniture();
   writeSceneRecording(room.path(), scene, viewsAround(), 320, 240);

@@ -76,7 +76,7 @@ class ReconstructionTest : public testing::Test {
 };
 
 /// Frames have the stamps 1, 2, 3.
-TEST_F(ReconstructionTest, PaintsBetweenTheFramesInTheOrderOfStamps) {
+TEST_F(ReconstructionTest, PaintsInTheOrderOfStamps) {
   FakeSource source({1, 1, 1});
   FakeColours colours({0.5, 1.0, 1.5, 1.6, 3.0, 3.1});
   const ReconstructionResult result = run({source, &colours});
@@ -88,7 +88,7 @@ TEST_F(ReconstructionTest, PaintsBetweenTheFramesInTheOrderOfStamps) {
 
 /// The map contains all images up to its stamp of -1. Later ones are painted, even before the first
 /// frame.
-TEST_F(ReconstructionTest, PaintsBeforeTheFirstFrameWhatTheMapHasNotSeen) {
+TEST_F(ReconstructionTest, PaintsOnlyImagesNewToTheMap) {
   FakeSource source({1, 1});
   FakeColours colours({-2.0, -1.0, 0.5, 1.5});
   RecordedInput input(source, &colours);
@@ -98,7 +98,7 @@ TEST_F(ReconstructionTest, PaintsBeforeTheFirstFrameWhatTheMapHasNotSeen) {
   EXPECT_EQ(result.stamp_s, 2.0);
 }
 
-TEST_F(ReconstructionTest, CountsWhatWasNotFusedByReason) {
+TEST_F(ReconstructionTest, CountsSkippedFramesByReason) {
   FakeSource source({1, 0, 1});
   const ReconstructionResult result = run(source);
   EXPECT_EQ(result.frames, 2u);
@@ -107,13 +107,13 @@ TEST_F(ReconstructionTest, CountsWhatWasNotFusedByReason) {
   EXPECT_NE(describeSkipped(result.skipped).find("3 no pose"), std::string::npos);
 }
 
-TEST_F(ReconstructionTest, SaysWhyNoFrameWasFused) {
+TEST_F(ReconstructionTest, ExplainsWhyNoFrameWasFused) {
   FakeSource source({0, 0});
   const std::string error = errorOf([&] { run(source); });
   EXPECT_NE(error.find("3 no pose"), std::string::npos) << error;
 }
 
-TEST(Summary, IsMeanMedianAndP95) {
+TEST(Summary, HasMeanMedianP95AndWorst) {
   std::vector<double> values;
   for (int i = 100; i >= 1; --i) values.push_back(i);
   EXPECT_DOUBLE_EQ(summarise(values).mean, 50.5);

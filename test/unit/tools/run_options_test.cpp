@@ -56,7 +56,7 @@ TEST(SettingList, HasEveryKeyWithDefaultUnitAndRange) {
 }
 
 /// Evidence lasts longer with aligned poses. An explicit setting is kept.
-TEST(RunSettings, EvidenceLastsAsLongAsPosesAgree) {
+TEST(RunSettings, AlignedPosesLengthenTheMemory) {
   const auto memoryWith = [](const std::string& mode, std::vector<std::string> settings) {
     RunOptions options;
     options.settings = std::move(settings);

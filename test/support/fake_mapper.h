@@ -136,7 +136,7 @@ class FakeMapper : public Mapper {
   int frames = 0, images = 0, meshes = 0, cleared_regions = 0;
   Eigen::Isometry3d last_T_W_C = Eigen::Isometry3d::Identity();  ///< Pose of the newest frame.
   mutable int reports = 0;                                       ///< Number of memory reports.
-  int parts_left = 0;  ///< Number of extractions that return a part only.
+  int parts_left = 0;  ///< Number of extractions that still return only a part.
   double mesh_ms = 0.0;
   MapStats counts;  ///< Counts that do not depend on the frames.
   MapperMemory held;

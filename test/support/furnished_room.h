@@ -1,4 +1,4 @@
-/// A room whose parts all look different, and views of it.
+/// An empty room, a furnished one whose parts all look different, and views of them.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -1,4 +1,4 @@
-/// Seeds of the property tests: fixed, unless DTSDF_TEST_SEED sets the first one.
+/// Seeds of randomised tests: fixed, unless DTSDF_TEST_SEED sets the first one.
 #pragma once
 
 #include <cstdint>

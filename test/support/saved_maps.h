@@ -23,7 +23,7 @@ const RoomRecording& roomRecording();
 /// The colour of a surface point.
 Colour stripes(const Eigen::Vector3d& p_W);
 
-/// Fuses the frames `first` to `last` - 1, and paints them if `painted`.
+/// Fuses the depth images `first` to `last` - 1 and, if `painted`, paints with the colour images.
 void feed(Mapper& mapper, size_t first, size_t last, bool painted);
 
 /// With one thread, because on a busy machine several would wait for each other.

@@ -11,8 +11,8 @@ namespace dtsdf {
 
 constexpr int kTumWidth = 8, kTumHeight = 6;
 
-/// `count` images, 0.1 s apart from stamp 100 on; image i shows a wall at 0.2 (i + 1) m, which is
-/// 1000 (i + 1) units, with the camera at x = i.
+/// `count` images, 0.1 s apart, starting at stamp 100. Image i shows a wall at 0.2 (i + 1) m,
+/// stored as 1000 (i + 1), with the camera at x = i.
 inline void writeTumFolder(const TemporaryFolder& folder, int count, int width = kTumWidth,
                            int height = kTumHeight) {
   std::string depth = "# stamp file\n", poses = "# stamp tx ty tz qx qy qz qw\n";

@@ -29,7 +29,7 @@ TEST(AtomicFile, ReplacesTheOldFileOnCommit) {
   EXPECT_EQ(folder.entryCount(), 1u);
 }
 
-TEST(AtomicFile, LeavesTheOldFileWhereASaveIsKilled) {
+TEST(AtomicFile, KeepsTheOldFileIfASaveIsKilled) {
   const TemporaryFolder folder;
   writeBytes(folder / "a.bin", "old");
   const pid_t child = fork();
@@ -54,7 +54,7 @@ TEST(AtomicFile, LeavesOtherFilesAlone) {
   EXPECT_EQ(readBytes(folder / "a.txt.0.tmp"), "somebody's, too");
 }
 
-TEST(AtomicFile, MakesFilesThatOthersMayReadAsTheUserHasIt) {
+TEST(AtomicFile, FollowsTheUmask) {
   const TemporaryFolder folder;
   const mode_t mask = umask(027);
   writeFileAtomically(folder / "a.txt", "new");
@@ -64,7 +64,7 @@ TEST(AtomicFile, MakesFilesThatOthersMayReadAsTheUserHasIt) {
   EXPECT_EQ(status.st_mode & 0777, 0640u);
 }
 
-TEST(AtomicFile, LeavesASaveUnderWayAlone) {
+TEST(AtomicFile, ConcurrentSavesDoNotInterfere) {
   const TemporaryFolder folder;
   AtomicFile slow(folder / "a.txt");
   slow.write("slow");
@@ -73,7 +73,7 @@ TEST(AtomicFile, LeavesASaveUnderWayAlone) {
   EXPECT_EQ(readBytes(folder / "a.txt"), "slow");
 }
 
-TEST(AtomicFile, TakesNoNameWithNul) {
+TEST(AtomicFile, RefusesNamesWithNul) {
   const TemporaryFolder folder;
   EXPECT_NE(errorOf([&] { writeFileAtomically(folder / std::string("a\0b", 3), "new"); }), "");
   EXPECT_EQ(folder.entryCount(), 0u);
@@ -88,7 +88,7 @@ TEST(AtomicFile, LeavesNothingWithoutCommit) {
   EXPECT_EQ(folder.entryCount(), 0u);
 }
 
-TEST(AtomicFile, LeavesTheOldFileWholeWhenTheDiskIsFull) {
+TEST(AtomicFile, KeepsTheOldFileWhenTheDiskIsFull) {
   const TemporaryFolder folder;
   writeBytes(folder / "a.bin", "old");
   std::string error;
@@ -102,13 +102,13 @@ TEST(AtomicFile, LeavesTheOldFileWholeWhenTheDiskIsFull) {
   EXPECT_EQ(folder.entryCount(), 1u);
 }
 
-TEST(AtomicFile, MakesMissingFolders) {
+TEST(AtomicFile, CreatesMissingFolders) {
   const TemporaryFolder folder;
   writeFileAtomically(folder / "one/two/a.txt", "text");
   EXPECT_EQ(readBytes(folder / "one/two/a.txt"), "text");
 }
 
-TEST(AtomicFile, RefusesWhatIsNoRegularFile) {
+TEST(AtomicFile, WritesOnlyRegularFiles) {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "sub");
   writeBytes(folder / "file", "text");

@@ -28,7 +28,7 @@ class CameraInfoFile : public testing::Test {
   std::string path_ = folder_ / "camera_info.yaml";
 };
 
-TEST_F(CameraInfoFile, TakesTheProjectionMatrixOfTheRectifiedImage) {
+TEST_F(CameraInfoFile, PrefersTheProjectionMatrix) {
   const CameraInfo info = load(std::string(kSize) + kCameraMatrix + kProjectionMatrix);
   EXPECT_EQ(info.width, 640);
   EXPECT_EQ(info.height, 480);
@@ -46,7 +46,7 @@ TEST_F(CameraInfoFile, FallsBackOnTheCameraMatrix) {
   EXPECT_EQ(info.intrinsics.cy, 240.0f);
 }
 
-TEST_F(CameraInfoFile, IsReadAsItWasWritten) {
+TEST_F(CameraInfoFile, IsReadBackUnchanged) {
   const CameraInfo written{17, 9, {1.0f / 3.0f, 525.1f, 8.25f, 4.7f}};
   const CameraInfo info = load(cameraInfoText(written, "any"));
   EXPECT_EQ(info.width, 17);
@@ -57,7 +57,7 @@ TEST_F(CameraInfoFile, IsReadAsItWasWritten) {
   EXPECT_EQ(info.intrinsics.cy, written.intrinsics.cy);
 }
 
-TEST_F(CameraInfoFile, NamesFileAndKeyOfWhatIsWrong) {
+TEST_F(CameraInfoFile, ErrorsNameFileAndKey) {
   const std::string size = kSize;
   const std::pair<std::string, std::string> cases[] = {
       {"", "no intrinsics"},

@@ -35,7 +35,7 @@ std::string errorFor(const std::string& format, const Bytes& data) {
   return errorOf([&] { decodeCompressedDepth(format, data); });
 }
 
-TEST(CompressedDepth, SixteenBitsAreExact) {
+TEST(CompressedDepth, SixteenBitDepthsAreExact) {
   const cv::Mat image = someDepths();
   const Bytes png = compressPng(image), rvl = compressRvl(pixelsOf(image), 6);
   for (const char* encoding : {"16UC1", "mono16"}) {
@@ -52,7 +52,7 @@ TEST(CompressedDepth, SixteenBitsAreExact) {
 }
 
 // Inverse depths are quantised as in the transport, with its default parameters.
-TEST(CompressedDepth, ThirtyTwoBitsAreInverseDepths) {
+TEST(CompressedDepth, FloatsAreStoredAsInverseDepths) {
   const float scale = 100.0f * 101.0f, offset = 1.0f - scale / 10.0f;
   cv::Mat inverse(1, 4, CV_16UC1, cv::Scalar(0));
   const float depths_m[] = {0.5f, 1.0f, 9.0f};
@@ -73,7 +73,7 @@ TEST(CompressedDepth, ThirtyTwoBitsAreInverseDepths) {
   }
 }
 
-TEST(CompressedDepth, TellsWhatIsWrong) {
+TEST(CompressedDepth, ReportsInvalidData) {
   const Bytes png = compressPng(someDepths());
   EXPECT_NE(errorFor("bgr8; jpeg compressed bgr8", png).find("not a format"), std::string::npos);
   EXPECT_NE(errorFor("bgr8" + kPng, png).find("'bgr8'"), std::string::npos);
@@ -87,7 +87,7 @@ TEST(CompressedDepth, TellsWhatIsWrong) {
   EXPECT_NE(errorFor("16UC1" + kRvl, Bytes(19, 0)).find("header"), std::string::npos);
 }
 
-TEST(CompressedDepth, SizesAreCheckedBeforeMemoryIsTaken) {
+TEST(CompressedDepth, SizesAreCheckedBeforeAllocation) {
   for (const auto& [columns, rows] :
        {std::pair(0u, 4u), std::pair(4u, 0u), std::pair(0xffffffffu, 1u),
         std::pair(0xffffffffu, 0xffffffffu), std::pair(1u, 0xffffffffu), std::pair(65536u, 65536u),

@@ -16,7 +16,7 @@ std::vector<uint8_t> encode(const cv::Mat& image) {
   return bytes;
 }
 
-TEST(DepthPng, ShortBytesAreAnError) {
+TEST(DepthPng, TruncatedDataIsAnError) {
   const std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, CV_16UC1, cv::Scalar(7)));
   for (size_t size = 0; size + 12 < bytes.size(); ++size) {  // the end chunk may be missing
     EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), size); }), "") << size;
@@ -24,7 +24,7 @@ TEST(DepthPng, ShortBytesAreAnError) {
 }
 
 /// Gamma corrects brightness, so it must not change depths.
-TEST(DepthPng, AGammaChangesNothing) {
+TEST(DepthPng, GammaDoesNotChangeDepths) {
   std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, CV_16UC1, cv::Scalar(1234)));
   const std::string gamma("\0\0\0\4gAMA\0\0\xb1\x8f\x0b\xfc\x61\x05", 16);
   constexpr int kHeadBytes = 33;
@@ -32,7 +32,7 @@ TEST(DepthPng, AGammaChangesNothing) {
   EXPECT_EQ(decodeDepthPng(bytes.data(), bytes.size()).values, std::vector<uint16_t>(15, 1234));
 }
 
-TEST(DepthPng, SizesAreCheckedBeforeMemoryIsTaken) {
+TEST(DepthPng, SizesAreCheckedBeforeAllocation) {
   // One row too many. All pixels are 0, so the file is small.
   std::vector<uint8_t> bytes = encode(cv::Mat(4097, 2048, CV_16UC1, cv::Scalar(0)));
   bytes.resize(1000);  // the error is about the size, not about the missing bytes

@@ -5,7 +5,7 @@
 namespace dtsdf {
 namespace {
 
-TEST(FrameSelection, CountsWhatItContains) {
+TEST(FrameSelection, CountAgreesWithContains) {
   for (size_t first : {0, 1, 4, 9, 12}) {
     for (size_t last : {0, 3, 9, 50}) {
       for (size_t step : {1, 2, 3, 20}) {

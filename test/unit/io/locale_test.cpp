@@ -46,7 +46,7 @@ class DecimalComma : public testing::Test {
   }
 };
 
-TEST_F(DecimalComma, AMapIsLoadedAsItWasSaved) {
+TEST_F(DecimalComma, DoesNotAffectMapFiles) {
   MapperParams params;
   params.map.voxel_size_m = 0.0125f;
   saveMap(makeMapper(params)->contents(), folder_ / "map.dtsdf");
@@ -55,7 +55,7 @@ TEST_F(DecimalComma, AMapIsLoadedAsItWasSaved) {
   EXPECT_EQ(loadMap(folder_ / "map.dtsdf", params).frames, 0u);
 }
 
-TEST_F(DecimalComma, SettingsAndTheirRules) {
+TEST_F(DecimalComma, DoesNotAffectSettings) {
   EXPECT_EQ(std::get<double>(parseYamlParams("a: 0.25", "test").at("a")), 0.25);
   EXPECT_EQ(toString(ParamValue(1234.5)), "1234.5");
   ParamReader reader({{"a", 1500.5}});
@@ -65,7 +65,7 @@ TEST_F(DecimalComma, SettingsAndTheirRules) {
             "invalid settings:\n  a = 1500.5: must be from 0.25 to 0.5");
 }
 
-TEST_F(DecimalComma, PosesCamerasAndMeshes) {
+TEST_F(DecimalComma, DoesNotAffectPosesCamerasOrMeshes) {
   StampedPose pose{1234567.25, Eigen::Isometry3d::Identity()};
   pose.T_W_C.translation().x() = 1000.5;
   saveTrajectory({pose}, folder_ / "poses.txt");

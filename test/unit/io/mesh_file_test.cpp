@@ -23,10 +23,10 @@ Mesh makeMesh() {
   return mesh;
 }
 
-/// Consumes little-endian numbers from the front of a text.
-class FrontOfText {
+/// Reads little-endian numbers, one after another.
+class LittleEndianReader {
  public:
-  explicit FrontOfText(std::string bytes) : bytes_(std::move(bytes)) {}
+  explicit LittleEndianReader(std::string bytes) : bytes_(std::move(bytes)) {}
 
   std::string text(size_t count) {
     next_ += count;
@@ -82,7 +82,7 @@ TEST_F(MeshFile, PlyHoldsPositionsNormalsColoursAndFaces) {
   EXPECT_EQ(header.find("ply\nformat binary_little_endian 1.0\n"), 0u);
   EXPECT_NE(header.find("element vertex 4\n"), std::string::npos);
   EXPECT_NE(header.find("element face 2\n"), std::string::npos);
-  FrontOfText body(content.substr(body_at));
+  LittleEndianReader body(content.substr(body_at));
   for (size_t i = 0; i < mesh_.vertices_m.size(); ++i) {
     expectEqual(body.vector(), mesh_.vertices_m[i]);
     expectEqual(body.vector(), mesh_.normals[i]);
@@ -99,7 +99,7 @@ TEST_F(MeshFile, PlyHoldsPositionsNormalsColoursAndFaces) {
 
 /// Far positions stay precise in .ply (doubles), .obj (more digits) and .glb (a translation), but
 /// not in .stl (floats).
-TEST_F(MeshFile, PositionsFarAwayAreHeldAsTheFormatCan) {
+TEST_F(MeshFile, OnlyStlLosesPrecisionFarAway) {
   EXPECT_EQ(lossInFormat(mesh_, "mesh.stl"), "");
   mesh_.origin_m = {40000.0, -3.0, 0.0};
   mesh_.vertices_m[1].x = 0.0001f;
@@ -126,7 +126,7 @@ TEST_F(MeshFile, PositionsFarAwayAreHeldAsTheFormatCan) {
   const std::string glb = save("mesh.glb");
   EXPECT_NE(glb.find("\"translation\":[40000.0,"), std::string::npos);
 
-  FrontOfText stl(save("mesh.stl"));
+  LittleEndianReader stl(save("mesh.stl"));
   stl.text(84 + 12);
   EXPECT_EQ(stl.real(), 40000.0f);
   const std::string loss = lossInFormat(mesh_, "mesh.stl");
@@ -135,7 +135,7 @@ TEST_F(MeshFile, PositionsFarAwayAreHeldAsTheFormatCan) {
 }
 
 /// Colours from images, in .ply and .obj.
-TEST_F(MeshFile, ColoursOfImagesAreSaved) {
+TEST_F(MeshFile, ImageColoursAreSaved) {
   mesh_.colours = {{255, 0, 51, 255}, {1, 2, 3, 255}, {4, 5, 6, 255}, {0, 0, 0, 0}};
   saveMesh(mesh_, MeshColour::kAuto, folder_ / "mesh.ply");
   const std::string ply = readBytes(folder_ / "mesh.ply");
@@ -173,7 +173,7 @@ TEST_F(MeshFile, ObjHoldsPositionsNormalsAndFaces) {
 }
 
 TEST_F(MeshFile, StlHoldsTrianglesAndTheirNormals) {
-  FrontOfText bytes(save("mesh.stl"));
+  LittleEndianReader bytes(save("mesh.stl"));
   EXPECT_NE(bytes.text(80).substr(0, 5), "solid");
   ASSERT_EQ(bytes.number(4), 2u);
   const Vec3f normals[] = {{0, 0, 1}, {-1, 0, 0}};
@@ -187,7 +187,7 @@ TEST_F(MeshFile, StlHoldsTrianglesAndTheirNormals) {
   EXPECT_EQ(bytes.left(), 0u);
 }
 
-TEST_F(MeshFile, ExtensionChoosesTheFormatInAnyCase) {
+TEST_F(MeshFile, ExtensionChoosesTheFormatIgnoringCase) {
   EXPECT_EQ(meshFormatOf("a/b.PLY"), ".ply");
   EXPECT_EQ(meshFormatOf("b.Obj"), ".obj");
   EXPECT_EQ(meshFormatOf("x.ply.stl"), ".stl");
@@ -198,7 +198,7 @@ TEST_F(MeshFile, ExtensionChoosesTheFormatInAnyCase) {
 }
 
 /// A reader in Python, written from the specification alone, compares the files.
-TEST_F(MeshFile, GlbKeepsToItsRulesAndShowsWhatPlyShows) {
+TEST_F(MeshFile, GlbIsValidAndMatchesPly) {
   const auto expectAlike = [&](MeshColour colour) {
     const std::string glb = folder_ / "mesh.glb", ply = folder_ / "mesh.ply";
     saveMesh(mesh_, colour, glb);
@@ -222,8 +222,8 @@ TEST_F(MeshFile, GlbKeepsToItsRulesAndShowsWhatPlyShows) {
   expectAlike(MeshColour::kImage);
 }
 
-/// Tests only the limit of the size; no such file is written.
-TEST(Glb, HoldsFourGibibytes) {
+/// Tests only the size limit; no such file is written.
+TEST(Glb, HoldsSixtyMillionVertices) {
   EXPECT_LT(maxGlbBytes(60'000'000, 120'000'000), kMaxGlbBytes);
   EXPECT_GT(maxGlbBytes(80'000'000, 160'000'000), kMaxGlbBytes);
 }

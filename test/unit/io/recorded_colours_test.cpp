@@ -35,7 +35,7 @@ class RecordedColoursTest : public testing::Test {
   RecordingOptions options_;
 };
 
-TEST_F(RecordedColoursTest, HandsOutImagesByStampWithTheirOwnPoses) {
+TEST_F(RecordedColoursTest, ReadsImagesInStampOrderWithOwnPoses) {
   const auto source = openRecordingColours(options_);
   ASSERT_NE(source, nullptr);
   const auto first = source->next();
@@ -57,21 +57,21 @@ TEST_F(RecordedColoursTest, HandsOutImagesByStampWithTheirOwnPoses) {
   EXPECT_EQ(source->skipped().at("colour images: no pose within 60 ms"), 1u);
 }
 
-TEST_F(RecordedColoursTest, TellsPlacesAndHandsOutThoseListed) {
-  std::vector<std::vector<size_t>> places;
+TEST_F(RecordedColoursTest, ReadsOnlyTheListedImages) {
+  std::vector<std::vector<size_t>> indices;
   for (const std::vector<size_t>& listed : {std::vector<size_t>{0, 1, 2}, {1}, {0, 2}, {}}) {
     options_.listed_colours = std::make_shared<const std::vector<size_t>>(listed);
     const auto source = openRecordingColours(options_);
-    places.emplace_back();
+    indices.emplace_back();
     while (const auto image = source->next()) {
       EXPECT_DOUBLE_EQ(image->stamp_s, image->index == 0 ? 100.01 : 100.15);
-      places.back().push_back(image->index);
+      indices.back().push_back(image->index);
     }
   }
-  EXPECT_EQ(places, (std::vector<std::vector<size_t>>{{0, 1}, {1}, {0}, {}}));
+  EXPECT_EQ(indices, (std::vector<std::vector<size_t>>{{0, 1}, {1}, {0}, {}}));
 }
 
-TEST_F(RecordedColoursTest, ACameraOfTheirOwn) {
+TEST_F(RecordedColoursTest, ImagesCanHaveTheirOwnCamera) {
   cv::imwrite(folder_ / "rgb/a.png", cv::Mat(9, 12, CV_8UC3, {1, 2, 3}));
   cv::imwrite(folder_ / "rgb/b.jpg", cv::Mat(9, 12, CV_8UC3, {1, 2, 3}));
   const auto source = openRecordingColours(options_);
@@ -84,7 +84,7 @@ TEST_F(RecordedColoursTest, ACameraOfTheirOwn) {
   EXPECT_EQ(openRecordingColours(options_)->next()->colour.intrinsics.fx, 20.0f);
 }
 
-TEST_F(RecordedColoursTest, ADamagedFileIsAnErrorAndAMissingOneIsCounted) {
+TEST_F(RecordedColoursTest, DamagedFilesAreErrorsMissingOnesAreCounted) {
   writeBytes(folder_ / "rgb/a.png", "no picture");
   EXPECT_NE(error().find("rgb/a.png"), std::string::npos) << error();
   EXPECT_NE(error().find("colour/enabled"), std::string::npos) << error();
@@ -95,7 +95,7 @@ TEST_F(RecordedColoursTest, ADamagedFileIsAnErrorAndAMissingOneIsCounted) {
 }
 
 /// Other pixel types of PNG and JPEG become 8 bits of red, green and blue as well.
-TEST_F(RecordedColoursTest, OtherKindsOfPixels) {
+TEST_F(RecordedColoursTest, OtherPixelTypesBecomeRgb) {
   const auto first = [&](const std::string& name, const cv::Mat& image) {
     cv::imwrite(folder_ / name, image);
     const RgbImage file = readColourImage(folder_ / name);
@@ -111,7 +111,7 @@ TEST_F(RecordedColoursTest, OtherKindsOfPixels) {
 }
 
 /// libpng may write beyond the pixels of such an image.
-TEST_F(RecordedColoursTest, InterlacedImagesOf16BitsAreRefused) {
+TEST_F(RecordedColoursTest, Interlaced16BitImagesAreRefused) {
   const std::string head(
       "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\2\0\0\0\2\x10\2\0\0\1\332\103\166\246\0\0\0\0IDAT", 41);
   const std::string error =
@@ -120,7 +120,7 @@ TEST_F(RecordedColoursTest, InterlacedImagesOf16BitsAreRefused) {
 }
 
 /// TurboJPEG supports only the common kinds of subsampling.
-TEST_F(RecordedColoursTest, UnusualSubsamplingIsNamed) {
+TEST_F(RecordedColoursTest, UnsupportedSubsamplingIsReported) {
   std::string file = readBytes(folder_ / "rgb/b.jpg");
   const size_t frame = file.find("\xff\xc0");
   ASSERT_NE(frame, std::string::npos);
@@ -130,7 +130,7 @@ TEST_F(RecordedColoursTest, UnusualSubsamplingIsNamed) {
 }
 
 /// A truncated file is an error at any length and is not read in part.
-TEST_F(RecordedColoursTest, CutFilesAreDamaged) {
+TEST_F(RecordedColoursTest, TruncatedFilesAreErrors) {
   for (const std::string name : {"rgb/a.png", "rgb/b.jpg"}) {
     cv::Mat image(40, 60, CV_8UC3);
     cv::randu(image, 0, 255);
@@ -161,7 +161,7 @@ TEST(RateLimit, ThinsOutARegularStream) {
   EXPECT_EQ(taken(30.0, 20.0, 300).size(), 200u);
 }
 
-TEST(RateLimit, BeginsAnewAfterGapsAndJumps) {
+TEST(RateLimit, RestartsAfterGapsAndJumps) {
   RateLimit limit(10.0);
   EXPECT_TRUE(limit.takes(100.0));
   EXPECT_FALSE(limit.takes(100.05));

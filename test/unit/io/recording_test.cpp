@@ -8,7 +8,7 @@
 namespace dtsdf {
 namespace {
 
-TEST(GuessedFormat, BagsAreKnownByTheirName) {
+TEST(GuessedFormat, BagsAreRecognisedByName) {
   const TemporaryFolder folder;
   writeBytes(folder / "a.bag", "");
   EXPECT_EQ(guessRecordingFormat(folder / "a.bag"), "bag");
@@ -28,7 +28,7 @@ class Recording : public testing::Test {
   RecordingOptions options_;
 };
 
-TEST_F(Recording, FormatMayBeNamed) {
+TEST_F(Recording, FormatCanBeGiven) {
   options_.format = "tum";
   EXPECT_EQ(readingErrorOf(options_), "");
   options_.format = "scannet";
@@ -37,7 +37,7 @@ TEST_F(Recording, FormatMayBeNamed) {
   EXPECT_NE(readingErrorOf(options_).find("'svo' is not a known"), std::string::npos);
 }
 
-TEST_F(Recording, PosesMayComeFromElsewhere) {
+TEST_F(Recording, PosesCanComeFromAnotherFile) {
   std::filesystem::remove(folder_ / "groundtruth.txt");
   writeBytes(folder_ / "other/slam.tum", "100.1 7 0 0 0 0 0 1\n");
   options_.poses_path = folder_ / "other/slam.tum";
@@ -53,7 +53,7 @@ TEST_F(Recording, PosesMayComeFromElsewhere) {
   EXPECT_NE(readingErrorOf(options_).find("none.tum"), std::string::npos);
 }
 
-TEST_F(Recording, OfPosesOnlyTheFirstNeedsToBeThere) {
+TEST_F(Recording, FirstPoseOnlyIgnoresLaterPoses) {
   options_.first_pose_only = true;
   options_.selection.first = 1;
   for (const SourceFrame& frame : readAll(*openRecording(options_))) {
@@ -69,7 +69,7 @@ TEST_F(Recording, OfPosesOnlyTheFirstNeedsToBeThere) {
       << "a file given by name may not be missing";
 }
 
-TEST_F(Recording, PosesFromElsewhereGoByNumberWhereThereAreNoStamps) {
+TEST_F(Recording, PosesMatchByNumberWithoutStamps) {
   const TemporaryFolder scan;
   for (int i = 0; i < 3; ++i) {
     writeDepthImage(scan / ("depth/" + std::to_string(i) + ".png"), 8, 6, 100);

@@ -14,26 +14,26 @@ Pixels decode(const std::vector<uint8_t>& bytes, size_t pixels) {
   return decodeRvl(bytes.data(), bytes.size(), pixels);
 }
 
-Pixels throughTheCode(const Pixels& pixels) {
+Pixels encodedAndDecoded(const Pixels& pixels) {
   return decode(encodeRvl(pixels.data(), pixels.size()), pixels.size());
 }
 
 // Encoded by hand: 2 zeros; 3 non-zeros with the differences +5, -1, +1, that is 10 (as groups a
 // and 1), 1 and 2; 1 zero; 0 non-zeros. Groups 2 3 a1 1 2 1 0 are the word 0x23a11210.
-TEST(Rvl, IsAsDescribed) {
+TEST(Rvl, DecodesAnExampleEncodedByHand) {
   EXPECT_EQ(decode({0x10, 0x12, 0xa1, 0x23}, 6), (Pixels{0, 0, 5, 4, 5, 0}));
 }
 
-TEST(Rvl, HoldsEveryPixelValue) {
+TEST(Rvl, RestoresEveryPixelValue) {
   Pixels pixels;
   for (int i = 0; i < 65536; ++i) pixels.push_back(static_cast<uint16_t>(i));
   for (uint32_t i = 0; i < 65536; ++i) pixels.push_back(static_cast<uint16_t>(40503u * i));
-  EXPECT_EQ(throughTheCode(pixels), pixels);
-  EXPECT_EQ(throughTheCode(Pixels(307200, 0)), Pixels(307200, 0));
-  EXPECT_EQ(throughTheCode(Pixels(7, 65535)), Pixels(7, 65535));
+  EXPECT_EQ(encodedAndDecoded(pixels), pixels);
+  EXPECT_EQ(encodedAndDecoded(Pixels(307200, 0)), Pixels(307200, 0));
+  EXPECT_EQ(encodedAndDecoded(Pixels(7, 65535)), Pixels(7, 65535));
 }
 
-TEST(Rvl, TellsWhatIsWrong) {
+TEST(Rvl, ReportsInvalidData) {
   const std::pair<std::vector<uint8_t>, std::string> cases[] = {
       {{0, 0, 0, 0x50}, "exceeds the image"},       // five zeros
       {{0, 0, 0, 0x14}, "exceeds the image"},       // a zero, four non-zeros

@@ -11,7 +11,7 @@
 namespace dtsdf {
 namespace {
 
-TEST(TextFile, RefusesWhatHasNoEndOrNeverBegins) {
+TEST(TextFile, RefusesDevicesAndPipes) {
   const TemporaryFolder folder;
   const std::string fifo = folder / "list.txt";
   ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
@@ -25,7 +25,7 @@ TEST(TextFile, RefusesWhatHasNoEndOrNeverBegins) {
   }
 }
 
-TEST(TextFile, RefusesWhatNoListIsAsLargeAs) {
+TEST(TextFile, RefusesFilesOverOneGibibyte) {
   const TemporaryFolder folder;
   writeBytes(folder / "huge.txt", "");
   std::filesystem::resize_file(folder / "huge.txt", (uintmax_t{1} << 30) + 1);  // a sparse file

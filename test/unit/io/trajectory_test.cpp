@@ -32,7 +32,7 @@ TEST(Trajectory, TurnsTheShortWay) {
   EXPECT_NEAR(angleOf(*trajectory.poseAt(0.5, 1.0)), kPi, 1e-9);
 }
 
-TEST(Trajectory, HasNoPoseWhereNoneIsNear) {
+TEST(Trajectory, HasNoPoseBeyondTheTolerance) {
   const Trajectory trajectory({makePose(1.0, 1, 0), makePose(2.0, 2, 0)});
   EXPECT_FALSE(trajectory.poseAt(1.5, 0.02));
   EXPECT_FALSE(trajectory.poseAt(0.9, 0.02));
@@ -55,14 +55,14 @@ TEST(Trajectory, SortsAndKeepsTheFirstOfEqualStamps) {
 
 /// In doubles, today's stamps have steps of a quarter of a microsecond. Nine decimals would show
 /// the rounding.
-TEST(Trajectory, StampsAreThoseOfTheImages) {
+TEST(Trajectory, WritesStampsAsTheyWereRead) {
   for (const char* text : {"1600000000.600000", "1311868164.363181", "0.300000", "7.000000"}) {
     EXPECT_EQ(stampOfList(std::stod(text)), text);
   }
   EXPECT_EQ(stampOfList(0.123456789), "0.123456789");
 }
 
-TEST(Trajectory, IsSavedAndReadBackAsItIs) {
+TEST(Trajectory, IsSavedAndReadBack) {
   const TemporaryFolder folder;
   const std::string path = folder / "trajectory.txt";
   const std::vector<StampedPose> poses = {makePose(1311868164.363181, 1.23456789, 0.7),

@@ -32,7 +32,7 @@ class TumFramesTest : public testing::Test {
   RecordingOptions options_;
 };
 
-TEST_F(TumFramesTest, HandsOutWholeFrames) {
+TEST_F(TumFramesTest, ReadsCompleteFrames) {
   const auto source = openRecording(options_);
   EXPECT_EQ(source->size(), 5u);
   source->next();
@@ -53,7 +53,7 @@ TEST_F(TumFramesTest, HandsOutWholeFrames) {
   }
 }
 
-TEST_F(TumFramesTest, ReadsEveryPixelValueAsItIs) {
+TEST_F(TumFramesTest, ReadsEveryPixelValueExactly) {
   cv::Mat image(256, 256, CV_16UC1);
   for (int i = 0; i < 65536; ++i) image.at<uint16_t>(i / 256, i % 256) = static_cast<uint16_t>(i);
   cv::imwrite(folder_ / "depth/0.png", image);
@@ -80,7 +80,7 @@ TEST_F(TumFramesTest, SelectsByIndex) {
   EXPECT_EQ(readIndices(*source), (std::vector<int>{1, 3}));
 }
 
-TEST_F(TumFramesTest, PassesOverFramesWithoutPoseAndCountsThem) {
+TEST_F(TumFramesTest, SkipsAndCountsFramesWithoutPose) {
   writeBytes(folder_ / "groundtruth.txt",
              "100.0 0 0 0 0 0 0 1\n100.31 3 0 0 0 0 0 1\n100.45 3 0 0 0 0 0 1\n");
   const auto source = openRecording(options_);
@@ -95,7 +95,7 @@ TEST_F(TumFramesTest, AppliesTheDepthScale) {
   EXPECT_NE(error(), "");
 }
 
-TEST_F(TumFramesTest, NamesTheImageThatIsWrong) {
+TEST_F(TumFramesTest, ErrorsNameTheInvalidImage) {
   const std::string path = folder_ / "depth/0.png";
   const auto expectError = [&](const std::string& expected) {
     EXPECT_NE(error().find(path), std::string::npos) << error();

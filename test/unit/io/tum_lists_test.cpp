@@ -42,14 +42,14 @@ TEST_F(TumListsTest, ReadsPosesAsCameraToWorldWithTheScalarLast) {
   EXPECT_TRUE(p_W.isApprox(Eigen::Vector3d(1, 3, 3), 1e-9)) << p_W;
 }
 
-TEST_F(TumListsTest, NamesWhatIsMissing) {
+TEST_F(TumListsTest, ErrorsNameMissingFiles) {
   for (const char* name : {"camera_info.yaml", "groundtruth.txt", "depth.txt"}) {
     std::filesystem::remove(folder_ / name);
     EXPECT_NE(error().find(folder_ / name), std::string::npos) << error();
   }
 }
 
-TEST_F(TumListsTest, NamesFileAndLineOfMalformedPoses) {
+TEST_F(TumListsTest, NamesFileAndLineOfInvalidPoses) {
   for (const char* line :
        {"100.0 0 0 0 0 0 0", "100.0 0 0 0 0 0 0 1 9", "100.0 x 0 0 0 0 0 1", "nan 0 0 0 0 0 0 1",
         "100.0 0 0 0 0 0 0 0", "100.0 0 0 0 0 0 0 2", "100.0 1e999 0 0 0 0 0 1"}) {

@@ -29,12 +29,12 @@ class CountingFrames : public FrameSource {
   bool breaks_;
 };
 
-std::unique_ptr<FrameSource> countedAhead(int count, bool breaks) {
+std::unique_ptr<FrameSource> framesReadAhead(int count, bool breaks) {
   return readAhead(std::make_unique<CountingFrames>(count, breaks));
 }
 
-TEST(ReadAhead, HandsOutTheSameFramesInOrder) {
-  const auto source = countedAhead(20, false);
+TEST(ReadAhead, ReturnsTheSameFramesInOrder) {
+  const auto source = framesReadAhead(20, false);
   EXPECT_EQ(source->size(), 40u);
   for (int i = 0; i < 20; ++i) {
     const auto frame = source->next();
@@ -46,17 +46,17 @@ TEST(ReadAhead, HandsOutTheSameFramesInOrder) {
   EXPECT_EQ(source->skipped().at("some reason"), 20u);
 }
 
-TEST(ReadAhead, ThrowsAnErrorInItsTurnAndFromThenOn) {
-  const auto source = countedAhead(2, true);
+TEST(ReadAhead, ErrorsArriveInOrderAndPersist) {
+  const auto source = framesReadAhead(2, true);
   EXPECT_TRUE(source->next());
   EXPECT_TRUE(source->next());
   EXPECT_EQ(errorOf([&] { source->next(); }), "broken");
   EXPECT_EQ(errorOf([&] { source->next(); }), "broken");
 }
 
-TEST(ReadAhead, MayBeLeftEarly) {
+TEST(ReadAhead, CanBeStoppedEarly) {
   for (int taken = 0; taken < 5; ++taken) {
-    const auto source = countedAhead(100, false);
+    const auto source = framesReadAhead(100, false);
     for (int i = 0; i < taken; ++i) source->next();
   }
 }

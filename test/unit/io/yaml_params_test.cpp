@@ -29,7 +29,7 @@ TEST(YamlParams, FlattensSectionsAndKeepsTypes) {
   EXPECT_EQ(tree, expected);
 }
 
-TEST(YamlParams, TellsTextsNumbersAndFlagsApart) {
+TEST(YamlParams, DistinguishesStringsNumbersAndBooleans) {
   const ParamTree tree = parseYamlParams(
       "a: yes\nb: Off\nc: '5'\nd: \"true\"\ne: -7\nf: .5\ng: 1e3\nh: 99999999999\n"
       "i: 0x10\nj: y\nk: 1 2\nl: 010\n",
@@ -49,13 +49,13 @@ TEST(YamlParams, TellsTextsNumbersAndFlagsApart) {
   EXPECT_EQ(tree, expected);
 }
 
-TEST(YamlParams, AnEmptyFileIsAnEmptyTree) {
+TEST(YamlParams, AnEmptyFileGivesAnEmptyTree) {
   EXPECT_TRUE(parseYamlParams("", "file.yaml").empty());
   EXPECT_TRUE(parseYamlParams("# only a comment\n", "file.yaml").empty());
   EXPECT_TRUE(parseYamlParams("map: {}\n", "file.yaml").empty());
 }
 
-TEST(YamlParams, NamesFileAndLineOfWhatIsWrong) {
+TEST(YamlParams, ErrorsNameFileAndLine) {
   const std::pair<std::string, std::string> cases[] = {
       {"a: 1\nb: [1, 2]\n", "file.yaml:2: b: a list"},
       {"map:\n  voxel_size_m:\n", "file.yaml:2: map/voxel_size_m has no value"},
@@ -73,7 +73,7 @@ TEST(YamlParams, NamesFileAndLineOfWhatIsWrong) {
   }
 }
 
-TEST(YamlParams, LoadsFilesAndNamesMissingOnes) {
+TEST(YamlParams, LoadsFilesAndNamesUnreadableOnes) {
   const TemporaryFolder folder;
   writeBytes(folder / "a.yaml", "map: {directional: false}\n");
   EXPECT_EQ(loadYamlParams(folder / "a.yaml"), (ParamTree{{"map/directional", false}}));
@@ -91,7 +91,7 @@ std::string repeated(const std::string& text, int times) {
   return result;
 }
 
-TEST(YamlParams, FollowsReferencesThatEnd) {
+TEST(YamlParams, FollowsOnlyFiniteAliases) {
   EXPECT_EQ(parseYamlParams("a: &a 1\nb: *a\n", "file"), (ParamTree{{"a", 1}, {"b", 1}}));
   // An alias inside its own anchor never ends. Each of 24 lists contains the previous list twice,
   // so the last has 33 million values.
@@ -114,13 +114,13 @@ TEST(YamlParams, RefusesNul) {
   EXPECT_NE(errorOf([&] { setParam(std::string("\0:a=b", 5), tree); })[0], '\0');
 }
 
-TEST(YamlParams, RefusesFurtherDocuments) {
+TEST(YamlParams, RefusesMultipleDocuments) {
   EXPECT_NE(errorOf([] { parseYamlParams("a: 1\n---\nb: 2\n", "file"); }).find("document"),
             std::string::npos);
   EXPECT_EQ(parseYamlParams("---\na: 1\n...\n", "file").size(), 1u);
 }
 
-TEST(YamlParams, RefusesWhatIsTooDeepOrTooLarge) {
+TEST(YamlParams, RefusesExcessiveDepthAndSize) {
   for (const std::string& text :
        {"a: " + repeated("[", 100), "a: " + repeated("[", 500000), repeated("- ", 100000),
         repeated("? ", 100000), repeated("{a: ", 9000), repeated("-", 60) + "a",
@@ -145,7 +145,7 @@ TEST(YamlParams, SetsKeysFromAssignments) {
   EXPECT_EQ(tree, expected);
 }
 
-TEST(YamlParams, RefusesWhatIsNoAssignment) {
+TEST(YamlParams, RefusesInvalidAssignments) {
   for (const char* text : {"", "=", "key", "key=", "=1", "key=[1]", "key=a: b", "key={", "key=#"}) {
     ParamTree tree;
     EXPECT_NE(errorOf([&] { setParam(text, tree); }), "") << text;

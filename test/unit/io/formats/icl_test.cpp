@@ -34,7 +34,7 @@ class IclArchive : public testing::Test {
   RecordingOptions options_;
 };
 
-TEST_F(IclArchive, MatchesByNumberAndImage0HasNoPose) {
+TEST_F(IclArchive, MatchesByNumberAndSkipsImage0) {
   EXPECT_EQ(guessRecordingFormat(options_.path), "icl");
   const auto source = openRecording(options_);
   EXPECT_EQ(source->size(), 3u);
@@ -48,7 +48,7 @@ TEST_F(IclArchive, MatchesByNumberAndImage0HasNoPose) {
 }
 
 // With the published intrinsics, a pixel's y is (v - 239.5) z / -480, so y points up.
-TEST_F(IclArchive, FlippedRowsLeaveEveryPointWhereItIs) {
+TEST_F(IclArchive, FlippingRowsKeepsThePoints) {
   const auto image1 = openRecording(options_)->next();
   const DepthFrame& frame = image1->depth;
   EXPECT_EQ(frame.intrinsics.fx, 481.2f);
@@ -62,19 +62,19 @@ TEST_F(IclArchive, FlippedRowsLeaveEveryPointWhereItIs) {
 }
 
 // Flipping the rows also moves a principal point that is off the centre.
-TEST_F(IclArchive, AnotherPrincipalPointIsFlippedToo) {
+TEST_F(IclArchive, PrincipalPointIsFlippedToo) {
   options_.intrinsics = Intrinsics{481.2f, -480.0f, 319.5f, 200.0f};
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.cy, 279.0f);
   options_.intrinsics = Intrinsics{481.2f, 480.0f, 319.5f, 200.0f};
   EXPECT_EQ(rawAt(openRecording(options_)->next()->depth, 0, 0), 2);  // not flipped
 }
 
-TEST_F(IclArchive, ColourMayStandFirst) {
+TEST_F(IclArchive, ColourCanBeListedFirst) {
   writeBytes(folder_ / "associations.txt", "1 rgb/1.png 1 depth/1.png\n");
   EXPECT_EQ(readAll(*openRecording(options_)).size(), 1u);
 }
 
-TEST_F(IclArchive, TellsWhatIsWrong) {
+TEST_F(IclArchive, ReportsInvalidFiles) {
   const std::string list = folder_ / "associations.txt";
   for (const char* line : {"0", "0 depth/0.png", "x depth/0.png 0 rgb/0.png",
                            "0 depths/0.png 0 rgb/0.png", "0 depth/0.png 0 rgb/0.png 1"}) {

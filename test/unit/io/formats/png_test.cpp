@@ -48,7 +48,7 @@ class OwnImages : public testing::Test {
   RecordingOptions options_;
 };
 
-TEST_F(OwnImages, TakePosesOfManyPrograms) {
+TEST_F(OwnImages, AcceptPosesInManyFormats) {
   std::string tum, kitti, lines, log, colmap = "# comment\n";
   for (int i = 0; i < 3; ++i) {
     const std::string line = poseLine(i), x = std::to_string(i);
@@ -81,7 +81,7 @@ TEST_F(OwnImages, TakePosesOfManyPrograms) {
                                    {"the pose is not a rigid motion, or the camera was lost", 1}}));
 }
 
-TEST_F(OwnImages, TakePosesOfOtherConventions) {
+TEST_F(OwnImages, AcceptOtherPoseConventions) {
   std::string opengl;
   for (int i = 0; i < 3; ++i) {
     opengl += "0 1 0 " + std::to_string(i) + " 1 0 0 -2 0 0 -1 3 0 0 0 1\n";
@@ -106,7 +106,7 @@ TEST_F(OwnImages, AreFoundWithCameraAndColour) {
   EXPECT_EQ(assumptionsOf(options_), "");
 }
 
-TEST_F(OwnImages, WithoutNumbersCountInTheOrderOfTheirNames) {
+TEST_F(OwnImages, WithoutNumbersAreOrderedByName) {
   const TemporaryFolder folder;
   for (const char* const name : {"a.png", "b.png", "c.png"}) {
     writeDepthImage(folder / name, 16, 12, 108);
@@ -119,7 +119,7 @@ TEST_F(OwnImages, WithoutNumbersCountInTheOrderOfTheirNames) {
   EXPECT_EQ(frames[1].depth.T_W_C.translation().x(), 8.0);
 }
 
-TEST_F(OwnImages, DamagedOnesMayBeSkipped) {
+TEST_F(OwnImages, DamagedOnesCanBeSkipped) {
   writeBytes(folder_ / "poses.txt", poseLine(0) + poseLine(1) + poseLine(2));
   writeBytes(folder_ / "depth/d_9.png", "junk");
   writeBytes(folder_ / "color/c_10.jpg", "junk");
@@ -133,7 +133,7 @@ TEST_F(OwnImages, DamagedOnesMayBeSkipped) {
   EXPECT_EQ(readAllColours(options_).size(), 2u);
 }
 
-TEST(TumAssociations, AreNotThoseOfIclNuim) {
+TEST(TumAssociations, AreNotMistakenForIclNuim) {
   const TemporaryFolder folder;
   std::string list;
   for (int i = 0; i < 3; ++i) {

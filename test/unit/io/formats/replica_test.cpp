@@ -38,7 +38,7 @@ class Replica : public testing::Test {
   RecordingOptions options_;
 };
 
-TEST_F(Replica, HasItsCameraInTheParent) {
+TEST_F(Replica, ReadsTheCameraFromTheParentFolder) {
   for (const char* end : {"", "/"}) {
     options_.path = folder_ / "Replica/room0" + end;
     EXPECT_EQ(guessRecordingFormat(options_.path), "replica");
@@ -53,7 +53,7 @@ TEST_F(Replica, HasItsCameraInTheParent) {
   }
 }
 
-TEST_F(Replica, ScaleIsThatOfTheFileOrOfTheOption) {
+TEST_F(Replica, GivenScaleOverridesTheFile) {
   std::string params = kParams;
   params.replace(params.find("6553.5"), 6, "1000.0");
   writeBytes(folder_ / "Replica/cam_params.json", params);
@@ -62,7 +62,7 @@ TEST_F(Replica, ScaleIsThatOfTheFileOrOfTheOption) {
   EXPECT_FLOAT_EQ(openRecording(options_)->next()->depth.unit_m, 0.0005f);
 }
 
-TEST_F(Replica, DoesWithoutTheFileWhereTheCameraIsGiven) {
+TEST_F(Replica, NeedsNoFileIfTheCameraIsGiven) {
   std::filesystem::remove(folder_ / "Replica/cam_params.json");
   EXPECT_NE(readingErrorOf(options_).find("cam_params.json"), std::string::npos);
   EXPECT_NE(readingErrorOf(options_).find("--intrinsics"), std::string::npos);
@@ -78,7 +78,7 @@ TEST_F(Replica, ImagesBeyondTheTrajectoryAreCounted) {
             (std::map<std::string, size_t>{{"no pose for the image's number", 2}}));
 }
 
-TEST_F(Replica, TellsWhatIsWrong) {
+TEST_F(Replica, ReportsInvalidFiles) {
   const std::string params = "Replica/cam_params.json", poses = "Replica/room0/traj.txt";
   for (const char* text : {"", "{", "[]", "{\"camera\": 1}", "{\"camera\": {}}",
                            "{\"camera\": {\"w\": -1}}", "{\"camera\": {\"w\": 1e300}}"}) {
@@ -90,7 +90,7 @@ TEST_F(Replica, TellsWhatIsWrong) {
   EXPECT_NE(errorWith(poses, ""), "");
 }
 
-TEST_F(Replica, ColourIsOfTheSameCamera) {
+TEST_F(Replica, ColourHasTheSameCamera) {
   for (const int i : {0, 1, 2, 3}) {  // image 3 has no line in traj.txt
     const std::string name = "Replica/room0/results/frame00000" + std::to_string(i) + ".jpg";
     writeColourRows(folder_ / name, 12, 8, 5);

@@ -29,7 +29,7 @@ class ScanNet : public testing::Test {
   RecordingOptions options_;
 };
 
-TEST_F(ScanNet, IsInTheOrderOfNumbersWithoutLostCameras) {
+TEST_F(ScanNet, OrdersByNumberAndSkipsLostPoses) {
   EXPECT_EQ(guessRecordingFormat(options_.path), "scannet");
   const auto source = openRecording(options_);
   EXPECT_EQ(source->size(), 4u);
@@ -44,7 +44,7 @@ TEST_F(ScanNet, IsInTheOrderOfNumbersWithoutLostCameras) {
                                    {"the pose is not a rigid motion, or the camera was lost", 1}}));
 }
 
-TEST_F(ScanNet, FramesMayBeSelected) {
+TEST_F(ScanNet, FramesCanBeSelected) {
   options_.selection = {1, 3, 2, {}};  // the image without a pose, and image 10
   const auto source = openRecording(options_);
   EXPECT_EQ(source->size(), 2u);
@@ -52,7 +52,7 @@ TEST_F(ScanNet, FramesMayBeSelected) {
   EXPECT_EQ(readAll(*source).size(), 1u);
 }
 
-TEST_F(ScanNet, TellsWhatIsWrong) {
+TEST_F(ScanNet, ReportsInvalidFiles) {
   const std::string camera = folder_ / "intrinsic/intrinsic_depth.txt";
   for (const char* matrix :
        {"577 0 318", "a 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "0 0 1 0 0 1 1 0 0 0 1 0 0 0 0 1"}) {
@@ -68,7 +68,7 @@ TEST_F(ScanNet, TellsWhatIsWrong) {
 }
 
 // Colour images have their own intrinsics, and may have another size.
-TEST_F(ScanNet, ColourHasACameraOfItsOwn) {
+TEST_F(ScanNet, ColourHasItsOwnCamera) {
   for (const int i : {0, 1, 2, 10}) {
     writeColourRows(folder_ / ("color/" + std::to_string(i) + ".jpg"), 32, 20, 5);
   }

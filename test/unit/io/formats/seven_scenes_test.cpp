@@ -30,7 +30,7 @@ class SevenScenes : public testing::Test {
   RecordingOptions options_;
 };
 
-TEST_F(SevenScenes, HasMillimetresAndOneCameraForAll) {
+TEST_F(SevenScenes, UsesMillimetresAndOneFixedCamera) {
   EXPECT_EQ(guessRecordingFormat(options_.path), "7scenes");
   const auto source = openRecording(options_);
   const std::vector<SourceFrame> frames = readAll(*source);
@@ -47,7 +47,7 @@ TEST_F(SevenScenes, HasMillimetresAndOneCameraForAll) {
   EXPECT_TRUE((frame.T_W_C * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d(10, -1, 3), 1e-9));
 }
 
-TEST_F(SevenScenes, NothingIsMeasuredAt0And65535) {
+TEST_F(SevenScenes, Values0And65535AreNotMeasurements) {
   for (const uint16_t nothing : {uint16_t{0}, uint16_t{65535}}) {
     cv::imwrite(stemOf(0) + ".depth.png", cv::Mat(480, 640, CV_16UC1, cv::Scalar(nothing)));
     MapperParams params;
@@ -77,7 +77,7 @@ TEST_F(SevenScenes, LostAndMissingPosesAreCounted) {
                                    {"the pose is not a rigid motion, or the camera was lost", 6}}));
 }
 
-TEST_F(SevenScenes, TellsWhatIsWrong) {
+TEST_F(SevenScenes, ReportsInvalidPosesAndImageSizes) {
   for (const char* pose :
        {"", "1 0 0", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 0", "x 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1",
         "1e999 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "1;0;0;0"}) {
@@ -99,7 +99,7 @@ TEST_F(SevenScenes, NoPoseAtAllIsAnError) {
       << readingErrorOf(options_);
 }
 
-TEST_F(SevenScenes, TheCameraOfTsdfFusionLiesBesideTheImages) {
+TEST_F(SevenScenes, ReadsTheCameraFileOfTsdfFusion) {
   const std::string path = options_.path + "/camera-intrinsics.txt";
   writeBytes(path, " 6.15e+02 0.0 298.4 \n 0.0 616 247.5\n 0 0 1\n");
   const Intrinsics K = openRecording(options_)->next()->depth.intrinsics;
@@ -113,13 +113,13 @@ TEST_F(SevenScenes, TheCameraOfTsdfFusionLiesBesideTheImages) {
   }
 }
 
-TEST_F(SevenScenes, TheSequencesOfASceneAreNamed) {
+TEST_F(SevenScenes, ErrorsListTheSequencesOfAScene) {
   options_.path = folder_ / "chess";
   const std::string error = readingErrorOf(options_);
   EXPECT_NE(error.find("it contains recordings: 'seq-01'"), std::string::npos) << error;
 }
 
-TEST_F(SevenScenes, ColourHasTheCameraAndPoseOfItsNumber) {
+TEST_F(SevenScenes, ColourSharesCameraAndPoseWithDepth) {
   for (const int number : {0, 2, 10}) {
     std::filesystem::remove(stemOf(number) + ".color.png");
     writeColourRows(stemOf(number) + (number == 2 ? ".color.jpg" : ".color.png"), 640, 480, 0);

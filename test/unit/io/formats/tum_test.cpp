@@ -31,7 +31,7 @@ class TumArchive : public testing::Test {
   RecordingOptions options_;
 };
 
-TEST_F(TumArchive, HasTheBenchmarksCamera) {
+TEST_F(TumArchive, UsesTheBenchmarksCamera) {
   EXPECT_EQ(guessRecordingFormat(options_.path), "tum");
   const auto source = openRecording(options_);
   EXPECT_EQ(source->posed(), 1u);
@@ -45,7 +45,7 @@ TEST_F(TumArchive, HasTheBenchmarksCamera) {
   EXPECT_NEAR(frame->depth.T_W_C.translation().x(), 1.3358, 1e-3);
 }
 
-TEST_F(TumArchive, IsKnownByItsFoldersNameToo) {
+TEST_F(TumArchive, IsAlsoRecognisedByFolderName) {
   const TemporaryFolder parent;
   const std::string renamed = parent / "rgbd_dataset_freiburg3_desk";
   std::filesystem::rename(folder_.path(), renamed);
@@ -59,7 +59,7 @@ TEST_F(TumArchive, IsKnownByItsFoldersNameToo) {
   EXPECT_EQ(readingErrorOf(options_), "");
 }
 
-TEST_F(TumArchive, AnothersCameraIsAskedFor) {
+TEST_F(TumArchive, OtherRecordingsNeedIntrinsics) {
   for (const char* list : {"depth.txt", "groundtruth.txt"}) {
     std::string text = readBytes(folder_ / list);
     text.replace(text.find("freiburg"), 8, "our_desk");
@@ -74,14 +74,14 @@ TEST_F(TumArchive, AnothersCameraIsAskedFor) {
   EXPECT_EQ(frame->depth.intrinsics.fy, 501.0f);
 }
 
-TEST_F(TumArchive, CameraInfoIsTakenWhereThereIsOne) {
+TEST_F(TumArchive, CameraInfoIsUsedIfPresent) {
   writeBytes(folder_ / "camera_info.yaml",
              "image_width: 640\nimage_height: 480\n"
              "camera_matrix: {data: [520, 0, 320, 0, 521, 240, 0, 0, 1]}\n");
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.fx, 520.0f);
 }
 
-TEST_F(TumArchive, TellsThatClocksDiffer) {
+TEST_F(TumArchive, ReportsStampsThatDoNotOverlap) {
   writeBytes(folder_ / "groundtruth.txt", "0.5 0 0 0 0 0 0 1\n9.5 0 0 0 0 0 0 1\n");
   const std::string error = readingErrorOf(options_);
   EXPECT_NE(error.find("image stamps are 1305031102.160 to 1305031102.160 s, "
@@ -92,7 +92,7 @@ TEST_F(TumArchive, TellsThatClocksDiffer) {
   EXPECT_NE(readingErrorOf(options_).find("empty"), std::string::npos);
 }
 
-TEST_F(TumArchive, DepthIsRegisteredToColour) {
+TEST_F(TumArchive, ColourHasTheSameCamera) {
   writeColourRows(folder_ / "rgb/1305031102.175304.png", 640, 480, 0);
   const std::vector<SourceColour> images = readAllColours(options_);
   ASSERT_EQ(images.size(), 1u);

@@ -78,7 +78,7 @@ TEST_F(CorrectedJournal, GivesTheMapOfTheCorrectedPoses) {
   EXPECT_TRUE(mapOf(replay, journaledParams()) == trueMap());
 }
 
-TEST_F(CorrectedJournal, IsFusedAgainWhileItIsWritten) {
+TEST_F(CorrectedJournal, IsFusedAgainWhileBeingWritten) {
   Refusion refusion(journal_.path(), journaledParams(), {journal_.count(), truePoses()});
   EXPECT_EQ(refusion.effect().moved, size_t{kCount - 1});
   EXPECT_TRUE(refusion.step(0));
@@ -117,7 +117,7 @@ TEST_F(CorrectedJournal, KeepsOnlyPosesOfImages) {
   EXPECT_TRUE(mapOf(replay, journaledParams()) == trueMap());
 }
 
-TEST_F(CorrectedJournal, WithinTheBudgetOfTwoMaps) {
+TEST_F(CorrectedJournal, NeedsBudgetForTwoMaps) {
   Refusion refusion(journal_.path(), journaledParams(), {journal_.count(), truePoses()});
   EXPECT_TRUE(contains(errorOf([&] {
                          while (refusion.step(size_t{1} << 30)) {
@@ -127,7 +127,7 @@ TEST_F(CorrectedJournal, WithinTheBudgetOfTwoMaps) {
   EXPECT_TRUE(contains(whyTooLarge(200, 200, 300), "raise it"));
 }
 
-TEST_F(CorrectedJournal, IsAsItWasWhereACorrectionIsRefused) {
+TEST_F(CorrectedJournal, IsUnchangedIfACorrectionIsRefused) {
   std::vector<StampedPose> poses = truePoses();
   for (StampedPose& pose : poses) {
     pose.T_W_C = Eigen::AngleAxisd(1.5, Eigen::Vector3d::UnitX()) * pose.T_W_C;
@@ -141,7 +141,7 @@ TEST_F(CorrectedJournal, IsAsItWasWhereACorrectionIsRefused) {
 }
 
 // Once a SLAM system adopts a correction, its poses are no longer moved.
-TEST_F(JournalOfALap, MovesWhatFollowsUntilTheSourceOfPosesJumps) {
+TEST_F(JournalOfALap, MovesLaterPosesUntilTheSourceJumps) {
   for (int i = 0; i < kCount; ++i) fuse(i, drift(11));
   Refusion refusion = refusionOf(truePoses());
   for (int i = kCount; i < kCount + 3; ++i) fuse(i, drift(11));
@@ -160,7 +160,7 @@ TEST_F(JournalOfALap, MovesWhatFollowsUntilTheSourceOfPosesJumps) {
 }
 
 // Odometry never adopts a correction, so all its later poses are moved.
-TEST_F(JournalOfALap, MovesWhatFollowsForGoodIfTheSourceDoesNotJump) {
+TEST_F(JournalOfALap, MovesAllLaterPosesWithoutAJump) {
   for (int i = 0; i < kCount; ++i) fuse(i, drift(11));
   Refusion refusion = refusionOf(truePoses());
   for (int i = kCount; i < 2 * kCount; ++i) fuse(i, drift(11));
@@ -169,7 +169,7 @@ TEST_F(JournalOfALap, MovesWhatFollowsForGoodIfTheSourceDoesNotJump) {
   EXPECT_TRUE(refusion.firstCamera().back().T_W_C.isApprox(truePose(2 * kCount - 1), 1e-9));
 }
 
-TEST_F(CorrectedJournal, CorrectionsFollowEachOther) {
+TEST_F(CorrectedJournal, CanBeCorrectedTwice) {
   std::vector<StampedPose> halfway = truePoses();
   for (int i = 0; i < kCount; ++i) {
     StampedPose& pose = halfway[static_cast<size_t>(i)];
@@ -190,7 +190,7 @@ TEST_F(CorrectedJournal, CorrectionsFollowEachOther) {
 }
 
 // A recording played twice has each stamp twice: only the second pass is corrected.
-TEST_F(JournalOfALap, CorrectsOnlyTheNewestAfterStampsWentBack) {
+TEST_F(JournalOfALap, CorrectsOnlyTheLatestPass) {
   for (int i = 0; i < kCount; ++i) fuse(i, Eigen::Isometry3d::Identity());
   for (int i = 0; i < kCount; ++i) fuse(i, drift(20));
   Refusion refusion = refusionOf(truePoses());
@@ -201,7 +201,7 @@ TEST_F(JournalOfALap, CorrectsOnlyTheNewestAfterStampsWentBack) {
 }
 
 // Blocks far from a point that moves with the camera are dropped.
-TEST(CorrectedJournalWithKeepRadius, ForgetsWhatIsFarFromWhereTheCameraWas) {
+TEST(CorrectedJournalWithKeepRadius, DropsBlocksFarFromCorrectedPoses) {
   const TemporaryFolder folder;
   MapperParams near = journaledParams();
   near.fusion.max_depth_m = near.map.keep_radius_m = 1.5f;

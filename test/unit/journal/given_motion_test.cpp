@@ -22,7 +22,7 @@ GivenMotion seenUpTo(int count) {
 }
 
 // Jumps along the path are detected as well, even by half the step between two images.
-TEST(GivenMotion, AJumpIsSeenWhateverItsDirection) {
+TEST(GivenMotion, JumpsAlongThePathAreDetected) {
   const GivenMotion motion = seenUpTo(10);
   for (const double x : {-0.5, -0.1, -0.05, 0.05, 0.1, 0.5}) {
     const Eigen::Isometry3d T(Eigen::Translation3d(x, 0.0, 0.0));
@@ -33,14 +33,14 @@ TEST(GivenMotion, AJumpIsSeenWhateverItsDirection) {
   }
 }
 
-TEST(GivenMotion, AJumpOfDirectionIsSeen) {
+TEST(GivenMotion, RotationJumpsAreDetected) {
   const GivenMotion motion = seenUpTo(10);
   const Eigen::Isometry3d T(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitZ()));
   EXPECT_FALSE(motion.isMovedBy(T, {1.0, poseAtTime(1.0)}));
   EXPECT_TRUE(motion.isMovedBy(T, {1.0, T * poseAtTime(1.0)}));
 }
 
-TEST(GivenMotion, WithoutMotionItIsTheNearerOne) {
+TEST(GivenMotion, AfterOnePoseJumpsAreDetected) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.1, 0.0, 0.0));
   EXPECT_FALSE(GivenMotion().isMovedBy(T, {0.0, T}));
   GivenMotion motion;
@@ -51,7 +51,7 @@ TEST(GivenMotion, WithoutMotionItIsTheNearerOne) {
 
 // After a pause, a camera that was moving may be anywhere, so no correction counts as adopted. A
 // camera that stood still is assumed to have stayed.
-TEST(GivenMotion, AfterAPauseOnlyACameraThatStoodIsSeenToJump) {
+TEST(GivenMotion, JumpsAfterAPauseCountOnlyIfStill) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.2, 0.0, 0.0));
   for (double next_s = 1.5; next_s < 31.0; next_s += 0.1) {
     GivenMotion drives = seenUpTo(10);
@@ -66,7 +66,7 @@ TEST(GivenMotion, AfterAPauseOnlyACameraThatStoodIsSeenToJump) {
 }
 
 // While a hand trembles by 2 cm and stops at times, a correction of 1 cm does not count as adopted.
-TEST(GivenMotion, ATremblingHandHasNotTakenASmallCorrectionOver) {
+TEST(GivenMotion, TremblingIsNotMistakenForACorrection) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 0.01, 0.0));
   GivenMotion hand;
   for (int i = 0; i < 300; ++i) {
@@ -77,7 +77,7 @@ TEST(GivenMotion, ATremblingHandHasNotTakenASmallCorrectionOver) {
 }
 
 // A jump does not count as uneven motion, so the next correction is detected as well.
-TEST(GivenMotion, OneJumpMayFollowAnother) {
+TEST(GivenMotion, ConsecutiveJumpsAreDetected) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 0.05, 0.0));
   GivenMotion motion = seenUpTo(10);
   Eigen::Isometry3d so_far = Eigen::Isometry3d::Identity();
@@ -87,13 +87,13 @@ TEST(GivenMotion, OneJumpMayFollowAnother) {
   }
 }
 
-TEST(GivenMotion, StampsThatGoBackBeginAnew) {
+TEST(GivenMotion, StampsGoingBackBeginANewRecording) {
   const GivenMotion motion = seenUpTo(10);
   EXPECT_FALSE(motion.isNewRecording({0.5, poseAtTime(0.5)})) << "only out of order";
   EXPECT_TRUE(motion.isNewRecording({0.3, poseAtTime(0.3)}));
 }
 
-TEST(GivenMotion, IsTakenOverByAJumpOrANewRecordingAndNotSeenTwice) {
+TEST(GivenMotion, ACorrectionIsAdoptedOnlyOnce) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 2.0, 0.0));
   GivenMotion motion = seenUpTo(10);
   EXPECT_FALSE(motion.adoptsCorrection(T, {1.0, poseAtTime(1.0)}));

@@ -42,7 +42,7 @@ class JournalProgram : public testing::Test {
   uint64_t live_hash_ = 0;
 };
 
-TEST_F(JournalProgram, MakesTheMapOfTheNode) {
+TEST_F(JournalProgram, ReproducesTheNodesMap) {
   const Outcome outcome = runReconstruct("--backend cpu --save-map " + folder_ / "map.dtsdf");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const MapInfo info = readMapInfo(folder_ / "map.dtsdf");
@@ -52,7 +52,7 @@ TEST_F(JournalProgram, MakesTheMapOfTheNode) {
   EXPECT_EQ(info.poses.mode, PoseMode::kTrack) << "not the pose mode of the node";
 }
 
-TEST_F(JournalProgram, WritesThePosesAlone) {
+TEST_F(JournalProgram, WritesPosesWithoutAMap) {
   const Outcome outcome = runReconstruct("--backend cpu --trajectory " + folder_ / "poses.txt");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const std::vector<StampedPose> poses = readTrajectory(folder_ / "poses.txt", "").poses();
@@ -63,7 +63,7 @@ TEST_F(JournalProgram, WritesThePosesAlone) {
   }
 }
 
-TEST_F(JournalProgram, MakesTheMapOfCorrectedPoses) {
+TEST_F(JournalProgram, FusesCorrectedPoses) {
   std::vector<StampedPose> poses;
   const auto plain = makeMapper(params_);
   for (size_t i = 0; i < images_.size(); ++i) {
@@ -85,7 +85,7 @@ TEST_F(JournalProgram, MakesTheMapOfCorrectedPoses) {
   EXPECT_NE(hash, live_hash_);
 }
 
-TEST_F(JournalProgram, RefusesSettingsOfRecordings) {
+TEST_F(JournalProgram, RefusesSettingsForRecordings) {
   for (const std::string key : {"poses/mode=refine", "map/level=floor", "colour/max_rate_hz=1"}) {
     const Outcome outcome = runReconstruct("--set " + key + " --mesh " + folder_ / "mesh.ply");
     EXPECT_EQ(outcome.exit_code, 2) << key << outcome.err;
@@ -95,7 +95,7 @@ TEST_F(JournalProgram, RefusesSettingsOfRecordings) {
   }
 }
 
-TEST_F(JournalProgram, ReadsOnlyJournalsWithFramesThatItHas) {
+TEST_F(JournalProgram, RefusesPosesInAnotherFrame) {
   saveTrajectory({{0.1, images_[1].frame.T_W_C}}, folder_ / "poses.txt");
   const std::string arguments =
       "--backend cpu --poses " + folder_ / "poses.txt" + " --save-map " + folder_ / "map.dtsdf";
@@ -103,7 +103,7 @@ TEST_F(JournalProgram, ReadsOnlyJournalsWithFramesThatItHas) {
   EXPECT_EQ(runReconstruct(arguments + " --poses-frame odom").exit_code, 2);
 }
 
-TEST_F(JournalProgram, IsExportedForTrainersOfSplats) {
+TEST_F(JournalProgram, ExportsImagesForSplatTraining) {
   const std::string out = folder_ / "splats";
   const Outcome outcome =
       runIn(folder_, DTSDF_MAP_TOOL " export " + path_ + " --transforms " + out);

@@ -44,7 +44,7 @@ class Journal : public testing::Test {
   const std::vector<SceneFrame> images_;
 };
 
-TEST_F(Journal, LeadsToTheMap) {
+TEST_F(Journal, RestoresTheMap) {
   JournalWriter journal(journalOptions(folder_.path()));
   const std::string map = write(journal);
   EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == map) << "an open journal can be read";
@@ -58,7 +58,7 @@ TEST_F(Journal, LeadsToTheMap) {
   EXPECT_TRUE(isJournal(journal.path()));
 }
 
-TEST_F(Journal, BeginsWithTheMapThatWasLoaded) {
+TEST_F(Journal, ContainsTheLoadedMap) {
   JournalWriter journal(journalOptions(folder_ / "journals"));
   JournaledMap map(journaledParams(), journal);
   map.fuse(image(0), 0.0);
@@ -109,7 +109,7 @@ TEST_F(Journal, KeepsEveryBitOfAnImage) {
 }
 
 /// A journal may end at any byte, as after kill -9.
-TEST_F(Journal, IsWholeToTheLastRecordWherever) {
+TEST_F(Journal, IsReadableWhereverItIsCutOff) {
   std::string path;
   {
     JournalWriter journal(journalOptions(folder_.path()));
@@ -137,7 +137,7 @@ TEST_F(Journal, IsWholeToTheLastRecordWherever) {
       << "damage in the middle is an error";
 }
 
-TEST_F(Journal, OnAFullDiskStopsAndSaysSinceWhen) {
+TEST_F(Journal, ReportsWhenAFullDiskStoppedIt) {
   for (const int error : {ENOSPC, 0}) {
     std::atomic<int> left{200000};
     JournalWriter::Options options = journalOptions(folder_.path());
@@ -171,7 +171,7 @@ TEST_F(Journal, OnAFullDiskStopsAndSaysSinceWhen) {
   }
 }
 
-TEST_F(Journal, SaysThatTheDiskFailedLater) {
+TEST_F(Journal, ReportsAFailedSync) {
   std::atomic<bool> fails{true};
   JournalWriter::Options options = journalOptions(folder_.path());
   options.sync = [&](int) {
@@ -235,7 +235,7 @@ TEST_F(Journal, LeavesAllOtherFilesAlone) {
   EXPECT_LE(bytes, options.max_bytes);
 }
 
-TEST_F(Journal, DropsImagesWhereTheDiskIsTooSlow) {
+TEST_F(Journal, DropsImagesIfTheDiskIsTooSlow) {
   std::atomic<bool> is_slow{true};
   JournalWriter::Options options = journalOptions(folder_.path());
   options.max_waiting = 60000;
@@ -253,7 +253,7 @@ TEST_F(Journal, DropsImagesWhereTheDiskIsTooSlow) {
   EXPECT_FALSE(journal.written().get());
 }
 
-TEST_F(Journal, HasToBeOne) {
+TEST_F(Journal, OtherFilesAreRefused) {
   ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
   EXPECT_FALSE(isJournal(folder_ / "pipe"));
   EXPECT_TRUE(contains(errorOf([&] { JournalReplay(folder_ / "pipe"); }), "cannot read"));

@@ -18,9 +18,9 @@ Eigen::Isometry3d pose(double x, double y, double yaw) {
 
 /// A camera that moves along x at 1 m/s and turns, at ten images a second.
 std::vector<StampedPose> straightPath(int count) {
-  std::vector<StampedPose> way;
-  for (int i = 0; i < count; ++i) way.push_back({0.1 * i, pose(0.1 * i, 0.0, 0.05 * i)});
-  return way;
+  std::vector<StampedPose> path;
+  for (int i = 0; i < count; ++i) path.push_back({0.1 * i, pose(0.1 * i, 0.0, 0.05 * i)});
+  return path;
 }
 
 double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
@@ -29,7 +29,7 @@ double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 
 // If all corrected poses move by one rigid motion, so do all images: before, between and after
 // them.
-TEST(PoseCorrection, ARigidMotionOfSomeMovesAll) {
+TEST(PoseCorrection, RigidMotionOfSomePosesMovesAll) {
   const std::vector<StampedPose> fused = straightPath(40);
   const Eigen::Isometry3d T = pose(0.3, -2.0, 0.4);
   const PoseCorrection correction({{1.0, T * fused[10].T_W_C}, {2.0, T * fused[20].T_W_C}}, fused);
@@ -44,7 +44,7 @@ TEST(PoseCorrection, ARigidMotionOfSomeMovesAll) {
   }
 }
 
-TEST(PoseCorrection, NamedImagesAreExactlyWhereTheyAreSaidToBe) {
+TEST(PoseCorrection, CorrectedImagesGetTheGivenPose) {
   const std::vector<StampedPose> fused = straightPath(30);
   const Eigen::Isometry3d to = pose(1.02, 0.01, 0.52);
   const PoseCorrection correction({{1.0004, to}, {2.0, pose(2.0, 0.2, 1.0)}}, fused);
@@ -52,7 +52,7 @@ TEST(PoseCorrection, NamedImagesAreExactlyWhereTheyAreSaidToBe) {
 }
 
 // Sideways drift, from 0 at 1 s to 20 cm at 2 s, is removed in proportion to time.
-TEST(PoseCorrection, BetweenTwoDriftIsSharedOutByTime) {
+TEST(PoseCorrection, DriftIsDistributedByTime) {
   const std::vector<StampedPose> fused = straightPath(40);
   Eigen::Isometry3d to = fused[20].T_W_C;
   to.translation().y() += 0.2;
@@ -69,7 +69,7 @@ TEST(PoseCorrection, BetweenTwoDriftIsSharedOutByTime) {
 
 // A pose that differs only by the rounding of a file counts as unmoved. Images up to it stay, bit
 // for bit.
-TEST(PoseCorrection, WhatDoesNotMoveKeepsItsVeryBits) {
+TEST(PoseCorrection, UnmovedPosesStayBitIdentical) {
   const std::vector<StampedPose> fused = straightPath(40);
   Eigen::Isometry3d rounded = fused[10].T_W_C;
   rounded.translation().x() += 4e-7;  // a file has six decimals
@@ -82,7 +82,7 @@ TEST(PoseCorrection, WhatDoesNotMoveKeepsItsVeryBits) {
 }
 
 // A SLAM system may give poses between images: here, 0.04 s (4 cm) after one.
-TEST(PoseCorrection, AStampBetweenImagesIsPlacedByTheOdometry) {
+TEST(PoseCorrection, APoseBetweenImagesCorrectsThemToo) {
   const std::vector<StampedPose> fused = straightPath(20);
   Eigen::Isometry3d T_W_C = pose(0.54, 0.0, 0.27);
   T_W_C.translation().y() += 0.1;
@@ -93,7 +93,7 @@ TEST(PoseCorrection, AStampBetweenImagesIsPlacedByTheOdometry) {
 }
 
 // A second camera, rigidly mounted on the first, takes images at other times.
-TEST(PoseCorrection, ACameraThatMovesWithItFollows) {
+TEST(PoseCorrection, AttachedCamerasAreCorrectedToo) {
   const std::vector<StampedPose> fused = straightPath(20);
   const Eigen::Isometry3d T = pose(0.0, 0.1, 0.02), mount = pose(0.2, 0.1, 1.5);
   const PoseCorrection correction({{1.0, T * fused[10].T_W_C}}, fused);
@@ -102,7 +102,7 @@ TEST(PoseCorrection, ACameraThatMovesWithItFollows) {
             1e-12);
 }
 
-TEST(PoseCorrection, RefusesWhatIsNoCorrection) {
+TEST(PoseCorrection, RefusesInvalidCorrections) {
   const std::vector<StampedPose> fused = straightPath(20);
   const auto errorFor = [&](const StampedPose& wrong) {
     return errorOf([&] { PoseCorrection({{0.5, fused[5].T_W_C}, wrong}, fused); });
@@ -133,12 +133,12 @@ TEST(PoseCorrection, RefusesWhatIsNoCorrection) {
 
 // The corrected path may contain an image that was not fused. Its pose is not used, since the
 // motion there is unknown (here, a zigzag).
-TEST(PoseCorrection, APoseOfADroppedImageMovesNone) {
-  std::vector<StampedPose> way;
-  for (int i = 0; i < 20; ++i) way.push_back({0.1 * i, pose(0.1 * i, 0.2 * (i % 2), 0.05 * i)});
-  const std::vector<StampedPose> corrected(way.begin(), way.begin() + 14);
+TEST(PoseCorrection, PosesOfDroppedImagesAreIgnored) {
+  std::vector<StampedPose> path;
+  for (int i = 0; i < 20; ++i) path.push_back({0.1 * i, pose(0.1 * i, 0.2 * (i % 2), 0.05 * i)});
+  const std::vector<StampedPose> corrected(path.begin(), path.begin() + 14);
   for (const int dropped : {6, 13}) {
-    std::vector<StampedPose> fused = way;
+    std::vector<StampedPose> fused = path;
     fused.erase(fused.begin() + dropped);
     const PoseCorrection correction(corrected, fused);
     EXPECT_EQ(correction.used().size(), 13u);
@@ -151,7 +151,7 @@ TEST(PoseCorrection, APoseOfADroppedImageMovesNone) {
 }
 
 // The motion in a long gap between images is unknown, so a pose there cannot be used.
-TEST(PoseCorrection, AGapBetweenImagesIsNotBridged) {
+TEST(PoseCorrection, APoseInALongGapIsNotUsed) {
   std::vector<StampedPose> fused = straightPath(10);
   fused.push_back({5.0, pose(5.0, 0.0, 0.0)});
   EXPECT_NE(errorOf([&] { PoseCorrection({{3.0, pose(3.0, 0.0, 0.0)}}, fused); }), "");

@@ -13,7 +13,7 @@ VoxelColour painted(VoxelColour colour, const ColourSample& sample, int times) {
   return colour;
 }
 
-TEST(PaintedColour, FirstIsTakenAsItIs) {
+TEST(PaintedColour, FirstSampleIsTakenUnchanged) {
   const VoxelColour colour = painted({0, 0, 0, 0}, {10, 200, 255, 0.01f}, 1);
   EXPECT_EQ(colour.red, 10);
   EXPECT_EQ(colour.green, 200);
@@ -21,7 +21,7 @@ TEST(PaintedColour, FirstIsTakenAsItIs) {
   EXPECT_NEAR(colourWeight(colour.weight), 0.01f, 0.0005f);
 }
 
-TEST(PaintedColour, FollowsWhatItSees) {
+TEST(PaintedColour, AdaptsToNewSamples) {
   VoxelColour colour = painted({0, 0, 0, 0}, {200, 0, 0, 0.5f}, 1000);
   EXPECT_NEAR(colourWeight(colour.weight), 0.5f * kRules.max_views, 0.2f);
   colour = painted(colour, {0, 0, 0, 0.5f}, 60);
@@ -37,7 +37,7 @@ TEST(PaintedColour, BetterViewsReplaceManyBadOnes) {
   EXPECT_EQ(after.weight, colour.weight);  // many bad samples do not make a good one
 }
 
-TEST(PaintedColour, ExposureComesFirst) {
+TEST(PaintedColour, SamplesAreCorrectedForExposure) {
   const Exposure exposure{{2.0f, 0.5f, 10.0f}};
   const VoxelColour colour = paintedColour({0, 0, 0, 0}, {50, 100, 100, 1.0f}, exposure, kRules);
   EXPECT_EQ(colour.red, 100);
@@ -45,7 +45,7 @@ TEST(PaintedColour, ExposureComesFirst) {
   EXPECT_EQ(colour.blue, 255);
 }
 
-TEST(Exposure, IsTheRatioOfWhatBothShow) {
+TEST(Exposure, IsTheRatioOfMapToImage) {
   ExposureSums sums = {};
   for (int i = 0; i < 300; ++i) addToSums(sums, {100, 60, 30, 9}, {50, 60, 60, 0});
   const Exposure exposure = exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kAdaptive);
@@ -56,7 +56,7 @@ TEST(Exposure, IsTheRatioOfWhatBothShow) {
   EXPECT_EQ(exposureOf(sums, {{7.0f, 7.0f, 7.0f}}, kAdaptive).gain[0], 7.0f);
 }
 
-TEST(Exposure, IsOneWhereCamerasHaveItFixed) {
+TEST(Exposure, IsOneIfFixed) {
   ExposureSums sums = {};
   for (int i = 0; i < 300; ++i) addToSums(sums, {100, 60, 30, 9}, {50, 60, 60, 0});
   PaintSettings fixed = kAdaptive;
@@ -70,7 +70,7 @@ TEST(Exposure, IsOneWhereCamerasHaveItFixed) {
 
 /// The image shows voxels of level 100 multiplied by `factor`, alternately brighter and darker by
 /// `spread`.
-TEST(Exposure, DifferencesForOtherReasonsAreNone) {
+TEST(Exposure, DifferencesWithinTheSpreadAreIgnored) {
   const auto gain = [](double factor, int spread) {
     ExposureSums sums = {};
     for (int i = 0; i < 300; ++i) {
@@ -86,18 +86,18 @@ TEST(Exposure, DifferencesForOtherReasonsAreNone) {
   EXPECT_NEAR(gain(0.5, 10), 2.0, 0.1);
 }
 
-TEST(Exposure, WhatIsCutOffDoesNotTell) {
+TEST(Exposure, ClippedValuesDoNotCount) {
   const uint8_t weight = colourWeightCode(1.0f);
-  const auto tells = [](const VoxelColour& map, const VoxelColour& image) {
+  const auto isUsable = [](const VoxelColour& map, const VoxelColour& image) {
     return isUsableForExposure(map, image, 1.0f, kRules);
   };
-  EXPECT_TRUE(tells({100, 100, 100, weight}, {100, 100, 100, 0}));
-  EXPECT_FALSE(tells({100, 100, 100, 0}, {100, 100, 100, 0}));
-  EXPECT_FALSE(tells({100, 100, 255, weight}, {100, 100, 100, 0}));
-  EXPECT_FALSE(tells({100, 100, 100, weight}, {0, 100, 100, 0}));
+  EXPECT_TRUE(isUsable({100, 100, 100, weight}, {100, 100, 100, 0}));
+  EXPECT_FALSE(isUsable({100, 100, 100, 0}, {100, 100, 100, 0}));
+  EXPECT_FALSE(isUsable({100, 100, 255, weight}, {100, 100, 100, 0}));
+  EXPECT_FALSE(isUsable({100, 100, 100, weight}, {0, 100, 100, 0}));
 }
 
-TEST(Exposure, WhatIsSeenMuchBetterOrWorseDoesNotTell) {
+TEST(Exposure, DissimilarWeightsDoNotCount) {
   const VoxelColour map{100, 100, 100, colourWeightCode(1.0f)}, image{100, 100, 100, 0};
   EXPECT_FALSE(isUsableForExposure(map, image, 0.05f, kRules));
   EXPECT_TRUE(isUsableForExposure(map, image, 0.125f, kRules));

@@ -24,7 +24,7 @@ struct Ends {
 
 const VoxelColour kRed{200, 0, 0, 90}, kBlue{0, 0, 200, 90}, kNone{0, 0, 0, 0};
 
-TEST(VertexColour, IsBetweenThoseOfTheEnds) {
+TEST(VertexColour, IsInterpolatedBetweenTheEnds) {
   Ends ends;
   ends.lower[0] = {{-0.25f, 1.0f}, kRed};
   ends.upper[0] = {{0.75f, 1.0f}, kBlue};
@@ -34,7 +34,7 @@ TEST(VertexColour, IsBetweenThoseOfTheEnds) {
   EXPECT_EQ(colour.painted, 255);
 }
 
-TEST(VertexColour, TakesTheEndThatIsPainted) {
+TEST(VertexColour, UsesThePaintedEnd) {
   Ends ends;
   ends.lower[0] = {{-0.001f, 1.0f}, kNone};
   ends.upper[0] = {{0.999f, 1.0f}, kBlue};
@@ -42,7 +42,7 @@ TEST(VertexColour, TakesTheEndThatIsPainted) {
 }
 
 /// The plate is thinner than a voxel: both sides cross the same edge, with opposite facings.
-TEST(VertexColour, EachSideHasItsOwn) {
+TEST(VertexColour, EachSideHasItsOwnColour) {
   Ends ends;
   ends.lower[0] = {{-0.5f, 1.0f}, kRed};
   ends.upper[0] = {{0.5f, 1.0f}, kRed};
@@ -54,7 +54,7 @@ TEST(VertexColour, EachSideHasItsOwn) {
   EXPECT_EQ(ends.colour(1).red, 0);
 }
 
-TEST(VertexColour, WhereNothingCrossesWhatMaySpeakTells) {
+TEST(VertexColour, WithoutACrossingUsesDirectionsWithASay) {
   Ends ends;
   ends.lower[2] = {{0.5f, 1.0f}, kRed};
   ends.upper[2] = {{0.6f, 1.0f}, kRed};
@@ -63,7 +63,7 @@ TEST(VertexColour, WhereNothingCrossesWhatMaySpeakTells) {
   EXPECT_EQ(ends.colour(0).blue, 0);
 }
 
-TEST(VertexColour, UnpaintedIsAllZero) {
+TEST(VertexColour, IsZeroIfUnpainted) {
   const VertexColour colour = Ends().colour(0);
   EXPECT_EQ(colour.red, 0);
   EXPECT_EQ(colour.painted, 0);

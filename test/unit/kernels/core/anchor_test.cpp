@@ -20,7 +20,7 @@ uint32_t keyOf(const Vec3f& offset, float plane_distance) {
   return pointKey(offset, {pointShift(0), pointShift(1), pointShift(2)}, plane_distance);
 }
 
-TEST(Anchor, IsKeptToHalfAStep) {
+TEST(Anchor, RoundingErrorIsAtMostHalfAStep) {
   std::mt19937 random(3);
   for (int i = 0; i < 10000; ++i) {
     const Vec3f offset = randomOffset(random, 0.975f);
@@ -34,7 +34,7 @@ TEST(Anchor, IsKeptToHalfAStep) {
 }
 
 /// Evenly spread dithers make the rounded anchor right on average.
-TEST(Anchor, DitheredIsRightOnAverage) {
+TEST(Anchor, DitheringIsUnbiased) {
   for (const float offset : {-0.51f, -0.013f, 0.3f, 0.862f}) {
     double sum = 0.0;
     for (int i = 0; i < 256; ++i) {

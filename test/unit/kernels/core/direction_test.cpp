@@ -11,7 +11,7 @@ namespace dtsdf {
 namespace direction_test {
 
 /// The set holds each direction whose cosine exceeds the threshold exactly once, with the cosine.
-TEST(Direction, SetsAreWhatTheThresholdSays) {
+TEST(Direction, SetsFollowTheThreshold) {
   std::mt19937 random(5);
   for (int i = 0; i < 20000; ++i) {
     const Vec3f n = randomUnit(random);

@@ -25,7 +25,7 @@ std::vector<BlockKey> someKeys() {
   return keys;
 }
 
-TEST(Grid, PackingComesBack) {
+TEST(Grid, UnpackingRestoresPackedKeys) {
   for (const BlockKey& key : someKeys()) {
     ASSERT_TRUE(isRepresentable(key));
     EXPECT_TRUE(unpackKey(packKey(key)) == key) << key.x << " " << key.y << " " << key.z;
@@ -40,7 +40,7 @@ TEST(Grid, PackedKeysSortByZThenYThenX) {
   }
 }
 
-TEST(Grid, LimitsAreToldApart) {
+TEST(Grid, KeysBeyondTheLimitsAreNotRepresentable) {
   const int32_t limit = kMaxBlockCoordinate;
   for (int axis = 0; axis < 3; ++axis) {
     for (const int32_t outside : {-limit - 1, limit + 1, INT32_MIN, INT32_MAX}) {
@@ -51,7 +51,7 @@ TEST(Grid, LimitsAreToldApart) {
   }
 }
 
-TEST(Grid, VoxelsBelongToTheBlockBelowThem) {
+TEST(Grid, BlockOfVoxelRoundsDown) {
   std::mt19937 random(4);
   std::uniform_int_distribution<int32_t> uniform(-8000000, 8000000);
   const auto below = [](int32_t x) { return static_cast<int32_t>(std::floor(x / 8.0)); };

@@ -42,7 +42,7 @@ struct RandomRegion {
 };
 
 /// Voxels of 1 m, near the origin and far from it.
-TEST(Region, HoldsThePointsThatLieInIt) {
+TEST(Region, ContainsExactlyThePointsInside) {
   std::mt19937 random(7);
   for (const Vector3d& near : {Vector3d(0, 0, 0), Vector3d(8e6, -7e6, 5e6)}) {
     int inside = 0, outside = 0;
@@ -67,9 +67,9 @@ TEST(Region, HoldsThePointsThatLieInIt) {
 }
 
 /// A block is skipped only if none of its voxels is inside, and most such blocks are skipped.
-TEST(Region, BlocksThatMayReachIntoItHoldAllThatDo) {
+TEST(Region, NoBlockInsideIsSkipped) {
   std::mt19937 random(8);
-  int idle = 0, passed = 0;
+  int needless = 0, skipped = 0;
   for (int n = 0; n < 60; ++n) {
     const RandomRegion region(random, Vector3d::Zero());
     for (const bool as_box : {true, false}) {
@@ -83,15 +83,15 @@ TEST(Region, BlocksThatMayReachIntoItHoldAllThatDo) {
         if (any) {
           ASSERT_TRUE(mayBeInside(view, block));
         } else {
-          ++(mayBeInside(view, block) ? idle : passed);
+          ++(mayBeInside(view, block) ? needless : skipped);
         }
       }
     }
   }
-  EXPECT_GT(passed, 2 * idle);
+  EXPECT_GT(skipped, 2 * needless);
 }
 
-TEST(Region, HasAProblemWithoutASizeOrAPlace) {
+TEST(Region, InvalidSizesAndPosesAreReported) {
   const double nan = std::nan("");
   BoxRegion good;
   good.size_m = {1.0, 2.0, 3.0};

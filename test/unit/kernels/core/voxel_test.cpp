@@ -23,7 +23,7 @@ TEST(Voxel, HoldsDistanceWeightAndEvidence) {
 }
 
 /// For the mesh, a voxel with too little evidence is not measured.
-TEST(Voxel, IsKnownFromItsEvidenceOn) {
+TEST(Voxel, IsKnownWithEnoughEvidence) {
   const Voxel voxel = makeVoxel(-1.25f, 98304, 4);
   EXPECT_EQ(sampleOf(voxel, 4).sdf, -1.25f);
   EXPECT_EQ(sampleOf(voxel, 4).weight, 1.5f);
@@ -31,7 +31,7 @@ TEST(Voxel, IsKnownFromItsEvidenceOn) {
   EXPECT_EQ(sampleOf(makeVoxel(0.0f, 0, 0), 1).weight, 0.0f);
 }
 
-TEST(VoxelSums, FixedPointStaysWithinItsBounds) {
+TEST(VoxelSums, QuantisedDistancesAreClamped) {
   EXPECT_EQ(quantiseWeight(0.0f), 0);
   EXPECT_EQ(quantiseWeight(1.0f), 1 << 20);
   for (const float beyond : {1.0f, 1.5f, 1e30f, std::numeric_limits<float>::infinity()}) {
@@ -42,7 +42,7 @@ TEST(VoxelSums, FixedPointStaysWithinItsBounds) {
 
 /// The worst case in one voxel: each pixel of the largest image has the greatest distance and twice
 /// the greatest weight, the bound for rounded subpixels.
-TEST(VoxelSums, TheWorstFrameFits) {
+TEST(VoxelSums, WorstCaseDoesNotOverflow) {
   const int64_t weight = 2 * quantiseWeight(1.0f), sdf = quantiseSdf(1.0f);
   const int64_t limit = std::numeric_limits<int64_t>::max();
   EXPECT_LT(weight * sdf, limit / kMaxPixels);

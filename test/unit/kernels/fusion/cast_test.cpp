@@ -24,7 +24,7 @@ Vec3f rayOnto(const Vec3f& normal, std::mt19937& random) {
 
 /// No other displacement of the point by one voxel across the surface has a smaller Mahalanobis
 /// distance.
-TEST(LikelyDirection, NoOtherWayAcrossTheSurfaceIsMoreLikely) {
+TEST(LikelyDirection, MinimisesTheMahalanobisDistance) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> noise(0.0f, 3.0f);
   for (int i = 0; i < 1000; ++i) {

@@ -9,7 +9,7 @@ namespace evidence_test {
 const FusionRules kRules;  // +3 for support, -2 for a contradiction, limited to -24..24
 constexpr bool kCovered = true, kUncovered = false;
 
-TEST(Evidence, IsAFrameCounterThatSaturates) {
+TEST(Evidence, CountsSupportingFramesAndSaturates) {
   int32_t evidence = 0;
   for (int frame = 1; frame <= 8; ++frame) {
     evidence = supportedEvidence(evidence, kRules);
@@ -19,19 +19,19 @@ TEST(Evidence, IsAFrameCounterThatSaturates) {
   EXPECT_EQ(supportedEvidence(22, kRules), 24);
 }
 
-TEST(Evidence, AContradictionCostsEvidenceOnly) {
+TEST(Evidence, AContradictionOnlyLowersEvidence) {
   const Voxel after = contradictedVoxel(makeVoxel(-0.75f, 12345, 9), 1, kUncovered, kRules);
   EXPECT_EQ(evidenceOf(after), 7);
   EXPECT_EQ(weightUnits(after), 12345u);
   EXPECT_EQ(sdfOf(after), -0.75f);
-  FusionRules dear;
-  dear.contradiction_cost = 4;
-  EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 9), 1, kUncovered, dear)), 5);
+  FusionRules costly;
+  costly.contradiction_cost = 4;
+  EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 9), 1, kUncovered, costly)), 5);
 }
 
 /// A voxel that loses its evidence also loses its distance and weight, so they do not mix with
 /// later frames.
-TEST(Evidence, WithoutItTheVoxelIsEmpty) {
+TEST(Evidence, AVoxelWithoutEvidenceBecomesEmpty) {
   for (const int32_t evidence : {0, 1, 2}) {
     const Voxel voxel =
         contradictedVoxel(makeVoxel(-0.75f, 12345, evidence), 1, kUncovered, kRules);
@@ -41,14 +41,14 @@ TEST(Evidence, WithoutItTheVoxelIsEmpty) {
   EXPECT_FALSE(isEmpty(contradictedVoxel(makeVoxel(-0.75f, 12345, 3), 1, kUncovered, kRules)));
 }
 
-/// A frame that covers the voxel but looks through its anchor costs one support more.
-TEST(Evidence, ACoveredContradictionCostsASupportMore) {
+/// A frame that covers the voxel but looks through its anchor also takes back one support.
+TEST(Evidence, ContradictionsOfCoveredVoxelsCostMore) {
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 24), 1, kCovered, kRules)), 19);
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 3), 1, kCovered, kRules)), -2);
 }
 
 /// Negative evidence is evidence of free space, and outlasts the distance.
-TEST(Evidence, OfFreeSpaceIsCountedAndSaturates) {
+TEST(Evidence, FreeSpaceEvidenceSaturates) {
   Voxel voxel = contradictedVoxel(makeVoxel(-0.75f, 12345, 1), 1, kUncovered, kRules);
   EXPECT_TRUE(isEmpty(voxel));
   EXPECT_EQ(evidenceOf(voxel), -1);
@@ -61,7 +61,7 @@ TEST(Evidence, OfFreeSpaceIsCountedAndSaturates) {
 }
 
 /// One frame gives 3, or 1 after one contradiction; two give 6, or 4; three give 9, or 7.
-TEST(LeastEvidence, IsThatOfSoManyFramesButForAContradiction) {
+TEST(MinEvidence, AllowsOneContradiction) {
   constexpr uint64_t kMany = uint64_t{1} << 40;
   EXPECT_EQ(minEvidence(1, kMany, kRules), 1);
   EXPECT_EQ(minEvidence(2, kMany, kRules), 4);

@@ -68,7 +68,7 @@ TEST(FreeDepth, EndsAMarginBeforeThePlane) {
 
 /// One pixel at 12 m and one not measured. A negative inverse depth means measured, but beyond the
 /// fusion range. Without a plane the margin is kept along the ray.
-TEST(FreeDepth, ReachesBeyondWhatIsFused) {
+TEST(FreeDepth, ReachesBeyondTheFusionRange) {
   const float row[] = {0.0f, 0.0f};
   const PixelLinks links[] = {0, 0};
   for (const float sigma : {0.0f, 0.001f}) {
@@ -83,7 +83,7 @@ TEST(FreeDepth, ReachesBeyondWhatIsFused) {
 }
 
 /// The camera is 5 mm from the plane, less than the margin of 10 mm, so nothing is free.
-TEST(FreeDepth, IsZeroWhereTheMarginLeavesNothing) {
+TEST(FreeDepth, IsZeroWithinTheMargin) {
   const FreeSpaceImage image(plane(0, 1, 0, 0.005));
   for (const int v : {40, 43, 46}) EXPECT_EQ(image.freeDepthAt(30, v), 0.0f);
 }
@@ -104,7 +104,7 @@ struct Array {
   }
 };
 
-/// Farther distances are not tested; a voxel holds up to 16.
+/// Greater distances are not tested; a voxel can hold up to 16.
 constexpr float kFarthest = 12.0f;
 
 void expectNear(const Vec3f& a, const Vec3f& b) {
@@ -114,7 +114,7 @@ void expectNear(const Vec3f& a, const Vec3f& b) {
 
 /// The foot is that of the perpendicular, in each direction of a plane and even at the block's
 /// corners.
-TEST(Foot, OfRandomPlanes) {
+TEST(Foot, LiesOnThePerpendicular) {
   std::mt19937 random(31);
   std::uniform_real_distribution<double> offset(-3.0, 12.0);
   for (int trial = 0; trial < 200; ++trial) {
@@ -133,7 +133,7 @@ TEST(Foot, OfRandomPlanes) {
 }
 
 /// One neighbour per axis is enough; without any, the axis of the direction is used.
-TEST(Foot, WithNeighboursMissing) {
+TEST(Foot, ToleratesMissingNeighbours) {
   Array array([](const Vec3f& p) { return 0.6 * p.x + 0.8 * p.y - 6.0; });
   const Vec3f foot{3.6f, 4.8f, 4.0f};  // 1.8 + 3.2 - 6 = -1 at (3, 4)
   expectNear(array.foot(3, 4, 4, 2), foot);
@@ -169,7 +169,7 @@ class SeesThrough : public testing::Test {
   const Vec3f ahead_{0, 0, 10};
 };
 
-TEST_F(SeesThrough, EndsWhereTheFreeDepthDoes) {
+TEST_F(SeesThrough, EndsAtTheFreeDepth) {
   EXPECT_TRUE(sees(ahead_));
   EXPECT_TRUE(sees({0, 0, 19.9f}));
   EXPECT_FALSE(sees({0, 0, 20}));
@@ -179,7 +179,7 @@ TEST_F(SeesThrough, EndsWhereTheFreeDepthDoes) {
 
 /// A nearer or unmeasured pixel among the 3 x 3 around the point leaves doubt; one outside does
 /// not.
-TEST_F(SeesThrough, DoubtsWhatHasSomethingBesideIt) {
+TEST_F(SeesThrough, NeedsFreeNeighbourPixels) {
   for (int i = 0; i < 81; ++i) {
     const int u = i % 9, v = i / 9;
     for (const float free_m : {0.0f, 0.9f, 1.0f}) {
@@ -192,7 +192,7 @@ TEST_F(SeesThrough, DoubtsWhatHasSomethingBesideIt) {
 
 /// A point's own pixel decides on which side of an outline it lies, even if a neighbouring pixel
 /// shows the surface.
-TEST_F(SeesThrough, KnowsItsSideOfAnOutline) {
+TEST_F(SeesThrough, OwnPixelDecidesAtAnOutline) {
   for (int v = 0; v < 9; ++v) {
     for (int u = 0; u < 4; ++u) at(u, v) = 0.9f;
   }
@@ -217,9 +217,9 @@ size_t contradicted(const FreeSpaceImage& image, const Array& array) {
 /// A wall at 51.2 voxels, 1.024 m, in this block.
 const Array kWall([](const Vec3f& p) { return 3.2 - p.z; });
 
-/// Voxels on both sides of the wall stand for the same surface: either all or none are
+/// Voxels on both sides of the wall represent the same surface: either all or none are
 /// contradicted, even by an image of 1.05 m, although some of them lie behind that.
-TEST(Judge, WhereTheSurfaceIsSeenThrough) {
+TEST(Judge, BothSidesOfAWallAreJudgedAlike) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), kWall), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.05)), kWall), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.037)), kWall), 512u);  // 13 mm off
@@ -230,24 +230,24 @@ TEST(Judge, WhereTheSurfaceIsSeenThrough) {
 
 /// An empty voxel is contradicted if it and the voxel beyond are free, here up to 1.04 m less 10
 /// mm. So those up to 1.01 m are: the layers at 0.96, 0.98 and 1.00 m.
-TEST(Judge, EmptyVoxelsWhereTheyAre) {
+TEST(Judge, EmptyVoxelsAreJudgedAtTheirPosition) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), Array()), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.04)), Array()), 3u * 64u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 0.9)), Array()), 0u);
 }
 
 /// A frame that covers a voxel judges it by its anchor.
-TEST(Judge, CoveredVoxelsByTheirAnchors) {
+TEST(Judge, CoveredVoxelsAreJudgedByTheirAnchors) {
   Array wall = kWall;
   Voxel& voxel = wall(3, 3, 3);
   voxel.anchor = packAnchor({0.0f, 0.0f, 0.75f}, 0.5f);  // at 51.75 voxels, 1.035 m
-  const auto isAt = [&](double wall_m, bool is_covered) {
+  const auto isContradicted = [&](double wall_m, bool is_covered) {
     return judge(FreeSpaceImage(plane(0, 0, 1, wall_m)).sensing(), {0, 0, 48}, wall.voxel,
                  voxelIndex(3, 3, 3), kZMinus, is_covered) == Observation::kFree;
   };
-  EXPECT_TRUE(isAt(1.04, false));  // the foot is at 1.024 m
-  EXPECT_FALSE(isAt(1.04, true));
-  EXPECT_TRUE(isAt(1.05, true));
+  EXPECT_TRUE(isContradicted(1.04, false));  // the foot is at 1.024 m
+  EXPECT_FALSE(isContradicted(1.04, true));
+  EXPECT_TRUE(isContradicted(1.05, true));
 }
 
 /// A camera with any orientation, its principal point anywhere in or near the image.
@@ -265,7 +265,7 @@ FrameView randomFrame(std::mt19937& random) {
 
 /// Feet are up to 16 voxels from their voxels, the greatest distance that a voxel holds. Two of
 /// three lie at the very border of the image.
-TEST(MayBeInView, NeverLosesAFootInTheImage) {
+TEST(MayBeInView, NeverMissesAFootInTheImage) {
   std::mt19937 random(32);
   std::uniform_real_distribution<float> share(0.0f, 1.0f);
   int in_image = 0;
@@ -294,7 +294,7 @@ TEST(MayBeInView, NeverLosesAFootInTheImage) {
 
 /// At a distance of 100 voxels, the image is 64 voxels wide. Blocks more than 50 voxels beside it
 /// are left out.
-TEST(MayBeInView, LeavesOutWhatIsFarOutside) {
+TEST(MayBeInView, RejectsBlocksFarOutside) {
   const FrameView frame = frontalFrame(kWidth, kHeight, kIntrinsics, kVoxel_m);
   EXPECT_TRUE(mayBeInView(frame, {0, 0, 12}));
   EXPECT_TRUE(mayBeInView(frame, {0, 0, 1000}));

@@ -1,4 +1,5 @@
-// Tests the folding of a frame's sums into voxels against the weighted mean in double precision.
+// Tests how a frame's sums are folded into voxels: mean, weight cap, evidence, anchors and depth
+// weight.
 #include "kernels/fusion/voxel_update.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +11,7 @@ namespace dtsdf {
 namespace voxel_update_test {
 
 constexpr float kTruncation = 4.0f, kMaxWeight = 64.0f;
-constexpr uint32_t kOne = 1 << 16;  // a weight of 1 in units
+constexpr uint32_t kOne = 1 << 16;  // a weight of 1, in stored units of 2^-16
 const FusionSettings kFusion{1, 1, kTruncation, kMaxWeight, FusionRules()};
 const Voxel kEmpty = makeVoxel(0.0f, 0, 0);
 
@@ -25,14 +26,14 @@ Voxel fold(const Voxel& voxel, float sdf_voxels, float weight, float depth_weigh
 }
 
 /// The worst case: kMaxPixels pixels of twice the greatest weight, at the truncation distance.
-TEST(FoldSums, TheWorstFrameFits) {
+TEST(FoldSums, WorstCaseDoesNotOverflow) {
   const int64_t weight = int64_t{2} * kMaxPixels << 20;
   const Voxel voxel = foldSums(kEmpty, {weight << 15, weight, 0, 0}, 1.0f, kFusion);
   EXPECT_FLOAT_EQ(sdfOf(voxel), kTruncation);
   EXPECT_EQ(weightUnits(voxel), kOne);
 }
 
-TEST(FoldSums, WithoutAMeasurementTheVoxelStays) {
+TEST(FoldSums, UnmeasuredVoxelsAreUnchanged) {
   const Voxel before = makeVoxel(-1.25f, 54321, 6);
   const Voxel after = foldSums(before, VoxelSums{}, 1.0f, kFusion);
   EXPECT_EQ(sdfOf(after), sdfOf(before));
@@ -40,8 +41,9 @@ TEST(FoldSums, WithoutAMeasurementTheVoxelStays) {
   EXPECT_TRUE(isEmpty(foldSums(kEmpty, VoxelSums{}, 1.0f, kFusion)));
 }
 
-/// Consecutive frames give the mean of their means, each weighted by its cover, at most 1.
-TEST(FoldSums, IsTheWeightedMean) {
+/// Consecutive frames give the mean of their means, each weighted by the frame's coverage, capped
+/// at 1.
+TEST(FoldSums, GivesTheWeightedMean) {
   std::mt19937 random(9);
   std::uniform_real_distribution<float> distance(-1.0f, 1.0f), weight(0.01f, 0.1f);
   Voxel voxel = kEmpty;
@@ -65,23 +67,23 @@ TEST(FoldSums, IsTheWeightedMean) {
 
 /// A frame with ten pixels on a voxel adds no more weight than a frame with one pixel that covers
 /// it.
-TEST(FoldSums, AFrameAddsOneAtMost) {
+TEST(FoldSums, AFrameAddsAtMostWeightOne) {
   EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 0.25f)), kOne / 4);
   EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 1.0f)), kOne);
   EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 10.0f)), kOne);
   EXPECT_EQ(weightUnits(fold(fold(kEmpty, 0.5f, 10.0f), 0.5f, 10.0f)), 2 * kOne);
 }
 
-/// The depth weight applies after the limit of 1; otherwise a far frame with much cover would count
-/// as much as a near one.
-TEST(FoldSums, TheDepthWeightCountsOnTop) {
+/// The depth weight applies after the cap of 1; otherwise a distant frame that covers the voxel
+/// well would count as much as a near one.
+TEST(FoldSums, DepthWeightAppliesAfterTheCap) {
   EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 10.0f, 0.25f)), kOne / 4);
   EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 0.5f, 0.25f)), kOne / 8);
   const Voxel mixed = fold(makeVoxel(1.0f, kOne, 3), -1.0f, 10.0f, 0.25f);
   EXPECT_NEAR(sdfOf(mixed), (1.0 - 0.25) / 1.25, 1e-4);
 }
 
-TEST(FoldSums, TheCapLetsNewMeasurementsThrough) {
+TEST(FoldSums, NewMeasurementsCountAtMaximumWeight) {
   const FusionSettings capped{1, 1, kTruncation, 3.0f, FusionRules()};
   Voxel voxel = makeVoxel(-2.0f, 3 * kOne, 24);
   voxel = foldSums(voxel, sumsOf(2.0f, 1.0f), 1.0f, capped);
@@ -91,8 +93,8 @@ TEST(FoldSums, TheCapLetsNewMeasurementsThrough) {
   EXPECT_NEAR(sdfOf(voxel), 2.0f, 1e-3f);
 }
 
-/// The greatest weight cap fits into 24 bits, next to the evidence.
-TEST(FoldSums, TheGreatestCapFits) {
+/// The greatest value of fusion/max_weight fits into 24 bits, next to the evidence.
+TEST(FoldSums, GreatestMaximumWeightFits) {
   const FusionSettings capped{1, 1, kTruncation, 255.0f, FusionRules()};
   Voxel voxel = makeVoxel(0.5f, 255 * kOne - 1, 7);
   voxel = foldSums(voxel, sumsOf(0.5f, 1.0f), 1.0f, capped);
@@ -102,7 +104,7 @@ TEST(FoldSums, TheGreatestCapFits) {
 }
 
 /// The far fringe of a surfel is averaged, but gives no evidence of a surface.
-TEST(FoldSums, LittleCoverAveragesButSupportsNothing) {
+TEST(FoldSums, LowCoverageIsAveragedWithoutSupport) {
   const float least = kFusion.rules.support_share;
   const Voxel fringe = fold(kEmpty, 0.5f, 0.9f * least);
   EXPECT_EQ(evidenceOf(fringe), 0);
@@ -114,9 +116,9 @@ TEST(FoldSums, LittleCoverAveragesButSupportsNothing) {
   EXPECT_EQ(evidenceOf(fold(before, 0.5f, 1.1f * least)), 9);
 }
 
-/// Samples beyond the reach without noise, in front or behind, are averaged, but give no evidence
-/// of a surface.
-TEST(FoldSums, FarFromItsSurfaceAFrameAveragesButSupportsNothing) {
+/// Samples farther than sample_reach (the reach for noise-free points) from the surface, on either
+/// side, are averaged, but give no evidence of a surface.
+TEST(FoldSums, FarSamplesAreAveragedWithoutSupport) {
   const float reach = kFusion.rules.sample_reach;
   for (const float side : {-1.0f, 1.0f}) {
     const Voxel far = fold(kEmpty, side * (reach + 0.01f), 1.0f);
@@ -127,7 +129,7 @@ TEST(FoldSums, FarFromItsSurfaceAFrameAveragesButSupportsNothing) {
     const Voxel before = makeVoxel(0.0f, kOne, 6);
     EXPECT_EQ(evidenceOf(fold(before, side * (reach + 0.01f), 1.0f)), 6);
   }
-  FusionSettings projecting = kFusion;  // with distances along the rays
+  FusionSettings projecting = kFusion;  // voxel projection: distances are differences of depth
   projecting.support_reach = kTruncation;
   EXPECT_EQ(evidenceOf(foldSums(kEmpty, sumsOf(3.9f, 1.0f), 1.0f, projecting)), 3);
 }
@@ -143,7 +145,7 @@ Voxel foldPoint(const Voxel& voxel, float sdf_voxels, float weight, const Vec3f&
   return foldSums(voxel, sumsWithPoint(sdf_voxels, weight, point), 1.0f, kFusion);
 }
 
-TEST(FoldAnchor, IsTheFirstPointThatWasMeasured) {
+TEST(FoldAnchor, StartsAtTheFirstMeasuredPoint) {
   const Voxel voxel = foldPoint(kEmpty, 0.0f, 1.0f, {0.5f, -0.25f, 0.0f});
   const Vec3f offset = anchorOffset(voxel.anchor);
   EXPECT_NEAR(offset.x, 0.5f, 0.055f);
@@ -151,8 +153,8 @@ TEST(FoldAnchor, IsTheFirstPointThatWasMeasured) {
   EXPECT_NEAR(offset.z, 0.0f, 0.055f);
 }
 
-/// Points at equal distances from the foot count by their frames' weights; nearer points count
-/// more: (1 - t)^2, here 0.9^2 against 0.5^2.
+/// A point counts by its frame's weight, times (1 - t)^2 for a distance of t voxels from the foot:
+/// here 0.9^2 against 0.5^2.
 TEST(FoldAnchor, NearPointsCountMore) {
   const auto meanX = [](float first, float second, float second_weight) {
     double sum = 0.0;
@@ -171,7 +173,7 @@ TEST(FoldAnchor, NearPointsCountMore) {
   EXPECT_NEAR(meanX(0.1f, 0.5f, 1.0f), (far * 0.5 + near * 0.1) / (far + near), 0.02);
 }
 
-TEST(DepthWeight, FallsWithTheSquareFromOneMetreOn) {
+TEST(DepthWeight, FallsWithTheSquareBeyondOneMetre) {
   const FusionRules rules;
   EXPECT_EQ(depthWeight(0.2f, rules), 1.0f);
   EXPECT_EQ(depthWeight(1.0f, rules), 1.0f);

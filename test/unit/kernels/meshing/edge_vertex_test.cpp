@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace edge_vertex_test {
 
-/// The samples at the ends of an edge and beyond, as edgeOffset() takes them.
+/// The samples at the ends of an edge and beyond them, as edgeOffset() needs them.
 struct EdgeSamples {
   Sample lower[kDirectionCount], upper[kDirectionCount];
   Sample below[kDirectionCount], above[kDirectionCount];
@@ -52,7 +52,7 @@ TEST(EdgeVertex, IsExactOnAPlane) {
 
 /// Distances that are quadratic along the edge: 0.25 t^2 + t - 0.5 is -1.25, -0.5, 0.75, 2.5 at t =
 /// -1, 0, 1, 2, and 0 at sqrt(6) - 2 = 0.4495; linear interpolation between the ends gives 0.4.
-TEST(EdgeVertex, IsExactWhereDistancesAreQuadratic) {
+TEST(EdgeVertex, IsExactForQuadraticDistances) {
   const float exact = std::sqrt(6.0f) - 2.0f;
   for (const float sign : {1.0f, -1.0f}) {
     const int facing = sign > 0.0f ? 0 : 1;
@@ -71,7 +71,7 @@ TEST(EdgeVertex, IsExactWhereDistancesAreQuadratic) {
 
 /// The distance is 0 at the lower end, rises, and falls to -0.1 at the upper end. With a second
 /// direction that crosses in the middle, the mean is a quarter.
-TEST(EdgeVertex, IsANumberWhereADirectionTouchesTheLowerEnd) {
+TEST(EdgeVertex, IsFiniteIfTheLowerEndIsZero) {
   EdgeSamples edge = {};
   edge.below[5] = {-0.9f, 1.0f};
   edge.lower[5] = {0.0f, 1.0f};
@@ -83,7 +83,7 @@ TEST(EdgeVertex, IsANumberWhereADirectionTouchesTheLowerEnd) {
 }
 
 /// The edge crosses a wall, whose sides have opposite facings.
-TEST(EdgeVertex, TellsTheTwoSidesOfAWallApart) {
+TEST(EdgeVertex, SeparatesTheSidesOfAWall) {
   EdgeSamples edge = {};
   edge.lower[0] = {-0.7f, 2.0f};  // X+ sees the side at 0.7
   edge.upper[0] = {0.3f, 2.0f};

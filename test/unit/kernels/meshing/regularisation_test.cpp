@@ -53,8 +53,8 @@ TEST(Regularisation, TheMajorityDecidesACorner) {
       }
       for (int c = 0; c < 8; ++c) {
         const int index = units.regular(corner - cornerOffset(c)).sheet[0];
-        const bool speaks = c < behind + in_front;
-        EXPECT_EQ(index >> c & 1, speaks && behind > in_front ? 1 : 0)
+        const bool has_index = c < behind + in_front;
+        EXPECT_EQ(index >> c & 1, has_index && behind > in_front ? 1 : 0)
             << behind << " behind, " << in_front << " in front, unit " << c;
       }
     }

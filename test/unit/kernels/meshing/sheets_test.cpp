@@ -13,7 +13,7 @@ UnitIndices indexUnit(const UnitSamples& samples, bool directional) {
   return indicesOf(labelUnit(kMeshTables, MeshRules(), samples, directional));
 }
 
-TEST(Sheets, APlaneGivesItsLabels) {
+TEST(Sheets, APlaneGivesOneSheet) {
   std::mt19937 random(18);
   for (int trial = 0; trial < 5000; ++trial) {
     const UnitPlane plane = randomPlane(random);

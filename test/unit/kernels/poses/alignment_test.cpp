@@ -58,7 +58,7 @@ TEST(FindSurface, TheBackOfASheetDoesNotAttractItsFront) {
   EXPECT_FALSE(findSurface({0.5f, 0.5f, 50.0f}, to_the_back, true, 8.0f, PlaneField()).known);
 }
 
-/// The lookup that addPoint() takes, in PlaneField.
+/// The surface lookup that addPoint() needs, in PlaneField.
 auto findIn(float cutoff) {
   return [=](const Vec3f& p_L, const Vec3f& normal) {
     return findSurface(p_L, normal, true, cutoff, PlaneField());
@@ -66,7 +66,7 @@ auto findIn(float cutoff) {
 }
 
 /// Compares the sums for one point with the numerical derivative of its residual.
-TEST(AddPoint, HasTheDerivativeOfTheResidual) {
+TEST(AddPoint, MatchesTheNumericalDerivative) {
   const FrameView view = camera();
   const AlignedPoint point{{8.0f, -5.0f, 49.6f}, {0.0f, 0.0f, -1.0f}, 1.0f};
   const auto residual = [&](int parameter, float step) {

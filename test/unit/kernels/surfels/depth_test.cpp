@@ -14,7 +14,7 @@ constexpr DepthRange kRange{0.001f, 0.1f, 10.0f, 65535.0f, 0.0f};
 constexpr DepthNoise kNoise{0.0005f, 0};  // 1/m
 const SurfelSettings kSurfels{5, 0.03f, SurfelRules(), 0};
 
-TEST(InverseDepth, TellsWhatIsNoMeasurement) {
+TEST(InverseDepth, IsZeroForInvalidValues) {
   const float nan = std::nanf(""), infinity = std::numeric_limits<float>::infinity();
   for (const float raw : {0.0f, -1.0f, nan, infinity, -infinity, 99.0f, 65535.0f}) {
     EXPECT_EQ(inverseDepth(raw, kRange), 0.0f) << raw;
@@ -47,7 +47,7 @@ float onPlane(int u, int v) {
 /// Every third row and column is empty, as in registered images.
 bool isEmptyLine(int at) { return at % 3 == 1; }
 
-TEST(DepthGap, OfRegisteredImagesHoldsThePlaneAround) {
+TEST(DepthGap, IsFilledWithTheSurroundingPlane) {
   Image image;
   for (int v = 0; v < kSide; ++v) {
     for (int u = 0; u < kSide; ++u) {
@@ -64,7 +64,7 @@ TEST(DepthGap, OfRegisteredImagesHoldsThePlaneAround) {
 }
 
 /// An unfilled pixel gets minus the inverse of the nearest depth around it: it is free up to there.
-TEST(DepthGap, IsNoSurfaceAcrossADepthEdge) {
+TEST(DepthGap, IsNotFilledAcrossADepthEdge) {
   Image image;
   image.setColumn(2, 1.0f);
   image.setColumn(4, 0.96f);  // a jump of 4 %, more than depth_jump

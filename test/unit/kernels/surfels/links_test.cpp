@@ -48,7 +48,7 @@ Links linksWithSmallVoxels(const std::vector<std::vector<float>>& rows, bool dow
 
 /// A step of 0.02 1/m is within 3 sqrt(2) deviations of 0.005 1/m. For time of flight, a deviation
 /// of 5 mm is only a quarter of that in inverse depth at 2 m.
-TEST(Links, NoisePartsNothing) {
+TEST(Links, StepsWithinNoiseAreLinked) {
   const std::vector<float> step{0.5f, 0.5f, 0.48f, 0.48f};
   EXPECT_EQ(linksAlong({step}), Links({true, false, true, false}));
   EXPECT_EQ(linksAlong({step}, 0.005f), Links({true, true, true, false}));
@@ -71,12 +71,12 @@ TEST(Links, SteepSidesAreOneSurface) {
 }
 
 /// The same side, but the row above or below has other depths.
-TEST(Links, StepsThatTheRowsBesideDoNotShareAreNone) {
+TEST(Links, SteepSidesMustMatchAdjacentRows) {
   const std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
   const std::vector<float> other{1.0f, 1.0f, 0.99f, 0.90f, 0.875f, 0.87f, 0.87f};
-  const Links parted{true, false, false, false, false, true, false};
-  EXPECT_EQ(linksWithSmallVoxels({other, side, side}), parted);
-  EXPECT_EQ(linksWithSmallVoxels({side, side, other}), parted);
+  const Links unlinked_side{true, false, false, false, false, true, false};
+  EXPECT_EQ(linksWithSmallVoxels({other, side, side}), unlinked_side);
+  EXPECT_EQ(linksWithSmallVoxels({side, side, other}), unlinked_side);
 }
 
 /// A depth between two surfaces is linked to neither, unless it lies in the middle in all three
@@ -93,7 +93,7 @@ TEST(Links, MixedPixelsBelongToNeitherSide) {
 
 /// The background is empty, too far to be fused, or behind the surface by more than ten times its
 /// last step.
-TEST(Links, SurfacesThatCurveOutOfSightEndWithASteepStep) {
+TEST(Links, LastStepOfCurvedSurfacesIsLinked) {
   for (const float behind : {0.0f, -0.2f, 0.77f}) {
     for (const bool down : {false, true}) {
       EXPECT_EQ(linksAlong({{1.0f, 1.0f, 0.98f, behind, behind}}, 0.0f, 0, down),

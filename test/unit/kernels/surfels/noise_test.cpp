@@ -13,7 +13,7 @@ namespace noise_test {
 const SurfelSettings kSurfels{16, 0.03f, SurfelRules(), 0};
 
 /// Time of flight: 3 mm at 2 m is a deviation of 3 mm * (0.5 1/m)^2 in inverse depth there.
-TEST(Noise, IsThatOfDepthForTimeOfFlight) {
+TEST(Noise, IsInDepthForTimeOfFlight) {
   const SurfelSettings flight{16, 0.03f, SurfelRules(), 1};
   float line[kNoiseLength];
   for (int i = 0; i < kNoiseLength; ++i) line[i] = 0.494f + 0.002f * i;  // 0.5 in the middle
@@ -45,7 +45,7 @@ TEST(Noise, LinesAcrossEdgesDoNotCount) {
 }
 
 /// The window is the smallest in which the normal scatters by at most the limit, give or take 5 %.
-TEST(Noise, WindowsKeepNormalsStill) {
+TEST(Noise, WindowLimitsNormalScatter) {
   constexpr float kNoise = 0.0019f, kDepth_m = 2.0f, kFocal = 525.0f;
   FrameView frame{};
   frame.intrinsics.fx = kFocal;

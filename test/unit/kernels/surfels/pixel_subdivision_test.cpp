@@ -44,7 +44,7 @@ class SubdividedImage {
 
 /// The subpixels lie on the plane, evenly spread over the pixel, and weigh as much as the whole
 /// pixel.
-TEST(PixelSubdivision, ShareOutPlaneAndWeight) {
+TEST(PixelSubdivision, KeepsPlaneAndWeight) {
   const double n[3] = {0.4, -0.7, 1.0}, delta = 2.0;
   const float voxel_m = 0.002f;
   const SubdividedImage image(plane(n[0], n[1], n[2], delta), voxel_m);
@@ -73,7 +73,7 @@ TEST(PixelSubdivision, ShareOutPlaneAndWeight) {
 }
 
 /// No subpixels are inserted across a step or a hole.
-TEST(PixelSubdivision, StopAtStepsAndHoles) {
+TEST(PixelSubdivision, StopsAtStepsAndHoles) {
   const double x_edge = (kMiddleU + 0.5 - kIntrinsics.cx) / kIntrinsics.fx;
   for (const double beyond_m : {2.03, 2.5, 0.0}) {
     const SubdividedImage image([&](double x, double) { return x < x_edge ? 2.0 : beyond_m; },

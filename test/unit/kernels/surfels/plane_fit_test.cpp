@@ -97,8 +97,8 @@ FreePlane makePlane(double x, double y, double z, double delta) {
   return {{x / length, y / length, z / length}, delta};
 }
 
-/// Every pixel of the image, including borders and corners. There is no jump limit, since
-/// neighbouring depths of a tilted plane would exceed it at this short focal length.
+/// Tests every pixel of the image, including borders and corners, without a jump limit, which
+/// neighbouring depths of a tilted plane would exceed at this short focal length.
 TEST(NormalFit, IsExactOnPlanesOfAnyTilt) {
   std::mt19937 random(12);
   std::uniform_real_distribution<double> tilt(-0.75, 0.75), distance(0.3, 8.0);
@@ -137,7 +137,7 @@ TEST(NormalFit, DoesNotMixAcrossADepthJump) {
 }
 
 /// A strip three pixels wide between holes has the normal of its plane.
-TEST(NormalFit, IsOneSidedBesideHoles) {
+TEST(NormalFit, IsExactOnStripsBetweenHoles) {
   const FreePlane plane = makePlane(0.3, 0.4, -1.0, -1.2);
   Image image;
   draw(image, plane, [](int u, int) { return u >= 10 && u < 13; });

@@ -73,7 +73,7 @@ std::vector<float> bell(float sigma_px) {
 }
 
 /// Cameras and their filters smooth the noise.
-TEST(SensedNoise, IsThatOfSmoothedImages) {
+TEST(SensedNoise, IsFoundInSmoothedImages) {
   const std::vector<float> noise = whiteNoise(0.01f);
   for (const int side_px : {1, 3, 5, 7}) {
     const std::vector<float> mean(side_px, 1.0f);
@@ -85,7 +85,7 @@ TEST(SensedNoise, IsThatOfSmoothedImages) {
 }
 
 /// The noise is correlated along rows or columns only, as in the scan lines of a lidar.
-TEST(SensedNoise, IsThatOfRowsOrColumns) {
+TEST(SensedNoise, IsFoundIfCorrelatedAlongLines) {
   const std::vector<float> noise = whiteNoise(0.01f);
   for (const Along along : {Along::kRows, Along::kColumns}) {
     const float found = estimatedNoise(smoothed(noise, bell(4.0f), along));
@@ -94,7 +94,7 @@ TEST(SensedNoise, IsThatOfRowsOrColumns) {
 }
 
 /// Only a few lines lie on an object 20 pixels wide.
-TEST(SensedNoise, IsThatOfASmallObject) {
+TEST(SensedNoise, IsFoundOnASmallObject) {
   std::vector<float> offsets = whiteNoise(0.001f);
   for (int i = 0; i < kWidth * kHeight; ++i) {
     const bool is_object = std::abs(i % kWidth - 160) < 10 && std::abs(i / kWidth - 120) < 10;
@@ -104,7 +104,7 @@ TEST(SensedNoise, IsThatOfASmallObject) {
 }
 
 /// The right half has ripples of 4 mm at 2 m, 24 pixels long, in noise of half a millimetre.
-TEST(SensedNoise, IsNotTheDetailOfSurfaces) {
+TEST(SensedNoise, DoesNotIncludeSurfaceDetail) {
   constexpr float kNoise = 1.25e-4f;
   std::vector<float> offsets = whiteNoise(kNoise);
   for (int v = 0; v < kHeight; ++v) {

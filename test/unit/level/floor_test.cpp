@@ -61,7 +61,7 @@ void expectLevel(const FloorPlane& floor, const Eigen::Isometry3d& T_M_R, double
   EXPECT_NEAR((T_W_R * Vector3d::Zero()).z(), 0.0, max_m);
 }
 
-TEST(Floor, OfTheTiltedRoomIsFoundExactly) {
+TEST(Floor, IsFoundExactlyInATiltedRoom) {
   const Eigen::Isometry3d frames[] = {
       tilted(0.0, Vector3d::UnitX(), Vector3d::Zero()),
       tilted(25.0, Vector3d(1.0, 2.0, 0.0), Vector3d(3.0, -1.0, 7.0)),
@@ -76,7 +76,7 @@ TEST(Floor, OfTheTiltedRoomIsFoundExactly) {
   }
 }
 
-TEST(Floor, IsFoundInNoise) {
+TEST(Floor, IsFoundDespiteNoise) {
   const Eigen::Isometry3d T_M_R = tilted(40.0, Vector3d(0.0, 1.0, 0.0), Vector3d(0.0, 2.0, 0.0));
   std::vector<SceneFrame> frames = lapFrames(T_M_R);
   std::mt19937 random(7);
@@ -96,7 +96,7 @@ FloorSearch searchResultFrom(const Scene& scene, const Vector3d& eye, const Vect
       std::vector<SceneFrame>(FloorSearch::kViews, renderFrame(scene, lookAt(eye, target, up))));
 }
 
-TEST(Floor, IsNotATableBesideIt) {
+TEST(Floor, IsFoundNextToALargeTable) {
   Scene scene;
   scene.add(Plane{Vector3d::Zero(), Vector3d::UnitZ()});
   scene.add(makeBox(Vector3d(1.6, 0.0, 0.4), Vector3d(1.6, 1.0, 0.8)));  // most of the view
@@ -107,7 +107,7 @@ TEST(Floor, IsNotATableBesideIt) {
   expectLevel(*search.floor(), Eigen::Isometry3d::Identity(), 0.1, 0.001);
 }
 
-TEST(Floor, IsNeitherWallNorCeilingNorAStrip) {
+TEST(Floor, IsNeitherWallNorCeilingNorStrip) {
   Scene wall;
   wall.add(Plane{Vector3d(2.0, 0.0, 0.0), -Vector3d::UnitX()});
   for (const double pitch : {-0.5, 0.0, 0.5}) {
@@ -141,7 +141,7 @@ FloorView viewOfStrip(double width_m, int on_floor, int on_wall) {
   return view;
 }
 
-TEST(Floor, HasToBeWideAndLargeEnough) {
+TEST(Floor, MustBeWideAndLargeEnough) {
   std::string problem;
   EXPECT_TRUE(fitFloor({viewOfStrip(1.0, 400, 2000)}, problem));
   const auto problemOf = [&](const std::vector<FloorView>& views) {
@@ -159,7 +159,7 @@ TEST(Floor, HasToBeWideAndLargeEnough) {
   problemOf({});
 }
 
-TEST(Floor, NeedsACameraThatIsUpright) {
+TEST(Floor, NeedsAnUprightCamera) {
   const Vector3d eye(-2.0, 0.0, 1.4), target(0.0, 0.5, 0.6);
   EXPECT_TRUE(searchResultFrom(makeRoomScene(), eye, target, Vector3d(0.0, 0.4, 1.0)).floor());
   const FloorSearch portrait =
@@ -169,7 +169,7 @@ TEST(Floor, NeedsACameraThatIsUpright) {
   }
 }
 
-TEST(FloorSearch, LooksAnewUntilThereIsOne) {
+TEST(FloorSearch, SearchesUntilAFloorIsFound) {
   Scene wall;
   wall.add(Plane{Vector3d(2.0, 0.0, 0.0), -Vector3d::UnitX()});
   const SceneFrame no_floor = renderFrame(
@@ -190,7 +190,7 @@ TEST(FloorSearch, LooksAnewUntilThereIsOne) {
   EXPECT_EQ(search.floor()->offset(), found.offset()) << "the first result is kept";
 }
 
-TEST(FloorSearch, PassesOverWhatShowsNothing) {
+TEST(FloorSearch, SkipsUnusableImages) {
   const std::vector<SceneFrame> floor = lapFrames(Eigen::Isometry3d::Identity());
   SceneFrame empty = floor.front(), lost = floor.front();
   std::fill(empty.depth_m.begin(), empty.depth_m.end(), 0.0f);
@@ -208,7 +208,7 @@ TEST(FloorSearch, PassesOverWhatShowsNothing) {
   EXPECT_FALSE(search.problem().empty());
 }
 
-TEST(LevelPose, IsTheSmallestTurn) {
+TEST(LevelPose, IsTheSmallestRotation) {
   EXPECT_TRUE(levelPose(Vector3d::UnitZ()).isApprox(Eigen::Isometry3d::Identity()));
   const Eigen::Isometry3d of_optical = levelPose(-Vector3d::UnitY(), 0.5);
   EXPECT_TRUE((of_optical.linear() * Vector3d::UnitX()).isApprox(Vector3d::UnitX()));

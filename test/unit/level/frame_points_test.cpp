@@ -8,7 +8,7 @@ namespace dtsdf {
 namespace {
 
 /// A wall at 2 m along the optical axis, with depths along each pixel's ray.
-TEST(FramePoints, DepthAlongRaysBecomesThatAlongTheAxis) {
+TEST(FramePoints, RayDepthBecomesAxialDepth) {
   constexpr int kWallWidth = 40, kWallHeight = 30;
   std::vector<float> along_rays, turned(kWallWidth * kWallHeight);
   DepthFrame frame;

@@ -54,18 +54,18 @@ Eigen::Isometry3d turned(const Eigen::Isometry3d& T_W_O) {
   return T_W_O * Eigen::AngleAxisd(1.0, Eigen::Vector3d(1, 2, 3).normalized());
 }
 
-TEST(PoseConvention, OthersAreNamed) {
+TEST(PoseConvention, OtherConventionsAreNamed) {
   EXPECT_NE(doubtAbout(ofBody).find("the camera's body"), std::string::npos);
   EXPECT_NE(doubtAbout(ofBody, 12.0, DepthEncoding::kUint16).find("body"), std::string::npos);
   EXPECT_NE(doubtAbout(ofOpenGl).find("those of OpenGL"), std::string::npos);
   EXPECT_NE(doubtAbout(inverted).find("invert each"), std::string::npos);
 }
 
-TEST(PoseConvention, RightPosesAreLeftInPeace) { EXPECT_EQ(doubtAbout(asGiven), ""); }
+TEST(PoseConvention, CorrectPosesRaiseNoDoubt) { EXPECT_EQ(doubtAbout(asGiven), ""); }
 
-TEST(PoseConvention, ACameraThatStandsStillShowsNothing) { EXPECT_EQ(doubtAbout(ofBody, 1e9), ""); }
+TEST(PoseConvention, AStillCameraRaisesNoDoubt) { EXPECT_EQ(doubtAbout(ofBody, 1e9), ""); }
 
-TEST(PoseConvention, OtherWrongPosesAreNoConvention) { EXPECT_EQ(doubtAbout(turned), ""); }
+TEST(PoseConvention, OtherWrongPosesRaiseNoDoubt) { EXPECT_EQ(doubtAbout(turned), ""); }
 
 }  // namespace
 }  // namespace dtsdf

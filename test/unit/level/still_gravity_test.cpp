@@ -56,7 +56,7 @@ TEST(StillGravity, IsFoundAtAHighRate) {
   EXPECT_TRUE(is_found);
 }
 
-TEST(StillGravity, IsNoneInMotion) {
+TEST(StillGravity, IsNotFoundInMotion) {
   StillGravity shaken;
   std::optional<Vector3d> up;
   for (int i = 0; i < 400; ++i) {
@@ -72,13 +72,13 @@ TEST(StillGravity, IsNoneInMotion) {
   }
 }
 
-TEST(StillGravity, IsNotAnythingElse) {
+TEST(StillGravity, RejectsImplausibleMagnitudes) {
   StillGravity in_g, falling;
   EXPECT_FALSE(feed(in_g, 0.0, 2.0, 100.0, kUp)) << "accepts values in units of g";
   EXPECT_FALSE(feed(falling, 0.0, 2.0, 100.0, Vector3d::Zero()));
 }
 
-TEST(StillGravity, PassesOverWhatIsNotFiniteAndBeginsAnewWithStamps) {
+TEST(StillGravity, SkipsNonFiniteSamplesAndHandlesRestarts) {
   StillGravity gravity;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(feed(gravity, 50.0, 2.0, 100.0, kGravity * kUp));

@@ -55,7 +55,7 @@ BlockKey cornerOfCell(std::mt19937& random, const BlockKey& block) {
   return {snap(block.x), snap(block.y), snap(block.z)};
 }
 
-TEST(BlockCells, ListEachBlockOnceInItsCell) {
+TEST(BlockCells, ListEachBlockOnce) {
   std::mt19937 random(1);
   BlockTable table(kUnbounded);
   std::set<PackedKey> live;
@@ -80,7 +80,7 @@ TEST(BlockCells, ListEachBlockOnceInItsCell) {
 }
 
 /// The camera is near the origin, or near the greatest keys, where floats are coarse.
-TEST(BlockCells, HaveAllBlocksInViewAndFewOthers) {
+TEST(BlockCells, ListAllBlocksInViewAndFewOthers) {
   std::mt19937 random(2);
   constexpr int kFar = kMaxBlockCoordinate - 700;
   size_t in_view = 0, listed = 0, all = 0;

@@ -59,7 +59,7 @@ void expectEqual(const BlockTable& a, const BlockTable& b) {
   }
 }
 
-TEST(BlockTable, PassesOverWhatLiesOutsideOfItsExtent) {
+TEST(BlockTable, IgnoresBlocksOutsideItsExtent) {
   BlockTable table(2 * (kBlock + 6 * kArray));
   table.restrictTo({{{0, 0, 0}, {1, 5, 5}}, BlockExtent(), BlockExtent()});
   std::vector<BlockRequest> requests;
@@ -78,23 +78,23 @@ TEST(BlockTable, PassesOverWhatLiesOutsideOfItsExtent) {
 
 /// allocate() and publish() together give the same as admit(), even if some blocks exist already
 /// and the budget runs out.
-TEST(BlockTable, HandsOutTheSameBeforeBlocksAreListed) {
+TEST(BlockTable, AllocateAndPublishMatchAdmit) {
   std::mt19937 random(11);
-  BlockTable at_once(300 * kArray), behind(300 * kArray);
+  BlockTable at_once(300 * kArray), deferred(300 * kArray);
   for (int frame = 0; frame < 20; ++frame) {
     const std::vector<BlockRequest> requests = randomRequests(random, 40);
     const Admission expected = at_once.admit(requests);
-    const Admission actual = behind.allocate(requests);
+    const Admission actual = deferred.allocate(requests);
     EXPECT_EQ(actual.changed_slots, expected.changed_slots);
     EXPECT_EQ(actual.new_arrays, expected.new_arrays);
     EXPECT_EQ(actual.refused, expected.refused);
-    EXPECT_EQ(behind.bytesInUse(), at_once.bytesInUse());
-    behind.publish();
-    expectConsistent(behind);
-    expectEqual(behind, at_once);
+    EXPECT_EQ(deferred.bytesInUse(), at_once.bytesInUse());
+    deferred.publish();
+    expectConsistent(deferred);
+    expectEqual(deferred, at_once);
     size_t listed = 0;
-    for (const BlockCells::Cell& cell : behind.cells()) listed += cell.slots.size();
-    EXPECT_EQ(listed, behind.blocksInUse());
+    for (const BlockCells::Cell& cell : deferred.cells()) listed += cell.slots.size();
+    EXPECT_EQ(listed, deferred.blocksInUse());
   }
 }
 
@@ -163,7 +163,7 @@ TEST(BlockTable, VacatingUnderRandomLoadLosesNothing) {
 }
 
 /// A block that no extraction has seen can be removed at once; others have to be reported first.
-TEST(BlockTable, TellsVacantBlocksThatNoMeshHasSeenApart) {
+TEST(BlockTable, DistinguishesUnmeshedVacantBlocks) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x01}});
   table.noteExtraction();
@@ -179,7 +179,7 @@ TEST(BlockTable, TellsVacantBlocksThatNoMeshHasSeenApart) {
 
 /// A block that was emptied and refilled before an extraction is in that mesh. If it is emptied
 /// again during the extraction, it stays until the next one.
-TEST(BlockTable, ABlockFilledAgainIsToldAnewWhenItIsEmptied) {
+TEST(BlockTable, RefilledBlocksAreReportedVacantAgain) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x01}});
   table.noteExtraction();
@@ -193,7 +193,7 @@ TEST(BlockTable, ABlockFilledAgainIsToldAnewWhenItIsEmptied) {
   EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{slot});
 }
 
-TEST(BlockTable, FindsWhatLiesBeyondABall) {
+TEST(BlockTable, FindsBlocksBeyondABall) {
   BlockTable table(kPlenty);
   // The nearest points of these blocks are 0, 4, 12, 20, 12 and 12 sqrt(2) voxels from (4, 4, 4).
   table.admit({{keyOf(0), 1},
@@ -223,7 +223,7 @@ TEST(BlockTable, FindsWhatLiesBeyondABall) {
 }
 
 /// Memory is allocated beforehand for the sizes from sizesAfter(), so they must suffice.
-TEST(BlockTable, PoolsStayWithinTheSizesToldBefore) {
+TEST(BlockTable, PoolsStayWithinThePredictedSizes) {
   std::mt19937 random(25);
   for (const size_t budget : {kPlenty, 40 * BlockTable::kArrayBytes}) {
     BlockTable table(budget);
@@ -244,7 +244,7 @@ TEST(BlockTable, PoolsStayWithinTheSizesToldBefore) {
 /// Bit of a brick in direction 0.
 constexpr uint64_t brick(int number) { return uint64_t{1} << number; }
 
-TEST(BlockTableColours, GoWithTheirVoxels) {
+TEST(BlockTableColours, AreReleasedWithTheirVoxels) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 3}, {keyOf(2), 1}});
   const Admission admission =

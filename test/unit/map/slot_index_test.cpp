@@ -8,7 +8,7 @@
 namespace dtsdf {
 namespace {
 
-TEST(SlotIndex, FindsTheKeyWhoseBitsAreAllZero) {
+TEST(SlotIndex, FindsTheZeroKey) {
   SlotIndex index;
   index.insert(0, 0);
   EXPECT_EQ(index.find(0), 0);
@@ -62,7 +62,7 @@ TEST(SlotIndex, FollowsInsertionsAndErasures) {
 }
 
 /// Keys come and go as for a moving camera that keeps only nearby blocks.
-TEST(SlotIndex, TakesNoMoreMemoryForWhatHasGone) {
+TEST(SlotIndex, ReusesTheMemoryOfErasedKeys) {
   constexpr int32_t kKept = 20, kApart = 8;
   const auto key_at = [](int32_t step) { return packKey({step * kApart, 0, 0}); };
   SlotIndex index;

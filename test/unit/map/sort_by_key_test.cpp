@@ -33,7 +33,7 @@ void expectSorted(std::vector<Record> records) {
   EXPECT_EQ(records, truth);
 }
 
-TEST(SortByKey, FewAndMany) {
+TEST(SortByKey, SortsFewAndManyRecords) {
   for (const size_t count : {0, 1, 2, 127, 128, 129, 5000}) {
     SCOPED_TRACE(count);
     expectSorted(randomRecords(count, {-20, -3, 700}, 40));
@@ -41,7 +41,7 @@ TEST(SortByKey, FewAndMany) {
   }
 }
 
-TEST(SortByKey, RangesOfAnyWidth) {
+TEST(SortByKey, SortsKeyRangesOfAnyWidth) {
   constexpr int32_t kMin = -kMaxBlockCoordinate;
   for (int32_t side = 1; side <= 2 * kMaxBlockCoordinate; side = 2 * side + 1) {
     SCOPED_TRACE(side);

@@ -24,7 +24,7 @@ class Contents : public testing::TestWithParam<Mode> {
 
 /// Moves a map to another mapper during a recording: everything that later frames depend on moves,
 /// too.
-TEST_P(Contents, GoOnAsIfNothingHadHappened) {
+TEST_P(Contents, CanBeContinuedInAnotherMapper) {
   const size_t frames = roomRecording().depth.size();
   for (const bool painted : {false, true}) {
     for (const size_t half : {size_t{1}, frames / 2}) {
@@ -52,7 +52,7 @@ INSTANTIATE_TEST_SUITE_P(
                      testing::Bool()),
     [](const auto& info) { return modeName(std::get<0>(info.param), std::get<1>(info.param)); });
 
-TEST(ContentsOfAMap, ComeBackAsTheyWere) {
+TEST(ContentsOfAMap, AreRestoredUnchanged) {
   const MapContents contents = roomContents();
   EXPECT_TRUE(contents.painted);
   EXPECT_GT(contents.colours.size(), 0u);
@@ -62,7 +62,7 @@ TEST(ContentsOfAMap, ComeBackAsTheyWere) {
   EXPECT_EQ(mapper->stats().map_bytes, sizeOf(contents.blocks).bytes());
 }
 
-TEST(ContentsOfAMap, OfAnEmptyOneAreEmpty) {
+TEST(ContentsOfAMap, AreEmptyForAnEmptyMap) {
   const MapContents contents = makeMapper(roomParams())->contents();
   EXPECT_TRUE(contents.blocks.empty());
   const auto mapper = makeMapper(roomParams(), contents);
@@ -71,7 +71,7 @@ TEST(ContentsOfAMap, OfAnEmptyOneAreEmpty) {
   EXPECT_GT(mapper->stats().blocks, 0u);
 }
 
-TEST(ContentsOfAMap, AreRefusedWhereSettingsDiffer) {
+TEST(ContentsOfAMap, AreRefusedIfSettingsDiffer) {
   const MapContents contents = roomContents(false);
   const auto refused = [&](const char* key, const auto& change) {
     MapperParams params = roomParams();
@@ -92,7 +92,7 @@ TEST(ContentsOfAMap, AreRefusedWhereSettingsDiffer) {
 }
 
 /// A distance limit that suits the node's voxels may be too many cells of a map with finer voxels.
-TEST(ContentsOfAMap, LimitsInCellsAreThoseOfItsVoxels) {
+TEST(ContentsOfAMap, DistanceLimitsUseTheMapsVoxelSize) {
   const MapContents fine = makeMapper(roomParams(0.005f))->contents();
   MapperParams params = roomParams(0.02f);
   params.space.enabled = true;
@@ -122,7 +122,7 @@ MapperParams spaceParams(int cell_voxels = 2) {
 
 /// Free cells move with the map. A mapper without space drops them; a mapper with cells of another
 /// size refuses them.
-TEST(ContentsOfAMap, HaveWhatIsFree) {
+TEST(ContentsOfAMap, IncludeFreeCells) {
   const MapContents contents = roomContents(false, spaceParams());
   EXPECT_EQ(contents.cell_voxels, 2);
   EXPECT_GT(contents.free_cubes.size(), 10u);
@@ -139,7 +139,7 @@ TEST(ContentsOfAMap, HaveWhatIsFree) {
 }
 
 /// 6000 cubes of 256 bytes each must fit into an eighth of the budget.
-TEST(ContentsOfAMap, NeedRoomForWhatIsFree) {
+TEST(ContentsOfAMap, NeedMemoryForFreeCells) {
   MapContents contents = roomContents(false, spaceParams());
   contents.free_cubes.clear();
   for (int32_t i = 0; i < 6000; ++i) {
@@ -155,7 +155,7 @@ TEST(ContentsOfAMap, NeedRoomForWhatIsFree) {
   EXPECT_NE(error.find("map/max_memory_mb of 12"), std::string::npos) << error;
 }
 
-TEST(ContentsOfAMap, AreRefusedWhereNoMapHasThem) {
+TEST(ContentsOfAMap, AreRefusedIfInvalid) {
   const MapContents good = roomContents(true, spaceParams());
   const auto refused = [&](const auto& spoil) {
     MapContents contents = copyOf(good);
@@ -188,7 +188,7 @@ TEST(ContentsOfAMap, AreRefusedWhereNoMapHasThem) {
 }
 
 /// Words composed bit by bit after docs/map_format.md.
-TEST(Voxels, AreDecodedAsTheFormatSays) {
+TEST(Voxels, AreDecodedAsDocumented) {
   const auto word = [](int distance, uint64_t anchor, int evidence, uint64_t weight) {
     return uint64_t{static_cast<uint16_t>(distance)} | anchor << 16 |
            uint64_t{static_cast<uint8_t>(evidence)} << 32 | weight << 40;

@@ -121,14 +121,14 @@ class FarFromOrigin : public testing::TestWithParam<double> {
   static Vector3d shift() { return GetParam() * Vector3d(1.0, -0.5, 0.25); }
 };
 
-TEST_P(FarFromOrigin, ChunksAreAsGoodAsNearBy) {
+TEST_P(FarFromOrigin, ChunksAreAsGoodAsNearby) {
   const Wall far(shift()), near(Vector3d::Zero());
   expectAsGood(measure(assembledFromChunks(far.map()), far),
                measure(assembledFromChunks(near.map()), near));
 }
 
 /// Far from the map's origin, only the mesh's own origin differs.
-TEST_P(FarFromOrigin, NormalsAndTrianglesAreThoseNearBy) {
+TEST_P(FarFromOrigin, NormalsAndTrianglesMatchThoseNearby) {
   const Mesh near = Wall(Vector3d::Zero()).map().assemble();
   const Mesh far = Wall(shift()).map().assemble();
   EXPECT_FALSE(isFarFromOrigin(near));
@@ -144,7 +144,7 @@ TEST_P(FarFromOrigin, NormalsAndTrianglesAreThoseNearBy) {
 
 INSTANTIATE_TEST_SUITE_P(Metres, FarFromOrigin, testing::Values(128.0, 10240.0, 40960.0, 102400.0));
 
-TEST(FarFromOriginInRegions, TrianglesAreThoseOfTheBox) {
+TEST(FarFromOriginInRegions, TriangleCountMatchesThatNearby) {
   const Vector3d shift(40960.0, -20480.0, 0.0);
   BoxRegion box;
   box.size_m = Vector3d(4.0, 0.6, 0.6);

@@ -108,14 +108,14 @@ class MapFile : public testing::Test {
   MapInfo saved_;
 };
 
-TEST_F(MapFile, GivesBackWhatWasSaved) {
+TEST_F(MapFile, RestoresTheSavedMap) {
   EXPECT_TRUE(sameContents(loadMap(path_), smallMap()));
   EXPECT_EQ(saved_.file_bytes, bytes_.size());
   EXPECT_EQ(saved_.size.blocks, smallMap().blocks.size());
   EXPECT_LT(bytes_.size(), saved_.size.bytes() / 2) << "not compressed";
 }
 
-TEST_F(MapFile, KeepsALevelInAPartOfItsOwn) {
+TEST_F(MapFile, StoresTheLevelInItsOwnRecord) {
   EXPECT_FALSE(readMapInfo(path_).T_W_M);
   EXPECT_FALSE(loadMap(path_).T_W_M);
   MapContents levelled = copyOf(smallMap());
@@ -139,7 +139,7 @@ TEST_F(MapFile, KeepsALevelInAPartOfItsOwn) {
   EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "LEVL record has the wrong size"));
 }
 
-TEST(Level, HasToBeThatOfTheRunThatGoesOn) {
+TEST(Level, MustMatchTheContinuedRun) {
   MapContents plain = copyOf(smallMap()), levelled = copyOf(smallMap());
   levelled.T_W_M = Eigen::Isometry3d::Identity();
   EXPECT_EQ(errorOf([&] { checkLevel(plain, false); }), "");
@@ -151,7 +151,7 @@ TEST(Level, HasToBeThatOfTheRunThatGoesOn) {
   EXPECT_EQ(errorOf([&] { checkLevel(levelled, false); }), "");
 }
 
-TEST_F(MapFile, HasTheSameBytesWhateverTheThreads) {
+TEST_F(MapFile, BytesDoNotDependOnThreads) {
   for (const int threads : {0, 2, 7}) {
     saveMap(smallMap(), folder_ / "again.dtsdf", threads);
     EXPECT_TRUE(readBytes(folder_ / "again.dtsdf") == bytes_);
@@ -169,7 +169,7 @@ TEST_F(MapFile, LoadedAndSavedAgainHasTheSameBytes) {
   EXPECT_TRUE(readBytes(folder_ / "again.dtsdf") == bytes_);
 }
 
-TEST_F(MapFile, ContentHashesAreEqualForEqualMapsOnly) {
+TEST_F(MapFile, OnlyEqualMapsHaveEqualHashes) {
   EXPECT_EQ(contentHash(smallMap()), saved_.content_hash);
   EXPECT_EQ(contentHash(smallMap(), 3), saved_.content_hash);
   EXPECT_EQ(readMapInfo(path_).content_hash, saved_.content_hash);
@@ -198,7 +198,7 @@ TEST_F(MapFile, ContentHashesAreEqualForEqualMapsOnly) {
   });
 }
 
-TEST_F(MapFile, OfAnEmptyMapIsOneToo) {
+TEST_F(MapFile, EmptyMapsCanBeSaved) {
   MapContents empty = makeMapper(roomParams())->contents();
   saveMap(empty, path_);
   EXPECT_TRUE(sameContents(loadMap(path_), empty));
@@ -206,14 +206,14 @@ TEST_F(MapFile, OfAnEmptyMapIsOneToo) {
 }
 
 /// Several chunks of blocks, the last one not full.
-TEST_F(MapFile, OfManyChunksComesBack) {
+TEST_F(MapFile, RestoresMapsOfManyChunks) {
   const MapContents contents = roomContents(true, roomParams(0.015f));
   ASSERT_GT(contents.blocks.size(), 3 * kBlocksPerChunk);
   saveMap(contents, path_);
   EXPECT_TRUE(sameContents(loadMap(path_), contents));
 }
 
-TEST_F(MapFile, SettingsComeBackExactly) {
+TEST_F(MapFile, SettingsAreRestoredExactly) {
   MapContents contents = copyOf(smallMap());
   contents.settings["map/voxel_size_m"] = 0.012345678;
   contents.settings["x/a"] = 0.1;
@@ -228,7 +228,7 @@ TEST_F(MapFile, SettingsComeBackExactly) {
 }
 
 /// The file says how poses were found, unless they were used as given.
-TEST_F(MapFile, SaysHowPosesWereFound) {
+TEST_F(MapFile, RecordsHowPosesWereFound) {
   MapContents contents = copyOf(smallMap());
   ParamTree settings = readMapInfo(path_).settings;
   EXPECT_EQ(settings.count("poses/mode"), 0u);
@@ -249,7 +249,7 @@ TEST_F(MapFile, SaysHowPosesWereFound) {
 }
 
 /// The writer refuses what the reader would refuse, and leaves the old file unchanged.
-TEST_F(MapFile, IsNotWrittenWhereItCouldNotBeRead) {
+TEST_F(MapFile, RefusesToWriteUnreadableFiles) {
   const auto expectRefused = [&](const std::function<void(MapContents&)>& change) {
     MapContents contents = copyOf(smallMap());
     change(contents);
@@ -266,7 +266,7 @@ TEST_F(MapFile, IsNotWrittenWhereItCouldNotBeRead) {
   });
 }
 
-TEST_F(MapFile, ToldWithoutReadingTheVoxels) {
+TEST_F(MapFile, InfoNeedsNoVoxels) {
   const MapInfo info = readMapInfo(path_);
   EXPECT_EQ(info.settings, smallMap().settings);
   EXPECT_EQ(info.map_frame, "odom");
@@ -293,7 +293,7 @@ TEST_F(MapFile, WithABitFlippedIsRefused) {
   }
 }
 
-TEST_F(MapFile, CutOffIsRefused) {
+TEST_F(MapFile, IsRefusedIfTruncated) {
   for (size_t length = 0; length < bytes_.size();
        length += length < 6000 ? 7 : bytes_.size() / 500) {
     EXPECT_TRUE(contains(errorOfBytes(bytes_.substr(0, length)), "other.dtsdf")) << length;
@@ -301,7 +301,7 @@ TEST_F(MapFile, CutOffIsRefused) {
   EXPECT_TRUE(contains(errorOfBytes(bytes_ + "x"), "damaged"));
 }
 
-TEST_F(MapFile, WithoutOneOfItsRecordsIsRefused) {
+TEST_F(MapFile, WithMissingOrDuplicateRecordsIsRefused) {
   for (size_t i = 0; i < splitMapFile().parts.size(); ++i) {
     SplitMapFile apart = splitMapFile(), twice = apart, swapped = apart;
     apart.parts.erase(apart.parts.begin() + static_cast<std::ptrdiff_t>(i));
@@ -312,11 +312,11 @@ TEST_F(MapFile, WithoutOneOfItsRecordsIsRefused) {
   }
 }
 
-TEST_F(MapFile, KeepsWhatItIsTakenApartInto) {
+TEST_F(MapFile, SplitFilesAreRestored) {
   EXPECT_EQ(splitMapFile().bytes(), bytes_) << "tests that change records test nothing";
 }
 
-TEST_F(MapFile, SkipsUnknownRecordsThatItMay) {
+TEST_F(MapFile, SkipsUnknownOptionalRecords) {
   SplitMapFile apart = splitMapFile(), required = apart;
   apart.parts.insert(apart.parts.begin() + 2, {"XTRA", kMayBeSkipped, {1, 2, 3}});
   writeBytes(path_, apart.bytes());
@@ -334,7 +334,7 @@ TEST_F(MapFile, OfANewerFormatIsRefused) {
 }
 
 /// Allocates no memory for sizes beyond the file: an allocation of 2^60 bytes would fail.
-TEST_F(MapFile, WithHugeSizesIsRefused) {
+TEST_F(MapFile, WithWrongSizesIsRefused) {
   for (size_t number = 0; number < 4; ++number) {
     for (const uint64_t value : {uint64_t{1} << 60, ~uint64_t{0}, uint64_t{1} << 40, uint64_t{0}}) {
       SplitMapFile apart = splitMapFile();
@@ -351,7 +351,7 @@ TEST_F(MapFile, WithHugeSizesIsRefused) {
 }
 
 /// The file of a box also stores the box and the numbers of its frames.
-TEST_F(MapFile, OfABoxSaysWhich) {
+TEST_F(MapFile, OfABoxStoresTheBox) {
   MapBox box{{-4, -5, -6}, {1, 2, 3}, 2, {{0, 4}, {7, 9}}, {{7, 9}}};
   const auto mapper = makeProbedMapper(smallParams());
   saveBoxOf(*mapper, {}, box, path_);
@@ -366,14 +366,14 @@ TEST_F(MapFile, OfABoxSaysWhich) {
   EXPECT_TRUE(contains(errorOfBytes(apart.bytes()), "damaged"));
 }
 
-TEST_F(MapFile, ThatTakesMoreThanAllowedIsRefused) {
+TEST_F(MapFile, OverTheMemoryLimitIsRefused) {
   const size_t bytes = sizeOf(smallMap()).bytes();
   EXPECT_EQ(errorOf([&] { loadMap(path_, bytes); }), "");
   const std::string error = errorOf([&] { loadMap(path_, bytes - 1); });
   EXPECT_TRUE(contains(error, "max_memory_mb")) << error;
 }
 
-TEST_F(MapFile, FreeCellsCount) {
+TEST_F(MapFile, FreeCellsCountTowardsTheLimit) {
   MapContents contents = copyOf(smallMap());
   MapperParams params;
   params.map.max_memory_mb = static_cast<int>(sizeOf(contents.blocks).bytes() >> 20) + 1;
@@ -389,7 +389,7 @@ TEST_F(MapFile, FreeCellsCount) {
 }
 
 /// A small file may need much memory, since zeros take almost no space in it.
-TEST_F(MapFile, AskingForMoreThanThereIsRoomForTakesNoMemory) {
+TEST_F(MapFile, BeyondTheBudgetTakesNoMemory) {
   constexpr int kSide = 36;  // 46656 blocks of six arrays: 1.1 GiB
   MapContents head;
   head.settings = copyOf(smallMap()).settings;
@@ -423,7 +423,7 @@ TEST_F(MapFile, AskingForMoreThanThereIsRoomForTakesNoMemory) {
   EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 << 10) << "KiB";
 }
 
-TEST_F(MapFile, HasToBeOne) {
+TEST_F(MapFile, OtherFilesAreRefused) {
   writeBytes(folder_ / "text", "This is not a map, though it is longer than its header.");
   EXPECT_TRUE(contains(errorOf([&] { loadMap(folder_ / "text"); }), "is not a map file"));
   EXPECT_TRUE(contains(errorOf([&] { loadMap(folder_ / "missing.dtsdf"); }), "cannot read"));
@@ -434,7 +434,7 @@ TEST_F(MapFile, HasToBeOne) {
 }
 
 /// DTSDF_KILLS sets the number of kills (default: 10).
-TEST_F(MapFile, IsWholeAfterASaveThatWasKilled) {
+TEST_F(MapFile, IsIntactAfterAKilledSave) {
   const MapContents larger = roomContents(true, roomParams(0.015f));
   const auto start = std::chrono::steady_clock::now();
   const MapInfo saved = saveMap(larger, folder_ / "larger.dtsdf");
@@ -464,7 +464,7 @@ TEST_F(MapFile, IsWholeAfterASaveThatWasKilled) {
   EXPECT_GT(killed_in_time, 0) << "no save was killed before its end";
 }
 
-TEST_F(MapFile, WithFreeCellsThatAreNoneIsRefused) {
+TEST_F(MapFile, WithInvalidFreeCellsIsRefused) {
   const auto expectRefused = [&](const Bytes& content) {
     SplitMapFile apart = splitMapFile();
     apart.get("FREE").content = content;
@@ -491,7 +491,7 @@ int readByExample(const std::string& path, std::string& output) {
   return WEXITSTATUS(pclose(pipe));
 }
 
-TEST_F(MapFile, IsReadByTheExampleInPython) {
+TEST_F(MapFile, IsReadByThePythonExample) {
   std::string output;
   const int exit_code = readByExample(path_, output);
   if (contains(output, "No module named")) GTEST_SKIP() << output;

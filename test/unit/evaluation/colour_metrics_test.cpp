@@ -18,7 +18,7 @@ TriangleMesh colouredRectangle(const Rgb8& colour) {
 }
 
 /// Lab values as the CIE defines them.
-TEST(Lab, KnownColours) {
+TEST(Lab, MatchesKnownColours) {
   const auto expectLab = [](const Eigen::Vector3d& rgb, const Eigen::Vector3d& lab) {
     EXPECT_LT((toLab(rgb) - lab).norm(), 0.05) << toLab(rgb).transpose();
   };
@@ -29,7 +29,7 @@ TEST(Lab, KnownColours) {
   expectLab({119, 119, 119}, {50.03, 0.0, 0.0});
 }
 
-TEST(ColourEvaluation, IsTheDifferenceOfAChannel) {
+TEST(ColourEvaluation, MeasuresAChannelDifference) {
   const ColourEvaluation result =
       evaluateColours(colouredRectangle({110, 100, 100}), colouredRectangle({100, 100, 100}),
                       Texture::kVertices, 1000);
@@ -39,7 +39,7 @@ TEST(ColourEvaluation, IsTheDifferenceOfAChannel) {
 }
 
 /// Vertices with the colours of a texture have hardly any error.
-TEST(ColourEvaluation, TexturesAreThoseOfPictures) {
+TEST(ColourEvaluation, ComparesWithTheTexture) {
   TriangleMesh mesh = makeRectangle(-0.005f, -0.005f, 0.005f, 0.005f, 0);
   for (const Eigen::Vector3f& p : mesh.vertices) {
     mesh.colours.push_back(textureColour(Texture::kGradient, mesh, 0, p));
@@ -52,7 +52,7 @@ TEST(ColourEvaluation, TexturesAreThoseOfPictures) {
 }
 
 /// Pixels and poses of the colour camera are read back from a written recording.
-TEST(RenderColours, GoThroughAFolder) {
+TEST(RenderColours, AreReadBackFromARecording) {
   const TriangleMesh mesh = colouredRectangle({200, 100, 50});
   const MeshScene scene(mesh);
   ViewCamera camera;

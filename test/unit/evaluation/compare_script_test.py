@@ -20,7 +20,7 @@ echo '{"version": "1", "fuse_ms": 2.5, "whole_mesh_ms": 40, "memory_mib": 7}'
 
 
 class Compare(unittest.TestCase):
-    def test_a_table_has_each_mapper_and_names_who_is_missing(self):
+    def test_tables_list_mappers_and_name_missing_ones(self):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             (folder / "models").mkdir()

@@ -13,7 +13,7 @@ ViewCamera smallCamera() { return {{4, 4, 1.5f, 0.5f}, 4, 2}; }
 /// others, the mesh is off by -70 and -40 mm at 1 m, -70 and +70 mm at 2 m, +60 mm at 1 m, and
 /// +300 mm (3 %) at 10 m. In the second image, one pixel is measured, and the mesh is off by half a
 /// metre.
-TEST(DepthComparison, TellsInFrontFromBehindAlsoOfMergedImages) {
+TEST(DepthComparison, GivesKnownFiguresForMergedImages) {
   DepthComparison all(1), other(1);
   all.add({1, 1, 2, 2, 1, 10, 1, 0}, {0.93f, 0.96f, 1.93f, 2.07f, 1.06f, 10.3f, 0, 1},
           smallCamera());

@@ -42,7 +42,7 @@ double sigmaOf(DepthNoise noise, float wall_m) {
   return std::sqrt(squares / count);
 }
 
-TEST(DepthNoiseModels, SameSeedSameNoise) {
+TEST(DepthNoiseModels, SameSeedGivesSameNoise) {
   const DepthView view = viewOf([](int u) { return u < 150 ? 1.0f : 2.0f; });
   for (const char* name : {"kinect", "tof", "stereo"}) {
     const auto noisy = [&](uint64_t seed) {
@@ -71,7 +71,7 @@ TEST(DepthNoiseModels, MixedDepthsAreWeightedByAmplitude) {
   EXPECT_FLOAT_EQ(mixDepths(1.0f, 3.0f, 0.0f), 1.0f);
 }
 
-TEST(DepthNoiseModels, PixelsMixAtEdgesOnly) {
+TEST(DepthNoiseModels, PixelsMixOnlyAtEdges) {
   const DepthView view = viewOf([](int u) { return u < 100 ? 0.0f : u < 150 ? 1.0f : 3.0f; });
   const auto mixed_m = mixPixels(view.depth_m, camera(), 1);
   size_t in_between = 0;
@@ -95,7 +95,7 @@ TEST(DepthNoiseModels, DisparityNoiseGrowsWithTheSquareOfTheDepth) {
   EXPECT_NEAR(sigmaOf(DepthNoise::kStereo, 1.0f), 0.00305, 0.0004);
 }
 
-TEST(DepthNoiseModels, SubpixelsAreStepsOfTheDisparity) {
+TEST(DepthNoiseModels, DisparityIsQuantised) {
   const DepthView view = viewOf([](int u) { return 1.0f + 0.01f * static_cast<float>(u); });
   for (const float z_m : addNoise(view, camera(), DepthNoise::kStereo, 1)) {
     if (z_m <= 0.0f) continue;
@@ -107,7 +107,7 @@ TEST(DepthNoiseModels, SubpixelsAreStepsOfTheDisparity) {
 /// An object at columns 100 to 199 with a disparity of 20 pixels, in front of a wall with 5. In the
 /// right image, the object is at columns 80 to 179, where it hides the wall's columns 85 to 99. The
 /// wall's first five columns are outside the right image.
-TEST(DepthNoiseModels, WhatTheSecondCameraDoesNotSeeIsLost) {
+TEST(DepthNoiseModels, PixelsHiddenFromTheSecondCameraAreLost) {
   const float near_m = 26.25f / 20.0f, far_m = 26.25f / 5.0f;
   const DepthView view = viewOf([=](int u) { return u >= 100 && u < 200 ? near_m : far_m; });
   const std::vector<bool> seen = seenByBoth(view.depth_m, camera());

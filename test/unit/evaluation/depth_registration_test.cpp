@@ -29,37 +29,38 @@ Eigen::Isometry3d lookIntoCorner() {
   return lookAt({1.6, 1.9, 1.4}, {0.1, 0.0, 0.2}, Vector3d::UnitZ());
 }
 
-Eigen::Isometry3d spoilt(const Eigen::Isometry3d& T_W_C, const Vector3d& shift_W, double turn_deg) {
-  Eigen::Isometry3d spoilt = T_W_C;
-  spoilt.rotate(Eigen::AngleAxisd(turn_deg * kDegree, Vector3d(0.6, -0.5, 0.4).normalized()));
-  return spoilt.pretranslate(shift_W);
+Eigen::Isometry3d perturbed(const Eigen::Isometry3d& T_W_C, const Vector3d& shift_W,
+                            double turn_deg) {
+  Eigen::Isometry3d perturbed = T_W_C;
+  perturbed.rotate(Eigen::AngleAxisd(turn_deg * kDegree, Vector3d(0.6, -0.5, 0.4).normalized()));
+  return perturbed.pretranslate(shift_W);
 }
 
 TEST(DepthRegistration, FindsThePoseInARoomCorner) {
   const MeshScene scene(makeRoomCorner());
   const Eigen::Isometry3d truth = lookIntoCorner();
   const std::vector<float> depth_m = renderView(scene, quarterCamera(), truth).depth_m;
-  const Eigen::Isometry3d recorded = spoilt(truth, Vector3d(0.02, -0.015, 0.01), 0.8);
+  const Eigen::Isometry3d recorded = perturbed(truth, Vector3d(0.02, -0.015, 0.01), 0.8);
   const Eigen::Isometry3d found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
   EXPECT_LT((found.translation() - truth.translation()).norm(), 1e-4);
   EXPECT_LT(turnBetween_rad(found, truth), 0.005 * kDegree);
 }
 
 /// A sixth of the image shows a box in front of the corner, which the mesh does not contain.
-TEST(DepthRegistration, PassesOverWhatTheMeshDoesNotHave) {
+TEST(DepthRegistration, IgnoresObjectsMissingFromTheMesh) {
   const MeshScene scene(makeRoomCorner());
   const Eigen::Isometry3d truth = lookIntoCorner();
   std::vector<float> depth_m = renderView(scene, quarterCamera(), truth).depth_m;
   for (size_t v = 60; v < 110; ++v) {
     for (size_t u = 50; u < 114; ++u) depth_m[v * 160 + u] -= 0.25f;
   }
-  const Eigen::Isometry3d recorded = spoilt(truth, Vector3d(0.02, -0.015, 0.01), 0.3);
+  const Eigen::Isometry3d recorded = perturbed(truth, Vector3d(0.02, -0.015, 0.01), 0.3);
   const Eigen::Isometry3d found = registerDepth(scene, quarterCamera(), depth_m, recorded, 6);
   EXPECT_LT((found.translation() - truth.translation()).norm(), 5e-4);
   EXPECT_LT(turnBetween_rad(found, truth), 0.02 * kDegree);
 }
 
-TEST(DepthRegistration, LeavesThePoseWhereTooLittleIsThere) {
+TEST(DepthRegistration, KeepsThePoseWithoutMatchingDepths) {
   const MeshScene scene(makeRoomCorner());
   const Eigen::Isometry3d recorded = lookIntoCorner();
   const std::vector<float> nothing(160 * 120, 0.0f), far(160 * 120, 9.0f);

@@ -27,7 +27,7 @@ TEST(MeshScene, ClosestPointMatchesTheAnalyticDistance) {
   }
 }
 
-TEST(DistanceStats, KnownAnswers) {
+TEST(DistanceStats, MatchKnownValues) {
   const DistanceStats stats = distanceStats({3.0, 0.0, 4.0, 1.0});
   EXPECT_EQ(stats.count, 4u);
   EXPECT_DOUBLE_EQ(stats.rmse_m, std::sqrt(26.0 / 4.0));
@@ -40,7 +40,7 @@ TEST(DistanceStats, KnownAnswers) {
   EXPECT_EQ(distanceStats({}).count, 0u);
 }
 
-TEST(Evaluation, PlaneShiftedByAKnownDistance) {
+TEST(Evaluation, MeasuresAShiftedPlane) {
   const Evaluation evaluation = evaluateMesh(makeRectangle(-0.5f, -0.5f, 0.5f, 0.5f, 0.007f),
                                              makeRectangle(-1, -1, 1, 1, 0), nullptr, kQuick);
   EXPECT_NEAR(evaluation.vertices.rmse_m, 0.007, 1e-8);
@@ -50,7 +50,7 @@ TEST(Evaluation, PlaneShiftedByAKnownDistance) {
 }
 
 /// The missing half lies 0 to 1 m from the rest: the mean square is 1/2 * 1/3.
-TEST(Evaluation, HalfMissingPlane) {
+TEST(Evaluation, MeasuresAHalfMissingPlane) {
   const Evaluation evaluation =
       evaluateMesh(makeRectangle(0, 0, 1, 1, 0), makeRectangle(0, 0, 2, 1, 0), nullptr, kQuick);
   EXPECT_NEAR(evaluation.surface.rmse_m, 0.0, 1e-7);
@@ -72,7 +72,7 @@ TEST(Evaluation, JsonIsInMillimetres) {
 }
 
 /// A camera at z = 3 looks down on a cube and sees only its top, a sixth of its area.
-TEST(SeenByViews, OnlyWhatFacesTheCamera) {
+TEST(SeenByViews, IncludesOnlyFacingSurfaces) {
   const MeshScene cube(makeCube(0.5f));
   const SurfaceSamples samples = sampleSurface(cube.mesh(), 60000, 1);
   Views views;
@@ -85,7 +85,7 @@ TEST(SeenByViews, OnlyWhatFacesTheCamera) {
   }
 }
 
-TEST(SeenByViews, NotWhatIsHiddenOrOutsideTheImage) {
+TEST(SeenByViews, ExcludesHiddenAndOutOfViewPoints) {
   // A sheet from x = -1 to 1, with its right half hidden from above by another.
   const MeshScene sheets(
       joined(makeRectangle(-1, -1, 1, 1, 0), makeRectangle(0, -2, 2, 2, 0.001f)));
@@ -108,7 +108,7 @@ TEST(SeenByViews, NotWhatIsHiddenOrOutsideTheImage) {
 }
 
 /// A surface counts as seen only where the recorded depth image measured it.
-TEST(SeenByViews, NotWhereNothingWasMeasured) {
+TEST(SeenByViews, ExcludesUnmeasuredPoints) {
   const TemporaryFolder folder;
   const MeshScene sheet(makeRectangle(-0.5f, -0.5f, 0.5f, 0.5f, 0));
   const std::vector<Eigen::Isometry3d> poses_W_C = {
@@ -130,7 +130,7 @@ TEST(SeenByViews, NotWhereNothingWasMeasured) {
   }
 }
 
-TEST(MeshTopology, ClosedAndOpen) {
+TEST(MeshTopology, CountsBoundaryEdges) {
   TriangleMesh cube = makeCube(0.5f);
   EXPECT_EQ(meshTopology(cube).boundary_edges, 0u);
   cube.triangles.pop_back();
@@ -152,7 +152,7 @@ TriangleMesh makePiercedSheet(int side, const std::set<std::pair<int, int>>& mis
   return sheet;
 }
 
-TEST(MeshTopology, BorderEdgesAndSmallHolesAreThoseOfJoinedVertices) {
+TEST(MeshTopology, BordersAndHolesUseWeldedVertices) {
   const auto of = [](const std::set<std::pair<int, int>>& missing) {
     const MeshTopology topology = meshTopology(makePiercedSheet(20, missing));
     return std::pair(topology.border_edges, topology.small_holes);
@@ -171,7 +171,7 @@ TEST(MeshTopology, BorderEdgesAndSmallHolesAreThoseOfJoinedVertices) {
   EXPECT_EQ(meshTopology(makePiercedSheet(20, {})).boundary_edges, 1600u) << "squares were joined";
 }
 
-TEST(MeshTopology, ComponentsAreJoinedByVertices) {
+TEST(MeshTopology, ComponentsAreConnectedByVertices) {
   TriangleMesh mesh = joined(makeCube(0.5f), makeCube(0.5f));
   EXPECT_EQ(meshTopology(mesh).components, 2u) << "touching vertices were welded";
   mesh.triangles.push_back({0, 1, 12});

@@ -27,7 +27,7 @@ class Ply : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(Ply, ReadsAsciiWithPolygonsAndWhatItDoesNotNeed) {
+TEST_F(Ply, ReadsAsciiPolygonsIgnoringOtherProperties) {
   const TriangleMesh mesh = readPly(write(
       "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nelement vertex 4\r\nproperty float nx\r\n"
       "property double x\r\nproperty float y\r\nproperty float z\r\nproperty uchar red\r\n"
@@ -41,7 +41,7 @@ TEST_F(Ply, ReadsAsciiWithPolygonsAndWhatItDoesNotNeed) {
   EXPECT_EQ(mesh.colours[2], (std::array<uint8_t, 3>{7, 8, 9}));
 }
 
-TEST_F(Ply, KeepsWhatItWrites) {
+TEST_F(Ply, IsReadBackUnchanged) {
   TriangleMesh mesh = makeSphere(0.3f, 10);
   mesh.colours.assign(mesh.vertices.size(), {1, 2, 3});
   const std::string path = folder_ / "sphere.ply";
@@ -52,7 +52,7 @@ TEST_F(Ply, KeepsWhatItWrites) {
   EXPECT_EQ(again.colours, mesh.colours);
 }
 
-TEST_F(Ply, RefusesWhatIsNotAMesh) {
+TEST_F(Ply, RefusesInvalidMeshes) {
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
   const std::string vertex = "ply\nformat ascii 1.0\nelement vertex 1\n";
   const std::string mesh = vertex + xyz +

@@ -65,7 +65,7 @@ TEST(RenderView, MatchesTheAnalyticScene) {
   }
 }
 
-TEST(RenderView, ToldTheAngleOfIncidence) {
+TEST(RenderView, GivesTheAngleOfIncidence) {
   const DepthView view = frontalView();
   const size_t centre = 240 * 640 + 320;
   EXPECT_NEAR(view.depth_m[centre], 2.0f, 1e-6f);
@@ -73,7 +73,7 @@ TEST(RenderView, ToldTheAngleOfIncidence) {
   EXPECT_NEAR(view.incidence_cosine[240 * 640], std::cos(std::atan(319.5f / 525.0f)), 1e-4f);
 }
 
-TEST(ReadViews, FoldersOfTheBenchmarkHaveItsUsualCamera) {
+TEST(ReadViews, BenchmarkFoldersDefaultToItsCamera) {
   const TemporaryFolder folder;
   const TumWriter writer(folder / "freiburg1", centredCamera(640, 480, 300.0),
                          orbitPoses(OrbitShape::kHelix, 3, 1.5));
@@ -85,7 +85,7 @@ TEST(ReadViews, FoldersOfTheBenchmarkHaveItsUsualCamera) {
   EXPECT_THROW(readViews(folder / "own"), std::runtime_error);
 }
 
-TEST(TumWriter, TheReaderFindsWhatWasWritten) {
+TEST(TumWriter, RecordingsAreReadBackUnchanged) {
   const TemporaryFolder folder;
   const auto poses = orbitPoses(OrbitShape::kHelix, 3, 1.5);
   const ViewCamera camera;
@@ -122,7 +122,7 @@ TEST(TumWriter, TheReaderFindsWhatWasWritten) {
   }
 }
 
-TEST(TumDepth, RoundsAndRefusesWhatDoesNotFit) {
+TEST(TumDepth, RoundsAndDropsValuesOutOfRange) {
   EXPECT_EQ(toTumDepth({0.0f, 1.0f, 1.00011f, 13.2f, -1.0f}),
             (std::vector<uint16_t>{0, 5000, 5001, 0, 0}));
 }
@@ -154,7 +154,7 @@ TEST(DepthNoise, QuantisesTheDisparity) {
   }
 }
 
-TEST(DepthNoise, LosesFlatAnglesAndEdges) {
+TEST(DepthNoise, LosesGrazingAnglesAndEdges) {
   DepthView flat = frontalView();
   std::fill(flat.incidence_cosine.begin(), flat.incidence_cosine.end(), 0.1f);  // 84 degrees
   for (const float z_m : addNoise(flat, {}, DepthNoise::kKinect, 1)) ASSERT_EQ(z_m, 0.0f);

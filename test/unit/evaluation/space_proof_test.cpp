@@ -36,7 +36,7 @@ ViewedScene thinned(ViewedScene viewed, size_t step) {
   return viewed;
 }
 
-TEST(SpaceTruth, KnowsWhatIsSolidAndWhatIsSeenThrough) {
+TEST(SpaceTruth, KnowsSolidAndSeenThroughSpace) {
   Scene scene;
   scene.add(makeBox({0, 0, 0}, {2, 0.002, 2}));
   const Views views{{}, {lookAt({0, -2, 0}, {0, 0, 0}, Vector3d::UnitZ())}, {}};
@@ -55,7 +55,7 @@ TEST(SpaceTruth, KnowsWhatIsSolidAndWhatIsSeenThrough) {
   EXPECT_FALSE(truth.distanceFrom({0.1, 0.5, 0.1}));  // no view sees the back
 }
 
-TEST(SpaceFigures, HoldForShapesSeenFromAllRound) {
+TEST(SpaceFigures, DistinguishTheRightSceneFromAnother) {
   const ViewedScene viewed = thinned(viewedShapes(), 4);
   const MapperParams params = mapParams(0.05, 2, 1.0);
   const auto mapper = mapOf(viewed, params);

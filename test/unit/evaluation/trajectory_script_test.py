@@ -70,7 +70,7 @@ class EvaluateTrajectory(unittest.TestCase):
         self.assertAlmostEqual(float(figures["rpe_image_deg"]), 0.0, delta=1e-3)
         self.assertLess(float(figures["rpe_second_m"]), 1e-5)  # 30 images apart: the same offset
 
-    def test_wrong_files_are_named(self):
+    def test_invalid_files_are_reported(self):
         write(self.truth, (true for true, _ in helix()))
         self.estimate.write_text("10 1 2 3\n")
         self.assertIn("estimate.txt: expected", evaluate(self.truth, self.estimate).stderr)
@@ -137,7 +137,7 @@ class Recordings(unittest.TestCase):
             self.assertLess(float(refine[3]), most_cm)
             self.assertEqual(lost, [])
 
-    def test_a_camera_that_jumps_is_lost(self):
+    def test_tracking_is_lost_after_a_jump(self):
         poses = [pose_of(i) for i in range(6)]
         poses += [pose_of(i + 80) for i in range(3)]
         (track, _), lost = self.rows(poses)

@@ -72,7 +72,7 @@ class Tracking {
   size_t fused_ = 0;
 };
 
-/// Tracks the hand for some frames; the first has a given pose.
+/// Tracks the hand-held camera for some frames; the first has a given pose.
 void follow(Tracking& tracking, const Scene& scene, int frames) {
   for (int i = 0; i < frames; ++i) {
     const double time_s = kPeriod_s * i;
@@ -121,12 +121,12 @@ TEST(PoseTracker, ExtrapolatesAcrossOneMissingImage) {
 }
 
 /// How far the camera moves during two seconds in the dark.
-struct Away {
+struct Movement {
   Vector3d shift_m;
   double turn_rad;
 };
 
-class AfterTheDark : public testing::TestWithParam<Away> {};
+class AfterTheDark : public testing::TestWithParam<Movement> {};
 
 TEST_P(AfterTheDark, TheCameraIsFoundAgainNearby) {
   const Scene scene = furnishedRoom();
@@ -163,9 +163,9 @@ TEST_P(AfterTheDark, TheCameraIsFoundAgainNearby) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Away, AfterTheDark,
-                         testing::Values(Away{{0.06, -0.04, 0.03}, 0.08},
-                                         Away{{0.02, 0.0, 0.0}, 0.25},
-                                         Away{{-0.2, 0.0, 0.0}, 0.0}));
+                         testing::Values(Movement{{0.06, -0.04, 0.03}, 0.08},
+                                         Movement{{0.02, 0.0, 0.0}, 0.25},
+                                         Movement{{-0.2, 0.0, 0.0}, 0.0}));
 
 /// After the dark the camera sees another room, which must not reach the map.
 TEST(PoseTracker, NeverFusesImagesOfAnotherPlace) {

@@ -61,24 +61,24 @@ namespace dtsdf {
 namespace {
 
 constexpr float kVoxel_m = 0.03f;
-constexpr int kWayOut = 18, kFlightFrames = 36;
+constexpr int kFramesOut = 18, kTourFrames = 36;
 
 /// Pose i of a camera that moves along a corridor and back.
 Eigen::Isometry3d poseAt(int i) {
-  const int step = i < kWayOut ? i : 2 * kWayOut - i;
+  const int step = i < kFramesOut ? i : 2 * kFramesOut - i;
   const Eigen::Vector3d eye(0.7 * step, 0.2 * (i % 3) - 0.2, 0.1 * (i % 2));
-  const double aside = i % 2 == 0 ? 1.2 : -1.2, ahead = i < kWayOut ? 0.8 : -0.8;
+  const double aside = i % 2 == 0 ? 1.2 : -1.2, ahead = i < kFramesOut ? 0.8 : -0.8;
   return lookAt(eye, eye + Eigen::Vector3d(ahead, aside, -0.1), Eigen::Vector3d::UnitZ());
 }
 
 const RoomRecording& tour() {
   static const RoomRecording recording = [] {
     RoomRecording made;
-    for (int i = 0; i < kFlightFrames; ++i) {
+    for (int i = 0; i < kTourFrames; ++i) {
       Scene scene;
       scene.add(Room{Eigen::Vector3d(-1.5, -1.2, -0.9), Eigen::Vector3d(15.0, 1.2, 0.9)});
       for (int k = 0; k < 5; ++k) scene.add(makeBox({2.7 * k, 0.9, -0.4}, {0.4, 0.3, 0.9}, 0.4));
-      if (i < kWayOut) scene.add(makeBox({4.0, -0.9, 0.0}, {0.4, 0.4, 1.0}, 0.3));
+      if (i < kFramesOut) scene.add(makeBox({4.0, -0.9, 0.0}, {0.4, 0.4, 1.0}, 0.3));
       made.depth.push_back(renderFrame(scene, poseAt(i), 96, 72));
       made.colour.push_back(renderColour(scene, stripes, besideCamera(poseAt(i), 0.03), 96, 72));
     }
@@ -88,19 +88,19 @@ const RoomRecording& tour() {
 }
 
 /// What happens on the tour besides fusing.
-struct Way {
+struct TourOptions {
   int mesh_every = 3;  ///< In frames; 0: once, at the end.
   bool painted = false;
   bool space = false;
   float keep_radius_m = 0.0f;
 };
 
-MapperParams paramsOf(const Way& way) {
+MapperParams paramsOf(const TourOptions& options) {
   MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
   params.fusion.max_depth_m = 2.0f;
   params.max_paint_depth_m = 2.0f;
-  params.map.keep_radius_m = way.keep_radius_m;
-  params.space.enabled = way.space;
+  params.map.keep_radius_m = options.keep_radius_m;
+  params.space.enabled = options.space;
   return params;
 }
 
@@ -123,16 +123,16 @@ size_t bytesOfMeshes(const MeshUpdate& update) {
 /// A mapper on its tour, and the mesh assembled from its updates.
 class Tour {
  public:
-  Tour(const Way& way, const MapperParams& params)
-      : way_(way), mapper_(makeProbedMapper(params)), store_(kVoxel_m) {}
+  Tour(const TourOptions& options, const MapperParams& params)
+      : options_(options), mapper_(makeProbedMapper(params)), store_(kVoxel_m) {}
 
-  void go(int first = 0, int last = kFlightFrames) {
+  void go(int first = 0, int last = kTourFrames) {
     for (int i = first; i < last; ++i) {
       const size_t n = static_cast<size_t>(i);
       const DepthFrame frame = tour().depth[n].view();
       ASSERT_EQ(mapper_->integrate(frame).status, FrameStatus::kFused);
-      if (way_.painted) mapper_->paint(tour().colour[n].view());
-      if (way_.mesh_every > 0 && i % way_.mesh_every == 0) updateMesh();
+      if (options_.painted) mapper_->paint(tour().colour[n].view());
+      if (options_.mesh_every > 0 && i % options_.mesh_every == 0) updateMesh();
       max_ = std::max(max_, mapper_->stats().map_bytes);
     }
   }
@@ -161,7 +161,7 @@ class Tour {
   size_t most() const { return max_; }
 
  private:
-  const Way way_;
+  const TourOptions options_;
   std::unique_ptr<ProbedMapper> mapper_;
   MeshStore store_;
   size_t max_ = 0, max_made_ = 0;
@@ -174,9 +174,10 @@ class Paging : public testing::Test {
 
 /// The first mesh of a large map comes in parts, so only a part of it is in memory at once.
 TEST_F(Paging, MeshesALargeMapInParts) {
-  Way way;
-  way.mesh_every = 0;
-  Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 2, folder_.path()));
+  TourOptions options;
+  options.mesh_every = 0;
+  Tour whole(options, paramsOf(options)),
+      near(options, pagedParams(paramsOf(options), 2, folder_.path()));
   ASSERT_NO_FATAL_FAILURE(whole.go());
   ASSERT_NO_FATAL_FAILURE(near.go());
   EXPECT_EQ(whole.updateMeshInParts(), 1) << "the map is in memory";
@@ -190,9 +191,10 @@ TEST_F(Paging, MeshesALargeMapInParts) {
 
 /// The last blocks in order are meshed, too, even if a camera keeps changing the first ones.
 TEST_F(Paging, MeshesAllPartsWhileACameraMaps) {
-  Way way;
-  way.mesh_every = 0;
-  Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 2, folder_.path()));
+  TourOptions options;
+  options.mesh_every = 0;
+  Tour whole(options, paramsOf(options)),
+      near(options, pagedParams(paramsOf(options), 2, folder_.path()));
   for (Tour* const map : {&whole, &near}) ASSERT_NO_FATAL_FAILURE(map->go());
   for (int part = 0; part < 30; ++part) {
     for (Tour* const map : {&whole, &near}) {
@@ -206,14 +208,14 @@ TEST_F(Paging, MeshesAllPartsWhileACameraMaps) {
 
 /// Blocks are removed before the whole mesh is made again, part by part.
 TEST_F(Paging, RemovesBlocksFromAMeshInParts) {
-  Way way;
-  way.mesh_every = 0;
-  Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 2, folder_.path()));
+  TourOptions options;
+  options.mesh_every = 0;
+  Tour whole(options, paramsOf(options)),
+      near(options, pagedParams(paramsOf(options), 2, folder_.path()));
   for (Tour* const map : {&whole, &near}) {
     ASSERT_NO_FATAL_FAILURE(map->go());
     map->updateMeshInParts();
-    map->mapper().paint(
-        tour().colour[kFlightFrames - 1].view());  // from now on, meshes have colours
+    map->mapper().paint(tour().colour[kTourFrames - 1].view());  // from now on, meshes have colours
     EXPECT_GT(map->mapper().clearRegion(boxInTheRoom()).blocks, 0u);
     EXPECT_TRUE(map->updateMeshInParts() > 3 || map == &whole);
   }
@@ -221,12 +223,13 @@ TEST_F(Paging, RemovesBlocksFromAMeshInParts) {
 }
 
 TEST_F(Paging, RendersBlocksOnDisk) {
-  const Way way;
-  Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 5, folder_.path()));
+  const TourOptions options;
+  Tour whole(options, paramsOf(options)),
+      near(options, pagedParams(paramsOf(options), 5, folder_.path()));
   whole.go();
   near.go();
   const RenderCamera camera{80, 60, {63.0f, 63.0f, 39.5f, 29.5f}};
-  for (int i = 0; i < kFlightFrames; i += 5) {
+  for (int i = 0; i < kTourFrames; i += 5) {
     const RenderedView a = whole.mapper().render(camera, poseAt(i));
     const RenderedView b = near.mapper().render(camera, poseAt(i));
     EXPECT_EQ(a.depth_m, b.depth_m);
@@ -235,11 +238,12 @@ TEST_F(Paging, RendersBlocksOnDisk) {
 }
 
 TEST_F(Paging, AlignsToBlocksOnDisk) {
-  const Way way;
-  Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 5, folder_.path()));
+  const TourOptions options;
+  Tour whole(options, paramsOf(options)),
+      near(options, pagedParams(paramsOf(options), 5, folder_.path()));
   whole.go();
   near.go();
-  for (size_t i = 0; i < kFlightFrames; i += 5) {
+  for (size_t i = 0; i < kTourFrames; i += 5) {
     const DepthFrame frame = tour().depth[i].view();
     const Alignment a = whole.mapper().align(frame, {0.05, 0.02});
     const Alignment b = near.mapper().align(frame, {0.05, 0.02});
@@ -251,16 +255,16 @@ TEST_F(Paging, AlignsToBlocksOnDisk) {
 
 /// A map larger than the budget is loaded and continued.
 TEST_F(Paging, LoadsMapsLargerThanTheBudget) {
-  Way way;
-  way.painted = true;
-  Tour whole(way, paramsOf(way)), begun(way, paramsOf(way));
+  TourOptions options;
+  options.painted = true;
+  Tour whole(options, paramsOf(options)), begun(options, paramsOf(options));
   whole.go();
-  begun.go(0, kFlightFrames / 2);
-  const MapperParams params = pagedParams(paramsOf(way), 5, folder_.path());
+  begun.go(0, kTourFrames / 2);
+  const MapperParams params = pagedParams(paramsOf(options), 5, folder_.path());
   const auto resumed = makeProbedMapper(params, Rules(), begun.mapper().contents());
   EXPECT_LE(resumed->stats().map_bytes, resumed->stats().max_map_bytes);
   EXPECT_GT(resumed->stats().pages.blocks, 100u);
-  for (int i = kFlightFrames / 2; i < kFlightFrames; ++i) {
+  for (int i = kTourFrames / 2; i < kTourFrames; ++i) {
     resumed->integrate(tour().depth[static_cast<size_t>(i)].view());
     resumed->paint(tour().colour[static_cast<size_t>(i)].view());
   }
@@ -283,40 +287,41 @@ TEST_F(Paging, WritesTheOldestBlocksFirst) {
     const SceneFrame image = renderFrame(scene, pose, 96, 72);
     ASSERT_EQ(mapper.integrate(image.view()).status, FrameStatus::kFused);
   };
-  for (const double way : {1.0, -1.0}) {  // the second place has greater or smaller keys
-    const auto mapper = makeProbedMapper(pagedParams(paramsOf(Way()), 2, folder_.path()));
-    for (const double x_m : {6.0 - 4.0 * way, 6.0 + 4.0 * way}) {
+  for (const double sign : {1.0, -1.0}) {  // the second place has greater or smaller keys
+    const auto mapper = makeProbedMapper(pagedParams(paramsOf(TourOptions()), 2, folder_.path()));
+    for (const double x_m : {6.0 - 4.0 * sign, 6.0 + 4.0 * sign}) {
       for (const double aside : {1.0, -1.0}) ASSERT_NO_FATAL_FAILURE(see(*mapper, x_m, aside));
     }
     ASSERT_EQ(mapper->stats().pages.written, 0u);
     ASSERT_NO_FATAL_FAILURE(see(*mapper, 6.0, 1.0));
     ASSERT_GT(mapper->stats().pages.written, 0u) << "otherwise nothing is tested";
     for (const double aside : {1.0, -1.0}) {
-      ASSERT_NO_FATAL_FAILURE(see(*mapper, 6.0 + 4.0 * way, aside));
+      ASSERT_NO_FATAL_FAILURE(see(*mapper, 6.0 + 4.0 * sign, aside));
     }
     EXPECT_EQ(mapper->stats().pages.read, 0u) << "the newer blocks were written";
   }
 }
 
 TEST_F(Paging, IsResetByClearing) {
-  Tour near(Way(), pagedParams(paramsOf(Way()), 5, folder_.path()));
+  Tour near(TourOptions(), pagedParams(paramsOf(TourOptions()), 5, folder_.path()));
   near.go();
   near.mapper().clear();
   const MapStats stats = near.mapper().stats();
   EXPECT_EQ(stats.pages.blocks + stats.pages.bytes + stats.pages.written, 0u);
   EXPECT_EQ(stats.map_bytes_peak, 0u);
   near.go();
-  Tour whole(Way(), paramsOf(Way()));
+  Tour whole(TourOptions(), paramsOf(TourOptions()));
   whole.go();
   EXPECT_TRUE(sameMaps(near.mapper(), whole.mapper()));
 }
 
 /// Each map has its own file.
 TEST_F(Paging, MapsCanShareAFolder) {
-  const MapperParams params = pagedParams(paramsOf(Way()), 5, folder_.path());
-  Tour whole(Way(), paramsOf(Way())), first(Way(), params), second(Way(), params);
+  const MapperParams params = pagedParams(paramsOf(TourOptions()), 5, folder_.path());
+  Tour whole(TourOptions(), paramsOf(TourOptions())), first(TourOptions(), params),
+      second(TourOptions(), params);
   whole.go();
-  for (int i = 0; i < kFlightFrames; ++i) {
+  for (int i = 0; i < kTourFrames; ++i) {
     first.go(i, i + 1);
     second.go(i, i + 1);
   }
@@ -329,11 +334,11 @@ TEST_F(Paging, MapsCanShareAFolder) {
 TEST_F(Paging, ExceedsABudgetThatIsTooSmallForAnImage) {
   for (const bool painted : {false, true}) {
     SCOPED_TRACE(painted);
-    Way way;
-    way.painted = painted;
-    MapperParams params = paramsOf(way);
+    TourOptions options;
+    options.painted = painted;
+    MapperParams params = paramsOf(options);
     params.max_paint_depth_m = 0.0f;
-    Tour whole(way, params), near(way, pagedParams(params, 1, folder_.path()));
+    Tour whole(options, params), near(options, pagedParams(params, 1, folder_.path()));
     for (Tour* map : {&whole, &near}) map->go();
     const MapStats stats = near.mapper().stats();
     EXPECT_EQ(stats.refused_blocks > 0, painted);
@@ -345,10 +350,10 @@ TEST_F(Paging, ExceedsABudgetThatIsTooSmallForAnImage) {
 
 /// When the disk is full, new blocks are refused and counted; fused blocks stay.
 TEST_F(Paging, RefusesNewBlocksWhenTheDiskIsFull) {
-  const Way way;
-  MapperParams params = pagedParams(paramsOf(way), 4, folder_.path());
+  const TourOptions options;
+  MapperParams params = pagedParams(paramsOf(options), 4, folder_.path());
   params.map.page_max_gb = 0.003f;
-  Tour near(way, params);
+  Tour near(options, params);
   near.go();
   near.updateMesh();
   const MapStats stats = near.mapper().stats();
@@ -366,9 +371,9 @@ TEST_F(Paging, RefusesNewBlocksWhenTheDiskIsFull) {
 TEST_F(Paging, DropsFarBlocksFromAFullDisk) {
   for (const bool meshed : {false, true}) {
     SCOPED_TRACE(meshed);
-    Way way;
-    way.keep_radius_m = 9.0f;
-    MapperParams params = pagedParams(paramsOf(way), 4, folder_.path());
+    TourOptions options;
+    options.keep_radius_m = 9.0f;
+    MapperParams params = pagedParams(paramsOf(options), 4, folder_.path());
     params.map.page_max_gb = 0.003f;
     const auto mapper = makeProbedMapper(params);
     const auto see = [&](int i, const Eigen::Vector3d& keep_center_W) {
@@ -376,11 +381,11 @@ TEST_F(Paging, DropsFarBlocksFromAFullDisk) {
       frame.keep_center_W = keep_center_W;
       ASSERT_EQ(mapper->integrate(frame).status, FrameStatus::kFused);
     };
-    for (int i = 0; i < kWayOut; ++i) see(i, {6.0, 0.0, 0.0});
+    for (int i = 0; i < kFramesOut; ++i) see(i, {6.0, 0.0, 0.0});
     if (meshed) mapper->updateMesh();
     ASSERT_GT(mapper->stats().pages.failures, 0u) << "the disk is not full";
     const size_t on_disk = mapper->stats().pages.blocks;
-    for (int i = 0; i < (meshed ? 2 : 1); ++i) see(kWayOut - 1, {11.0, 0.0, 0.0});
+    for (int i = 0; i < (meshed ? 2 : 1); ++i) see(kFramesOut - 1, {11.0, 0.0, 0.0});
     EXPECT_GT(mapper->stats().dropped_blocks, on_disk / 4);
     for (const MapBlock& block : mapper->outline().blocks) {
       ASSERT_GT(static_cast<float>(block.key.x + 1) * 8.0f * kVoxel_m, 2.0f);
@@ -390,9 +395,10 @@ TEST_F(Paging, DropsFarBlocksFromAFullDisk) {
 
 /// With a disk of 20 MB/s, frames wait, and the waits are counted. The map stays the same.
 TEST_F(Paging, WaitsForASlowDisk) {
-  Way way;
-  way.space = true;
-  Tour whole(way, paramsOf(way)), near(way, pagedParams(paramsOf(way), 3, folder_.path()));
+  TourOptions options;
+  options.space = true;
+  Tour whole(options, paramsOf(options)),
+      near(options, pagedParams(paramsOf(options), 3, folder_.path()));
   whole.go();
   disk_bytes_per_s = 20e6;
   near.go();
@@ -411,9 +417,9 @@ TEST_F(Paging, WaitsForASlowDisk) {
 /// Blocks that can be read are cleared, and so is all space inside. The exception says that other
 /// blocks remain.
 TEST_F(Paging, ClearsPartlyIfTheDiskFails) {
-  Way way;
-  way.space = true;
-  Tour near(way, pagedParams(paramsOf(way), 4, folder_.path()));
+  TourOptions options;
+  options.space = true;
+  Tour near(options, pagedParams(paramsOf(options), 4, folder_.path()));
   int seen = 13;
   near.go(0, seen);
   BoxRegion region;
@@ -430,24 +436,24 @@ TEST_F(Paging, ClearsPartlyIfTheDiskFails) {
   {
     const FileSizeLimit disk(0);
     for (; near.mapper().stats().refused_blocks == 0; ++seen) {  // until memory is full
-      ASSERT_LT(seen, kFlightFrames);
+      ASSERT_LT(seen, kTourFrames);
       near.go(seen, seen + 1);
     }
     ASSERT_GT(near.mapper().stats().pages.failures, 0u);
     EXPECT_THROW(near.mapper().clearRegion(region), PartlyCleared);
   }
   EXPECT_EQ(free_cells(), 0u);
-  near.go(seen, kFlightFrames);
+  near.go(seen, kTourFrames);
   EXPECT_GT(near.mapper().clearRegion(region).voxels, 0u) << "the rest is cleared next time";
   const MapContents contents = near.mapper().contents();
   EXPECT_EQ(near.mapper().clearRegion(region).voxels, 0u);
-  const auto anew = makeProbedMapper(paramsOf(way), Rules(), contents);
+  const auto anew = makeProbedMapper(paramsOf(options), Rules(), contents);
   EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m)));
 }
 
 /// While the disk fails, blocks that do not fit are refused, and mapped blocks stay.
 TEST_F(Paging, SurvivesTemporaryWriteFailures) {
-  Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
+  Tour near(TourOptions(), pagedParams(paramsOf(TourOptions()), 4, folder_.path()));
   near.go(0, 8);
   near.updateMesh();
   const size_t blocks = near.mapper().contents().blocks.size();
@@ -467,23 +473,23 @@ TEST_F(Paging, SurvivesTemporaryWriteFailures) {
   EXPECT_EQ(stats.pages.lost, 0u);
   EXPECT_GE(near.mapper().contents().blocks.size(), blocks) << "blocks are lost";
   for (int i = 0; i < 32; ++i) near.updateMesh();  // until the disk is tried again
-  const auto anew = makeProbedMapper(paramsOf(Way()), Rules(), near.mapper().contents());
+  const auto anew = makeProbedMapper(paramsOf(TourOptions()), Rules(), near.mapper().contents());
   const uint64_t counted = near.mapper().stats().refused_blocks;
   EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m)))
       << "including meshes made meanwhile";
   EXPECT_EQ(near.mapper().stats().refused_blocks, counted) << "some blocks cannot be read";
-  near.go(14, kFlightFrames);
-  near.go(kWayOut, kFlightFrames);
+  near.go(14, kTourFrames);
+  near.go(kFramesOut, kTourFrames);
   const uint64_t refused = near.mapper().stats().refused_blocks;
-  near.go(0, kFlightFrames);
+  near.go(0, kTourFrames);
   stats = near.mapper().stats();
   EXPECT_EQ(stats.refused_blocks, refused) << "the disk is not used again";
 }
 
 /// Blocks that cannot be read for a while are not lost.
 TEST_F(Paging, SurvivesATemporaryDiskOutage) {
-  Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
-  near.go(0, kWayOut);
+  Tour near(TourOptions(), pagedParams(paramsOf(TourOptions()), 4, folder_.path()));
+  near.go(0, kFramesOut);
   near.updateMesh();
   const size_t blocks = near.mapper().contents().blocks.size();
   {
@@ -499,8 +505,8 @@ TEST_F(Paging, SurvivesATemporaryDiskOutage) {
 /// If a few sectors cannot be read, their blocks are lost and the rest of the map is saved. If none
 /// can be read, saving fails and nothing is lost.
 TEST_F(Paging, SavesMapsDespiteAFewBadSectors) {
-  Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
-  near.go(0, kWayOut);
+  Tour near(TourOptions(), pagedParams(paramsOf(TourOptions()), 4, folder_.path()));
+  near.go(0, kFramesOut);
   near.updateMesh();
   const size_t before = near.mapper().contents().blocks.size();
   bad_sectors = 1;
@@ -518,8 +524,8 @@ TEST_F(Paging, SavesMapsDespiteAFewBadSectors) {
 /// Damaged blocks are lost and counted. Their meshes are removed, and later frames map their places
 /// again.
 TEST_F(Paging, SurvivesDamage) {
-  Tour near(Way(), pagedParams(paramsOf(Way()), 4, folder_.path()));
-  near.go(0, kWayOut);
+  Tour near(TourOptions(), pagedParams(paramsOf(TourOptions()), 4, folder_.path()));
+  near.go(0, kFramesOut);
   near.updateMesh();
   const size_t before = near.mapper().contents().blocks.size();
   damagePages(folder_.path(), 20, 100000);
@@ -529,23 +535,23 @@ TEST_F(Paging, SurvivesDamage) {
   EXPECT_LE(stats.pages.lost, 20u);
   EXPECT_EQ(copy.blocks.size(), before - stats.pages.lost);
   EXPECT_TRUE(sameContents(near.mapper().contents(), copy));
-  near.go(kWayOut, kFlightFrames);
+  near.go(kFramesOut, kTourFrames);
   stats = near.mapper().stats();
   EXPECT_LE(stats.pages.lost, 20u);
   EXPECT_NE(stats.pages.problem.find("damaged"), std::string::npos) << stats.pages.problem;
   Mesh mesh = near.mesh();
-  const auto anew = makeProbedMapper(paramsOf(Way()), Rules(), near.mapper().contents());
+  const auto anew = makeProbedMapper(paramsOf(TourOptions()), Rules(), near.mapper().contents());
   EXPECT_TRUE(sameMeshes(mesh, meshOf(*anew, kVoxel_m))) << "not the mesh of the remaining blocks";
 }
 
 /// Copying a part again, after damage was found in it, gives the same intact blocks.
 TEST_F(Paging, RepeatedCopiesOmitDamagedBlocks) {
-  Way way;
-  way.painted = true;
-  Tour near(way, pagedParams(paramsOf(way), 5, folder_.path()));
-  near.go(0, kWayOut);
+  TourOptions options;
+  options.painted = true;
+  Tour near(options, pagedParams(paramsOf(options), 5, folder_.path()));
+  near.go(0, kFramesOut);
   near.updateMesh();
-  near.go(kWayOut, kWayOut + 1);  // updates the mesh once more
+  near.go(kFramesOut, kFramesOut + 1);  // updates the mesh once more
   damagePages(folder_.path(), 20, 100000);
   const std::vector<MapBlock> blocks = near.mapper().outline().blocks;
   const MapContents first = near.mapper().part(blocks);
@@ -558,7 +564,7 @@ TEST_F(Paging, RepeatedCopiesOmitDamagedBlocks) {
 
 TEST_F(Paging, ReportsAnUnusableFolder) {
   writeBytes(folder_ / "file", "");
-  MapperParams params = pagedParams(paramsOf(Way()), 5, folder_ / "file");
+  MapperParams params = pagedParams(paramsOf(TourOptions()), 5, folder_ / "file");
   const std::string error = errorOf([&] { makeMapper(params); });
   EXPECT_NE(error.find("map/page_folder"), std::string::npos) << error;
   params.map.page_folder = folder_ / "made/for/it";
@@ -566,8 +572,8 @@ TEST_F(Paging, ReportsAnUnusableFolder) {
 }
 
 TEST_F(Paging, DoesNotChangeTheMapSettings) {
-  const auto whole = makeMapper(paramsOf(Way()));
-  const auto near = makeMapper(pagedParams(paramsOf(Way()), 5, folder_.path()));
+  const auto whole = makeMapper(paramsOf(TourOptions()));
+  const auto near = makeMapper(pagedParams(paramsOf(TourOptions()), 5, folder_.path()));
   EXPECT_EQ(near->contents().settings, whole->contents().settings);
 }
 

@@ -55,12 +55,12 @@ class Deb(unittest.TestCase):
             raise AssertionError(f"{command} failed:\n{done.stdout}")
         return done.stdout
 
-    def test_the_package_says_what_it_is_and_needs(self):
+    def test_the_package_states_its_name_and_dependencies(self):
         fields = self.run_quietly(["dpkg-deb", "-f", self.deb])
         self.assertRegex(fields, r"Package: ros-.*dtsdf-mapping")
         self.assertRegex(fields, r"Depends: .*\w")
 
-    def test_nothing_of_a_workspace_is_in_the_prefix(self):
+    def test_no_workspace_files_are_installed(self):
         self.assertEqual(self.of_a_workspace, [])
 
     def test_reconstruct_runs(self):
@@ -72,7 +72,7 @@ class Deb(unittest.TestCase):
                           "--mesh", mesh], env=self.environment)
         self.assertGreater(os.path.getsize(mesh), 1000)
 
-    def test_python_has_the_mapper_beside_the_messages(self):
+    def test_python_has_the_mapper_and_the_messages(self):
         if not glob.glob(BUILD + "/devel/lib/python3*/*-packages/dtsdf_mapping/_core.*.so"):
             self.skipTest("built without the Python module")
         printed = self.run_quietly(

@@ -33,7 +33,7 @@ class WrongArguments(unittest.TestCase):
         self.refuses(ValueError, "stamp_s", wall(), K, T_W_C, numpy.nan)
         self.refuses(TypeError, "filled", numpy.ma.masked_equal(wall(), 2.0), K, T_W_C)
 
-    def test_rows_may_lie_apart(self):
+    def test_rows_may_have_a_stride(self):
         self.assertTrue(self.mapper.integrate(wall()[:, :100], K, T_W_C))
 
     def test_camera_and_pose(self):
@@ -76,7 +76,7 @@ class WrongArguments(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "missing.yaml"):
             dtsdf_mapping.Mapper("cpu", "/missing.yaml")
 
-    def test_settings_of_odd_kinds(self):
+    def test_settings_of_unusual_types(self):
         endless = {}
         endless["map"] = endless
         with self.assertRaisesRegex(ValueError, "[Cc]ircular"):

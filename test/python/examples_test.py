@@ -70,7 +70,7 @@ class Examples(unittest.TestCase):
         self.assertRegex(printed, "through the ball: not free")
         self.assertRegex(printed, "around it: free, 100% known")
 
-    def test_mesh_blocks_to_ply_knows_what_is_not_a_mesh(self):
+    def test_mesh_blocks_to_ply_detects_invalid_messages(self):
         """A rostest covers the conversion of valid messages."""
         loader = importlib.machinery.SourceFileLoader("reader", EXAMPLES + "/mesh_blocks_to_ply")
         reader = importlib.util.module_from_spec(importlib.util.spec_from_loader("reader", loader))
@@ -89,7 +89,7 @@ class Examples(unittest.TestCase):
             vars(bad.blocks[0]).update(changed)
             self.assertIsNotNone(reader.problem_of_message(bad), (step_m, changed))
 
-    def test_every_script_is_run_here(self):
+    def test_every_script_is_tested(self):
         scripts = {os.path.basename(path) for path in glob.glob(self.script("*.py"))}
         self.assertEqual(scripts, {"01_mesh_of_recording.py", "02_live.py", "03_distances.py",
                                    "04_found_again.py", "read_map.py", "simulated_room.py"})

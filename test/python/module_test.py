@@ -22,7 +22,7 @@ def resident_bytes():
 
 
 class Meshes(unittest.TestCase):
-    def test_a_wall_is_where_it_is(self):
+    def test_a_wall_is_meshed_in_place(self):
         mesh = map_of_wall(dtsdf_mapping).mesh()
         self.assertGreater(len(mesh.triangles), 1000)
         numpy.testing.assert_allclose(mesh.vertices[:, 2], 2.0, atol=0.002)
@@ -39,7 +39,7 @@ class Meshes(unittest.TestCase):
         expected = map_of_wall(dtsdf_mapping).mesh()
         numpy.testing.assert_allclose(mapper.mesh().vertices, expected.vertices, atol=1e-5)
 
-    def test_arrays_are_views_that_outlive_everything(self):
+    def test_arrays_are_views_that_outlive_the_mesh(self):
         mesh = map_of_wall(dtsdf_mapping).mesh()
         vertices = mesh.vertices
         self.assertEqual(vertices.ctypes.data, mesh.vertices.ctypes.data)
@@ -229,7 +229,7 @@ class Processes(unittest.TestCase):
         thread.join()
         self.assertGreater(steps, 100)  # with the GIL held, only a few
 
-    def test_one_mapper_for_eight_threads(self):
+    def test_eight_threads_share_a_mapper(self):
         mapper = dtsdf_mapping.Mapper("cpu", **{"map/voxel_size_m": 0.04, "threads": 1})
 
         def work():
@@ -256,7 +256,7 @@ class Memory(unittest.TestCase):
         # A single leaked mapper is more than 1 MB; a thousand would be gigabytes.
         self.assertLess(grown, 20e6, f"{grown / 1e6} MB more after 1000 calls")
 
-    def test_a_thousand_mappers(self):
+    def test_a_thousand_mappers_leak_nothing(self):
         self.assert_flat(lambda: map_of_wall(dtsdf_mapping, 1, **{"mesh/min_support": 1}).mesh())
 
 

@@ -45,7 +45,7 @@ class Package(unittest.TestCase):
             for member in public(vars(value)) if inspect.isclass(value) else ():
                 self.assertTrue(inspect.getdoc(getattr(value, member)), f"{name}.{member}")
 
-    def test_stubs_name_what_is_there(self):
+    def test_stubs_match_the_compiled_part(self):
         with open(os.path.join(FOLDER, "_core.pyi"), encoding="utf-8") as file:
             stubs = names_of(ast.parse(file.read()).body)
         self.assertEqual(public(stubs), public(vars(_core)))
@@ -56,7 +56,7 @@ class Package(unittest.TestCase):
             made = {"__init__"} if "__init__" not in members else set()
             self.assertEqual(public(members) | made, there | {"__init__"}, name)
 
-    def test_without_the_compiled_part_it_says_so(self):
+    def test_a_missing_compiled_part_is_reported(self):
         with tempfile.TemporaryDirectory() as folder:
             shutil.copytree(FOLDER, folder + "/dtsdf_mapping", ignore=shutil.ignore_patterns("_core.*.so"))
             run = subprocess.run([sys.executable, "-BS", "-c", "from dtsdf_mapping import *\n"
@@ -68,7 +68,7 @@ class Package(unittest.TestCase):
         self.assertIn("WITH_PYTHON=ON", run.stdout)
 
     @unittest.skipUnless(WITH_MESSAGES, "built without ROS")
-    def test_messages_of_the_same_name_are_beside_it(self):
+    def test_the_package_contains_the_messages(self):
         from dtsdf_mapping.msg import MapStatus
         from dtsdf_mapping.srv import SaveMesh
         self.assertEqual(MapStatus._type, "dtsdf_mapping/MapStatus")

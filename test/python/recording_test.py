@@ -86,7 +86,7 @@ class Recordings(unittest.TestCase):
         self.assertEqual(found["content_hash"], expected["content_hash"])
         return fused
 
-    def test_the_same_bytes_as_reconstruct(self):
+    def test_gives_the_same_bytes_as_reconstruct(self):
         recording = dtsdf_mapping.Recording(self.folder)
         self.assertEqual(len(recording), FRAMES)
         self.assertEqual(self.assert_same_as_reconstruct(recording, ()), FRAMES - 1)
@@ -127,7 +127,7 @@ class Recordings(unittest.TestCase):
         with self.assertRaises(KeyError):
             dtsdf_mapping.fuse(mapper, dtsdf_mapping.Recording(self.folder), progress=stop)
 
-    def test_what_is_malformed_is_named(self):
+    def test_errors_name_malformed_input(self):
         broken = self.scratch.name + "/broken"
         write_recording(broken)
         with open(broken + "/depth/1.png", "wb") as file:

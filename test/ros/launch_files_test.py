@@ -41,7 +41,7 @@ EXTRA = {"gazebo": ["world:=room.world"]}
 WATCH = """
 import rospy, sys, time
 from dtsdf_mapping.msg import MapStatus
-until, told, seconds = sys.argv[1:]
+until, shown, seconds = sys.argv[1:]
 rospy.init_node("watch", anonymous=True, disable_signals=True)
 end = time.monotonic() + float(seconds)
 status = None
@@ -51,13 +51,13 @@ def on_status(message):
 rospy.Subscriber("/mapping/status", MapStatus, on_status)
 while time.monotonic() < end and (status is None or not eval(until)):
     time.sleep(0.05)
-print("no status" if status is None else eval(told))
+print("no status" if status is None else eval(shown))
 """
 
 
-def watch(environment, until, told, seconds=30.0):
-    """Waits until `until` is true; returns `told` as printed. Both are Python expressions of `status`."""
-    output = subprocess.run([sys.executable, "-c", WATCH, until, told, str(seconds)], text=True,
+def watch(environment, until, shown, seconds=30.0):
+    """Waits until `until` is true; returns `shown` as printed. Both are Python expressions of `status`."""
+    output = subprocess.run([sys.executable, "-c", WATCH, until, shown, str(seconds)], text=True,
                             env=environment, stdout=subprocess.PIPE, check=False).stdout
     return output.splitlines()[-1] if output else ""
 
@@ -93,7 +93,7 @@ def launched(environment, *words, cwd=None):
         printed.append(launch.communicate(timeout=60)[0])
 
 
-def first_mesh_page():
+def cameras_page():
     with open(os.path.join(SOURCE, "docs", "cameras.md"), encoding="utf-8") as file:
         return file.read()
 
@@ -141,7 +141,7 @@ def nodes_of(config):
 
 
 class Loading(unittest.TestCase):
-    def test_each_camera_is_mapped_by_its_topics_and_manager(self):
+    def test_each_camera_has_its_topics_and_manager(self):
         for name, depth in CAMERAS.items():
             with self.subTest(name):
                 nodes = nodes_of(load(name, "rviz:=false", *EXTRA.get(name, [])))
@@ -154,7 +154,7 @@ class Loading(unittest.TestCase):
                 self.assertEqual(manager, MANAGERS.get(name, "mapping_manager"))
                 self.assertIn(manager if manager[0] == "/" else "/" + manager, nodes)
 
-    def test_no_manager_that_loads_the_mapping_spins_or_keeps_what_is_freed(self):
+    def test_mapping_processes_limit_malloc_arenas(self):
         for name in list(CAMERAS) + ["mapping", "demo"]:
             with self.subTest(name):
                 nodes = nodes_of(load(name, "rviz:=false", *EXTRA.get(name, [])))
@@ -178,7 +178,7 @@ class Loading(unittest.TestCase):
                 self.assertEqual(params["/mapping/map/voxel_size_m"].value, 0.05)
                 self.assertEqual(params["/mapping/fusion/max_depth_m"].value, 3.5)
 
-    def test_what_everybody_sets_is_an_argument_everywhere_and_in_the_table(self):
+    def test_common_arguments_exist_and_are_documented(self):
         with open(os.path.join(SOURCE, "docs", "ros.md"), encoding="utf-8") as file:
             page = file.read()
         for file in sorted(os.listdir(LAUNCH)):
@@ -192,7 +192,7 @@ class Loading(unittest.TestCase):
                 if file in ("mapping.launch", "bag.launch", "demo.launch"):
                     self.assertIn(f"`{name}`", page, f"{file}: {name} is not in docs/ros.md")
 
-    def test_poses(self):
+    def test_poses_argument(self):
         for name in CAMERAS:
             with self.subTest(name):
                 extra = EXTRA.get(name, [])
@@ -217,7 +217,7 @@ class Loading(unittest.TestCase):
                         Exception, "poses must be tf, refine, track, rtabmap or fixed, not 'guess'"):
                     load(name, "poses:=guess", *extra)
 
-    def test_tracking_needs_the_driver_alone(self):
+    def test_tracking_needs_only_the_driver(self):
         """Every node is found although no package that estimates poses is installed."""
         ours = {"dtsdf_mapping", "nodelet", "tf2_ros"}  # the stubs include tf2_ros
         for name in CAMERAS:
@@ -233,7 +233,7 @@ class Loading(unittest.TestCase):
                                 node, config.machines.get(""), env=dict(os.environ))
                     self.assertEqual(config.params["/mapping/poses/mode"].value, "track")
 
-    def test_poses_of_a_bag(self):
+    def test_poses_argument_of_a_bag(self):
         params = load("bag", "bag:=some.bag", "rviz:=false", "poses:=track",
                       "base_frame:=base").params
         self.assertEqual(params["/mapping/poses/mode"].value, "track")
@@ -243,7 +243,7 @@ class Loading(unittest.TestCase):
                 params = load(name, "bag:=some.bag", "rviz:=false", *given).params
                 self.assertEqual(params["/mapping/poses/mode"].value, mode)
 
-    def test_a_serial_number_stays_as_it_is(self):
+    def test_serial_numbers_stay_strings(self):
         # The driver compares serial numbers as strings, so 0123 must not become a number.
         load("realsense", "serial_no:=0123", "filters:=spatial,temporal")
         load("azure_kinect", "sensor_sn:=000123")
@@ -253,7 +253,7 @@ class Loading(unittest.TestCase):
         params = load("mapping", "rviz:=false", "cameras:=[front, rear]").params
         self.assertEqual(params["/mapping/cameras"].value, ["front", "rear"])
 
-    def test_every_argument_may_be_set(self):
+    def test_every_argument_is_documented_and_optional(self):
         for file in sorted(os.listdir(LAUNCH)):
             arguments = roslaunch.arg_dump.get_args([os.path.join(LAUNCH, file)])
             for name, (doc, default) in arguments.items():
@@ -262,8 +262,8 @@ class Loading(unittest.TestCase):
                 self.assertTrue(default or name == "bag", f"{file}: {name} looks required")
                 self.assertEqual(name == "bag", doc.startswith("Required"), f"{file}: {name}")
 
-    def test_docs_have_every_launch_file(self):
-        text = first_mesh_page()
+    def test_docs_mention_every_launch_file(self):
+        text = cameras_page()
         for name in list(CAMERAS) + ["tum_bag", "rtabmap"]:
             self.assertRegex(text, rf"`{name}.launch`")
 
@@ -276,12 +276,12 @@ class Running(unittest.TestCase):
         with tempfile.TemporaryDirectory() as home, free_master(os.getcwd()) as environment:
             with launched(environment, *of_mapping(
                     name, environment, f"output_directory:={home}", *arguments)) as printed:
-                told = watch(environment, "status.frames_fused >= 3",
-                             "status.frames_fused, status.header.frame_id, status.message")
+                answer = watch(environment, "status.frames_fused >= 3",
+                               "status.frames_fused, status.header.frame_id, status.message")
                 for command in then:
                     self.save(command, environment, home)
-        self.assertTrue(told.startswith("("), f"{name}: {told}\n{printed}")
-        count, frame, message = ast.literal_eval(told)
+        self.assertTrue(answer.startswith("("), f"{name}: {answer}\n{printed}")
+        count, frame, message = ast.literal_eval(answer)
         self.assertGreaterEqual(count, 3, f"{name}: {message}\n{printed}")
         return frame
 
@@ -292,10 +292,10 @@ class Running(unittest.TestCase):
                     f"journal_folder:={folder}/journals", "voxel_size_m:=0.05",
                     "registered_depth:=/camera/depth/image_rect_raw")) as printed:
                 with launched(environment, "--wait", "realsense2_camera", "rs_camera.launch"):
-                    told = watch(environment, "'fused again' in status.last_correction",
-                                 "status.last_correction")
+                    answer = watch(environment, "'fused again' in status.last_correction",
+                                   "status.last_correction")
             output = printed[0]
-            self.assertIn("fused again", told, output)
+            self.assertIn("fused again", answer, output)
             self.assertRegex(output, r"corrected_path: \d+ frames moved, by up to 0\.1 m and 0 rad")
             reconstruct = os.path.join(os.environ["DTSDF_PROGRAMS"], "reconstruct")
             journal = next(pathlib.Path(folder, "journals").glob("*.dtsdfj"))
@@ -316,10 +316,10 @@ class Running(unittest.TestCase):
         name = re.search(r"file_name: '(.*?)'", command).group(1)
         self.assertGreater(os.path.getsize(os.path.join(folder, name)), 1000)
 
-    def test_your_first_mesh(self):
+    def test_commands_of_the_cameras_page(self):
         """Runs each command of the page as far as possible without a camera, with stubs of drivers and
         downloads, and without installing anything."""
-        sections = commands_of(first_mesh_page())
+        sections = commands_of(cameras_page())
         self.assertIn("roslaunch dtsdf_mapping rtabmap.launch",
                       "\n".join(sections.pop("rtabmap as SLAM")))  # has its own test
         self.assertEqual(len([s for s in sections.values() if s]), 5)
@@ -349,7 +349,7 @@ class Running(unittest.TestCase):
             else:
                 self.assertEqual(words[:2], ["rosservice", "call"], command)
 
-    def test_a_bag_by_its_relative_path_with_colour(self):
+    def test_a_bag_with_colour_by_relative_path(self):
         with tempfile.TemporaryDirectory() as folder:
             write_tum_bag(os.path.join(folder, "tum.bag"), with_colour=True)
             # The path is relative to PWD, although roslaunch starts nodes in another folder.
@@ -362,7 +362,7 @@ class Running(unittest.TestCase):
             self.assertGreaterEqual(counts["depth"], 15)
             self.assertEqual(counts["color"], 0)
 
-    def test_a_bag_of_a_tum_folder_has_the_topics_of_bag_launch(self):
+    def test_tum_to_bag_writes_the_topics_of_bag_launch(self):
         import rosbag
         launch = xml.etree.ElementTree.parse(os.path.join(LAUNCH, "bag.launch"))
         expected = {arg.get("name"): arg.get("default") for arg in launch.iter("arg")}
@@ -388,13 +388,13 @@ class Running(unittest.TestCase):
             with launched(environment, *of_mapping(
                     name, environment, f"output_directory:={cwd}", *arguments), cwd=cwd) as printed:
                 streams = "for s in status.cameras[0].streams"
-                told = watch(environment,
-                             f"min(s.fused {streams} if s.kind in {kinds}) >= {least}",
-                             f"{{s.kind: s.fused {streams}}}", 15.0)
-        self.assertTrue(told.startswith("{"), f"{told}\n{printed}")
-        return ast.literal_eval(told)
+                answer = watch(environment,
+                               f"min(s.fused {streams} if s.kind in {kinds}) >= {least}",
+                               f"{{s.kind: s.fused {streams}}}", 15.0)
+        self.assertTrue(answer.startswith("{"), f"{answer}\n{printed}")
+        return ast.literal_eval(answer)
 
-    def test_a_bag_with_what_settings_require(self):
+    def test_a_bag_with_imu_and_masks(self):
         with tempfile.TemporaryDirectory() as folder:
             write_tum_bag(os.path.join(folder, "tum.bag"), with_colour=True, with_imu=True,
                           with_masks=True)
@@ -408,7 +408,7 @@ class Running(unittest.TestCase):
                                                 f"config:={folder}/masked.yaml",
                                                 cwd=folder)["depth"], 3)
 
-    def test_a_bag_of_compressed_images_and_several_cameras(self):
+    def test_bags_of_compressed_images_and_named_cameras(self):
         with tempfile.TemporaryDirectory() as folder:
             write_tum_bag(os.path.join(folder, "packed.bag"), packed=True)
             counts = self.counts("bag", "bag:=packed.bag", "depth:=/camera/depth/image",
@@ -431,7 +431,7 @@ class Running(unittest.TestCase):
                 launch.send_signal(signal.SIGINT)
                 self.fail(f"{arguments}: does not end:\n{launch.communicate(timeout=60)[0]}")
 
-    def test_what_cannot_work_says_so_and_ends(self):
+    def test_errors_are_printed_and_end_the_launch(self):
         with tempfile.TemporaryDirectory() as folder:
             write_tum_bag(os.path.join(folder, "tum.bag"))
             write_tum_bag(os.path.join(folder, "packed.bag"), packed=True)
@@ -451,7 +451,7 @@ class Running(unittest.TestCase):
                 self.assertIn(text, output)
                 self.assertNotIn("Traceback", output)
 
-    def test_cameras_that_the_page_has_no_commands_for(self):
+    def test_cameras_without_commands_on_the_page(self):
         with drivers_alone():  # no odometry is needed
             self.assertEqual(self.fused("openni2", "poses:=track"), "odom")
         self.assertEqual(self.fused("astra", "poses:=fixed", "package:=astra_camera",

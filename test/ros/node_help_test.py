@@ -19,12 +19,12 @@ class NodeHelp(unittest.TestCase):
         for part in parts:
             self.assertIn(part, done.stdout)
 
-    def test_of_the_node(self):
+    def test_help_of_the_node(self):
         for option in ("--help", "-h"):
             self.expect_help(MAPPING_NODE, option, "mapping.launch", "\n  _map/voxel_size_m:=0.02\n",
                              "\n  _publish/mesh_rate_hz:=2\n")
 
-    def test_of_the_simulated_camera(self):
+    def test_help_of_the_simulated_camera(self):
         self.expect_help(SIMULATED_CAMERA, "--help", "\n  _width_px:=320\n", "\n  _encoding:=",
                          "Topics: depth/image_rect, ")
 

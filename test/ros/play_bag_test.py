@@ -31,7 +31,7 @@ class PlayBag(unittest.TestCase):
     def played(self, types, settings=None):
         return play_bag.topics_to_play(types, play_bag.topics_of_node(OPTIONS, settings or {}))
 
-    def test_a_whole_bag(self):
+    def test_only_needed_topics_are_played(self):
         types = {**DEPTH, **COLOUR, **TF, "/scan": "sensor_msgs/LaserScan", "/other": IMAGE}
         self.assertEqual(self.problems(types), [])
         self.assertEqual(set(self.played(types)), {*DEPTH, *COLOUR, *TF})
@@ -40,7 +40,7 @@ class PlayBag(unittest.TestCase):
         # YAML reads `off` in a settings file as false.
         self.assertEqual(set(self.played(types, {"colour": {"enabled": False}})), {*DEPTH, *TF})
 
-    def test_what_settings_require_is_played(self):
+    def test_required_topics_are_played(self):
         types = {**DEPTH, **TF, "/imu/data": IMU, "/mask": IMAGE}
         self.assertEqual(set(self.played(types)), {*DEPTH, *TF})
         self.assertEqual(set(self.played(types, {"map": {"level": "imu"}})),
@@ -48,7 +48,7 @@ class PlayBag(unittest.TestCase):
         self.assertEqual(set(self.played(types, {"input": {"mask": True}})),
                          {*DEPTH, *TF, "/mask"})
 
-    def test_what_settings_require_is_missed(self):
+    def test_missing_required_topics_are_reported(self):
         types = {**DEPTH, **TF, "/camera/imu": IMU}
         self.assertEqual(self.problems(types, {"map": {"level": "imu"}}), [
             ("WARNING", "the bag has no sensor_msgs/Imu on '/imu/data' (imu:=); it has "
@@ -90,7 +90,7 @@ class PlayBag(unittest.TestCase):
         self.assertEqual(self.problems({"/p": play_bag.CLOUD, **DEPTH, **TF}, None,
                                        ["/d/image", "/p"]), [])
 
-    def test_colour_on_another_topic_is_said_and_its_absence_is_not(self):
+    def test_colour_on_another_topic_is_reported(self):
         self.assertEqual(self.problems({**DEPTH, **TF}), [])
         other = {**DEPTH, **TF, "/rgb/image": IMAGE, "/c/camera_info": INFO}
         (level, text), = self.problems(other)
@@ -100,7 +100,7 @@ class PlayBag(unittest.TestCase):
         self.assertEqual(self.problems(other, always), [("WARNING", text)])
         self.assertEqual(self.problems({**DEPTH, **TF}, always)[0][0], "WARNING")
 
-    def test_transforms_are_missed_only_where_they_are_needed(self):
+    def test_missing_transforms_are_reported_only_if_needed(self):
         self.assertEqual([level for level, _ in self.problems(DEPTH)], ["WARNING"])
         self.assertEqual(self.problems(DEPTH, {"poses": {"mode": "track"}}), [])
 
@@ -109,7 +109,7 @@ class PlayBag(unittest.TestCase):
                                           "tf": "tf/tfMessage"})),
                          {"d/image", "d/camera_info", "tf"})
 
-    def test_a_player_that_fails_ends_and_one_that_is_done_stays(self):
+    def test_stays_after_the_bag_but_ends_on_failure(self):
         def start(command):
             program = f"import sys; sys.path.insert(0, {os.path.dirname(__file__)!r}); " \
                       f"from play_bag_test import play_bag; play_bag.play({command!r})"

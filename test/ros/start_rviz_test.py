@@ -44,20 +44,20 @@ class StartRviz(unittest.TestCase):
         manager = self.adapt("/mapping", "/points", "cloud", "odom", [])
         self.assertEqual(self.display(manager, "Depth")["Enabled"], False)
 
-    def test_each_display_has_a_configuration_of_its_own(self):
+    def test_each_display_has_its_own_configuration(self):
         self.config = self.read("blocks")
         mesh = self.display(self.adapt("/robot/mapper", "/d", "raw", "odom", []), "Mesh")
         self.assertEqual(mesh["Class"], "dtsdf_mapping/MeshBlocks")
         self.assertEqual(mesh["Topic"], "/robot/mapper/mesh_blocks")
         self.assertEqual(start_rviz.config_of(__file__, "blocks"), __file__)
 
-    def test_configurations_differ_in_the_mesh_alone(self):
+    def test_configurations_differ_only_in_the_mesh(self):
         def others(config):
             return [d for d in config["Visualization Manager"].pop("Displays")
                     if d.get("Name") != "Mesh"], config
         self.assertEqual(others(self.read("markers")), others(self.read("blocks")))
 
-    def test_the_display_is_found_where_libraries_are(self):
+    def test_the_library_of_the_display_is_found(self):
         with tempfile.TemporaryDirectory() as prefix:
             os.mkdir(f"{prefix}/lib")
             for environment in ({"CMAKE_PREFIX_PATH": f"/nowhere:{prefix}"},
@@ -90,12 +90,12 @@ class StartRviz(unittest.TestCase):
             self.assertEqual(start_rviz.wait_for_mesh(rospy, "/mapping", "markers", 1.0),
                              ("level", [(1.0, 2.0, 3.0)]))
 
-    def test_the_view_is_where_the_mesh_is(self):
+    def test_the_view_centres_on_the_mesh(self):
         view = self.adapt("/mapping", "/d", "raw", "map", [(1, 2, 3), (3, 2, 3)])["Views"]["Current"]
         self.assertEqual(view["Focal Point"], {"X": 2.0, "Y": 2.0, "Z": 3.0})
         self.assertAlmostEqual(view["Distance"], 2.5)
 
-    def test_without_a_mesh_the_view_stays(self):
+    def test_the_view_stays_without_a_mesh(self):
         before = dict(self.config["Visualization Manager"]["Views"]["Current"])
         self.assertEqual(self.adapt("/mapping", "/d", "raw", "map", [])["Views"]["Current"], before)
 

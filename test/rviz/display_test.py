@@ -56,10 +56,10 @@ def tearDownModule():
 def show(config, *options):
     """The picture of a configuration, as rows of red, green and blue."""
     path = os.path.join(folder, "picture.png")
-    told = subprocess.run([f"{PROGRAMS}/show_mesh", f"{SOURCE}/rviz/{config}.rviz", str(TRIANGLES),
-                           "0.1", path, "3", *options],
-                          capture_output=True, text=True, check=False)
-    assert told.returncode == 0, told.stdout + told.stderr
+    result = subprocess.run(
+        [f"{PROGRAMS}/show_mesh", f"{SOURCE}/rviz/{config}.rviz", str(TRIANGLES), "0.1", path, "3", *options],
+        capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
     pixels = subprocess.run(["convert", path, "-depth", "8", "rgb:-"], capture_output=True,
                             check=True).stdout
     picture = np.frombuffer(pixels, dtype=np.uint8).reshape(-1, 3).astype(int)
@@ -76,7 +76,7 @@ class Display(unittest.TestCase):
     def setUpClass(cls):
         cls.blocks = show("mapping_blocks", "Detail=0")
 
-    def test_shows_what_the_markers_show(self):
+    def test_looks_the_same_as_the_markers(self):
         markers = show("mapping")
         self.assertGreater(shown(markers).mean(), 0.1)
         differs = np.abs(markers - self.blocks).max(axis=1) > 8
@@ -95,7 +95,7 @@ class Display(unittest.TestCase):
         height = show("mapping_blocks", "Detail=0", "Colour=Height")
         self.assertGreater((np.abs(height - self.blocks).max(axis=1) > 8).mean(), 0.1)
 
-    def test_wires_have_gaps(self):
+    def test_the_wireframe_has_gaps(self):
         wires = show("mapping_blocks", "Detail=0", "Wireframe=true")
         self.assertLess(shown(wires).sum(), 0.95 * shown(self.blocks).sum())
         self.assertGreater(shown(wires).sum(), 0.05 * shown(self.blocks).sum())
@@ -106,7 +106,7 @@ class Display(unittest.TestCase):
         expected = (self.blocks[seen] + BACKGROUND) / 2
         self.assertLess(np.abs(half[seen] - expected).mean(), 10.0)
 
-    def test_from_behind_nothing_is_left_without_backfaces(self):
+    def test_backfaces_can_be_hidden(self):
         self.assertGreater(shown(show("mapping_blocks", "Pitch=-0.9")).mean(), 0.2)
         below = show("mapping_blocks", "Pitch=-0.9", "Backfaces=false")
         self.assertLess(shown(below).mean(), 0.001)

@@ -33,7 +33,7 @@ class JudgementTest(unittest.TestCase):
     def verdict(self, kept_mb, **more):
         return judgement.judge_memory(records(kept_mb, **more))["verdict"]
 
-    def test_what_comes_and_goes_is_flat(self):
+    def test_temporary_memory_is_flat(self):
         self.assertEqual(self.verdict(lambda t: 150.0), "flat")
 
     def test_pools_that_fill_at_first_are_flat(self):
@@ -46,12 +46,12 @@ class JudgementTest(unittest.TestCase):
         self.assertEqual(self.verdict(
             lambda t: 150.0 - 60.0 * math.exp(-t / 400.0) + 25.0 * t / 3600.0), "grows")
 
-    def test_a_leak_in_doubt_is_not_flat(self):
+    def test_a_doubtful_leak_is_not_flat(self):
         for rest_mb in (1.0, 2.0, 5.0, 10.0):
             self.assertNotEqual(
                 self.verdict(lambda t: 350.0 + 40.0 * t / 3600.0, rest_mb=rest_mb), "flat")
 
-    def test_few_cycles_tell_nothing(self):
+    def test_few_cycles_give_no_verdict(self):
         self.assertEqual(self.verdict(lambda t: 150.0, cycles=4), "too short to tell")
 
 

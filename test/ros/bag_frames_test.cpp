@@ -102,25 +102,25 @@ class CompressedBag : public testing::Test {
   std::unique_ptr<FrameSource> source_;
 };
 
-TEST_F(CompressedBag, GivesTheImagesThatWereCompressed) {
+TEST_F(CompressedBag, DecodesToTheOriginalImages) {
   writeCompressed();
   expectFrames(read());
   EXPECT_TRUE(source_->skipped().empty());
 }
 
-TEST_F(CompressedBag, OfImagesWithOneStampOnlyTheFirstHasAPose) {
+TEST_F(CompressedBag, ImagesWithARepeatedStampAreSkipped) {
   for (const int i : {0, 1, 1, 2}) bag_.write(kTopic, headerOf(i).stamp, rawOf(i));
   expectFrames(read());
   EXPECT_EQ(source_->skipped().at("repeated_stamp"), 1u);
 }
 
-TEST_F(CompressedBag, ImagesRecordedBothWaysCountOnce) {
+TEST_F(CompressedBag, ImagesOnBothTopicsAreReadOnce) {
   writeCompressed();
   for (int i = 0; i < kFrames; ++i) bag_.write(kTopic, headerOf(i).stamp, rawOf(i));
   expectFrames(read());
 }
 
-TEST_F(CompressedBag, TopicMayBeNamedEitherWay) {
+TEST_F(CompressedBag, TopicMayIncludeTheTransport) {
   writeCompressed();
   options_.depth_topic = kTopic;
   expectFrames(read());
@@ -154,7 +154,7 @@ TEST_F(CompressedBag, CloudsAreReadAsDepth) {
 }
 
 /// Errors about wrong names list the names in the bag.
-TEST_F(CompressedBag, NamesWhatThereIsInsteadOfAWrongName) {
+TEST_F(CompressedBag, ErrorsListTheAvailableNames) {
   writeCompressed();
   const auto error = [&] { return errorOf([&] { read(); }); };
   options_.depth_topic = "/depth";
@@ -167,7 +167,7 @@ TEST_F(CompressedBag, NamesWhatThereIsInsteadOfAWrongName) {
 }
 
 /// Errors about missing inputs name the option that helps; skipped images are explained in words.
-TEST_F(CompressedBag, NamesWhatHelps) {
+TEST_F(CompressedBag, ErrorsNameTheOptionThatHelps) {
   const auto error = [&] { return errorOf([&] { read(); }); };
   bag_.write("/d64", headerOf(0).stamp,
              makeImageMessage(headerOf(0), "64FC1", 2, 1, std::vector<uint8_t>(16)));
@@ -179,7 +179,7 @@ TEST_F(CompressedBag, NamesWhatHelps) {
   EXPECT_NE(source_->problems().at("bad_encoding").find("'64FC1'"), std::string::npos);
 }
 
-TEST_F(CompressedBag, SixteenBitsMayBeAPngOfTheTransportCompressed) {
+TEST_F(CompressedBag, SixteenBitDepthMayUseTheCompressedTransport) {
   for (int i = 0; i < kFrames; ++i) {
     sensor_msgs::CompressedImage image = compressedOf(0);
     image.header = headerOf(i);
@@ -206,7 +206,7 @@ TEST_F(CompressedBag, TransformsMayBeOnAnotherTopic) {
   EXPECT_TRUE(openBagFrames(options_)->next());
 }
 
-TEST_F(CompressedBag, MasksTakeMeasurementsAway) {
+TEST_F(CompressedBag, MasksRemoveMeasurements) {
   writeCompressed();
   for (int i = 0; i < 2; ++i) {  // the last image has none
     const int height = i == 0 ? kHeight : kHeight + 1;
@@ -227,7 +227,7 @@ TEST_F(CompressedBag, MasksTakeMeasurementsAway) {
   EXPECT_NE(errorOf([&] { openBagFrames(options_); }).find("'/none'"), std::string::npos);
 }
 
-TEST_F(CompressedBag, ImagesAreRectifiedWhereThatIsAsked) {
+TEST_F(CompressedBag, ImagesAreRectifiedOnRequest) {
   writeCompressed();
   options_.input.rectify = Usage::kAlways;
   const std::vector<SourceFrame> frames = read();
@@ -240,7 +240,7 @@ TEST_F(CompressedBag, ImagesAreRectifiedWhereThatIsAsked) {
       << "the middle pixel must not change";
 }
 
-TEST_F(CompressedBag, LatestCameraInfoMayBeAsked) {
+TEST_F(CompressedBag, LatestCameraInfoMayBeRequested) {
   writeCompressed();
   sensor_msgs::CompressedImage later = compressedOf(2);
   later.header.stamp += ros::Duration(0.5);
@@ -302,7 +302,7 @@ class ColourBag : public CompressedBag {
   std::unique_ptr<ColourSource> colours_;
 };
 
-TEST_F(ColourBag, IsReadByStampsWithItsOwnPoses) {
+TEST_F(ColourBag, IsReadInStampOrderWithItsOwnPoses) {
   for (const double stamp_s : {100.2, 100.4, 100.6}) writeCameraOf(stamp_s);
   writeRaw(100.6, ros::Time(101.0));
   writeRaw(100.2, ros::Time(101.5));
@@ -324,7 +324,7 @@ TEST_F(ColourBag, IsReadByStampsWithItsOwnPoses) {
                                            {"colour images: no_camera_info", 1}}));
 }
 
-TEST_F(ColourBag, HandsOutThoseListed) {
+TEST_F(ColourBag, YieldsOnlyListedImages) {
   for (const double stamp_s : {100.2, 100.4, 100.6}) writeCameraOf(stamp_s);
   for (const double stamp_s : {100.6, 100.3, 100.2, 100.4}) {  // 100.3 has no camera_info
     writeRaw(stamp_s, ros::Time(101.0 + stamp_s));
@@ -338,7 +338,7 @@ TEST_F(ColourBag, HandsOutThoseListed) {
   EXPECT_EQ(images[1].index, 3u);
 }
 
-TEST_F(ColourBag, MayBeCompressed) {
+TEST_F(ColourBag, ImagesMayBeCompressed) {
   for (const double stamp_s : {100.2, 100.4}) {
     writeCameraOf(stamp_s);
     sensor_msgs::CompressedImage image;
@@ -355,7 +355,7 @@ TEST_F(ColourBag, MayBeCompressed) {
   EXPECT_EQ(colours_->skipped().at("colour images: bad_image"), 1u);
 }
 
-TEST_F(ColourBag, IsFoundWhereThereIsOneOnly) {
+TEST_F(ColourBag, TopicIsFoundIfItIsTheOnlyOne) {
   options_.colour_topic.clear();
   EXPECT_TRUE(readColours().empty());
   EXPECT_EQ(colours_->skipped(),  // the images on the only topic are empty
@@ -369,7 +369,7 @@ TEST_F(ColourBag, IsFoundWhereThereIsOneOnly) {
   EXPECT_THROW(openBagColours(options_), std::runtime_error);
 }
 
-/// An inertial sensor, turned by 90 degrees about z: its y axis, which is up, is -x of the map.
+/// An inertial sensor rotated by 90 degrees about z: its y axis, which points up, is -x of the map.
 class InertialBag : public testing::Test {
  protected:
   InertialBag() {
@@ -409,7 +409,7 @@ class InertialBag : public testing::Test {
   rosbag::Bag bag_;
 };
 
-TEST_F(InertialBag, SaysWhereUpIs) {
+TEST_F(InertialBag, GivesTheUpDirection) {
   writeImu("/imu", 0, 200, 3.0);
   writeImu("/imu", 200, 400, 0.05);
   writeTransform();
@@ -419,23 +419,23 @@ TEST_F(InertialBag, SaysWhereUpIs) {
   EXPECT_TRUE(errorHas("has no messages on '/other'"));
 }
 
-TEST_F(InertialBag, SaysWhatIsMissing) {
+TEST_F(InertialBag, FailsWithoutAnImu) {
   writeTransform();
   EXPECT_TRUE(errorHas("no topic with messages of an IMU"));
 }
 
-TEST_F(InertialBag, IsNoneWithoutRest) {
+TEST_F(InertialBag, FailsIfNeverAtRest) {
   writeImu("/imu", 0, 400, 3.0);
   writeTransform();
   EXPECT_TRUE(errorHas("never at rest"));
 }
 
-TEST_F(InertialBag, IsNoneWithoutTransform) {
+TEST_F(InertialBag, FailsWithoutTransform) {
   writeImu("/imu", 0, 400, 0.0);
   EXPECT_TRUE(errorHas("has no transform to 'map'"));
 }
 
-TEST_F(InertialBag, OfSeveralOneHasToBeNamed) {
+TEST_F(InertialBag, OneOfSeveralTopicsMustBeNamed) {
   writeImu("/accel", 0, 400, 0.0);
   writeImu("/gyro", 0, 400, 0.0);
   writeTransform();

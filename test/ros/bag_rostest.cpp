@@ -53,7 +53,7 @@ TEST(Bag, IsReadOfflineWithoutLoss) {
   EXPECT_TRUE(frames->skipped().empty());
 }
 
-TEST(Bag, CameraAndPosesMayComeFromElsewhere) {
+TEST(Bag, CameraAndPosesMayBeGivenSeparately) {
   const TemporaryFolder folder;
   writeBytes(folder / "slam.tum", "1000.1 7 0 0 0 0 0 1\n1000.3 9 0 0 0 0 0 1\n");
   BagOptions options = bagOptions();
@@ -72,7 +72,7 @@ TEST(Bag, CameraAndPosesMayComeFromElsewhere) {
 }
 
 /// During the first loop, the node's map equals the offline map bit for bit.
-TEST(Bag, NodeMakesTheMeshOfTheOfflineRun) {
+TEST(Bag, NodeMeshEqualsTheOfflineMesh) {
   ros::NodeHandle nh;
   const StatusWatcher status(nh);
   ASSERT_TRUE(status.waitForFused(kFramesOfBag / 2)) << status.status().message;

@@ -87,7 +87,7 @@ class Cameras : public testing::Test {
   StatusWatcher status_{nh_};
 };
 
-TEST_F(Cameras, TheStatusSaysWhichOneIsMissing) {
+TEST_F(Cameras, StatusNamesTheMissingCamera) {
   EXPECT_TRUE(waitUntil([&] {
     return status_.status().code == dtsdf_mapping::MapStatus::NO_IMAGES &&
            status_.status().message.find(
@@ -99,7 +99,7 @@ TEST_F(Cameras, TheStatusSaysWhichOneIsMissing) {
   EXPECT_EQ(depthOf(1).received_age_s, -1.0f);
 }
 
-TEST_F(Cameras, TheMapIsThatOfTheFramesInTheOrderOfStamps) {
+TEST_F(Cameras, FramesAreFusedInStampOrder) {
   const ros::Time start = ros::Time::now();
   std::vector<SentFrame> in_order;
   for (int i = 0; i < kFramesEach; ++i) {
@@ -134,7 +134,7 @@ TEST_F(Cameras, TheMapIsThatOfTheFramesInTheOrderOfStamps) {
   removeOutputFolder();
 }
 
-TEST_F(Cameras, WhatComesTooLateIsDroppedAndCounted) {
+TEST_F(Cameras, LateFramesAreDroppedAndCounted) {
   const ros::Time stamp = ros::Time::now() + ros::Duration(2.0);
   send(makeFrame("rear", stamp, 0.0));
   ASSERT_TRUE(waitUntil([&] { return status_.status().last_fused_stamp == stamp; }));
@@ -147,7 +147,7 @@ TEST_F(Cameras, WhatComesTooLateIsDroppedAndCounted) {
       waitUntil([&] { return status_.status().last_fused_stamp == stamp + ros::Duration(0.1); }));
 }
 
-TEST_F(Cameras, StampsGoingBackStartAllAnew) {
+TEST_F(Cameras, StampsGoingBackRestartAllCameras) {
   const ros::Time back = ros::Time::now() - ros::Duration(1000.0);
   const uint64_t fused = status_.status().frames_fused;
   SentFrame front = makeFrame("front", back, 0.0);

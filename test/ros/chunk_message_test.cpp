@@ -21,7 +21,7 @@ MeshBlock validBlock() {
   return block;
 }
 
-TEST(ChunkMessage, ComesBackAsItWas) {
+TEST(ChunkMessage, SurvivesARoundTrip) {
   const MeshBlock sent = validBlock();
   EXPECT_TRUE(toMessage(toChunk(sent)) == sent);
   const MeshBlock removal = [] {
@@ -32,7 +32,7 @@ TEST(ChunkMessage, ComesBackAsItWas) {
   EXPECT_TRUE(toMessage(toChunk(removal)) == removal);
 }
 
-TEST(ChunkMessage, IsRefusedWhereItDoesNotHoldTogether) {
+TEST(ChunkMessage, IsRefusedIfInconsistent) {
   const auto expectRefused = [](const std::string& word, std::function<void(MeshBlock&)> spoil) {
     MeshBlock block = validBlock();
     spoil(block);

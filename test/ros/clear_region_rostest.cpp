@@ -68,7 +68,7 @@ class ClearRegionTest : public WallCamera {
   }
 };
 
-TEST_F(ClearRegionTest, ClearsABoxAndTheMarkersFollow) {
+TEST_F(ClearRegionTest, ClearsABoxAndUpdatesTheMarkers) {
   const MeshWatcher mesh(nh_);
   ASSERT_TRUE(waitUntil([&] { return mesh.triangles() > 0; }));
   const auto reach = [&] {
@@ -89,7 +89,7 @@ TEST_F(ClearRegionTest, ClearsABoxAndTheMarkersFollow) {
   EXPECT_TRUE(waitUntil([&] { return mesh.triangles() > 0 && reach() > -0.06; })) << reach();
 }
 
-TEST_F(ClearRegionTest, TakesAnyFrameThatIsKnown) {
+TEST_F(ClearRegionTest, AcceptsAnyKnownFrame) {
   fuseFrames(1, 0.5);
   // The wall is 1 m in front of the camera and the base, which are at x = 0.5 now.
   const auto cleared = call(sphereAt(0.0, 0.0, 1.0, 0.2, "/base"));
@@ -100,7 +100,7 @@ TEST_F(ClearRegionTest, TakesAnyFrameThatIsKnown) {
   EXPECT_GT(call(sphereAt(0.0, 0.0, 1.0, 0.2)).voxels, 0u) << "this place was not cleared before";
 }
 
-TEST_F(ClearRegionTest, ATurnedBoxIsTurned) {
+TEST_F(ClearRegionTest, ABoxMayBeRotated) {
   ClearRegion::Request request = boxOf(0.01, 10.0, 10.0);
   request.box.pose.orientation.z = std::sqrt(0.5);
   request.box.pose.orientation.w = std::sqrt(0.5);  // thin along y now
@@ -113,7 +113,7 @@ TEST_F(ClearRegionTest, ATurnedBoxIsTurned) {
 }
 
 /// Also works while mapping is paused.
-TEST_F(ClearRegionTest, AllSpaceLeavesAnEmptyMap) {
+TEST_F(ClearRegionTest, ClearingAllSpaceEmptiesTheMap) {
   pauseMapping(true);
   EXPECT_GT(status_.status().blocks, 0u);
   EXPECT_TRUE(call(sphereAt(0.0, 0.0, 0.0, 1e6)).success);
@@ -139,7 +139,7 @@ TEST_F(ClearRegionTest, ConcurrentCallsAreServedOneByOne) {
   EXPECT_EQ(emptied, 1u) << "only the first call finds voxels";
 }
 
-TEST_F(ClearRegionTest, BadRequestsAreRefusedInWords) {
+TEST_F(ClearRegionTest, BadRequestsAreRefusedWithAReason) {
   const uint64_t blocks = status_.status().blocks;
   const auto expectRefused = [](const ClearRegion::Request& request, const std::string& word) {
     const auto response = call(request);
@@ -168,7 +168,7 @@ TEST_F(ClearRegionTest, BadRequestsAreRefusedInWords) {
 }
 
 /// The base and the camera move by 8 m; map/keep_radius_m is 3 m.
-TEST_F(ClearRegionTest, WhatIsFarFromTheBaseIsDropped) {
+TEST_F(ClearRegionTest, BlocksFarFromTheBaseAreDropped) {
   const uint64_t fused = status_.status().frames_fused, before = status_.status().blocks;
   EXPECT_EQ(status_.status().dropped_blocks, 0u);
   fuseFrames(2, 8.0);

@@ -34,7 +34,7 @@ class Clouds : public testing::Test {
   StatusWatcher status_{nh_};
 };
 
-TEST_F(Clouds, UnorganisedOnesAreDroppedWithWhatToDo) {
+TEST_F(Clouds, UnorganisedCloudsAreDroppedWithAdvice) {
   sensor_msgs::PointCloud2 cloud =
       makeCloud(makeHeader(ros::Time::now(), "camera"), kCloudCamera, kCloudWidth, kCloudHeight,
                 std::vector<float>(kCloudWidth * kCloudHeight, 1.0f));
@@ -47,7 +47,7 @@ TEST_F(Clouds, UnorganisedOnesAreDroppedWithWhatToDo) {
   })) << status_.status().message;
 }
 
-TEST_F(Clouds, MakeTheMeshOfTheDepthImages) {
+TEST_F(Clouds, GiveTheSameMeshAsDepthImages) {
   const NodeParams params = nodeParams();
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
   const Scene room = makeRoomScene();

@@ -62,7 +62,7 @@ TEST(Clouds, AreReadInEveryLayout) {
 }
 
 /// The intrinsics are exact up to the rounding of the points.
-TEST(Clouds, HaveTheCameraThatMadeThem) {
+TEST(Clouds, YieldTheIntrinsicsOfTheirCamera) {
   CloudImages images("/points");
   const auto converted = images.convert(cloudOfRoom(), false, kEnoughBytes);
   const Intrinsics K = intrinsicsOf(*std::get<CameraImage>(converted).info);
@@ -80,7 +80,7 @@ TEST(Clouds, HaveTheCameraThatMadeThem) {
   EXPECT_TRUE(std::holds_alternative<Rejection>(images.convert(few, false, kEnoughBytes)));
 }
 
-TEST(Clouds, ThatCannotBeUsedAreRefused) {
+TEST(Clouds, AreRefusedIfUnusable) {
   sensor_msgs::PointCloud2 cloud = cloudOfRoom();
   cloud.width *= cloud.height;
   cloud.height = 1;
@@ -110,7 +110,7 @@ TEST(Clouds, ThatCannotBeUsedAreRefused) {
 }
 
 /// 48 rings of a spinning lidar in its own frame, x forward and z up.
-TEST(Clouds, OfALidarAreRefused) {
+TEST(Clouds, FromALidarAreRefused) {
   sensor_msgs::PointCloud2 cloud = cloudOfRoom();
   for (int v = 0; v < kCloudHeight; ++v) {
     for (int u = 0; u < kCloudWidth; ++u) {

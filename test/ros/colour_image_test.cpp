@@ -67,7 +67,7 @@ DropReason colourReason(const sensor_msgs::Image& image, const sensor_msgs::Came
   return rejection ? rejection->reason : drop::kPaused;
 }
 
-TEST(ColourImage, TakesWhatTheMapperKnowsAsItIs) {
+TEST(ColourImage, SupportsTheEncodingsOfTheMapper) {
   const std::vector<int> colour{10, 20, 30};
   EXPECT_EQ(firstPixel(makeImage("rgb8", {10, 20, 30})), colour);
   EXPECT_EQ(firstPixel(makeImage("bgr8", {30, 20, 10})), colour);
@@ -76,7 +76,7 @@ TEST(ColourImage, TakesWhatTheMapperKnowsAsItIs) {
   EXPECT_EQ(firstPixel(makeImage("mono8", {77})), (std::vector<int>{77, 77, 77}));
 }
 
-TEST(ColourImage, ConvertsTheOthers) {
+TEST(ColourImage, ConvertsOtherEncodings) {
   EXPECT_EQ(firstPixel(makeImage("mono16", {0, 77})), (std::vector<int>{77, 77, 77}));
   // Grey in YUV, with U and V of 128, shows the byte order.
   for (const int luminance : {50, 200}) {
@@ -90,7 +90,7 @@ TEST(ColourImage, ConvertsTheOthers) {
 }
 
 /// An image of one colour, in each Bayer pattern.
-TEST(ColourImage, UndoesBayerPatterns) {
+TEST(ColourImage, DemosaicsBayerPatterns) {
   const auto bayer = [](const std::string& pattern, const std::vector<int>& colour, int depth) {
     const auto image =
         makeImage("bayer_" + pattern + std::to_string(depth),
@@ -112,7 +112,7 @@ TEST(ColourImage, UndoesBayerPatterns) {
   }
 }
 
-TEST(ColourImage, RefusesWhatIsNoColourImage) {
+TEST(ColourImage, InvalidImagesAreRefused) {
   EXPECT_EQ(colourReason(*makeImage("16UC1", {0, 1}), colourInfo()), drop::kBadEncoding);
   EXPECT_EQ(colourReason(*makeImage("32FC1", {0, 0, 0, 0}), colourInfo()), drop::kBadEncoding);
   EXPECT_EQ(colourReason(*makeImage("", {0, 1}), colourInfo()), drop::kBadEncoding);
@@ -129,7 +129,7 @@ TEST(ColourImage, RefusesWhatIsNoColourImage) {
   EXPECT_EQ(colourReason(*unstamped, colourInfo()), drop::kNoStamp);
 }
 
-TEST(ColourImage, RowsMayHaveOddLengths) {
+TEST(ColourImage, RowsMayBePadded) {
   for (const std::string encoding : {"rgb8", "mono8", "bayer_rggb8", "yuv422"}) {
     const size_t bytes = encoding == "rgb8" ? 3 : (encoding == "yuv422" ? 2 : 1);
     const auto image = makeImage(encoding, std::vector<uint8_t>(bytes, 128), 4, 4);
@@ -145,7 +145,7 @@ TEST(ColourImage, RowsMayHaveOddLengths) {
   }
 }
 
-TEST(ColourImage, DistortedOnesAreRectified) {
+TEST(ColourImage, DistortedImagesAreRectified) {
   sensor_msgs::CameraInfo info = colourInfo();
   info.distortion_model = "plumb_bob";
   info.D = {-0.1, 0.01, 0.0, 0.0, 0.0};
@@ -182,7 +182,7 @@ TEST(CompressedColour, IsReadWithoutAPlugin) {
   }
 }
 
-TEST(CompressedColour, IsToldFromDepthAndFromGrey) {
+TEST(CompressedColour, IsDistinguishedFromDepthAndGrey) {
   sensor_msgs::CompressedImage message;
   for (const std::string format :
        {"16UC1; compressedDepth", "16UC1; png compressed ", "32FC1; compressedDepth png",

@@ -194,7 +194,7 @@ TEST_F(Colour, BagAndLiveGiveTheSameBytes) {
   EXPECT_FALSE(bytes == bytesOfBag(folder / "less.bag")) << "colour has no effect";
 }
 
-TEST_F(Colour, IsPaintedHoweverLate) {
+TEST_F(Colour, IsPaintedEvenIfLate) {
   expectBothFused();
   const uint64_t fused_before = fused(), painted_before = painted();
   std::vector<Sent> late;
@@ -208,7 +208,7 @@ TEST_F(Colour, IsPaintedHoweverLate) {
   EXPECT_EQ(status_.status().frames_dropped, 0u);
 }
 
-TEST_F(Colour, WithoutItsTransformIsDroppedAndNeverPainted) {
+TEST_F(Colour, IsDroppedWithoutItsTransform) {
   expectBothFused();
   const uint64_t painted_before = painted(), dropped = colourDropped("no_transform");
   Sent sent = makeColour(start_ + ros::Duration(0.1), 0.0);
@@ -221,7 +221,7 @@ TEST_F(Colour, WithoutItsTransformIsDroppedAndNeverPainted) {
   expectBothFused();
 }
 
-TEST_F(Colour, MayStopWhileDepthGoesOn) {
+TEST_F(Colour, MayStopWhileDepthContinues) {
   expectBothFused();
   const uint64_t fused_before = fused(), painted_before = painted();
   for (int i = 1; i <= 10; ++i) {

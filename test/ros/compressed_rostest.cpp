@@ -57,7 +57,7 @@ class Compressed : public testing::Test {
   StatusWatcher status_{nh_};
 };
 
-TEST_F(Compressed, BothCodesAndEncodingsAreFused) {
+TEST_F(Compressed, BothCodecsAndEncodingsAreFused) {
   const std::vector<uint16_t> pixels(FakeCamera::kWidth * FakeCamera::kHeight, 1000);
   const cv::Mat image(FakeCamera::kHeight, FakeCamera::kWidth, CV_16UC1, cv::Scalar(1000));
   const std::vector<uint8_t> inverse = compressedHeader(1000.0f, 0.0f);  // 1000 is one metre

@@ -189,7 +189,7 @@ class Correction : public testing::Test {
 double Correction::last_s_ = 0.0;
 ros::WallTime Correction::last_at_;
 
-TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheJournal) {
+TEST_F(Correction, GivesTheSameMapAsReconstruct) {
   const BlocksWatcher blocks(nh_);
   drive(40, drifted);
   saveTrajectory(posesOf(truth, 3), in("poses.txt"));
@@ -221,7 +221,7 @@ TEST_F(Correction, GivesTheMapThatReconstructMakesOfTheJournal) {
   expectJournalRestoresMap();
 }
 
-TEST_F(Correction, MayComeAsAPathOfTheBase) {
+TEST_F(Correction, MayBeGivenAsAPathOfTheBase) {
   ros::Publisher topic = nh_.advertise<nav_msgs::Path>("/corrected_path", 1);
   drive(24, drifted);
   ASSERT_TRUE(waitUntil([&] { return topic.getNumSubscribers() > 0; }));
@@ -238,7 +238,7 @@ TEST_F(Correction, MayComeAsAPathOfTheBase) {
   EXPECT_EQ(same.moved, 0u) << "the same poses must not move it again";
 }
 
-TEST_F(Correction, IsRefusedWithTheReasonIfItIsAbsurd) {
+TEST_F(Correction, IsRefusedWithAReasonIfInvalid) {
   saveTrajectory({{1.0, truth(0)}}, in("early.txt"));
   Answer answer = callCorrect("/mapping", "early.txt");
   EXPECT_FALSE(answer.success);
@@ -267,7 +267,7 @@ TEST_F(Correction, IsRefusedWithTheReasonIfItIsAbsurd) {
   EXPECT_TRUE(callCorrect("/mapping", "fine.txt").success);
 }
 
-TEST_F(Correction, APathIsRefusedWithTheReasonInTheStatus) {
+TEST_F(Correction, StatusSaysWhyAPathIsRefused) {
   ros::Publisher topic = nh_.advertise<nav_msgs::Path>("/corrected_path", 1);
   drive(12, drifted);
   ASSERT_TRUE(waitUntil([&] { return topic.getNumSubscribers() > 0; }));
@@ -290,7 +290,7 @@ TEST_F(Correction, APathIsRefusedWithTheReasonInTheStatus) {
   expectRefused("nowhere", 0.0, "'nowhere'");
 }
 
-TEST_F(Correction, MappingGoesOnMeanwhile) {
+TEST_F(Correction, MappingContinuesMeanwhile) {
   drive(60, drifted);
   saveTrajectory(posesOf(truth), in("live.txt"));
   const uint64_t dropped = status_.status().frames_dropped;
@@ -315,7 +315,7 @@ TEST_F(Correction, MappingGoesOnMeanwhile) {
   EXPECT_LT(std::stod(rest.message.substr(rest.message.find(by) + by.size())), 0.03);
 }
 
-TEST_F(Correction, ByAPathReplacesAWaitingOne) {
+TEST_F(Correction, APathReplacesAWaitingCorrection) {
   ros::Publisher topic = nh_.advertise<nav_msgs::Path>("/corrected_path", 1);
   drive(60, drifted);
   ASSERT_TRUE(waitUntil([&] { return topic.getNumSubscribers() > 0; }));
@@ -333,7 +333,7 @@ TEST_F(Correction, ByAPathReplacesAWaitingOne) {
   first.wait();
 }
 
-TEST_F(Correction, EndsWhereTheMapIsEmptied) {
+TEST_F(Correction, EndsWhenTheMapIsCleared) {
   drive(60, drifted);
   saveTrajectory(posesOf(truth), in("empty.txt"));
   std::future<Answer> answer =
@@ -349,7 +349,7 @@ TEST_F(Correction, EndsWhereTheMapIsEmptied) {
 
 /// A separate node is killed during a correction: its journal gives either the old map or the
 /// corrected one.
-TEST_F(Correction, MayBeCutOffByAKill) {
+TEST_F(Correction, KillingTheNodeLeavesAValidJournal) {
   ros::param::set("/second/backend", "cpu");
   ros::param::set("/second/threads", 1);
   ros::param::set("/second/map/voxel_size_m", 0.05);

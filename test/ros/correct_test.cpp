@@ -219,7 +219,7 @@ class CorrectTest : public testing::Test {
   ros::Time mesh_stamp_;
 };
 
-TEST_F(CorrectTest, ACorrectedMapIsThatOfTheCorrectedPoses) {
+TEST_F(CorrectTest, MatchesAMapFusedAtCorrectedPoses) {
   begin();
   correct(corrected(0.0));
   workUntilAnswered();
@@ -235,7 +235,7 @@ TEST_F(CorrectTest, ACorrectedMapIsThatOfTheCorrectedPoses) {
 }
 
 /// Only the last image moves: blocks outside of its view are not sent again.
-TEST_F(CorrectTest, ListenersGetOnlyWhatDiffers) {
+TEST_F(CorrectTest, ListenersGetOnlyChangedBlocks) {
   begin();
   ASSERT_EQ(host_.map.flushMesh(), "");
   follow();
@@ -252,7 +252,7 @@ TEST_F(CorrectTest, ListenersGetOnlyWhatDiffers) {
 }
 
 /// A frame is always waiting: the correction still ends, and no frame is lost.
-TEST_F(CorrectTest, EndsAlsoWhereAFrameAlwaysWaits) {
+TEST_F(CorrectTest, EndsEvenIfFramesKeepArriving) {
   begin();
   int next = kBefore;
   push(next, truth(next));
@@ -271,7 +271,7 @@ TEST_F(CorrectTest, EndsAlsoWhereAFrameAlwaysWaits) {
 }
 
 /// Later frames with the same drift move with the corrected images, until their source jumps.
-TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
+TEST_F(CorrectTest, LaterFramesAreCorrectedUntilAJump) {
   begin();
   correct(corrected(0.0));
   workUntilAnswered();
@@ -297,7 +297,7 @@ TEST_F(CorrectTest, LaterFramesFollowUntilTheirSourceJumps) {
 }
 
 /// While a correction runs, only the newest other one waits. The rest are refused at once.
-TEST_F(CorrectTest, OnlyTheNewestWaits) {
+TEST_F(CorrectTest, OnlyTheNewestCorrectionWaits) {
   begin();
   correct(corrected(0.9));
   workUntilFusedAgain(3);
@@ -339,7 +339,7 @@ TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
 }
 
 /// The second correction gives the same poses as the running one, so it is answered when that ends.
-TEST_F(CorrectTest, ThatNothingMovesIsAnsweredOnceTheMapIsThere) {
+TEST_F(CorrectTest, ARepeatedCorrectionMovesNothing) {
   begin();
   correct(corrected(0.0));
   workUntilFusedAgain(3);
@@ -352,7 +352,7 @@ TEST_F(CorrectTest, ThatNothingMovesIsAnsweredOnceTheMapIsThere) {
   expectMapOf(truths(kBefore));
 }
 
-TEST_F(CorrectTest, WhatMovesTooLittleIsLeft) {
+TEST_F(CorrectTest, SmallCorrectionsAreIgnored) {
   begin();
   std::vector<StampedPose> nearly = corrected(1.0);
   nearly[5].T_W_C.translation().x() += 0.004;
@@ -365,7 +365,7 @@ TEST_F(CorrectTest, WhatMovesTooLittleIsLeft) {
   EXPECT_EQ(answers_[1].moved, 1u) << answers_[1].message;
 }
 
-TEST_F(CorrectTest, EndsWithTheMap) {
+TEST_F(CorrectTest, EndsWhenTheMapIsCleared) {
   begin();
   correct(corrected(0.0));
   for (int i = 0; i < 3; ++i) step();
@@ -383,7 +383,7 @@ TEST_F(CorrectTest, EndsWithTheMap) {
   EXPECT_EQ(answers_[1].fused, 1u);
 }
 
-TEST_F(CorrectTest, IsRefusedWithTheReason) {
+TEST_F(CorrectTest, IsRefusedWithAReason) {
   correct(corrected(0.0));
   ASSERT_EQ(answers_.size(), 1u);
   EXPECT_NE(answers_[0].message.find("no frame has been fused"), std::string::npos);
@@ -414,7 +414,7 @@ TEST_F(CorrectionOfALargeMap, IsRefused) {
 }
 
 /// If the journal turns out to be damaged, the correction is refused and the map stays unchanged.
-TEST_F(CorrectTest, ADamagedJournalIsAnAnswer) {
+TEST_F(CorrectTest, IsRefusedIfTheJournalIsDamaged) {
   begin();
   const std::string before = fileOf(*makeMapper(host_.params.mapper, contents()));
   ASSERT_TRUE(journal_->writer().written().get());

@@ -61,7 +61,7 @@ DropReason depthReason(const sensor_msgs::Image& image, const sensor_msgs::Camer
   return rejection ? rejection->reason : drop::kPaused;
 }
 
-TEST(DepthImage, TakesEveryByteOrderAndPadding) {
+TEST(DepthImage, AcceptsEitherByteOrderAndPadding) {
   for (const bool big_endian : {false, true}) {
     for (const uint32_t padding : {0u, 2u}) {
       const sensor_msgs::Image image = makeImage(big_endian, padding);
@@ -73,7 +73,7 @@ TEST(DepthImage, TakesEveryByteOrderAndPadding) {
   }
 }
 
-TEST(DepthImage, DoesNotCopyWhatIsFineAsItIs) {
+TEST(DepthImage, IsNotCopiedUnnecessarily) {
   const sensor_msgs::ImageConstPtr image = share(makeImage(false, 2));
   cv_bridge::CvImageConstPtr pixels;
   const DepthFrame frame = makeDepthFrame(image, depthInfo(), pixels);
@@ -81,7 +81,7 @@ TEST(DepthImage, DoesNotCopyWhatIsFineAsItIs) {
   EXPECT_EQ(frame.row_bytes, 8u);
 }
 
-TEST(DepthImage, DataThatEndEarlyOrRowsOfHalfPixelsAreNoFrame) {
+TEST(DepthImage, TruncatedDataAndMisalignedRowsThrow) {
   for (const uint32_t padding : {2u, 3u}) {
     sensor_msgs::Image image = makeImage(false, padding);
     if (padding == 2) image.data.resize(image.data.size() - 2);
@@ -90,7 +90,7 @@ TEST(DepthImage, DataThatEndEarlyOrRowsOfHalfPixelsAreNoFrame) {
   }
 }
 
-TEST(DepthImage, TakesMono16AsDepth) {
+TEST(DepthImage, AcceptsMono16) {
   for (const bool big_endian : {false, true}) {
     sensor_msgs::Image image = makeImage(big_endian, 2);
     image.encoding = "mono16";
@@ -102,7 +102,7 @@ TEST(DepthImage, TakesMono16AsDepth) {
   }
 }
 
-TEST(DepthImage, SwapsFloats) {
+TEST(DepthImage, BigEndianFloatsAreSwapped) {
   const float depth_m = 1.25f;
   sensor_msgs::Image image = makeImage(true);
   image.encoding = "32FC1";
@@ -117,7 +117,7 @@ TEST(DepthImage, SwapsFloats) {
   for (int i = 0; i < 6; ++i) EXPECT_EQ(static_cast<const float*>(frame.data)[i], depth_m);
 }
 
-TEST(DepthImage, UnitFollowsTheEncoding) {
+TEST(DepthImage, UnitDependsOnTheEncoding) {
   cv_bridge::CvImageConstPtr pixels;
   sensor_msgs::Image image = makeImage();
   EXPECT_FLOAT_EQ(makeDepthFrame(share(image), depthInfo(), pixels, 0.0002f).unit_m, 0.0002f);
@@ -129,7 +129,7 @@ TEST(DepthImage, UnitFollowsTheEncoding) {
   EXPECT_EQ(frame.encoding, DepthEncoding::kFloat32);
 }
 
-TEST(DepthImage, RefusesWhatItCannotUse) {
+TEST(DepthImage, InvalidImagesAreRefused) {
   const sensor_msgs::CameraInfo info = depthInfo();
   sensor_msgs::Image image = makeImage();
   image.encoding = "bgr8";
@@ -160,7 +160,7 @@ TEST(DepthImage, RefusesWhatItCannotUse) {
   EXPECT_EQ(depthReason(image, info), drop::kNoStamp);
 }
 
-TEST(DepthImage, RefusesForeignCameraInfo) {
+TEST(DepthImage, UnusableCameraInfoIsRefused) {
   sensor_msgs::CameraInfo info = depthInfo();
   info.width = 4;
   EXPECT_EQ(depthReason(makeImage(), info), drop::kSizeMismatch);
@@ -199,7 +199,7 @@ TEST(Intrinsics, FollowBinningAndRegionOfInterest) {
   EXPECT_FLOAT_EQ(intrinsicsOf(info).cx, 0.25f);
 }
 
-TEST(ImageArrival, WhatAMapDoesNotTakeMayNotWait) {
+TEST(ImageArrival, OversizedImagesAreRefused) {
   sensor_msgs::Image image = makeImage();
   EXPECT_FALSE(checkArrival(image, 1000));
   EXPECT_EQ(checkArrival(image, 10).value().reason, drop::kTooLarge);
@@ -223,7 +223,7 @@ sensor_msgs::CompressedImage makeMessage(const std::string& encoding) {
   return message;
 }
 
-TEST(CompressedImage, BecomesTheImageThatWasSent) {
+TEST(CompressedImage, DecodesToTheOriginalImage) {
   const sensor_msgs::ImageConstPtr image = decodeDepth(makeMessage("16UC1"));
   EXPECT_EQ(image->header.stamp, ros::Time(5.0));
   EXPECT_EQ(image->header.frame_id, "camera");
@@ -242,7 +242,7 @@ TEST(CompressedImage, BecomesTheImageThatWasSent) {
   EXPECT_EQ(static_cast<const uint16_t*>(frame.data)[4], 400);
 }
 
-TEST(CompressedImage, IsKnownByItsFormat) {
+TEST(CompressedImage, IsRecognisedByItsFormat) {
   EXPECT_TRUE(holdsDepth(makeMessage("16UC1")));
   EXPECT_FALSE(holdsDepth(makeMessage("bgr8")));
   sensor_msgs::CompressedImage colour;

@@ -94,25 +94,25 @@ class Disk : public WallCamera {
   const std::string folder_ = outputFolder();
 };
 
-TEST_F(Disk, ThatIsFull) {
+TEST_F(Disk, SavesFailWhenFull) {
   breakDisk("full");
   expectSavesFail("No space left on device",
                   "choose another file name or folder, or free some space");
 }
 
-TEST_F(Disk, ThatCannotBeWritten) {
+TEST_F(Disk, SavesFailWhenReadOnly) {
   breakDisk("read_only");
   expectOneSentence(save("new/mesh.ply"), "Read-only file system",
                     "choose another file name or folder");
   expectSavesFail("Read-only file system", "choose another file name or folder");
 }
 
-TEST_F(Disk, ThatGoesInTheMiddleOfASave) {
+TEST_F(Disk, SavesFailWhenItDisappears) {
   breakDisk("gone");
   expectSavesFail("No such file or directory", "choose another file name or folder");
 }
 
-TEST_F(Disk, WhoseFolderIsGone) {
+TEST_F(Disk, SavesRecreateAMissingFolder) {
   fs::remove_all(folder_);
   expectOneSentence(call<dtsdf_mapping::LoadMap>("load_map", "map.dtsdf"), "map.dtsdf", "cannot");
   fuseFrame();

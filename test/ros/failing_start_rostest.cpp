@@ -52,7 +52,7 @@ TEST_P(FailingStart, NamesEveryWrongKeyInTheLog) {
   ros::param::del("/wrong");
 }
 
-TEST_P(FailingStart, DoesNotMindWhatRosKeepsThere) {
+TEST_P(FailingStart, IgnoresParametersOfRos) {
   ros::param::set("/fine/image_transport", "raw");
   ros::param::set("/fine/diagnostic_period", 1.0);
   ros::param::set("/fine/compressedDepth/depth_max", 10.0);
@@ -66,7 +66,7 @@ TEST_P(FailingStart, DoesNotMindWhatRosKeepsThere) {
   ros::param::del("/fine");
 }
 
-TEST_P(FailingStart, CudaThatIsNotThereIsAnError) {
+TEST_P(FailingStart, UnavailableCudaIsAnError) {
   const std::string reason = cudaUnavailableReason();
   if (reason.empty()) GTEST_SKIP() << "CUDA is available on this machine";
   ros::param::set("/cuda/backend", "cuda");
@@ -78,7 +78,7 @@ TEST_P(FailingStart, CudaThatIsNotThereIsAnError) {
   ros::param::del("/cuda");
 }
 
-TEST_P(FailingStart, AMapThatIsMissingIsAnError) {
+TEST_P(FailingStart, AMissingMapIsAnError) {
   ros::param::set("/mapless/map/load_file", "/not/there.dtsdf");
   const Outcome outcome = start("mapless");
   EXPECT_NE(outcome.exit_code, 0);
@@ -87,7 +87,7 @@ TEST_P(FailingStart, AMapThatIsMissingIsAnError) {
 }
 
 /// The error must be logged before the last node handle is destroyed, which ends logging.
-TEST(Arguments, OfASimulatedCameraAreNamed) {
+TEST(Arguments, WrongCameraParametersAreNamed) {
   ros::param::set("/camera/rate_hz", std::string("often"));
   ros::param::set("/camera/widht_px", 640);
   const Outcome outcome = run(std::string(DTSDF_SIMULATED_CAMERA) + " __name:=camera");
@@ -101,7 +101,7 @@ TEST(Arguments, OfASimulatedCameraAreNamed) {
 }
 
 /// ROS reads `rate_hz:=5` as a remapping of a topic, and would abort because of the number.
-TEST(Arguments, SettingsWithoutTheirUnderscoreAreNamed) {
+TEST(Arguments, MissingUnderscoresAreReported) {
   EXPECT_EQ(run(std::string(DTSDF_SIMULATED_CAMERA) + " rate_hz:=5").exit_code, 2);
   const Outcome node = run(std::string(DTSDF_MAPPING_NODE) + " map/voxel_size_m:=0.05");
   EXPECT_EQ(node.exit_code, 2);

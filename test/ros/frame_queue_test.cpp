@@ -79,7 +79,7 @@ class FrameQueueTest : public testing::Test {
   size_t colour_ = 1;
 };
 
-TEST_F(FrameQueueTest, MessagesOfOneStampMakeAFrameInAnyOrder) {
+TEST_F(FrameQueueTest, MessagesAreMatchedByStamp) {
   make({});
   info(1.0);
   EXPECT_FALSE(pose());
@@ -96,7 +96,7 @@ TEST_F(FrameQueueTest, MessagesOfOneStampMakeAFrameInAnyOrder) {
   EXPECT_EQ(queue_->bytes(), 0u);
 }
 
-TEST_F(FrameQueueTest, MasksAreWaitedFor) {
+TEST_F(FrameQueueTest, FramesWaitForTheirMasks) {
   make({}, 1, "no mask");
   image(1.0);
   EXPECT_EQ(queue_->waitingFor(0), "1 image waits for camera_info or mask: there is none");
@@ -113,7 +113,7 @@ TEST_F(FrameQueueTest, MasksAreWaitedFor) {
   EXPECT_EQ(dropped(drop::kNoMask), 1u);
 }
 
-TEST_F(FrameQueueTest, WhatWaitsInTheFutureIsInNobodysWay) {
+TEST_F(FrameQueueTest, LaterStampsDoNotBlockEarlierOnes) {
   make({5, 1 << 20, 0.1});
   for (int i = 0; i < 100; ++i) info(1000.0 + i);  // then the recording starts again
   for (int i = 0; i < 10; ++i) image(2000.0 + i);
@@ -126,7 +126,7 @@ TEST_F(FrameQueueTest, WhatWaitsInTheFutureIsInNobodysWay) {
 }
 
 /// The image far ahead waits for its camera_info, which arrives on another connection.
-TEST_F(FrameQueueTest, OneFarAheadDropsNoneThatComeLater) {
+TEST_F(FrameQueueTest, AStampFarAheadDropsNoFrames) {
   make({});
   image(60.0);
   image(1.0);
@@ -137,7 +137,7 @@ TEST_F(FrameQueueTest, OneFarAheadDropsNoneThatComeLater) {
   EXPECT_EQ(taken(), (Stamps{1.0, 60.0}));
 }
 
-TEST_F(FrameQueueTest, TheOldestIsDroppedWhereThereAreTooMany) {
+TEST_F(FrameQueueTest, TheOldestFramesAreDroppedWhenFull) {
   make({3, 1 << 20, 0.1});
   for (int i = 1; i <= 5; ++i) posed(i);
   EXPECT_EQ(dropped(drop::kQueueFull), 2u);
@@ -145,7 +145,7 @@ TEST_F(FrameQueueTest, TheOldestIsDroppedWhereThereAreTooMany) {
 }
 
 /// Pixels, distortion coefficients and names are counted, also those of incomplete frames.
-TEST_F(FrameQueueTest, AllThatWaitsIsCountedInBytes) {
+TEST_F(FrameQueueTest, AllWaitingDataCountsTowardsTheLimit) {
   make({100, 4000, 0.1});
   const auto large = makeCameraInfo(1.0);
   large->D.assign(64, 0.1);
@@ -180,7 +180,8 @@ TEST_F(FrameQueueTest, CamerasAreMergedByStamp) {
   EXPECT_EQ(dropped(drop::kOutOfOrder, 1), 1u);
 }
 
-TEST_F(FrameQueueTest, ColourIsWaitedForFromItsFirstFrameOnAndMayComeLate) {
+/// Colour may be late: its first frame is taken after a later depth frame.
+TEST_F(FrameQueueTest, DepthWaitsOnceColourHasArrived) {
   make({});
   posed(1.0);
   EXPECT_EQ(taken(), (Stamps{1.0}));
@@ -204,7 +205,7 @@ TEST_F(FrameQueueTest, NoCameraStarves) {
   EXPECT_GT(accounting_[1].counts().fused, 100u);
 }
 
-TEST_F(FrameQueueTest, ColourNeverDelaysDepthForGood) {
+TEST_F(FrameQueueTest, ColourDoesNotStarveDepth) {
   make({5, 1 << 20, 0.1});
   for (int i = 1; i <= 400; ++i) {
     posed(i, colour_);
@@ -215,7 +216,7 @@ TEST_F(FrameQueueTest, ColourNeverDelaysDepthForGood) {
 }
 
 /// The first of every three frames is colour; the map takes only a third of the frames.
-TEST_F(FrameQueueTest, ColourThatComesMoreSeldomLeavesDepthItsTurn) {
+TEST_F(FrameQueueTest, InfrequentColourAndDepthBothProgress) {
   make({5, 1 << 20, 0.1});
   for (int i = 1; i <= 400; ++i) {
     posed(i, colour_);
@@ -228,7 +229,7 @@ TEST_F(FrameQueueTest, ColourThatComesMoreSeldomLeavesDepthItsTurn) {
 }
 
 /// Frames that arrive in time are taken in the same order, however their messages interleave.
-TEST_F(FrameQueueTest, TheOrderDoesNotDependOnTheArrival) {
+TEST_F(FrameQueueTest, TheOrderDoesNotDependOnArrival) {
   std::mt19937 random(7);
   for (int round = 0; round < 200; ++round) {
     make({30, 1 << 20, 1.0}, 3);
@@ -247,7 +248,7 @@ TEST_F(FrameQueueTest, TheOrderDoesNotDependOnTheArrival) {
 }
 
 /// A slow map gets a short queue, so that it shows recent frames.
-TEST_F(FrameQueueTest, ALastingBacklogIsShortenedUntilItIsWorkedOff) {
+TEST_F(FrameQueueTest, ALastingBacklogIsShortened) {
   make({30, 1 << 20, 0.1});
   size_t most = 0;
   for (int i = 0; i < 200; ++i) {
@@ -280,7 +281,7 @@ struct MapSpeed {
 
 class FrameQueueAtPace : public FrameQueueTest, public testing::WithParamInterface<MapSpeed> {};
 
-TEST_P(FrameQueueAtPace, LosesNothing) {
+TEST_P(FrameQueueAtPace, DropsNoFrames) {
   const MapSpeed& pace = GetParam();
   make({pace.room, 1 << 20, 0.1});
   double due = 0.0;
@@ -302,7 +303,7 @@ INSTANTIATE_TEST_SUITE_P(WithRoomForAll, FrameQueueAtPace,
                          testing::Values(MapSpeed{0.25, 200, 0, 0}, MapSpeed{0.5, 200, 0, 0},
                                          MapSpeed{0.75, 200, 0, 0}, MapSpeed{0.9, 200, 0, 0}));
 
-TEST_F(FrameQueueTest, StampsThatGoBackDropWhatIsLater) {
+TEST_F(FrameQueueTest, StampsGoingBackDropLaterFrames) {
   make({});
   posed(10.0);
   image(11.0);
@@ -331,7 +332,7 @@ TEST_F(FrameQueueTest, ImagesBeforeTheFirstCameraInfoWaitForIt) {
   EXPECT_FALSE(pose());
 }
 
-TEST_F(FrameQueueTest, NothingIsTakenWhilePausedOrAtTheEnd) {
+TEST_F(FrameQueueTest, NothingIsTakenWhilePausedOrEnding) {
   make({});
   posed(1.0);
   image(2.0);

@@ -54,14 +54,14 @@ class Input : public WallCamera {
 };
 
 /// Must be the first test, because no image has been received yet.
-TEST_F(Input, StatusSaysThatImagesAreMissing) {
+TEST_F(Input, StatusReportsMissingImages) {
   EXPECT_TRUE(waitUntil([&] {
     return status_.status().code == dtsdf_mapping::MapStatus::NO_IMAGES;
   })) << status_.status().message;
   EXPECT_EQ(status_.status().level, dtsdf_mapping::MapStatus::WARN);
 }
 
-TEST_F(Input, TopicsOfDepthAreFound) {
+TEST_F(Input, PublishedTopicsAreFound) {
   const ros::Publisher compressed =
       nh_.advertise<sensor_msgs::CompressedImage>("/b/depth/image_raw/compressedDepth", 1);
   const PublishedTopics topics = findPublishedTopics();
@@ -70,7 +70,7 @@ TEST_F(Input, TopicsOfDepthAreFound) {
   EXPECT_EQ(topics.at("/camera/depth/camera_info"), "sensor_msgs/CameraInfo");
 }
 
-TEST_F(Input, MissingTransformIsWaitedForAndSaid) {
+TEST_F(Input, MissingTransformsAreAwaitedAndReported) {
   const uint64_t dropped = status_.dropped("no_transform");
   const ros::Time stamp = camera_.nextStamp();
   sensor_msgs::Image image = camera_.image(stamp);
@@ -85,7 +85,7 @@ TEST_F(Input, MissingTransformIsWaitedForAndSaid) {
   EXPECT_NE(status_.status().message.find("'nowhere' to 'map'"), std::string::npos);
 }
 
-TEST_F(Input, LargerThanAMapTakes) {
+TEST_F(Input, OversizedImagesAreDropped) {
   const ros::Time stamp = camera_.nextStamp();
   sensor_msgs::Image image = camera_.image(stamp);
   image.width = 8192;
@@ -95,7 +95,7 @@ TEST_F(Input, LargerThanAMapTakes) {
 }
 
 /// Images without camera_info wait within input/queue_mb, and the status counts them.
-TEST_F(Input, ImagesThatWaitForTheirCameraInfoAreCountedAndBounded) {
+TEST_F(Input, WaitingImagesAreCountedAndBounded) {
   constexpr int kImages = 60;
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
   const uint64_t received = status_.status().images_received;
@@ -133,7 +133,7 @@ TEST_F(Input, ImagesThatWaitForTheirCameraInfoAreCountedAndBounded) {
             status_.status().frames_fused + status_.status().frames_dropped);
 }
 
-TEST_F(Input, RatesMayChangeWhileItRuns) {
+TEST_F(Input, RatesMayChangeAtRunTime) {
   dynamic_reconfigure::Reconfigure call;
   call.request.config.doubles.resize(1);
   dynamic_reconfigure::DoubleParameter& rate = call.request.config.doubles[0];
@@ -155,7 +155,7 @@ TEST_F(Input, RatesMayChangeWhileItRuns) {
 
 /// After a transform that is an hour ahead, here on /tf_static, tf2 refuses all current ones as too
 /// old. The node must recover.
-TEST_F(Input, NoTransformEndsMappingForGood) {
+TEST_F(Input, MappingRecoversFromAWrongTransform) {
   expectGoodFrameFused();
   constexpr bool kLatched = true;
   const ros::Publisher tf_static = nh_.advertise<tf2_msgs::TFMessage>("/tf_static", 1, kLatched);
@@ -178,7 +178,7 @@ TEST_F(Input, NoTransformEndsMappingForGood) {
 }
 
 /// The next image counts as a jump back in time, which discards waiting frames and all transforms.
-TEST_F(Input, OneStampFarAheadEndsNothing) {
+TEST_F(Input, MappingRecoversFromAStampFarAhead) {
   expectGoodFrameFused();
   const uint64_t dropped = status_.dropped("time_jump");
   const ros::Time ahead = camera_.nextStamp() + ros::Duration(60.0);
@@ -193,7 +193,7 @@ TEST_F(Input, OneStampFarAheadEndsNothing) {
 }
 
 /// If the camera stays at its new place, the next frame is fused.
-TEST_F(Input, AJumpingPoseCostsOneFrame) {
+TEST_F(Input, APoseJumpCostsOneFrame) {
   expectGoodFrameFused();
   const uint64_t dropped = status_.dropped("pose_jump"), fused = status_.status().frames_fused;
   for (int i = 0; i < 2; ++i) {
@@ -211,7 +211,7 @@ TEST_F(Input, AJumpingPoseCostsOneFrame) {
 }
 
 /// The node must not keep names of 20 MB, which could exhaust memory.
-TEST_F(Input, LongNamesAreRefusedAtTheDoor) {
+TEST_F(Input, LongNamesAreRefused) {
   expectGoodFrameFused();
   const int process = publishingProcess("/mapping/status");
   const std::string name(20 << 20, 'x');
@@ -246,7 +246,7 @@ TEST_F(Input, LongNamesAreRefusedAtTheDoor) {
 }
 
 /// This stamp rounds to 2^32 s, for which ros::Time throws.
-TEST_F(Input, AnImageAtTheEndOfTimeSilencesNothing) {
+TEST_F(Input, AStampAtTheEndOfTimeIsHarmless) {
   const ros::Time end(4294967295u, 999999900u);
   camera_.send(camera_.image(end), camera_.info(end));
   EXPECT_TRUE(status_.waitForDrop("bad_stamp", 0));
@@ -256,7 +256,7 @@ TEST_F(Input, AnImageAtTheEndOfTimeSilencesNothing) {
 }
 
 /// Stops a separate node that has many images and long paths waiting.
-TEST_F(Input, EndsSoonWhateverWaits) {
+TEST_F(Input, NodeEndsSoonDespiteWaitingInput) {
   ros::param::set("/second/backend", "cpu");
   ros::param::set("/second/threads", 1);
   ros::param::set("/second/journal/folder", outputFolder() + "/journals");
@@ -294,7 +294,7 @@ TEST_F(Input, EndsSoonWhateverWaits) {
   ros::param::del("/second");
 }
 
-TEST_F(Input, SilenceIsWarnedOfThenAnErrorThenOver) {
+TEST_F(Input, SilenceIsAWarningThenAnError) {
   expectGoodFrameFused();
   const auto level = [&] { return status_.status().level; };
   const auto isSilent = [&] { return status_.status().code == dtsdf_mapping::MapStatus::SILENT; };

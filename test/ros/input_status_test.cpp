@@ -65,7 +65,7 @@ class InputStatusTest : public testing::Test {
   MapStatus status_;
 };
 
-TEST_F(InputStatusTest, TellsWhoCannotBeReachedFromWhoIsNotThere) {
+TEST_F(InputStatusTest, DistinguishesUnreachableFromMissingPublishers) {
   at_ = SteadyTime(std::chrono::seconds(1000));
   published = {{depth().topic, kImage}};
   EXPECT_NE(update().message.find("not connected yet"), std::string::npos);
@@ -74,7 +74,7 @@ TEST_F(InputStatusTest, TellsWhoCannotBeReachedFromWhoIsNotThere) {
   EXPECT_NE(status_.message.find("it is published, but cannot be reached"), std::string::npos);
 }
 
-TEST_F(InputStatusTest, SaysThatDepthComesAsClouds) {
+TEST_F(InputStatusTest, ReportsThatDepthIsPublishedAsClouds) {
   published = {{depth().topic, "sensor_msgs/PointCloud2"}};
   update();
   expect(MapStatus::WARN, MapStatus::NO_IMAGES,
@@ -87,7 +87,7 @@ TEST_F(InputStatusTest, SaysThatDepthComesAsClouds) {
 }
 
 /// Steps through the states from no images to mapping, with one message for each.
-TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
+TEST_F(InputStatusTest, ReportsWhatIsMissingStepByStep) {
   at_ = SteadyTime(std::chrono::seconds(1000));
   expect(MapStatus::WARN, MapStatus::NO_IMAGES,
          "no depth image received on '/camera/depth/image_rect': it has no publisher");
@@ -140,7 +140,7 @@ TEST_F(InputStatusTest, SaysStepByStepWhatIsMissing) {
   expect(MapStatus::OK, MapStatus::PAUSED, "paused");
 }
 
-TEST_F(InputStatusTest, NamesTheTransportThatIsPublished) {
+TEST_F(InputStatusTest, NamesThePublishedTransport) {
   const std::string topic = depth().topic;
   published = {{topic, kImage}};
   EXPECT_EQ(update().message.find("image_transport"), std::string::npos);
@@ -150,7 +150,7 @@ TEST_F(InputStatusTest, NamesTheTransportThatIsPublished) {
          "as sensor_msgs/Image; set image_transport:=raw");
 }
 
-TEST_F(InputStatusTest, DropsAreReportedForAWhileIfTheyAreAFault) {
+TEST_F(InputStatusTest, UnexpectedDropsAreReportedForAWhile) {
   const auto statusAfter = [&](uint64_t fused, const DropReason& reason, uint64_t dropped) {
     fuse(fused);
     if (dropped > 0) drop(reason, dropped);
@@ -168,7 +168,7 @@ TEST_F(InputStatusTest, DropsAreReportedForAWhileIfTheyAreAFault) {
   EXPECT_EQ(statusAfter(300, drop::kPaused, 0), MapStatus::MAPPING) << "the drops are long ago";
 }
 
-TEST_F(InputStatusTest, SilenceIsWarnedOfAndThenAnError) {
+TEST_F(InputStatusTest, SilenceIsAWarningThenAnError) {
   fuse(10);
   for (int i = 0; i < 20; ++i) update();
   depth().received_age_s = depth().fused_age_s = 6.0;
@@ -187,7 +187,7 @@ TEST_F(InputStatusTest, SilenceIsWarnedOfAndThenAnError) {
   EXPECT_NE(update().code, MapStatus::NOT_FUSED) << "the waiting time starts again";
 }
 
-TEST_F(InputStatusTest, ColourIsMissedOnlyWhereItIsNeeded) {
+TEST_F(InputStatusTest, MissingColourIsReportedOnlyIfNeeded) {
   fuse(10);
   streams_.emplace_back();
   StreamReport& colour = streams_[1];
@@ -241,7 +241,7 @@ TEST_F(InputStatusTest, EachCameraIsNamedAndCounted) {
   EXPECT_EQ(update().message.find("front: 100 % of the latest depth"), 0u) << status_.message;
 }
 
-TEST_F(InputStatusTest, TimeThatStandsIsNoFault) {
+TEST_F(InputStatusTest, StoppedTimeIsNoFault) {
   fuse(10);
   update();
   now_ -= ros::Duration(0.9);
@@ -257,7 +257,7 @@ TEST_F(InputStatusTest, TimeThatStandsIsNoFault) {
   EXPECT_EQ(update().code, MapStatus::MAPPING) << "the waiting time starts again";
 }
 
-TEST(Status, OfOneLevelTheMoreImportantIsReported) {
+TEST(Status, TheMostImportantProblemIsReported) {
   MapStatus status;
   report(status, MapStatus::OK, MapStatus::NO_SURFACE, "no surface");
   EXPECT_EQ(status.code, MapStatus::NO_SURFACE);

@@ -24,7 +24,7 @@ class LevelTest : public testing::Test {
     step_ = std::make_unique<LevelStep>(params_, transforms_, frame_);
   }
 
-  bool bring(PosedFrame& frame) { return !step_->place(frame); }
+  bool place(PosedFrame& frame) { return !step_->place(frame); }
 
   /// The view of the room camera at `time_s`; the map frame is that of the first camera.
   PosedFrame frameAt(double time_s) {
@@ -65,13 +65,13 @@ class LevelTest : public testing::Test {
   std::vector<float> depth_m_;
 };
 
-TEST_F(LevelTest, NoneLeavesPosesAsTheyAre) {
+TEST_F(LevelTest, NoneLeavesPosesUnchanged) {
   make(LevelChoice::kNone);
   EXPECT_FALSE(frame_.isLevelled());
   for (int i = 0; i < 12; ++i) {
     PosedFrame frame = frameAt(0.1 * i);
     const Eigen::Isometry3d before = poseOf(frame);
-    EXPECT_TRUE(bring(frame));
+    EXPECT_TRUE(place(frame));
     EXPECT_EQ(poseOf(frame).matrix(), before.matrix());
   }
   EXPECT_FALSE(frame_.level());
@@ -83,42 +83,42 @@ TEST_F(LevelTest, FloorIsFoundBeforeTheFirstFrameIsFused) {
   PosedFrame colour;
   colour.image = ColourFrame();
   for (size_t i = 0; i < FloorSearch::kViews; ++i) {
-    EXPECT_FALSE(bring(colour)) << "colour frames must wait, too";
+    EXPECT_FALSE(place(colour)) << "colour frames must wait, too";
     EXPECT_FALSE(frame_.level().has_value());
     EXPECT_FALSE(frame_.levelProblem().empty());
     EXPECT_THROW(frame_.inMap(Eigen::Isometry3d::Identity()), std::runtime_error);
     PosedFrame frame = frameAt(0.1 * static_cast<double>(i));
-    EXPECT_FALSE(bring(frame));
+    EXPECT_FALSE(place(frame));
   }
   EXPECT_TRUE(frame_.level().has_value());
   EXPECT_EQ(frame_.levelProblem(), "");
   PosedFrame frame = frameAt(1.0);
   const Eigen::Isometry3d T_M_C = poseOf(frame);
-  ASSERT_TRUE(bring(frame));
+  ASSERT_TRUE(place(frame));
   EXPECT_EQ(poseOf(frame).matrix(), (*frame_.level() * T_M_C).matrix());
   EXPECT_NEAR(poseOf(frame).translation().z(), roomCameraPose(1.0).translation().z(), 0.005);
-  EXPECT_TRUE(bring(colour));
+  EXPECT_TRUE(place(colour));
   EXPECT_EQ(poseOf(colour).matrix(), frame_.level()->matrix());
 }
 
-TEST_F(LevelTest, ALoadedMapBringsItsOwn) {
+TEST_F(LevelTest, ALoadedMapProvidesItsLevel) {
   make(LevelChoice::kFloor);
   const Eigen::Isometry3d T_W_M = levelPose(Vector3d(0.0, -1.0, 0.2).normalized(), 0.7);
   MapContents loaded;
   loaded.T_W_M = T_W_M;
   step_->replaced(&loaded, nullptr);
   PosedFrame frame = frameAt(0.0);
-  ASSERT_TRUE(bring(frame)) << "the search for the floor has ended";
+  ASSERT_TRUE(place(frame)) << "the search for the floor has ended";
   EXPECT_TRUE(poseOf(frame).isApprox(T_W_M, 1e-12));
 }
 
-TEST_F(LevelTest, ImuIsTurnedIntoTheMapFrame) {
+TEST_F(LevelTest, ImuIsRotatedIntoTheMapFrame) {
   make(LevelChoice::kImu);
   const Eigen::Isometry3d T(
       Eigen::AngleAxisd(M_PI / 2.0, Vector3d::UnitZ()));  // y of the sensor is -x of the map
   PosedFrame frame = frameAt(0.0);
   for (int i = 0; i <= 100; ++i) {
-    EXPECT_FALSE(bring(frame));
+    EXPECT_FALSE(place(frame));
     step_->add(atRest(10.0 + 0.01 * i));
   }
   EXPECT_FALSE(frame_.level().has_value()) << "no transform was received";
@@ -131,7 +131,7 @@ TEST_F(LevelTest, ImuIsTurnedIntoTheMapFrame) {
   ASSERT_TRUE(frame_.level().has_value());
   EXPECT_TRUE((frame_.level()->linear() * -Vector3d::UnitX()).isApprox(Vector3d::UnitZ(), 1e-9));
   EXPECT_EQ(frame_.level()->translation().norm(), 0.0) << "gravity gives no height";
-  EXPECT_TRUE(bring(frame));
+  EXPECT_TRUE(place(frame));
 }
 
 TEST_F(LevelTest, ImuWithoutAccelerationIsRefused) {

@@ -23,9 +23,9 @@ MapContents mapOf(double stamp_s, const std::optional<Eigen::Isometry3d>& T_W_M 
 }
 
 /// Requests the mesh at a rate; 0: never.
-class MeshWanted : public Step {
+class MeshRequest : public Step {
  public:
-  explicit MeshWanted(const double& rate_hz) : rate_hz_(rate_hz) {}
+  explicit MeshRequest(const double& rate_hz) : rate_hz_(rate_hz) {}
   std::optional<double> meshRate_hz() const override {
     return rate_hz_ > 0.0 ? std::optional<double>(rate_hz_) : std::nullopt;
   }
@@ -37,7 +37,7 @@ class MeshWanted : public Step {
 class LiveMapTest : public testing::Test {
  protected:
   LiveMapTest() {
-    host_.steps.push_back(std::make_unique<MeshWanted>(mesh_rate_hz_));
+    host_.steps.push_back(std::make_unique<MeshRequest>(mesh_rate_hz_));
     host_.steps.push_back(std::make_unique<LevelStep>(host_.params, host_.transforms, host_.frame));
   }
 
@@ -74,7 +74,7 @@ class LiveMapTest : public testing::Test {
   MeshQueue& changes_ = host_.mesh_changes;
 };
 
-TEST_F(LiveMapTest, TheMeshIsMadeAtTheRateThatIsNeeded) {
+TEST_F(LiveMapTest, TheMeshIsExtractedAtTheRequestedRate) {
   for (int i = 0; i < 100; ++i) {
     pushFrame();
     work();
@@ -89,8 +89,8 @@ TEST_F(LiveMapTest, TheMeshIsMadeAtTheRateThatIsNeeded) {
   EXPECT_EQ(mapper_->meshes, 11) << "nothing has changed";
 }
 
-/// After a mesh that took long, at least as much time is spent on frames.
-TEST_F(LiveMapTest, ALongMeshRestsAsLong) {
+/// After a slow extraction, at least as much time is spent on frames.
+TEST_F(LiveMapTest, FramesGetAsMuchTimeAsMeshing) {
   mapper_->mesh_ms = 3000.0;
   for (int i = 0; i < 100; ++i) {
     pushFrame();
@@ -100,7 +100,7 @@ TEST_F(LiveMapTest, ALongMeshRestsAsLong) {
   EXPECT_LE(mapper_->meshes, 4);
 }
 
-TEST_F(LiveMapTest, ClearingARegionOutdatesTheMesh) {
+TEST_F(LiveMapTest, ClearingARegionUpdatesTheMesh) {
   pushFrame();
   work();
   EXPECT_FALSE(changes_.take().blocks.empty());
@@ -112,13 +112,13 @@ TEST_F(LiveMapTest, ClearingARegionOutdatesTheMesh) {
   EXPECT_EQ(mapper_->meshes, meshes + 1);
 }
 
-TEST_F(LiveMapTest, ARegionWithAProblemIsNoFailureOfTheBackend) {
+TEST_F(LiveMapTest, AnInvalidRegionDoesNotFailTheBackend) {
   EXPECT_THROW(map_.clearRegion(SphereRegion{{0, 0, 0}, -1.0}), std::runtime_error);
   EXPECT_FALSE(hasFailed());
   EXPECT_EQ(mapper_->cleared_regions, 0);
 }
 
-TEST_F(LiveMapTest, GoesOnWhereARegionIsClearedInPart) {
+TEST_F(LiveMapTest, MappingContinuesAfterAPartialClear) {
   pushFrame();
   work();
   mapper_->clears_in_part = mapper_->fails_to_count = true;
@@ -149,7 +149,7 @@ TEST_F(LiveMapTest, ReportsTheBudgetFromTheStart) {
   EXPECT_EQ(host_.status().max_map_bytes, size_t{FakeMapper::kBudgetBytes});
 }
 
-TEST_F(LiveMapTest, FusesInOrderAndHandsTheMeshOver) {
+TEST_F(LiveMapTest, FusesInOrderAndQueuesTheMesh) {
   for (int i = 0; i < 3; ++i) pushFrame(i);
   work();
   EXPECT_EQ(mapper_->frames, 3);
@@ -164,9 +164,9 @@ TEST_F(LiveMapTest, FusesInOrderAndHandsTheMeshOver) {
   EXPECT_EQ(changes.stamp, ros::Time(3.0));
 }
 
-/// The report waits for blocks that move to disk after a mesh, so it follows the next frame, or
-/// comes when no frame is ready.
-TEST_F(LiveMapTest, AMeshIsReportedOnceNoFrameIsReady) {
+/// The report waits for blocks that move to disk after a mesh, so it comes after the next frame, or
+/// as soon as no frame is ready.
+TEST_F(LiveMapTest, AReadyFrameDelaysTheMeshReport) {
   pushFrame();
   map_.step();  // fuses
   map_.step();  // starts the mesh
@@ -184,7 +184,7 @@ TEST_F(LiveMapTest, AMeshIsReportedOnceNoFrameIsReady) {
   EXPECT_EQ(mapper_->reports, reports + 2) << "when idle";
 }
 
-TEST_F(LiveMapTest, NothingIsMeshedForNobody) {
+TEST_F(LiveMapTest, NothingIsMeshedUnlessRequested) {
   mesh_rate_hz_ = 0.0;
   pushFrame();
   work();
@@ -217,7 +217,7 @@ TEST_F(LiveMapTest, MeshesInPartsUntilNothingIsLeft) {
   EXPECT_EQ(mapper_->meshes, 5);
 }
 
-TEST_F(LiveMapTest, FusesWhileTheOutputStandsStill) {
+TEST_F(LiveMapTest, FusesWhileTheOutputIsStalled) {
   for (int i = 0; i < 1000; ++i) {
     pushFrame(i % 4);
     host_.clock.advance(1.0);  // the mesh is due after each frame
@@ -232,7 +232,7 @@ TEST_F(LiveMapTest, FusesWhileTheOutputStandsStill) {
   }
 }
 
-TEST_F(LiveMapTest, ClearStartsOverAfterAFailure) {
+TEST_F(LiveMapTest, ClearingRecoversFromAFailure) {
   pushFrame();
   work();
   mapper_->fails_to_integrate = true;
@@ -259,7 +259,7 @@ TEST_F(LiveMapTest, ClearStartsOverAfterAFailure) {
   EXPECT_EQ(changes_.take().blocks.size(), 1u);
 }
 
-TEST_F(LiveMapTest, AMapThatHasFailedCanStillBeSaved) {
+TEST_F(LiveMapTest, TheMeshCanBeSavedAfterAFailure) {
   mesh_rate_hz_ = 0.0;
   pushFrame();
   work();
@@ -270,7 +270,8 @@ TEST_F(LiveMapTest, AMapThatHasFailedCanStillBeSaved) {
   EXPECT_EQ(changes_.take().blocks.size(), 1u);
 }
 
-TEST_F(LiveMapTest, AMeshThatWasLostIsThatOfBeforeUntilTheMapIsCleared) {
+/// Until the map is cleared, the mesh is the one from before the failure.
+TEST_F(LiveMapTest, FailedMeshingKeepsTheLastMesh) {
   mesh_rate_hz_ = 0.0;
   pushFrame();
   work();
@@ -296,7 +297,7 @@ TEST_F(LiveMapTest, ABackendThatCannotClearStaysFailed) {
   EXPECT_EQ(host_.status().message, "the backend failed: out of memory");
 }
 
-TEST_F(LiveMapTest, ClearingForgetsAMeshUnderWay) {
+TEST_F(LiveMapTest, ClearingDiscardsAMeshInProgress) {
   pushFrame();
   map_.step();  // fuses
   map_.step();  // starts the mesh
@@ -307,7 +308,7 @@ TEST_F(LiveMapTest, ClearingForgetsAMeshUnderWay) {
   EXPECT_TRUE(changes.blocks.empty());
 }
 
-TEST_F(LiveMapTest, ACorrectionNeedsNoMeshOfTheMapBefore) {
+TEST_F(LiveMapTest, ACorrectionDoesNotNeedTheOldMesh) {
   pushFrame();
   map_.step();  // fuses
   map_.step();  // starts the mesh
@@ -318,7 +319,7 @@ TEST_F(LiveMapTest, ACorrectionNeedsNoMeshOfTheMapBefore) {
   EXPECT_EQ(map_.flushMesh(), "");
 }
 
-TEST_F(LiveMapTest, GoesOnWithAMapThatWasLoaded) {
+TEST_F(LiveMapTest, MappingContinuesInALoadedMap) {
   pushFrame();
   work();
   EXPECT_FALSE(map_.isEmpty());
@@ -343,7 +344,7 @@ TEST_F(LiveMapTest, GoesOnWithAMapThatWasLoaded) {
   EXPECT_TRUE(map_.isEmpty());
 }
 
-TEST_F(LiveMapTest, AMapThatIsLoadedStartsOverAfterAFailure) {
+TEST_F(LiveMapTest, LoadingAMapRecoversFromAFailure) {
   mapper_->fails_to_integrate = true;
   pushFrame();
   work();
@@ -356,7 +357,7 @@ TEST_F(LiveMapTest, AMapThatIsLoadedStartsOverAfterAFailure) {
   EXPECT_EQ(dropped(), 1u);
 }
 
-TEST_F(LiveMapTest, PaintsAndCountsColourForItself) {
+TEST_F(LiveMapTest, ColourIsPaintedAndCountedSeparately) {
   pushFrame();
   pushColour();
   work();
@@ -431,7 +432,7 @@ class HalfSpaceStep : public Step {
   int rejected_ = 0, fused_ = 0, meshes_ = 0;
 };
 
-TEST_F(LiveMapTest, AFeatureIsAStep) {
+TEST_F(LiveMapTest, AFeatureCanBeAddedAsAStep) {
   host_.steps.push_back(std::make_unique<HalfSpaceStep>());
   auto& step = static_cast<HalfSpaceStep&>(*host_.steps.back());
   pushFrame(1);

@@ -73,7 +73,7 @@ class MapsTest : public WallCamera {
   const std::string folder_ = outputFolder();
 };
 
-TEST_F(MapsTest, ComeBackAsTheyWereSaved) {
+TEST_F(MapsTest, AreRestoredAsTheyWereSaved) {
   const MeshWatcher mesh(nh_);
   const auto saved = saveMapAs("maps/wall.dtsdf");
   ASSERT_TRUE(saved.success) << saved.message;
@@ -105,7 +105,7 @@ TEST_F(MapsTest, ComeBackAsTheyWereSaved) {
   EXPECT_TRUE(waitUntil([&] { return status_.status().loaded_map.empty(); }));
 }
 
-TEST_F(MapsTest, TakeThePlaceOfWhatWasMapped) {
+TEST_F(MapsTest, ReplaceTheCurrentMap) {
   const auto saved = saveMapAs("wall.dtsdf");
   const std::string mesh = readBytes(saveMesh("before.ply").path);
   fuseFrames(5);
@@ -115,7 +115,7 @@ TEST_F(MapsTest, TakeThePlaceOfWhatWasMapped) {
 }
 
 /// The journal restores a map that was loaded, partly cleared and mapped further.
-TEST_F(MapsTest, AreWhatTheirJournalLeadsTo) {
+TEST_F(MapsTest, AreRestoredByTheirJournal) {
   ASSERT_TRUE(saveMapAs("wall.dtsdf").success);
   fuseFrames(2);
   ASSERT_TRUE(loadMapFrom("wall.dtsdf").success);
@@ -138,7 +138,7 @@ TEST_F(MapsTest, AreWhatTheirJournalLeadsTo) {
 }
 
 /// If the camera is elsewhere when a map is loaded, at most one frame is lost.
-TEST_F(MapsTest, LetTheCameraBeAnywhere) {
+TEST_F(MapsTest, LetTheCameraStartAnywhere) {
   ASSERT_TRUE(saveMapAs("wall.dtsdf").success);
   ASSERT_TRUE(loadMapFrom("wall.dtsdf").success);
   for (const double x_m : {30.0, 0.0}) {
@@ -186,7 +186,7 @@ TEST_F(MapsTest, GiveAnEmptyMapTheirSettings) {
   EXPECT_TRUE(loadMapFrom("fine.dtsdf").success);
 }
 
-TEST_F(MapsTest, AreRefusedWhereTheyDoNotFit) {
+TEST_F(MapsTest, AreRefusedIfTheyDoNotFit) {
   writeOtherMap("coarse.dtsdf", 0.08f, "map");
   expectRefused("coarse.dtsdf", "map/voxel_size_m");
   writeOtherMap("elsewhere.dtsdf", 0.05f, "odom");
@@ -200,7 +200,7 @@ TEST_F(MapsTest, AreRefusedWhereTheyDoNotFit) {
   EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success) << "an unnamed frame may be the node's";
 }
 
-TEST_F(MapsTest, AreRefusedWhereTheyAreDamaged) {
+TEST_F(MapsTest, AreRefusedIfDamaged) {
   const std::string good = readBytes(saveMapAs("good.dtsdf").path);
   expectRefused("missing.dtsdf", "cannot read");
   writeBytes(in("cut.dtsdf"), good.substr(0, good.size() / 2));
@@ -213,7 +213,7 @@ TEST_F(MapsTest, AreRefusedWhereTheyAreDamaged) {
   expectRefused("text.dtsdf", "is not a map file");
 }
 
-TEST_F(MapsTest, LieUnderTheOutputDirectory) {
+TEST_F(MapsTest, AreSavedUnderTheOutputDirectory) {
   expectRefused("/nowhere/map.dtsdf", "cannot read");  // files are read from anywhere
   const auto saved = saveMapAs("../map.dtsdf");
   EXPECT_FALSE(saved.success);
@@ -225,7 +225,7 @@ TEST_F(MapsTest, LieUnderTheOutputDirectory) {
   EXPECT_NE(saveMesh("map.dtsdf").message.find("use .ply"), std::string::npos);
 }
 
-TEST_F(MapsTest, AreServedOneByOneWhenManyAsk) {
+TEST_F(MapsTest, ConcurrentCallsAreServedOneByOne) {
   const std::string good = readBytes(saveMapAs("good.dtsdf").path);
   std::vector<std::thread> callers;
   std::atomic<int> failures{0};
@@ -247,7 +247,7 @@ TEST_F(MapsTest, AreServedOneByOneWhenManyAsk) {
 }
 
 /// A separate node starts with a map from outside its output directory.
-TEST_F(MapsTest, AreThereFromTheStart) {
+TEST_F(MapsTest, CanBeLoadedAtStart) {
   const auto saved = saveMapAs("start.dtsdf");
   const TemporaryFolder elsewhere;
   fs::copy_file(saved.path, elsewhere / "start.dtsdf");

@@ -50,7 +50,7 @@ TEST_F(Mask, FramesAreFusedWithTheirMasks) {
       << status_.status().message;
 }
 
-TEST_F(Mask, NothingIsSeenThroughAWholeMask) {
+TEST_F(Mask, AFullMaskHidesEverything) {
   const uint64_t dropped = status_.dropped("no_measurement");
   const ros::Time stamp = camera_.nextStamp();
   sendDepth(stamp);

@@ -19,7 +19,7 @@ class MeshQueueTest : public testing::Test {
   MeshQueue queue_{[this] { ++wakes_; }};
 };
 
-TEST_F(MeshQueueTest, GivesWhatChangedOnce) {
+TEST_F(MeshQueueTest, ReturnsEachChangeOnce) {
   queue_.add(makeUpdate({{0, 0, 0}, {1, 0, 0}}, 1), ros::Time(5.0));
   EXPECT_EQ(wakes_, 1);
   const MeshChanges changes = queue_.take();
@@ -36,13 +36,13 @@ TEST_F(MeshQueueTest, DoesNotCopyTheMeshes) {
   EXPECT_EQ(queue_.take().blocks[0]->triangles.data(), triangles);
 }
 
-TEST_F(MeshQueueTest, NothingNewWakesNobody) {
+TEST_F(MeshQueueTest, EmptyUpdatesWakeNobody) {
   queue_.add({}, ros::Time(1.0));
   EXPECT_EQ(wakes_, 0);
   EXPECT_TRUE(queue_.take().stamp.isZero());
 }
 
-TEST_F(MeshQueueTest, ChangesOfABlockBecomeOne) {
+TEST_F(MeshQueueTest, KeepsOnlyTheNewestMeshPerBlock) {
   for (size_t i = 1; i <= 100; ++i) {
     queue_.add(makeUpdate({{0, 0, 0}, {-1, 2, 3}}, i), ros::Time(static_cast<double>(i)));
   }
@@ -52,7 +52,7 @@ TEST_F(MeshQueueTest, ChangesOfABlockBecomeOne) {
   EXPECT_EQ(changes.stamp, ros::Time(100.0));
 }
 
-TEST_F(MeshQueueTest, ClearingForgetsWhatWaitsAndComesBeforeWhatFollows) {
+TEST_F(MeshQueueTest, ClearingDiscardsWaitingChanges) {
   queue_.add(makeUpdate({{0, 0, 0}}, 1), ros::Time(1.0));
   queue_.clear();
   EXPECT_EQ(wakes_, 2);
@@ -73,7 +73,7 @@ SharedBlockMesh block(int x, float position, size_t triangles = 1, uint8_t red =
   return mesh;
 }
 
-TEST(MeshDifferences, AreWhatChangedCameOrWent) {
+TEST(MeshDifferences, AreChangedAddedAndRemovedBlocks) {
   MeshStore store(0.05f);
   for (int x = 0; x < 4; ++x) store.put(block(x, 0.25f));
   const std::vector<SharedBlockMesh> changes =
@@ -86,7 +86,7 @@ TEST(MeshDifferences, AreWhatChangedCameOrWent) {
   EXPECT_EQ(store.blocks().at(packedKeyOf({2, 0, 0}))->colours[0].red, 8);
 }
 
-TEST(MeshDifferences, OfEqualMeshesThereAreNone) {
+TEST(MeshDifferences, AreEmptyForEqualMeshes) {
   MeshStore store(0.05f);
   for (int x = 0; x < 4; ++x) store.put(block(x, 0.25f));
   std::vector<SharedBlockMesh> same = {block(7, 0.0f, 0)};  // empty, and not shown

@@ -48,7 +48,7 @@ TEST_F(MeshTest, EmptyMeshIsNotSaved) {
   EXPECT_FALSE(fs::exists(folder_ + "/empty.ply"));
 }
 
-TEST_F(MeshTest, NothingIsMeshedWhileNobodyListens) {
+TEST_F(MeshTest, NothingIsMeshedWithoutSubscribers) {
   fuseFrames(3);
   EXPECT_TRUE(waitUntil([&] {
     return status_.status().code == dtsdf_mapping::MapStatus::NO_SUBSCRIBER;
@@ -57,7 +57,7 @@ TEST_F(MeshTest, NothingIsMeshedWhileNobodyListens) {
   EXPECT_GT(status_.status().blocks, 0u);
 }
 
-TEST_F(MeshTest, MarkersShowTheWallWhereItIs) {
+TEST_F(MeshTest, MarkersShowTheWallInPlace) {
   const MeshWatcher mesh(nh_);  // subscribes late, and must still get earlier frames
   ASSERT_TRUE(waitForMesh(mesh));
   EXPECT_GT(mesh.shown().size(), 1u);
@@ -98,7 +98,7 @@ TEST_F(MeshTest, LateSubscriberGetsTheWholeMesh) {
 }
 
 /// The blocks have the mesh of the markers; a new subscriber gets each chunk once.
-TEST_F(MeshTest, BlocksAreTheMeshInFewBytes) {
+TEST_F(MeshTest, BlocksContainTheMeshOfTheMarkers) {
   const MeshWatcher mesh(nh_);
   const BlocksWatcher blocks(nh_);
   fuseFrames(2);
@@ -133,7 +133,7 @@ TEST_F(MeshTest, BlocksAreTheMeshInFewBytes) {
   EXPECT_TRUE(waitUntil([&] { return state.chunks().empty(); }));
 }
 
-TEST_F(MeshTest, OnlyChunksThatChangedAreSent) {
+TEST_F(MeshTest, OnlyChangedChunksAreSent) {
   const MeshWatcher mesh(nh_);
   fuseFrames(2);
   ASSERT_TRUE(waitForMesh(mesh));
@@ -198,7 +198,7 @@ TEST_F(MeshTest, ExampleWritesTheBlocksThatItReads) {
 }
 
 /// Invalid messages are refused, here a triangle of a block without vertices.
-TEST_F(MeshTest, ExampleRefusesWhatIsNotAMesh) {
+TEST_F(MeshTest, ExampleRefusesInvalidMeshes) {
   dtsdf_mapping::MeshBlocks message;
   message.step_m = 0.001;
   message.blocks.resize(1);
@@ -214,7 +214,7 @@ TEST_F(MeshTest, ExampleRefusesWhatIsNotAMesh) {
 }
 
 /// Unit tests cover the contents of the files.
-TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
+TEST_F(MeshTest, SavesEveryFormatAndReportsCounts) {
   const auto ply = saveMesh("folder/mesh.ply");
   ASSERT_TRUE(ply.success) << ply.message;
   EXPECT_EQ(ply.path, fs::weakly_canonical(folder_ + "/folder/mesh.ply").string());
@@ -236,7 +236,7 @@ TEST_F(MeshTest, SavesEveryFormatWithTheCountsItTells) {
 }
 
 /// rosservice fills omitted fields with zeros.
-TEST_F(MeshTest, ACallByNameOfTheFileAloneWorks) {
+TEST_F(MeshTest, SavingNeedsOnlyAFileName) {
   const std::string command =
       std::string(DTSDF_ENVIRONMENT) +
       " rosservice call /mapping/save_mesh \"file_name: 'by_yaml.ply'\" | grep -q 'success: True'";
@@ -244,7 +244,7 @@ TEST_F(MeshTest, ACallByNameOfTheFileAloneWorks) {
   EXPECT_TRUE(readBytes(folder_ + "/by_yaml.ply") == readBytes(saveMesh("whole.ply").path));
 }
 
-TEST_F(MeshTest, SavesARegionAlone) {
+TEST_F(MeshTest, SavesOnlyARegion) {
   const auto whole = saveMesh("whole.ply");
   dtsdf_mapping::SaveMesh call;
   call.request.file_name = "left.ply";
@@ -270,7 +270,7 @@ TEST_F(MeshTest, SavesARegionAlone) {
   EXPECT_NE(call.response.message.find("size"), std::string::npos) << call.response.message;
 }
 
-TEST_F(MeshTest, SavesASimplerMeshAndTellsItsError) {
+TEST_F(MeshTest, SavesASimplifiedMeshWithItsError) {
   const auto whole = saveMesh("whole.ply");
   dtsdf_mapping::SaveMesh call;
   call.request.file_name = "simple.glb";
@@ -293,7 +293,7 @@ TEST_F(MeshTest, SavesASimplerMeshAndTellsItsError) {
 }
 
 /// Calls are answered while mapping is paused, too.
-TEST_F(MeshTest, ConcurrentCallsAllSaveTheSame) {
+TEST_F(MeshTest, ConcurrentCallsSaveTheSameMesh) {
   pauseMapping(true);
   std::vector<std::thread> callers;
   for (int i = 0; i < 6; ++i) {

@@ -57,7 +57,7 @@ TEST(NodeParams, LevelledMapsHaveAFrameOfTheirOwn) {
   EXPECT_EQ(violationsOf({{"map/level", std::string("gravity")}}).size(), 1u);
 }
 
-TEST(NodeParams, PosesAreBetweenFramesThatDiffer) {
+TEST(NodeParams, InconsistentPoseSettingsAreRejected) {
   const auto broken = [](ParamTree tree, const char* key) {
     const auto violations = violationsOf(tree);
     return violations.size() == 1 && violations[0].find(key) != std::string::npos;
@@ -79,7 +79,7 @@ TEST(NodeParams, PosesAreBetweenFramesThatDiffer) {
   EXPECT_TRUE(broken({{"poses/mode", track}, {"map/level", std::string("imu")}}, "map/level"));
 }
 
-TEST(NodeParams, PosesAreLookedUpInTheFrameThatTheyAreGivenIn) {
+TEST(NodeParams, PoseFrameDependsOnTheMode) {
   const auto frameOf = [](const std::string& mode, const std::string& odom) {
     return frameOfPoses(readNodeParams(
         {{"poses/mode", mode}, {"poses/odom_frame", odom}, {"map_frame", std::string("world")}}));
@@ -90,7 +90,7 @@ TEST(NodeParams, PosesAreLookedUpInTheFrameThatTheyAreGivenIn) {
   EXPECT_EQ(frameOf("track", "/odom"), "");
 }
 
-TEST(NodeParams, CamerasAreNamespacesAndDiffer) {
+TEST(NodeParams, CamerasAreDistinctNamespaces) {
   using Names = std::vector<std::string>;
   EXPECT_EQ(readNodeParams({{"cameras", Names{"front", "left/rear_2"}}}).cameras,
             (Names{"front", "left/rear_2"}));
@@ -107,10 +107,10 @@ TEST(NodeParams, CamerasAreNamespacesAndDiffer) {
 }
 
 /// dynamic_reconfigure has the keys, defaults and ranges of the rates in the settings.
-TEST(NodeParams, RatesThatMayChangeAreThoseOfTheSettings) {
-  const auto least = dtsdf_mapping::PublishConfig::__getMin__();
-  const auto usual = dtsdf_mapping::PublishConfig::__getDefault__();
-  const auto most = dtsdf_mapping::PublishConfig::__getMax__();
+TEST(NodeParams, ReconfigurableRatesMatchTheSettings) {
+  const auto minimum = dtsdf_mapping::PublishConfig::__getMin__();
+  const auto defaults = dtsdf_mapping::PublishConfig::__getDefault__();
+  const auto maximum = dtsdf_mapping::PublishConfig::__getMax__();
   const ParamTree settings = toTree(NodeParams());
   size_t rates = 0;
   for (const auto& [key, value] : settings) {
@@ -122,9 +122,9 @@ TEST(NodeParams, RatesThatMayChangeAreThoseOfTheSettings) {
     const std::string key = "publish/" + description->name;
     ASSERT_EQ(settings.count(key), 1u) << key;
     boost::any any;
-    description->getValue(usual, any);
+    description->getValue(defaults, any);
     EXPECT_EQ(boost::any_cast<double>(any), asNumber(settings.at(key))) << key;
-    for (const auto& bound : {least, most}) {
+    for (const auto& bound : {minimum, maximum}) {
       description->getValue(bound, any);
       const double number = boost::any_cast<double>(any);
       EXPECT_TRUE(violationsOf({{key, number}}).empty()) << key << " = " << number;
@@ -136,7 +136,7 @@ TEST(NodeParams, RatesThatMayChangeAreThoseOfTheSettings) {
   EXPECT_EQ(offered, rates);
 }
 
-TEST(NodeParams, StripsTheSlashOfOldFrames) {
+TEST(NodeParams, StripsLeadingSlashesOfFrames) {
   const NodeParams params = readNodeParams(
       {{"map_frame", std::string("/odom")}, {"input/camera_frame", std::string("/cam")}});
   EXPECT_EQ(params.map_frame, "odom");

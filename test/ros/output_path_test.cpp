@@ -30,7 +30,7 @@ TEST(OutputPath, LiesUnderTheOutputDirectory) {
   EXPECT_EQ(resolveOutputPath(root, "/elsewhere/a.dtsdf", {".dtsdf"}, true), "/elsewhere/a.dtsdf");
 }
 
-TEST(OutputPath, StartsAtTheHomeFolderOnRequest) {
+TEST(OutputPath, ExpandsTheHomeFolder) {
   const char* home = std::getenv("HOME");
   if (home == nullptr) GTEST_SKIP() << "HOME is not set";
   EXPECT_EQ(resolve("~/meshes", "mesh.ply"),
@@ -39,7 +39,7 @@ TEST(OutputPath, StartsAtTheHomeFolderOnRequest) {
   EXPECT_EQ(expandHome("/a/~/b", "it"), "/a/~/b");
 }
 
-TEST(OutputPath, RefusesWhatLeadsOut) {
+TEST(OutputPath, RefusesPathsOutsideTheOutputDirectory) {
   const TemporaryFolder folder;
   fs::create_directories(folder / "out");
   fs::create_directories(folder / "outside");
@@ -68,7 +68,7 @@ TEST(OutputPath, RefusesControlCharacters) {
   EXPECT_EQ(errorOf([&] { resolve(folder.path(), "K\u00fcche \u53f0\u6240.ply"); }), "");
 }
 
-TEST(OutputPath, RefusesLinksThatLeadNowhere) {
+TEST(OutputPath, RefusesCyclicLinks) {
   const TemporaryFolder folder;
   fs::create_symlink("loop.ply", folder / "loop.ply");
   for (const char* name : {"loop.ply", "loop.ply/a.ply"}) {

@@ -105,7 +105,7 @@ class PosesTest : public testing::Test {
   PosesStep* poses_ = nullptr;
 };
 
-TEST_F(PosesTest, ARefinedFrameIsFusedWhereItFits) {
+TEST_F(PosesTest, RefinedFramesAreFusedAtAlignedPoses) {
   start(PoseMode::kRefine);
   push(1.0);
   EXPECT_EQ(alignments_, 0) << "an empty map cannot align";
@@ -117,14 +117,14 @@ TEST_F(PosesTest, ARefinedFrameIsFusedWhereItFits) {
   expectAccounted();
 }
 
-TEST_F(PosesTest, TheMapSaysHowPosesWereFound) {
+TEST_F(PosesTest, TheMapStoresThePoseSettings) {
   params_.poses.sigma_m = 0.02;
   start(PoseMode::kRefine);
   push(1.0);
   EXPECT_EQ(toTree(host_->map.origin().poses), toTree<PoseParams>(params_.poses));
 }
 
-TEST_F(PosesTest, OneThatDoesNotFitIsFusedAsGiven) {
+TEST_F(PosesTest, MisfitsAreFusedAtTheirGivenPose) {
   start(PoseMode::kRefine);
   push(1.0);
   camera_x_m_ = 5.0;
@@ -135,7 +135,7 @@ TEST_F(PosesTest, OneThatDoesNotFitIsFusedAsGiven) {
   expectAccounted();
 }
 
-TEST_F(PosesTest, OrItIsDropped) {
+TEST_F(PosesTest, MisfitsCanBeDropped) {
   params_.poses.drop_misfits = true;
   start(PoseMode::kRefine);
   push(1.0);
@@ -147,7 +147,7 @@ TEST_F(PosesTest, OrItIsDropped) {
 }
 
 /// Two stationary cameras whose given poses drift in opposite directions.
-TEST_F(PosesTest, EachCameraOfARigIsCorrectedByItself) {
+TEST_F(PosesTest, CamerasOfARigAreCorrectedSeparately) {
   params_.cameras = {"left", "right"};
   params_.poses.drift = 1.0;
   start(PoseMode::kRefine);
@@ -183,7 +183,7 @@ TEST_F(PosesTest, EachCameraOfARigIsCorrectedByItself) {
   expectAccounted();
 }
 
-TEST_F(PosesTest, ACorrectionIsForgottenWhereStampsGoBack) {
+TEST_F(PosesTest, StampsGoingBackResetTheCorrection) {
   params_.poses.drift = 1.0;
   start(PoseMode::kRefine);
   push(1.0, 0.0);
@@ -197,7 +197,7 @@ TEST_F(PosesTest, ACorrectionIsForgottenWhereStampsGoBack) {
   EXPECT_NEAR(poses_->T_M_O().translation().x(), 0.0, 1e-9);
 }
 
-TEST_F(PosesTest, ATrackedCameraBeginsUprightAndNeedsNoPose) {
+TEST_F(PosesTest, TrackingStartsUprightWithoutAPose) {
   start(PoseMode::kTrack);
   push(1.0, 77.0);  // the pose from TF is ignored
   ASSERT_EQ(fused(), 1u);
@@ -231,7 +231,7 @@ TEST_F(PosesTest, ALostCameraFusesNothingUntilItFitsAgain) {
   expectAccounted();
 }
 
-TEST_F(PosesTest, ATrackedCameraStaysWhereItIsWhenStampsGoBack) {
+TEST_F(PosesTest, TrackingContinuesWhenStampsGoBack) {
   start(PoseMode::kTrack);
   for (int i = 0; i < 5; ++i) push(100.0 + 0.1 * i);
   push(3.0);
@@ -240,7 +240,7 @@ TEST_F(PosesTest, ATrackedCameraStaysWhereItIsWhenStampsGoBack) {
   EXPECT_TRUE(statusOf(0).lost_since.isZero());
 }
 
-TEST_F(PosesTest, InAnEmptiedMapTrackingGoesOnWhereItWas) {
+TEST_F(PosesTest, TrackingContinuesAfterTheMapIsCleared) {
   start(PoseMode::kTrack);
   push(1.0);
   camera_x_m_ = 0.08;
@@ -252,7 +252,7 @@ TEST_F(PosesTest, InAnEmptiedMapTrackingGoesOnWhereItWas) {
   EXPECT_NEAR(foundX_m(), 0.08, 1e-9);
 }
 
-TEST_F(PosesTest, InAMapThatWasLoadedACameraHasToBeFound) {
+TEST_F(PosesTest, ACameraMustBeFoundInALoadedMap) {
   start(PoseMode::kTrack);
   push(1.0);
   auto loaded = std::make_unique<FakeMapper>(*mapper_);
@@ -269,7 +269,7 @@ TEST_F(PosesTest, InAMapThatWasLoadedACameraHasToBeFound) {
   EXPECT_NEAR(foundX_m(), 7.0, 1e-9);
 }
 
-TEST_F(PosesTest, ABaseBeginsAtTheOriginOnceItsCameraIsKnown) {
+TEST_F(PosesTest, TheBaseStartsAtTheOrigin) {
   params_.base_frame = "base";
   start(PoseMode::kTrack);
   push(1.0);
@@ -291,7 +291,7 @@ TEST_F(PosesTest, ABaseBeginsAtTheOriginOnceItsCameraIsKnown) {
   expectAccounted();
 }
 
-TEST_F(PosesTest, OldPosesGoWhereThereAreTooMany) {
+TEST_F(PosesTest, TheOldestPosesAreDiscarded) {
   start(PoseMode::kRefine);
   constexpr size_t most = 360000;
   PosedFrame frame;
@@ -318,7 +318,7 @@ Alignment slidingAlong(const Vector3d& axis) {
   return alignment;
 }
 
-TEST(PoseCovariance, AnAxisThatIsNotHeldIsFree) {
+TEST(PoseCovariance, UnobservedAxesAreFree) {
   const Vector3d along = Vector3d(1.0, 2.0, -0.5).normalized();
   const Alignment alignment = slidingAlong(along);
   const Matrix3d shifts = alignment.covariance.topLeftCorner<3, 3>();
@@ -330,7 +330,7 @@ TEST(PoseCovariance, AnAxisThatIsNotHeldIsFree) {
   EXPECT_EQ(freeAxes(kSigma_m * kSigma_m * Matrix3d::Identity(), kSigma_m).size(), 3u);
 }
 
-TEST(PoseCovariance, TrackedPosesAreUnknownAlongWhatIsFree) {
+TEST(PoseCovariance, TrackedPosesAreUncertainAlongFreeAxes) {
   const Vector3d along = Vector3d(3.0, 4.0, 0.0) / 5.0;
   PoseParams params;
   params.mode = PoseMode::kTrack;

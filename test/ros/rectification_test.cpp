@@ -89,7 +89,7 @@ int checkPixels(const sensor_msgs::CameraInfo& info, const sensor_msgs::Image& r
   return measured;
 }
 
-TEST(Rectification, UndoesEachModel) {
+TEST(Rectification, UndoesEachDistortionModel) {
   for (const auto& [model, D] :
        {std::pair("plumb_bob", kPlumbBob), std::pair("rational_polynomial", kRational),
         std::pair("plumb_bob", kRational), std::pair("rational_polynomial", kPlumbBob),
@@ -109,7 +109,7 @@ TEST(Rectification, UndoesEachModel) {
   }
 }
 
-TEST(Rectification, MindsBinningAndTheRegionOfInterest) {
+TEST(Rectification, HandlesBinningAndRegionOfInterest) {
   const auto info = makeInfo("plumb_bob", kPlumbBob);
   info->width = 400;
   info->height = 300;
@@ -126,7 +126,7 @@ TEST(Rectification, MindsBinningAndTheRegionOfInterest) {
   EXPECT_EQ(camera.info->binning_x, 0u);
 }
 
-TEST(Rectification, TurnedCamerasKeepTheirPoints) {
+TEST(Rectification, RotationLeavesPointsInPlace) {
   const auto info = makeInfo("plumb_bob", kPlumbBob);
   const Eigen::Matrix3d R =
       Eigen::AngleAxisd(0.05, Eigen::Vector3d(1, 2, 0.5).normalized()).toRotationMatrix();
@@ -153,7 +153,7 @@ TEST(Rectification, TurnedCamerasKeepTheirPoints) {
   EXPECT_GT(measured, kSensorWidth * kSensorHeight / 2);
 }
 
-/// R turns the rectified camera by 180 degrees, so that all its pixels are behind the raw camera.
+/// R rotates the rectified camera by 180 degrees, so that all its pixels are behind the raw camera.
 TEST(Rectification, NothingIsMeasuredBehindTheCamera) {
   const auto info = makeInfo("plumb_bob", kPlumbBob);
   info->R = {-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0};
@@ -162,7 +162,7 @@ TEST(Rectification, NothingIsMeasuredBehindTheCamera) {
   EXPECT_EQ(std::count(bytes.begin(), bytes.end(), 0), static_cast<std::ptrdiff_t>(bytes.size()));
 }
 
-TEST(Rectification, LeavesAloneWhatIsRectified) {
+TEST(Rectification, LeavesRectifiedImagesUnchanged) {
   const auto image = makeRawImage();
   const auto isChanged = [&](Usage choice, const std::string& topic,
                              const sensor_msgs::CameraInfoPtr& info) {
@@ -187,7 +187,7 @@ TEST(Rectification, LeavesAloneWhatIsRectified) {
   EXPECT_FALSE(isChanged(Usage::kNever, "image_raw", distorted));
 }
 
-TEST(Rectification, WarnsOfBentGeometry) {
+TEST(Rectification, WarnsIfDistortionRemains) {
   ros::Time::init();  // for the log
   Rectification never(Usage::kNever, "/image_raw");
   EXPECT_EQ(never.warning(), "");
@@ -207,13 +207,13 @@ TEST(Rectification, WarnsOfBentGeometry) {
   }
 }
 
-TEST(Rectification, CoefficientsThatAreNoNumbersLeaveNoMeasurement) {
+TEST(Rectification, NonFiniteCoefficientsYieldNoMeasurements) {
   const auto info = makeInfo("plumb_bob", {NAN, INFINITY, 1e300, 0.0, 0.0});
   const CameraImage camera = Rectification(Usage::kAuto, "image_raw").apply({makeRawImage(), info});
   for (const uint8_t byte : camera.image->data) EXPECT_EQ(byte, 0);
 }
 
-TEST(Rectification, FollowsACameraThatChanges) {
+TEST(Rectification, FollowsChangesOfTheCameraInfo) {
   Rectification rectification(Usage::kAuto, "image_raw");
   const auto first = makeInfo("plumb_bob", kPlumbBob), second = makeInfo("plumb_bob", kPlumbBob);
   second->P[0] = 40.0;

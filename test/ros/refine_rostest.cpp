@@ -11,7 +11,7 @@
 namespace dtsdf {
 namespace {
 
-TEST(Refine, DriftIsTakenOutAndPublished) {
+TEST(Refine, DriftIsCorrectedAndPublished) {
   ros::NodeHandle nh;
   const StatusWatcher status(nh);
   const OdometryWatcher way(nh);
@@ -43,7 +43,7 @@ TEST(Refine, DriftIsTakenOutAndPublished) {
   EXPECT_TRUE(pose.lost_since.isZero());
 }
 
-TEST(Refine, NoPoseCanBeSet) {
+TEST(Refine, PosesCannotBeSet) {
   dtsdf_mapping::SetPose call;
   ASSERT_TRUE(callService("/mapping/set_pose", call));
   EXPECT_FALSE(call.response.success);

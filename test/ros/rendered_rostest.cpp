@@ -55,13 +55,13 @@ TEST(RenderedView, IsWhatTheCameraSees) {
   ASSERT_TRUE(camera.connect());
   ASSERT_TRUE(waitUntil([&] { return status.received(); }));
   const ros::Time start = ros::Time::now();
-  std::map<ros::Time, Eigen::Isometry3d> ways;
+  std::map<ros::Time, Eigen::Isometry3d> poses;
   int frames = 0;
   const auto see = [&] {
     const ros::Time stamp = start + ros::Duration(kViewPeriod_s * frames);
-    ways[stamp] = roomCameraPose(kViewPeriod_s * frames++);
-    camera.sendTransform("map", "camera", ways[stamp], stamp);
-    camera.see(ways[stamp], stamp);
+    poses[stamp] = roomCameraPose(kViewPeriod_s * frames++);
+    camera.sendTransform("map", "camera", poses[stamp], stamp);
+    camera.see(poses[stamp], stamp);
   };
   for (int i = 0; i < 20; ++i) see();
   ASSERT_TRUE(status.waitForFused(20)) << status.status().message;
@@ -82,14 +82,14 @@ TEST(RenderedView, IsWhatTheCameraSees) {
   EXPECT_EQ(image.width, info.width);
   EXPECT_EQ(image.height, info.height);
   EXPECT_EQ(image.step, image.width * sizeof(float));
-  ASSERT_EQ(ways.count(image.header.stamp), 1u);
+  ASSERT_EQ(poses.count(image.header.stamp), 1u);
   const std::vector<float> rendered = depthOf(image);
   ASSERT_EQ(rendered.size(), static_cast<size_t>(image.width) * image.height);
   const Intrinsics K{static_cast<float>(info.K[0]), static_cast<float>(info.K[4]),
                      static_cast<float>(info.K[2]), static_cast<float>(info.K[5])};
   const std::vector<float> truth =
       renderDepth(makeRoomScene(), K, static_cast<int>(image.width), static_cast<int>(image.height),
-                  ways[image.header.stamp]);
+                  poses[image.header.stamp]);
   std::vector<float> errors_m;
   for (size_t i = 0; i < truth.size(); ++i) {
     if (!std::isnan(rendered[i])) {

@@ -128,7 +128,7 @@ class Simplify : public testing::Test {
   inline static double whole_s_ = 0.0;
 };
 
-TEST_F(Simplify, IsCancelledByASavedMap) {
+TEST_F(Simplify, IsCancelledBySavingTheMap) {
   auto slow = std::async(std::launch::async, [] { return saveSimplified("/mapping", "slow.ply"); });
   std::this_thread::sleep_for(kStartDelay);
   EXPECT_TRUE(saveMapAs("meanwhile.dtsdf").success);
@@ -137,7 +137,7 @@ TEST_F(Simplify, IsCancelledByASavedMap) {
   EXPECT_TRUE(fs::exists(folder_ + "/meanwhile.dtsdf"));
 }
 
-TEST_F(Simplify, IsCancelledByTheNextMeshWhichIsSaved) {
+TEST_F(Simplify, IsCancelledBySavingAnotherMesh) {
   auto slow = std::async(std::launch::async, [] { return saveSimplified("/mapping", "slow.glb"); });
   std::this_thread::sleep_for(kStartDelay);
   const Saved next = saveSimplified("/mapping", "next.ply");

@@ -36,7 +36,7 @@ void expectWallPainted(const MeshWatcher& mesh) {
   EXPECT_LT(wrong, (sides[0] + sides[1]) / 50);
 }
 
-TEST(SimulatedCamera, RoomBecomesAMesh) {
+TEST(SimulatedCamera, MeshMatchesTheRoom) {
   ros::NodeHandle nh;
   const MeshWatcher mesh(nh);
   const StatusWatcher status(nh);

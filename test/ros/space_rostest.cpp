@@ -125,7 +125,7 @@ class SpaceTest : public WallCamera {
 };
 
 /// Queries corners of a robot in its own frame; the wall is on its right.
-TEST_F(SpaceTest, AFootprintIsAskedFor) {
+TEST_F(SpaceTest, AFootprintCanBeQueried) {
   fuseFrames(3);
   Eigen::Isometry3d T_W_B(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
   T_W_B.translation() = Eigen::Vector3d(0.6, 0.0, 0.0);
@@ -153,7 +153,7 @@ TEST_F(SpaceTest, AFootprintIsAskedFor) {
   }
 }
 
-TEST_F(SpaceTest, BadRequestsAreAnsweredWhy) {
+TEST_F(SpaceTest, BadRequestsAreRefusedWithAReason) {
   GetDistances::Request good;
   good.points = {pointOf(0.5, 0.0, 0.0)};
   const auto expectRefused = [](const GetDistances::Request& request, const std::string& why) {
@@ -187,7 +187,7 @@ TEST_F(SpaceTest, BadRequestsAreAnsweredWhy) {
 }
 
 /// The transform never comes, so the query waits for input/tf_timeout_s.
-TEST_F(SpaceTest, WhileAQueryWaitsForATransformOthersAreServed) {
+TEST_F(SpaceTest, OthersAreServedWhileAQueryWaits) {
   ros::ServiceClient pauses = nh_.serviceClient<std_srvs::SetBool>("/mapping/pause", true);
   ros::ServiceClient distances = nh_.serviceClient<GetDistances>("/mapping/get_distances", true);
   GetDistances query;
@@ -208,7 +208,7 @@ TEST_F(SpaceTest, WhileAQueryWaitsForATransformOthersAreServed) {
 }
 
 /// The wall is at x = 1.02 m. The answer can leave out a part of it, such as the robot's own arm.
-TEST_F(SpaceTest, AGridIsAskedFor) {
+TEST_F(SpaceTest, AGridCanBeQueried) {
   fuseFrames(3);
   GetDistances::Request points;
   points.points = {pointOf(0.8, 0.0, 0.0)};
@@ -251,7 +251,7 @@ TEST_F(SpaceTest, AGridIsAskedFor) {
 
 /// Answers come from the last regular mesh update. If each query updated the mesh, there would be
 /// as many stamps as frames.
-TEST_F(SpaceTest, AQuestionMakesNoMesh) {
+TEST_F(SpaceTest, QueriesDoNotUpdateTheMesh) {
   setSpaceRate(1.0);
   GetDistances::Request request;
   request.points = {pointOf(0.5, 0.0, 0.0)};
@@ -274,7 +274,7 @@ TEST_F(SpaceTest, AQuestionMakesNoMesh) {
   EXPECT_EQ(queryUpToDate(request).stamp, last_stamp_);
 }
 
-TEST_F(SpaceTest, GridAndUpdatesMakeWhatALateOneGets) {
+TEST_F(SpaceTest, UpdatesMatchTheGridOfLateSubscribers) {
   const GridReader reader(nh_);
   fuseFrames(3);
   ASSERT_TRUE(waitUntil([&] { return reader.at(1.02, 0.0) == 100; }));
@@ -312,7 +312,7 @@ TEST_F(SpaceTest, GridAndUpdatesMakeWhatALateOneGets) {
   EXPECT_EQ(update.data, reader.grid().data);
 }
 
-TEST_F(SpaceTest, ClearedAndLoadedMapsAreSeen) {
+TEST_F(SpaceTest, GridFollowsClearedAndLoadedMaps) {
   const GridReader reader(nh_);
   fuseFrames(3);
   ASSERT_TRUE(waitUntil([&] { return reader.at(1.02, 0.0) == 100 && reader.at(0.5, 0.0) == 0; }));
@@ -345,7 +345,7 @@ TEST_F(SpaceTest, ClearedAndLoadedMapsAreSeen) {
 }
 
 /// Free space has an eighth of the 256 MB.
-TEST_F(SpaceTest, TheStatusHasItsBudgetAndItsTopics) {
+TEST_F(SpaceTest, StatusReportsItsBudgetAndTopics) {
   std::map<std::string, uint64_t> limits;
   ASSERT_TRUE(waitUntil([&] {
     for (const auto& part : status_.status().memory) limits[part.name] = part.limit_bytes;
@@ -360,7 +360,7 @@ TEST_F(SpaceTest, TheStatusHasItsBudgetAndItsTopics) {
   EXPECT_EQ(of_grid, 1u);
 }
 
-TEST_F(SpaceTest, SlicesHaveDistances) {
+TEST_F(SpaceTest, SlicesContainDistances) {
   fuseFrames(3);
   sensor_msgs::PointCloud2 cloud;
   const ros::Subscriber subscriber = nh_.subscribe<sensor_msgs::PointCloud2>(

@@ -29,8 +29,8 @@ constexpr int kListeners = 20;
 
 /// Duration without reading; DTSDF_STALL_S overrides it.
 double stallSeconds() {
-  const char* told = std::getenv("DTSDF_STALL_S");
-  return told == nullptr ? 15.0 : std::strtod(told, nullptr);
+  const char* text = std::getenv("DTSDF_STALL_S");
+  return text == nullptr ? 15.0 : std::strtod(text, nullptr);
 }
 
 class StalledListener : public WallCamera {
@@ -53,7 +53,7 @@ std::vector<std::array<double, 3>> cornersOf(const MeshWatcher& mesh) {
   return corners;
 }
 
-TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
+TEST_F(StalledListener, TakesLittleMemoryAndDelaysNobody) {
   const MeshWatcher mesh(nh_);
   const BlocksWatcher blocks(nh_);
   size_t clouds = 0;
@@ -110,7 +110,7 @@ TEST_F(StalledListener, TakesLittleMemoryAndHoldsUpNobody) {
 }
 
 /// Needs the map of the test above, which exceeds the kernel's buffers of a connection.
-TEST_F(StalledListener, KilledInMidMessageHarmsNobody) {
+TEST_F(StalledListener, DisconnectingMidMessageHarmsNobody) {
   const MeshWatcher mesh(nh_);
   ASSERT_TRUE(waitUntil([&] { return mesh.triangles() > 100000; }));
   const auto listeners = [&](const std::string& topic) { return topicStatus(topic).listeners; };

@@ -41,7 +41,7 @@ void expect(const MapStatus& status, uint8_t code, const std::string& message) {
   EXPECT_EQ(status.message, message);
 }
 
-TEST(Status, SaysWhatTheBudgetHadNoRoomFor) {
+TEST(Status, ReportsWhatExceedsTheBudget) {
   MapStats counts;
   EXPECT_EQ(statusOf(counts).code, MapStatus::MAPPING);
   counts.refused_cubes = 3;
@@ -65,7 +65,7 @@ TEST(Status, SaysWhatTheBudgetHadNoRoomFor) {
 }
 
 /// Counts of refused blocks last until the map is cleared, but must not hide a current problem.
-TEST(Status, AFullMapHidesNothingThatIsWrongNow) {
+TEST(Status, AFullMapDoesNotHideCurrentProblems) {
   MapStats counts;
   counts.refused_blocks = 7;
   MapStatus status = statusOf(counts);
@@ -75,7 +75,7 @@ TEST(Status, AFullMapHidesNothingThatIsWrongNow) {
   EXPECT_EQ(status.code, MapStatus::SILENT);
 }
 
-TEST(Status, ListsWhatLiesOnDisk) {
+TEST(Status, ReportsTheDataOnDisk) {
   MapStats counts;
   counts.map_bytes_peak = 77;
   counts.pages.written = 9;
@@ -105,7 +105,7 @@ TEST(Status, ListsWhatLiesOnDisk) {
   EXPECT_EQ(status.page_failures, 5u);
 }
 
-TEST(Status, SaysWhichMeshesAreLostOrStayInMemory) {
+TEST(Status, ReportsMeshesLostOrKeptInMemory) {
   const auto statusOf = [](const PagedMeshes::Stats& pages, size_t bytes) {
     MapStatus status;
     fillMeshes(pages, bytes, 1000, status);
@@ -122,7 +122,7 @@ TEST(Status, SaysWhichMeshesAreLostOrStayInMemory) {
          "8 blocks of the mesh could not be read back: the disk is full");
 }
 
-TEST(Status, GivesEachPartOfMemoryWithItsPlaceAndLimit) {
+TEST(Status, ListsMemoryWithPlacesAndLimits) {
   MapStats counts;
   counts.map_bytes = 1000;
   counts.colour_bytes = 100;
@@ -161,7 +161,7 @@ TEST(Status, GivesEachPartOfMemoryWithItsPlaceAndLimit) {
   }
 }
 
-TEST(Status, SaysThatTheCameraIsLostAndHowImagesFit) {
+TEST(Status, ReportsALostCameraAndItsLastFit) {
   NodeParams params;
   params.poses.mode = PoseMode::kTrack;
   auto mapper = std::make_unique<FakeMapper>();

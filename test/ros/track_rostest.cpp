@@ -62,7 +62,7 @@ class Track : public testing::Test {
   RoomCamera camera_{nh_};
 };
 
-TEST_F(Track, ACameraIsFollowedWithoutTransforms) {
+TEST_F(Track, ACameraIsTrackedWithoutTransforms) {
   play(0, room_bag::kCarried);
   ASSERT_TRUE(way_.waitFor(room_bag::stampOf(room_bag::kCarried - 1))) << status_.status().message;
   ASSERT_TRUE(status_.waitForFused(room_bag::kCarried)) << status_.status().message;
@@ -98,7 +98,7 @@ TEST_F(Track, ACoveredCameraIsLostAndFusesNothing) {
   expectAccounted();
 }
 
-TEST_F(Track, ItIsFoundAgainNearWhereItWas) {
+TEST_F(Track, TheCameraIsFoundAgainNearby) {
   const uint64_t fused = status_.status().frames_fused;
   constexpr int kEnd = room_bag::kCarried + room_bag::kCovered + room_bag::kHeld;
   play(room_bag::kCarried + room_bag::kCovered, kEnd);
@@ -113,7 +113,7 @@ TEST_F(Track, ItIsFoundAgainNearWhereItWas) {
   expectAccounted();
 }
 
-TEST_F(Track, APoseThatIsSetIsWhereItGoesOn) {
+TEST_F(Track, TrackingContinuesFromASetPose) {
   dtsdf_mapping::SetPose call;
   call.request.pose.orientation.w = 3.0;
   ASSERT_TRUE(callService("/mapping/set_pose", call));
@@ -135,7 +135,8 @@ TEST_F(Track, APoseThatIsSetIsWhereItGoesOn) {
   expectAt(room_bag::poseAt(0));
 }
 
-TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
+/// Tracking continues at the same pose in the empty map.
+TEST_F(Track, TrajectoryIsSavedAndClearedWithTheMap) {
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
   dtsdf_mapping::SaveTrajectory call;
   call.request.file_name = "way.ply";
@@ -164,8 +165,9 @@ TEST_F(Track, TheTrajectoryIsSavedAndAnEmptyMapGoesOnThere) {
   expectAt(room_bag::poseAt(0));
 }
 
-/// The new node does not know the camera's pose. The camera is held still, upside down.
-TEST_F(Track, AfterARestartItIsFoundAnywhereInASavedMap) {
+/// A new node loads the saved map, but does not know the camera's pose. The camera is held still,
+/// upside down.
+TEST_F(Track, TheCameraIsFoundAfterARestart) {
   ros::param::set("/mapping/map/load_file", outputFolder() + "/room.dtsdf");
   // A new node replaces the one with its name.
   const std::string command = std::string(DTSDF_MAPPING_NODE) +

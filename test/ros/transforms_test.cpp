@@ -52,7 +52,7 @@ class TransformsTest : public testing::Test {
   Transforms transforms_{clock_.reader()};
 };
 
-TEST_F(TransformsTest, FindsACameraOnItsBase) {
+TEST_F(TransformsTest, FindsACameraInItsBaseFrame) {
   putTransform(transforms_, 10.0, 0.3, "camera", "base");
   EXPECT_NEAR(findIn("base", "camera").T_W_C->translation().x(), 0.3, 1e-9);
   EXPECT_TRUE(findIn("base", "other").may_come);
@@ -67,14 +67,14 @@ TEST_F(TransformsTest, InterpolatesBetweenTransforms) {
   EXPECT_NEAR(answer.T_W_C->translation().x(), 1.25, 1e-9);
 }
 
-TEST_F(TransformsTest, NeverTakesTheNewestForTheTrueOne) {
+TEST_F(TransformsTest, DoesNotExtrapolate) {
   putTransform(transforms_, 10.0, 1.0);
   const PoseAnswer answer = lookUp("camera", ros::Time(10.1));
   EXPECT_TRUE(answer.may_come);
   EXPECT_TRUE(says(answer, "extrapolation")) << answer.text;
 }
 
-TEST_F(TransformsTest, KnowsWhenATransformCannotComeAnyMore) {
+TEST_F(TransformsTest, StampsBeforeTheFirstTransformFail) {
   putTransform(transforms_, 10.0, 1.0);
   const PoseAnswer answer = lookUp("camera", ros::Time(9.5));
   EXPECT_FALSE(answer.T_W_C || answer.may_come);
@@ -92,7 +92,7 @@ TEST_F(TransformsTest, AChainIsAsNewAsItsOldestLink) {
   EXPECT_NEAR(answer.T_W_C->translation().x(), 2.5, 1e-9);
 }
 
-TEST_F(TransformsTest, SaysWhichFrameIsUnknown) {
+TEST_F(TransformsTest, ErrorsNameTheUnknownFrame) {
   const PoseAnswer answer = lookUp("nowhere", ros::Time(1.0));
   EXPECT_TRUE(answer.may_come);
   EXPECT_TRUE(says(answer, "'nowhere' to 'map'")) << answer.text;
@@ -111,14 +111,14 @@ TEST_F(TransformsTest, SaysWhichFrameIsUnknown) {
   EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "' and more"));
 }
 
-TEST_F(TransformsTest, ForgetsOnDemand) {
+TEST_F(TransformsTest, ClearForgetsTransforms) {
   putTransform(transforms_, 10.0, 1.0);
   EXPECT_TRUE(lookUp("camera", ros::Time(10.0)).T_W_C);
   transforms_.clear();
   EXPECT_TRUE(lookUp("camera", ros::Time(10.0)).may_come);
 }
 
-TEST_F(TransformsTest, StampsFarApartAreNoError) {
+TEST_F(TransformsTest, ToleratesStampsFarApart) {
   putTransform(transforms_, 1.0, 1.0);
   EXPECT_TRUE(lookUp("camera", ros::Time(4.0e9)).may_come);
   transforms_.clear();
@@ -131,7 +131,7 @@ geometry_msgs::TransformStamped cameraAt(double stamp_s) {
 }
 
 /// A static transform, an hour ahead, of a frame that is also on /tf: tf2 then refuses all others.
-TEST_F(TransformsTest, AStaticOneOfAMovingFrameEndsNothingForGood) {
+TEST_F(TransformsTest, RecoversFromAStaticTransformOfAMovingFrame) {
   transforms_.take(makeTransform("camera", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0)),
                    "test", true);
   EXPECT_EQ(map(100.0, 2.0), 20);
@@ -145,7 +145,7 @@ TEST_F(TransformsTest, AStaticOneOfAMovingFrameEndsNothingForGood) {
   EXPECT_TRUE(findIn("camera", "lens").T_W_C) << "valid static transforms are lost";
 }
 
-TEST_F(TransformsTest, OneAheadOfTimeEndsNothingForGood) {
+TEST_F(TransformsTest, RecoversFromATransformFarAhead) {
   EXPECT_EQ(map(100.0, 2.0), 20);
   for (const double stamp_s : {3700.0, 4294967200.0}) {
     transforms_.take(cameraAt(stamp_s), "rogue");
@@ -155,7 +155,7 @@ TEST_F(TransformsTest, OneAheadOfTimeEndsNothingForGood) {
   EXPECT_EQ(status().transform_restarts, 2u);
 }
 
-TEST_F(TransformsTest, IsNotMadeNewAgainAndAgain) {
+TEST_F(TransformsTest, RestartsAreLimited) {
   for (int i = 0; i < 600; ++i) {  // for ten minutes, each true transform follows a wrong one
     putTransform(transforms_, 3700.0 + i, 1.0);
     map(100.0 + i, 1.0);
@@ -173,7 +173,7 @@ TEST_F(TransformsTest, LongNamesAreRefused) {
   EXPECT_TRUE(says(lookUp(name, ros::Time(1.0)), "longer than 200 bytes"));
 }
 
-TEST_F(TransformsTest, AFrameWithAnotherParentIsKnown) {
+TEST_F(TransformsTest, FindsAnotherParentOfAFrame) {
   EXPECT_EQ(transforms_.otherParentOf("camera", "map"), "");
   putTransform(transforms_, 1.0, 1.0, "camera", "odom");
   EXPECT_EQ(transforms_.otherParentOf("camera", "map"), "odom");
@@ -199,20 +199,21 @@ class FindJumpTest : public testing::Test {
   std::optional<std::pair<double, Eigen::Isometry3d>> last_;
 };
 
-TEST_F(FindJumpTest, LosesOneFrameWhenThePoseJumpsAndStays) {
+TEST_F(FindJumpTest, APersistentJumpCostsOneFrame) {
   EXPECT_FALSE(jumps(1.0, poseAt(0.0)));
   EXPECT_FALSE(jumps(1.1, poseAt(0.9)));
   EXPECT_TRUE(jumps(1.2, poseAt(2.0)));
   EXPECT_FALSE(jumps(1.3, poseAt(2.1)));
 }
 
-TEST_F(FindJumpTest, SeesTurns) {
+TEST_F(FindJumpTest, DetectsRotations) {
   EXPECT_FALSE(jumps(1.0, poseAt(0.0)));
   EXPECT_FALSE(jumps(1.1, poseAt(0.0, 70.0)));
   EXPECT_TRUE(jumps(1.2, poseAt(0.0, 150.0)));
 }
 
-TEST_F(FindJumpTest, StartsAnewWhenStampsGoBackAndCanBeSwitchedOff) {
+/// Limits of 0 switch the check off.
+TEST_F(FindJumpTest, ResetsWhenStampsGoBack) {
   EXPECT_FALSE(jumps(100.0, poseAt(0.0)));
   EXPECT_FALSE(jumps(1.0, poseAt(50.0)));
   max_speed_m_s_ = max_turn_deg_s_ = 0.0;

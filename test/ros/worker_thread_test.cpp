@@ -41,7 +41,7 @@ TEST(WorkerThread, WakingEndsTheWait) {
   second.get_future().get();
 }
 
-TEST(WorkerThread, RunsTasksInOrderOnItsThreadAndHandsTheResultsOver) {
+TEST(WorkerThread, RunsTasksInOrderOnItsThread) {
   WorkerThread worker("test");
   worker.start([] { return kForEver; });
   std::vector<int> order;
@@ -57,7 +57,7 @@ TEST(WorkerThread, RunsTasksInOrderOnItsThreadAndHandsTheResultsOver) {
   EXPECT_EQ(order, (std::vector<int>{1, 2}));
 }
 
-TEST(WorkerThread, LowPriorityIsThatOfTheThreadAlone) {
+TEST(WorkerThread, LowPriorityAffectsOnlyItsThread) {
   const auto niceness = [] { return getpriority(PRIO_PROCESS, 0); };
   const int before = niceness();
   constexpr int kGreatest = 19;
@@ -70,7 +70,7 @@ TEST(WorkerThread, LowPriorityIsThatOfTheThreadAlone) {
   EXPECT_EQ(niceness(), before);
 }
 
-TEST(WorkerThread, HandsExceptionsOverAndGoesOn) {
+TEST(WorkerThread, PassesExceptionsOnAndContinues) {
   WorkerThread worker("test");
   worker.start([] { return kForEver; });
   auto failing = worker.run([]() -> int { throw std::runtime_error("no"); });
@@ -78,7 +78,7 @@ TEST(WorkerThread, HandsExceptionsOverAndGoesOn) {
   EXPECT_EQ(worker.run([] { return 7; }).get(), 7);
 }
 
-TEST(WorkerThread, TasksThatStopComesBeforeFailAndDoNotHang) {
+TEST(WorkerThread, StopFailsWaitingTasks) {
   std::promise<void> started, go_on;
   WorkerThread worker("test");
   worker.start([] { return kForEver; });
@@ -99,7 +99,7 @@ TEST(WorkerThread, TasksThatStopComesBeforeFailAndDoNotHang) {
   worker.stop();  // a second call is harmless
 }
 
-TEST(WorkerThread, StopsWithManyCallbacksWaiting) {
+TEST(WorkerThread, StopsDespiteManyWaitingTasks) {
   ros::Time::init();
   std::atomic<int> calls{0}, steps{0};
   const auto begin = std::chrono::steady_clock::now();

@@ -38,15 +38,15 @@ bool liesInFolder(int file) {
 /// Whether a fault of this kind is set. Uses system calls, because our own functions would recurse.
 bool isFault(const char* kind) {
   const int error = errno;
-  char path[4096], told[32] = "";
+  char path[4096], content[32] = "";
   std::snprintf(path, sizeof(path), "%s.fault", faultyFolder());
   const long file = syscall(SYS_openat, AT_FDCWD, path, O_RDONLY | O_CLOEXEC);
   if (file >= 0) {
-    syscall(SYS_read, file, told, sizeof(told) - 1);
+    syscall(SYS_read, file, content, sizeof(content) - 1);
     syscall(SYS_close, file);
   }
   errno = error;
-  return std::strcmp(told, kind) == 0;
+  return std::strcmp(content, kind) == 0;
 }
 
 int fail(int error) {

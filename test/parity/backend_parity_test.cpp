@@ -118,7 +118,7 @@ TEST_P(FusionModeParity, RefinedMeshes) {
 
 /// Each backend continues from the other's map, with depth, colour and space; also during a mesh
 /// update, and before blocks that the last frame left empty are freed.
-TEST_P(FusionModeParity, GoOnFromEachOthersContents) {
+TEST_P(FusionModeParity, EachContinuesFromTheOthersMap) {
   const auto [candidate, mode, directional] = GetParam();
   BackendPair pair(withSpace(makeParams(mode, directional, 0.04f)), candidate);
   TestFrameSettings settings;
@@ -279,7 +279,7 @@ TEST_P(BackendParity, AlignedImages) {
 }
 
 /// Finds a camera in the map of a room without a given pose.
-TEST_P(BackendParity, ACameraThatIsSearchedFor) {
+TEST_P(BackendParity, ACameraFoundInTheMap) {
   const Scene scene = roomWithFurniture();
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.04f), GetParam());
   for (const Eigen::Isometry3d& T_W_C : viewsAround()) {
@@ -373,7 +373,7 @@ TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
 }
 
 /// A tile of a painted map: the blocks around it are mapped and hide others, but are not painted.
-TEST_P(BackendParity, PaintedInPartAsItIs) {
+TEST_P(BackendParity, PaintedTileOfAMap) {
   MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.03f);
   params.adapt_exposure = false;
   params.max_paint_depth_m = 2.0f;
@@ -419,7 +419,7 @@ TEST_P(BackendParity, PaintedAndSeenThrough) {
 }
 
 /// The mesh must show the map as it was at beginMeshUpdate(), whatever is integrated meanwhile.
-TEST_P(BackendParity, FramesIntegratedWhileTheMeshIsFetched) {
+TEST_P(BackendParity, FramesIntegratedDuringMeshUpdates) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.02f), GetParam());
   TestFrameSettings settings;
   settings.width = 320;
@@ -504,7 +504,7 @@ TEST_P(BackendParity, RegionsAreCleared) {
 
 /// The camera jumps from room to room, each time beyond the radius. If nothing were dropped, the
 /// map would exceed the budget.
-TEST_P(BackendParity, WhatIsFarIsDropped) {
+TEST_P(BackendParity, FarBlocksAreDropped) {
   for (const int mesh_every : {0, 1, 3}) {
     MapperParams params = withSpace(makeParams(FusionMode::kNormalRayCasting, true, 0.03f));
     params.fusion.max_depth_m = 4.0f;

@@ -55,20 +55,20 @@ class CudaFaults : public testing::Test {
   MapperParams params_;
 };
 
-TEST_F(CudaFaults, NoCallThatLacksMemoryLeavesAnythingBehind) {
+TEST_F(CudaFaults, ClearRecoversFromOutOfMemory) {
   BackendPair pair(params_, Candidate::kCuda);
   int met = 0, refused = 0;
   // The mapper recovers from some failures without a report, so only 30 runs in a row without a
   // report mean that all calls have failed once.
-  for (uint64_t n = 1, untold = 0; untold < 30; ++n) {
+  for (uint64_t n = 1, unreported = 0; unreported < 30; ++n) {
     SCOPED_TRACE("call " + std::to_string(n));
     pair.clear();
     {
       const Failure failure(n, cudaErrorMemoryAllocation);
-      const std::string said = run(pair.candidate());
-      untold = said.empty() ? untold + 1 : 0;
-      met += !said.empty();
-      refused += said == "refused";
+      const std::string problem = run(pair.candidate());
+      unreported = problem.empty() ? unreported + 1 : 0;
+      met += !problem.empty();
+      refused += problem == "refused";
     }
     if (n % 7 != 0) continue;  // comparing all would take hours
     pair.clear();
@@ -88,7 +88,7 @@ TEST_F(CudaFaults, NoCallThatLacksMemoryLeavesAnythingBehind) {
 TEST_F(CudaFaults, AFrameWithoutMemoryLeavesNothingBehind) {
   BackendPair pair(params_, Candidate::kCuda);
   int compared = 0;
-  for (uint64_t n = 1, untold = 0; untold < 30; ++n) {
+  for (uint64_t n = 1, unreported = 0; unreported < 30; ++n) {
     SCOPED_TRACE("call " + std::to_string(n));
     pair.clear();
     bool is_left_out = false, is_other = false;
@@ -104,7 +104,7 @@ TEST_F(CudaFaults, AFrameWithoutMemoryLeavesNothingBehind) {
     } catch (const std::runtime_error&) {
       is_other = true;  // only clear() helps
     }
-    untold = is_left_out || is_other ? 0 : untold + 1;
+    unreported = is_left_out || is_other ? 0 : unreported + 1;
     if (!is_left_out || is_other) continue;
     ++compared;
     ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
@@ -114,13 +114,13 @@ TEST_F(CudaFaults, AFrameWithoutMemoryLeavesNothingBehind) {
   EXPECT_GT(compared, 0);
 }
 
-TEST_F(CudaFaults, ALostGpuIsSaid) {
+TEST_F(CudaFaults, ReportsALostGpu) {
   BackendPair pair(params_, Candidate::kCuda);
   ASSERT_EQ(run(pair.candidate()), "");
   const Failure failure(1, cudaErrorIllegalAddress);
   for (int i = 0; i < 2; ++i) {
-    const std::string said = run(pair.candidate());
-    EXPECT_NE(said.find("restart the node"), std::string::npos) << said;
+    const std::string problem = run(pair.candidate());
+    EXPECT_NE(problem.find("restart the node"), std::string::npos) << problem;
   }
 }
 

@@ -45,7 +45,7 @@ class CudaPagingFaults : public testing::Test {
   }
 
   /// Fuses a frame of each of these rooms, with a mesh update after the first.
-  void go(Mapper& mapper, const std::vector<size_t>& rooms) const {
+  void fuse(Mapper& mapper, const std::vector<size_t>& rooms) const {
     for (size_t i = 0; i < rooms.size(); ++i) {
       ASSERT_EQ(mapper.integrate(rooms_[rooms[i]].view()).status, FrameStatus::kFused);
       if (i == 0) mapper.updateMesh();
@@ -63,16 +63,16 @@ class CudaPagingFaults : public testing::Test {
   /// and the frame was not fused, compares the maps with those of a run without failures.
   void compare(const std::vector<size_t>& before, size_t room, const std::vector<size_t>& after) {
     const auto mapper = makeProbedMapper(params_);
-    ASSERT_NO_FATAL_FAILURE(go(*mapper, before));
+    ASSERT_NO_FATAL_FAILURE(fuse(*mapper, before));
     const MapContents untouched = mapper->contents();
     ASSERT_GT(mapper->stats().pages.written, 0u) << "otherwise nothing is tested";
-    ASSERT_NO_FATAL_FAILURE(goOn(*mapper, room, after));
+    ASSERT_NO_FATAL_FAILURE(fuseRest(*mapper, room, after));
     const MapContents whole = mapper->contents();
     int compared = 0;
     for (uint64_t call = 1, unmet = 0; unmet < 10 && call < kMaxCalls; ++call) {
       SCOPED_TRACE("call " + std::to_string(call));
       mapper->clear();
-      ASSERT_NO_FATAL_FAILURE(go(*mapper, before));
+      ASSERT_NO_FATAL_FAILURE(fuse(*mapper, before));
       const IntegrationResult result = integrateFailing(*mapper, large_[room], call);
       const bool is_fused = result.status == FrameStatus::kFused;
       unmet = is_fused && result.refused_blocks == 0 ? unmet + 1 : 0;
@@ -81,16 +81,16 @@ class CudaPagingFaults : public testing::Test {
       const MapContents contents = mapper->contents();
       ASSERT_NO_FATAL_FAILURE(expectAscendingKeys(contents));
       ASSERT_NO_FATAL_FAILURE(expectEqualContents(untouched, contents));
-      ASSERT_NO_FATAL_FAILURE(goOn(*mapper, room, after));
+      ASSERT_NO_FATAL_FAILURE(fuseRest(*mapper, room, after));
       ASSERT_NO_FATAL_FAILURE(expectEqualContents(whole, mapper->contents()));
     }
     EXPECT_GT(compared, 0);
   }
 
   /// Fuses the failed frame again and those after it.
-  void goOn(Mapper& mapper, size_t room, const std::vector<size_t>& after) const {
+  void fuseRest(Mapper& mapper, size_t room, const std::vector<size_t>& after) const {
     ASSERT_EQ(mapper.integrate(large_[room].view()).status, FrameStatus::kFused);
-    ASSERT_NO_FATAL_FAILURE(go(mapper, after));
+    ASSERT_NO_FATAL_FAILURE(fuse(mapper, after));
   }
 
   TemporaryFolder folder_;
@@ -99,7 +99,7 @@ class CudaPagingFaults : public testing::Test {
   MapperParams params_;
 };
 
-TEST_F(CudaPagingFaults, BlocksThatComeBack) { compare({0, 1}, 0, {1, 0}); }
+TEST_F(CudaPagingFaults, AFailedFrameLeavesTheMapUnchanged) { compare({0, 1}, 0, {1, 0}); }
 
 }  // namespace
 }  // namespace dtsdf

@@ -27,7 +27,7 @@ std::vector<gpu::DeviceBuffer<char>> takeDeviceMemory() {
   return pieces;
 }
 
-TEST(OutOfDeviceMemory, BlocksAreRefusedMapStays) {
+TEST(OutOfDeviceMemory, BlocksAreRefusedAndTheMapStays) {
   if (std::getenv("DTSDF_TEST_OUT_OF_MEMORY") == nullptr) {
     GTEST_SKIP() << "DTSDF_TEST_OUT_OF_MEMORY is not set";
   }

@@ -14,26 +14,26 @@ namespace dtsdf {
 namespace {
 
 /// Settings, and operations besides fusing.
-struct Way {
+struct Scenario {
   FusionMode mode = FusionMode::kNormalRayCasting;
   bool directional = true;
   int budget_mb = 4;
   int mesh_every = 3;  ///< In frames; 0: once, at the end.
   bool painted = false, aligned = false, cleared = false, space = false, refined = false;
-  bool turns = false;  ///< Alternates between rooms; see BlocksThatGoWithinAFrame.
+  bool alternates = false;  ///< Alternates between rooms; see BlocksRemovedWithinAFrame.
   float keep_radius_m = 0.0f;
 };
 
-MapperParams paramsOf(const Way& way) {
+MapperParams paramsOf(const Scenario& scenario) {
   MapperParams params;
-  params.fusion.mode = way.mode;
-  params.map.directional = way.directional;
+  params.fusion.mode = scenario.mode;
+  params.map.directional = scenario.directional;
   params.map.voxel_size_m = 0.04f;
-  params.map.keep_radius_m = way.keep_radius_m;
+  params.map.keep_radius_m = scenario.keep_radius_m;
   params.fusion.max_depth_m = 4.0f;
   params.max_paint_depth_m = 2.0f;
-  params.space.enabled = way.space;
-  params.mesh.refine = way.refined ? 1 : 0;
+  params.space.enabled = scenario.space;
+  params.mesh.refine = scenario.refined ? 1 : 0;
   return params;
 }
 
@@ -55,27 +55,27 @@ std::vector<std::pair<TestFrame, TestColours>> images(const std::vector<int>& ro
   return all;
 }
 
-/// A mapper on its way, and the mesh assembled from its updates.
-class Traveller {
+/// A mapper that runs a scenario, and the mesh assembled from its updates.
+class ScenarioRun {
  public:
-  Traveller(const Way& way, const MapperParams& params)
-      : way_(way), mapper_(makeProbedMapper(params)), mesh_(params.map.voxel_size_m) {}
+  ScenarioRun(const Scenario& scenario, const MapperParams& params)
+      : scenario_(scenario), mapper_(makeProbedMapper(params)), mesh_(params.map.voxel_size_m) {}
 
   void take(const TestFrame& frame, const TestColours& colours) {
     DepthFrame depth = frame.view();
-    if (way_.aligned && count_ > 0) {
+    if (scenario_.aligned && count_ > 0) {
       depth.T_W_C.translate(Eigen::Vector3d(0.01, 0.0, 0.0));
       depth.T_W_C = mapper_->align(depth, PosePrior()).T_W_C;
     }
     ASSERT_EQ(mapper_->integrate(depth).status, FrameStatus::kFused);
-    if (way_.painted) mapper_->paint(colours.view());
+    if (scenario_.painted) mapper_->paint(colours.view());
     ++count_;
     max_ = std::max(max_, mapper_->stats().map_bytes);
-    if (way_.cleared && count_ == 9) {
+    if (scenario_.cleared && count_ == 9) {
       mapper_->clearRegion(SphereRegion{frame.frame.T_W_C.translation(), 7.0});
     }
-    if (way_.mesh_every > 0 && count_ % way_.mesh_every == 0) updateMesh();
-    if (way_.turns) meshWithoutSome();
+    if (scenario_.mesh_every > 0 && count_ % scenario_.mesh_every == 0) updateMesh();
+    if (scenario_.alternates) meshWithoutSome();
   }
   /// Clears a part of the next room and begins a mesh update. The next image, which sees that part,
   /// arrives during the update.
@@ -87,7 +87,7 @@ class Traveller {
   }
   void updateMesh() { mesh_.apply(mapper_->updateMesh()); }
   Mesh mesh() {
-    if (way_.turns) mesh_.apply(mapper_->finishMeshUpdate());
+    if (scenario_.alternates) mesh_.apply(mapper_->finishMeshUpdate());
     updateMesh();
     return mesh_.assemble();
   }
@@ -95,7 +95,7 @@ class Traveller {
   size_t most() const { return max_; }
 
  private:
-  const Way way_;
+  const Scenario scenario_;
   std::unique_ptr<ProbedMapper> mapper_;
   MeshStore mesh_;
   int count_ = 0;
@@ -109,25 +109,26 @@ class PagingParity : public testing::TestWithParam<Candidate> {
     if (!reason.empty()) GTEST_SKIP() << reason;
   }
 
-  void compare(const Way& way) {
-    MapperParams params = paramsOf(way);
+  void compare(const Scenario& scenario) {
+    MapperParams params = paramsOf(scenario);
     params.backend = Backend::kCpu;
     params.threads = 1;
-    Traveller whole(way, params);
+    ScenarioRun whole(scenario, params);
     params.backend = GetParam() == Candidate::kCuda ? Backend::kCuda : Backend::kCpu;
     params.threads = GetParam() == Candidate::kCpuTwoThreads ? 2 : 1;
-    params.map.max_memory_mb = way.budget_mb;
+    params.map.max_memory_mb = scenario.budget_mb;
     params.map.page_folder = folder_.path();
     params.map.page_max_gb = 1.0f;
-    Traveller paged(way, params);
-    const auto all = way.turns ? images({2, 1, 0, 1, 0, 1, 0, 1}, 1) : images(kThreeRooms, 3);
+    ScenarioRun paged(scenario, params);
+    const auto all =
+        scenario.alternates ? images({2, 1, 0, 1, 0, 1, 0, 1}, 1) : images(kThreeRooms, 3);
     for (const auto& [frame, colours] : all) {
       ASSERT_NO_FATAL_FAILURE(whole.take(frame, colours));
       ASSERT_NO_FATAL_FAILURE(paged.take(frame, colours));
     }
     expectEqualContents(whole.mapper().contents(), paged.mapper().contents());
     expectEqualMeshes(whole.mesh(), paged.mesh());
-    if (way.space) expectEqualSpaces(*whole.mapper().space(), *paged.mapper().space());
+    if (scenario.space) expectEqualSpaces(*whole.mapper().space(), *paged.mapper().space());
     const MapStats stats = paged.mapper().stats();
     EXPECT_EQ(stats.refused_blocks, 0u);
     EXPECT_LT(stats.map_bytes_peak, whole.mapper().stats().map_bytes_peak);
@@ -149,74 +150,74 @@ TEST_P(PagingParity, OtherModes) {
        {std::pair(FusionMode::kNormalRayCasting, false), std::pair(FusionMode::kRayCasting, true),
         std::pair(FusionMode::kVoxelProjection, true)}) {
     SCOPED_TRACE(static_cast<int>(mode));
-    Way way;
-    way.mode = mode;
-    way.directional = directional;
-    if (!directional) way.budget_mb = 1;
-    compare(way);
+    Scenario scenario;
+    scenario.mode = mode;
+    scenario.directional = directional;
+    if (!directional) scenario.budget_mb = 1;
+    compare(scenario);
   }
 }
 
 /// Images exceed the budget, and meshes are made in parts.
 TEST_P(PagingParity, SmallBudgets) {
   for (const int mesh_every : {0, 2}) {
-    Way way;
-    way.budget_mb = 2;
-    way.mesh_every = mesh_every;
-    compare(way);
+    Scenario scenario;
+    scenario.budget_mb = 2;
+    scenario.mesh_every = mesh_every;
+    compare(scenario);
   }
 }
 
 TEST_P(PagingParity, Colours) {
-  Way way;
-  way.painted = true;
+  Scenario scenario;
+  scenario.painted = true;
   for (const int mesh_every : {0, 2}) {
-    way.mesh_every = mesh_every;
-    compare(way);
+    scenario.mesh_every = mesh_every;
+    compare(scenario);
   }
 }
 
 TEST_P(PagingParity, RefinedMeshes) {
-  Way way;
-  way.refined = true;
-  compare(way);
+  Scenario scenario;
+  scenario.refined = true;
+  compare(scenario);
 }
 
-TEST_P(PagingParity, PosesThatAreFound) {
-  Way way;
-  way.aligned = true;
-  compare(way);
+TEST_P(PagingParity, AlignedPoses) {
+  Scenario scenario;
+  scenario.aligned = true;
+  compare(scenario);
 }
 
 TEST_P(PagingParity, RegionsAndSpace) {
-  Way way;
-  way.cleared = way.space = way.painted = true;
-  way.budget_mb = 5;
-  compare(way);
+  Scenario scenario;
+  scenario.cleared = scenario.space = scenario.painted = true;
+  scenario.budget_mb = 5;
+  compare(scenario);
 }
 
-TEST_P(PagingParity, WhatIsFarIsDropped) {
-  Way way;
-  way.keep_radius_m = 9.0f;
+TEST_P(PagingParity, FarBlocksAreDropped) {
+  Scenario scenario;
+  scenario.keep_radius_m = 9.0f;
   for (const int mesh_every : {0, 1}) {
-    way.mesh_every = mesh_every;
-    compare(way);
+    scenario.mesh_every = mesh_every;
+    compare(scenario);
   }
 }
 
 /// A room, then two others alternately. Before each extraction, a part of the next room is emptied.
 /// The next image meets blocks without arrays, which are removed as soon as their neighbours are
 /// paged in.
-TEST_P(PagingParity, BlocksThatGoWithinAFrame) {
-  Way way;
-  way.mesh_every = 0;
-  way.turns = true;
+TEST_P(PagingParity, BlocksRemovedWithinAFrame) {
+  Scenario scenario;
+  scenario.mesh_every = 0;
+  scenario.alternates = true;
   for (const auto& [painted, budget_mb] :
        {std::pair(false, 2), std::pair(false, 3), std::pair(true, 3)}) {
     SCOPED_TRACE(budget_mb);
-    way.painted = painted;
-    way.budget_mb = budget_mb;
-    compare(way);
+    scenario.painted = painted;
+    scenario.budget_mb = budget_mb;
+    compare(scenario);
   }
 }
 

@@ -60,7 +60,7 @@ TEST_P(SpaceCellParity, MovingCamera) {
 }
 
 /// A tile has only its own cubes, and they are those of the whole map.
-TEST_P(SpaceCellParity, OfATile) {
+TEST_P(SpaceCellParity, TileOfAMap) {
   const auto [candidate, cell_voxels, clearing] = GetParam();
   MapperParams params = spaceParams();
   params.space.cell_voxels = cell_voxels;
@@ -154,7 +154,7 @@ void expectExactDistances(const Space& space, int reach) {
 }
 
 /// Distances within a sector, over many sectors, and beyond the reach.
-TEST_P(SpaceParity, DistancesAreExactHoweverFarTheyReach) {
+TEST_P(SpaceParity, DistancesAreExactAtAnyReach) {
   for (const int reach : {1, 25, 33, 130}) {
     SCOPED_TRACE(reach);
     MapperParams params = spaceParams();

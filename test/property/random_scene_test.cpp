@@ -93,7 +93,7 @@ class RandomScenes : public testing::TestWithParam<int> {
 
 /// Meshing after most frames on one thread equals meshing once on two threads. A frame before
 /// clear() has no effect.
-TEST_P(RandomScenes, WorkMayBeCutUpAnyWay) {
+TEST_P(RandomScenes, WorkMayBeSplitInAnyWay) {
   SCOPED_TRACE(describeSeed(seed()));
   RandomCase c = drawCase(seed());
   const std::unique_ptr<ProbedMapper> whole = makeProbedMapper(c.params);

@@ -28,7 +28,7 @@ TEST(Surface, RefinedTrianglesHaveTheSameArea) {
               0.01);
 }
 
-TEST(Surface, OpenEdgesCountWhereBothEndsLieInTheRegion) {
+TEST(Surface, OpenEdgesCountIfBothEndsAreInside) {
   const Mesh square = makeSquare();
   EXPECT_EQ(countOpenEdges(square, [](const Vector3d&) { return true; }), 4u);
   EXPECT_EQ(countOpenEdges(square, [](const Vector3d& p) { return p.x() > 0.5; }), 1u);
@@ -43,7 +43,7 @@ TEST(Surface, CoverageIsTheShareOfPointsWithinTheDistance) {
   EXPECT_EQ(coveredPercent(row, {}, 0.04), 0.0);
 }
 
-TEST(Surface, AreaAwayFromTheTruthLeavesOutWhatIsNear) {
+TEST(Surface, AreaAwayFromTheTruthExcludesNearSurfaces) {
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 0.0, -0.1), Vector3d::UnitZ()});
   const Surface square = surfaceOf(makeSquare());
@@ -51,7 +51,7 @@ TEST(Surface, AreaAwayFromTheTruthLeavesOutWhatIsNear) {
   EXPECT_EQ(areaAwayFrom(scene, 0.11, square), 0.0);
 }
 
-TEST(Surface, OnePointIsLeftInEachCube) {
+TEST(Surface, ThinningKeepsOnePointPerCube) {
   const Points points = {{0.01, 0.01, 0.01}, {0.02, 0.02, 0.02}, {0.11, 0.01, 0.01}};
   EXPECT_EQ(thinOut(points, 0.1).size(), 2u);
 }
@@ -64,7 +64,7 @@ double coveredArea(const PlaneRaster& raster) {
   return raster.areaWhere([](const Eigen::Vector2d&, bool covered) { return covered; });
 }
 
-TEST(PlaneRaster, SidesAlongTheGridCutCellsInTheirShare) {
+TEST(PlaneRaster, AreaIsAccurateForSidesAlongTheGrid) {
   for (const double side : {0.5, 0.5023, 0.5051, 0.5077}) {
     PlaneRaster raster = makeRaster();
     const Vector3d a(0.0013, 0.0037, 0.0), across(side, 0.0, 0.0), down(0.0, side, 0.0);
@@ -73,7 +73,7 @@ TEST(PlaneRaster, SidesAlongTheGridCutCellsInTheirShare) {
   }
 }
 
-TEST(PlaneRaster, WhatLiesOverEachOtherCountsOnce) {
+TEST(PlaneRaster, OverlappingTrianglesCountOnce) {
   PlaneRaster raster = makeRaster();
   const Surface square = surfaceOf(makeSquare());
   raster.cover(square);
@@ -86,7 +86,7 @@ TEST(PlaneRaster, WhatLiesOverEachOtherCountsOnce) {
   EXPECT_NEAR(coveredArea(raster), 1.5, 0.003);
 }
 
-TEST(PlaneRaster, PassesOverWhatLiesBeside) {
+TEST(PlaneRaster, TrianglesOutsideAreIgnored) {
   PlaneRaster raster = makeRaster();
   raster.cover({{Vector3d(-9.0, 0.0, 0.0), Vector3d(-8.0, 0.0, 0.0), Vector3d(-8.0, 1.0, 0.0)}});
   EXPECT_EQ(coveredArea(raster), 0.0);

@@ -24,12 +24,12 @@ inline int threadCount(int threads) {
 /// Calls body(i, scratch) for each i below `count`, on up to threadCount(threads) threads, each
 /// with its own Scratch. After an exception no more indices are taken, and the first exception is
 /// thrown to the caller. A thread takes `kGrain` indices at a time; use several if the calls are
-/// short. If one thread can take all indices, no other is woken.
+/// short. If `count` is at most `kGrain`, no other thread is woken.
 template <class Scratch, size_t kGrain = 1, class Body>
 void parallelFor(size_t count, int threads, const Body& body) {
   std::exception_ptr error;
   std::mutex mutex;
-  // Indices that one thread takes first, so that successive loops give it the same rows. Then it
+  // Indices that one thread takes first, so that successive loops give it the same ones. Then it
   // takes from other stretches.
   struct alignas(64) Stretch {
     std::atomic<size_t> next{0};

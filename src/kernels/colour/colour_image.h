@@ -1,5 +1,5 @@
-/// A colour image and its halved copies. The mean colour of the pixels that a voxel covers is
-/// interpolated between four pixels of one copy.
+/// A colour image and its halved copies. A point's colour is interpolated between four pixels of
+/// one level.
 #pragma once
 
 #include <cstring>
@@ -64,8 +64,8 @@ DTSDF_HD const ColourPixel& pixelAt(const ColourImage& image, const ColourLevel&
   return image.pixels[level.first + static_cast<int64_t>(y) * level.width + x];
 }
 
-/// Rounded means of the bytes of four pixels. Two bytes of a word are summed at once, in 16 bits
-/// each.
+/// The mean of four pixels, rounded byte by byte. Two bytes of a word are summed at once, in 16
+/// bits each.
 DTSDF_HD uint32_t meanOfPixels(uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
   constexpr uint32_t kBytes = 0x00ff00ff, kHalf = 0x00020002;
   const uint32_t even = (a & kBytes) + (b & kBytes) + (c & kBytes) + (d & kBytes) + kHalf;
@@ -96,7 +96,8 @@ DTSDF_HD ColourPixel halvedPixel(const ColourImage& image, int level, int32_t u,
                 pixelAt(image, finer, 2 * u + 1, 2 * v + 1));
 }
 
-/// The coarsest level whose pixels are at most `width_px` wide, in pixels of the full image.
+/// The coarsest level whose pixels are at most `width_px` pixels of the full image wide; 0 if there
+/// is none.
 DTSDF_HD int levelOfWidth(float width_px) {
   int level = 0;
   for (int l = 1; l < kColourLevels; ++l) level += width_px >= static_cast<float>(1 << l) ? 1 : 0;

@@ -16,8 +16,8 @@ struct ColourRules {
   /// Side of the squares that pixels are averaged over, in voxels. Finer detail is lost in the map
   /// anyway, and would appear as noise.
   float sample_width = 0.5f;
-  /// A view increases a colour's weight up to this multiple of its own weight, so that later views
-  /// still count. A larger weight, from better views, is kept.
+  /// A view increases a colour's weight up to this multiple of the view's weight, so that later
+  /// views still count. A larger weight, from better views, is kept.
   int32_t max_views = 8;
 
   /// Minimum number of painted voxels to estimate an image's exposure from; chosen by judgement.
@@ -28,7 +28,7 @@ struct ColourRules {
 struct PaintSettings {
   int32_t directional;
   int32_t fixed_exposure;     ///< 1: the image's values are used unchanged.
-  float max_depth_m;          ///< Maximum depth of surfaces that are painted and hide others.
+  float max_depth_m;          ///< Maximum depth of surfaces that are painted or hide others.
   float full_weight_depth_m;  ///< FusionRules::full_weight_depth_m; weights fall as z^-2 beyond it.
   ColourRules rules;
 };

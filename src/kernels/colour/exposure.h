@@ -18,8 +18,8 @@ struct Exposure {
 
 DTSDF_HD Exposure sameExposure() { return {{1.0f, 1.0f, 1.0f}}; }
 
-/// Sums by channel over the voxels that both the map and the image have a colour for. A voxel adds
-/// at most 255^2, so the sums hold 2^47 voxels.
+/// Sums by channel over the voxels for which isUsableForExposure() holds. A voxel adds at most
+/// 255^2, so the sums hold 2^47 voxels.
 struct ExposureSums {
   int64_t map[3], image[3];
   int64_t map_squares[3], image_squares[3], products[3];
@@ -88,8 +88,8 @@ DTSDF_HD float gainOf(const ExposureSums& sums, int channel) {
   return static_cast<float>(1.0 + share * (ratio - 1.0));
 }
 
-/// The gains for an image. They stay as before if the image sees too few painted voxels, and are 1
-/// if exposures are fixed.
+/// The gains for an image. They stay as before if fewer than min_overlap voxels are usable, and are
+/// 1 if exposures are fixed.
 DTSDF_HD Exposure exposureOf(const ExposureSums& sums, const Exposure& before,
                              const PaintSettings& settings) {
   if (settings.fixed_exposure) return sameExposure();

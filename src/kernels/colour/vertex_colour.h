@@ -108,8 +108,8 @@ DTSDF_HD void findPaintedRow(ColouredCorners& corners, int number) {
   corners.painted_rows[direction][z][y] = static_cast<uint16_t>(painted);
 }
 
-/// The mean colour of painted voxels up to `reach` voxels around an edge's ends, among the block's
-/// own corners, in directions with a say on the edge.
+/// The mean colour of painted voxels up to `reach` voxels around an edge's ends, among the corners
+/// of the block's units, in directions with a say on the edge.
 DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, bool directional,
                                    int reach) {
   const int axis = edgeAxis(edge);
@@ -141,8 +141,9 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, boo
 /// at the edge's lower or upper end.
 ///
 /// Painted directions that cross the edge with the vertex's facing count; if there are none, all in
-/// `asked` do. In a crossing direction, the colour is interpolated like the distance, as colours
-/// belong to the feet of voxels. Samples are read only where a direction is painted.
+/// `asked` do. In a crossing direction, the colour is interpolated at the zero of the distance,
+/// taken as linear, as colours belong to the feet of voxels. Samples are read only where a
+/// direction is painted.
 template <class ColourAt, class SampleAt>
 DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colour,
                                const SampleAt& sample) {

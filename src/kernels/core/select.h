@@ -1,5 +1,5 @@
-/// Functions in place of branches and operators. A rule written with them works on one unit (here,
-/// with float and bool) or on several at once (src/cpu/lanes.h).
+/// Functions in place of branches. A rule written with them works on single values (here) or on
+/// vectors of several voxels or mesh units (src/cpu/lanes.h).
 #pragma once
 
 #include <cmath>
@@ -14,12 +14,12 @@ DTSDF_HD int32_t select(bool condition, int32_t yes, int32_t no) { return condit
 DTSDF_HD bool select(bool condition, bool yes, bool no) { return condition ? yes : no; }
 DTSDF_HD bool any(bool condition) { return condition; }
 /// Whether to enter a branch that has no effect where the condition is false. False only if the
-/// condition holds for no unit.
+/// condition holds in no lane.
 DTSDF_HD bool shouldBranch(bool condition) { return condition; }
 DTSDF_HD float magnitude(float a) { return fabsf(a); }
 DTSDF_HD float squareRoot(float a) { return sqrtf(a); }
 
-/// Value of the k-th unit.
+/// The value in lane k.
 DTSDF_HD float lane(float value, int) { return value; }
 DTSDF_HD int32_t lane(int32_t value, int) { return value; }
 

@@ -32,8 +32,8 @@ DTSDF_HD uint64_t brickBit(int direction, int voxel) {
   return uint64_t{1} << (kBricksPerArray * direction + brickOf(voxel));
 }
 
-/// Weights from 2^-12 to 15.5 in eight bits: four of exponent, and the highest four of a float's
-/// fraction.
+/// Weights above 2^-12, up to 15.5, in eight bits: four of exponent, and the highest four of a
+/// float's fraction.
 constexpr uint32_t kColourWeightBits = 19;         // low bits of the float that are dropped
 constexpr uint32_t kColourWeightZero = 115u << 4;  // upper bits of 2^-12, which counts as 0
 constexpr uint32_t kMaxColourWeightCode = 255;

@@ -111,8 +111,9 @@ DTSDF_HD void castPlanes(const SampleLine& line, const MeasuredSides& sides,
   }
 }
 
-/// Calls add(voxel, sample, sdf) for each sample of a surfel with a weight, with the voxel in local
-/// coordinates and its distance in fixed point. Consecutive samples are often in the same block.
+/// Calls add(voxel, sample, sdf) for each sample of a surfel whose weight is positive, with the
+/// voxel in local coordinates and its distance in fixed point. Consecutive samples are often in the
+/// same block.
 template <class Add>
 DTSDF_HD void castSurfel(const SampleLine& line, const MeasuredSides& sides,
                          const FusionSettings& fusion, Add& add) {

@@ -42,7 +42,8 @@ DTSDF_HD PlaneAround planeAround(const ImageView& image, const Pixel& pixel) {
 
 /// Depth in metres up to which a pixel's ray is free: the pixel's depth, less a margin
 /// (perpendicular to its plane, if it has one); 0 if nothing is measured or the margin is larger.
-/// Measurements beyond the fused range count too. Branch-free, for vectorisation.
+/// Measurements beyond the fused range count too; an unfilled gap counts as measured at its nearest
+/// neighbour's depth (filledInverseDepth()). Branch-free, for vectorisation.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const PlaneAround& plane,
                          const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;

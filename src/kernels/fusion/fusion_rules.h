@@ -26,9 +26,9 @@ struct FusionRules {
 
   /// Minimum share of a voxel that a frame must cover to support the surface there. A smaller share
   /// comes from the far fringe of a surfel, or from a strip. (For box at 5 mm, the mesh is in front
-  /// in 5.1 % of the pixels of held-back images without this rule, and in 1.8 % with 0.0003. But
-  /// 0.0003 makes holes in a floor at a grazing angle, and 0.0015 costs the dragon at 10 mm a
-  /// quarter of its completeness.)
+  /// of the measured depth in 5.1 % of the pixels of held-back images without this rule, and in 1.8
+  /// % with 0.0003. But 0.0003 makes holes in a floor at a grazing angle, and 0.0015 costs the
+  /// dragon at 10 mm a quarter of its completeness.)
   float support_share = 0.0001f;
   /// Evidence that a frame adds by supporting a surface.
   int32_t support_gain = 3;

@@ -9,9 +9,9 @@
 namespace dtsdf {
 
 /// Fuses a voxel with the pixel that it projects to (Curless and Levoy 1996; the paper's VP). Calls
-/// add(direction, weight, sdf, point_key), in fixed point, for each direction of the pixel's
-/// surfel. The distance is the difference of the depths, at most the truncation. There is no call
-/// for voxels outside the image, without a surfel, or farther than the truncation behind it.
+/// add(direction, weight, sdf, point_key), in fixed point, for each direction in which the pixel's
+/// surfel has a weight. The distance is the difference of the depths, at most the truncation.
+/// Voxels outside the image, or behind their surfel by more than the truncation, are skipped.
 template <class Add>
 DTSDF_HD void projectVoxel(const FrameView& frame, const FusionSettings& fusion,
                            const Surfel* surfels, const Vec3i& voxel_L, Add& add) {

@@ -51,8 +51,8 @@ DTSDF_HD float anchorWeight(float squared_distance) {
   return closeness * closeness;
 }
 
-/// The anchor after a frame with this distance and weight (in units of 2^-16): the weighted mean of
-/// the frames' nearest points. It stays the same if this frame has none.
+/// The anchor after a frame with this distance and this weight, in units of 2^-16: the weighted
+/// mean of the frames' nearest points. It stays the same if this frame has no nearest point.
 DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, float sdf, float weight, const RoundedSums& sums) {
   const Vec3f point = pointOffset(sums.nearest), anchor = anchorOffset(voxel.anchor);
   const float from_foot = dot(anchor, anchor) - sdfOf(voxel) * sdfOf(voxel);
@@ -72,8 +72,7 @@ DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, float sdf, float weight, const 
 
 /// The fold of the paper's two-pass scheme: D = (W D + w d) / (W + w), W = min(W + w, max). d is
 /// the mean of the frame's distances. The frame's weight w is the share of the voxel that it
-/// covers, at most 1, times the depth weight. Branch-free, for vectorisation. @pre The sums have a
-/// weight.
+/// covers, at most 1, times the depth weight. Branch-free, for vectorisation. @pre sums.weight > 0.
 DTSDF_HD Voxel foldRoundedSums(const Voxel& voxel, const RoundedSums& sums, float depth_weight,
                                const FusionSettings& fusion) {
   const float covered = sums.weight / kWeightScale;  // share of the voxel, may exceed 1

@@ -24,8 +24,8 @@ DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
 }
 
 /// Squared gap, in squared voxels, between the plane of a corner's distance and a vertex at a
-/// distance of `along` from the corner, less the same allowance; negative if the vertex lies beyond
-/// the plane.
+/// distance of `along` from the corner, less the same allowance; negative if the vertex is farther
+/// from the corner than the plane.
 DTSDF_HD float squaredPlaneGap(const Sample& sample, float along) {
   const float height = maximum(fabsf(sample.sdf) - 1.0f / kStepsPerVoxel, 0.0f);
   return height * height - along * along;

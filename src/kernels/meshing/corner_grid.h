@@ -80,7 +80,7 @@ DTSDF_HD int aroundNumber(const Vec3i& offset) {
 /// Number (aroundNumber) of the block that holds a corner; each coordinate is in [-8, 16).
 DTSDF_HD int blockAround(const Vec3i& corner) { return aroundNumber(blockOfVoxel(corner)); }
 
-/// The voxel arrays of a block and of those around it; null where there is none.
+/// The voxel arrays of a block and of the blocks around it; null where there is none.
 struct ArraysAround {
   const Voxel* array[kBlocksAround][kDirectionCount];
   int32_t min_evidence;  ///< Minimum evidence of a known voxel.

@@ -86,8 +86,8 @@ DTSDF_HD bool crosses(const UnitLabels& labels, int edge) {
   return (differ(indices.sheet[0]) | differ(indices.sheet[1])) != 0;
 }
 
-/// Labels of the units in a block and in those around it, in the order of aroundOffset(); null for
-/// a missing block, or one whose units are all empty.
+/// Labels of the units in a block and in the blocks around it, in the order of aroundOffset(); null
+/// for a missing block, or one whose units are all empty.
 using LabelNeighbourhood = const UnitLabels* [kBlocksAround];
 
 /// Calls visit(other) for the units of the window that are connected to a unit through an edge, but
@@ -176,8 +176,9 @@ class LoosePieces {
   }
 
  private:
-  /// Stores in `left` the surface without pieces that have a line of more than max_units_ units,
-  /// which are most of it. With a thread per row, this is faster than growing them one by one.
+  /// Stores in `left` the surface without pieces that have a line of more than max_units_ units;
+  /// such pieces make up most of it. With a thread per row, this is faster than growing them one by
+  /// one.
   DTSDF_HD void removeLongRows() const {
     team_.each([&](int row) {
       window_.small[row] = 0;

@@ -25,7 +25,7 @@ struct MeshRules {
   float voted_crossing_share = 0.05f;
 
   /// Added to each distance in the vote's denominator; in voxels, above 0, so that a distance of 0
-  /// does not outvote all others. Halving or doubling it changes no figure by more than 1.5 %.
+  /// does not outvote all others.
   float nearness_voxels = 0.2f;
 
   /// A vertex whose measuredGap(), in voxels, is larger than this is pulled towards its nearest

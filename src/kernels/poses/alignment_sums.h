@@ -190,7 +190,7 @@ DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
   return field;
 }
 
-/// The distance of a point to the surface, in voxels. If findPlane() knows none at the point, the
+/// The distance of a point to the surface, in voxels. If findPlane() finds none at the point, the
 /// nearest plane along the point's normal is used, up to `reach` voxels away.
 template <class VoxelAt>
 DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool directional,

@@ -118,7 +118,7 @@ constexpr int32_t kPixelSteps = 256;
 /// A vertex in the image.
 struct ProjectedVertex {
   int32_t x, y;         ///< In steps; pixel centres are at multiples of kPixelSteps.
-  float inverse_depth;  ///< Per voxel; 0: not in front of the camera.
+  float inverse_depth;  ///< Per voxel; 0: behind the camera or too near it.
   Vec3f normal_C;       ///< Not normalised; see normalOfShares().
 };
 

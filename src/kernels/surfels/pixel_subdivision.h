@@ -13,7 +13,8 @@ namespace dtsdf {
 /// Number of subpixels along the rows and columns of the image: 1 or kThirds.
 struct Subdivision {
   int32_t across, down;
-  /// Half a subpixel's width and height if the pixel's neighbours continue its plane, else 0.
+  /// Half a subpixel's width and height along axes where the pixel is over half a voxel wide and
+  /// its neighbours continue its plane, else 0.
   float half_across_px = 0.0f, half_down_px = 0.0f;
 };
 
@@ -43,9 +44,9 @@ DTSDF_HD bool continuesPlane(const FrameSensing& sensing, const Pixel& pixel,
 }
 
 /// How a measured pixel with a plane is subdivided: along axes where it is wider than a voxel and
-/// both neighbours continue its surface. The half width along an axis is set even where it is only
-/// half a voxel wide: with points at pixel centres only, the mesh would have gaps between pixels
-/// 0.6 voxels apart, for instance.
+/// both neighbours continue its surface. The half width along an axis is already set where the
+/// pixel is over half a voxel wide: with points at pixel centres only, the mesh would have gaps
+/// between pixels 0.6 voxels apart, for instance.
 DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pixel,
                                     const PixelPlane& plane, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;

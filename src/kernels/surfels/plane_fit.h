@@ -56,9 +56,9 @@ DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
                  columnAround(pixel.v, frame, radius));
 }
 
-/// Whether a pixel is in front of both adjacent pixels, or behind both, as if seen through a slit;
-/// both must be measured. Pixels in between may mix two sides of a step, or be rows of a floor at a
-/// grazing angle.
+/// Whether a pixel is in front of both adjacent pixels (or as near), or behind both, as if seen
+/// through a slit; both must be measured. Pixels in between may mix two sides of a step, or be rows
+/// of a floor at a grazing angle.
 DTSDF_HD bool isDepthExtremum(float before, float inverse_depth, float after) {
   return before > 0.0f && after > 0.0f && (before > inverse_depth) == (after > inverse_depth);
 }

@@ -44,7 +44,7 @@ struct FrameSensing {
   ImageView image;
   DepthNoise noise;
   const float* free_depth;          ///< freeDepth() per pixel; null if not needed.
-  const float* max_free = nullptr;  ///< Largest free depth in each patch (fusion/free_patches.h).
+  const float* max_free = nullptr;  ///< Largest free depth per patch (free_patches.h); CPU only.
 };
 
 /// The settings that the rules of surfels need.

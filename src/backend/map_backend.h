@@ -129,9 +129,10 @@ class MapBackend {
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
   virtual void reserveFrame(const std::vector<int32_t>& in_view) = 0;
 
-  /// Three stages, which a backend may combine: casts surfels into sums, folds sums into voxels,
-  /// and lowers the evidence of voxels that the image contradicts. The last stage also visits
-  /// blocks in view that the image does not touch, when it is their turn.
+  /// Three stages, which a backend may combine: adds surfels to sums, folds sums into voxels, and
+  /// lowers the evidence of voxels that the image contradicts. The last stage, if there is one
+  /// (clearsFreeSpace()), also visits blocks in view that the image does not touch, when it is
+  /// their turn.
   /// @param frame_number Counted from 1.
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
   virtual void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>& in_view) = 0;
@@ -171,7 +172,7 @@ class MapBackend {
   /// Waits until an extraction under way has read the map, so that the map may change.
   virtual void waitForMeshes() = 0;
 
-  /// Waits for the extraction, if one is under way. @return changed meshes, by packed key.
+  /// Waits for the extraction, if one is under way. @return changed meshes, sorted by packed key.
   virtual MeshUpdate finishMesh() = 0;
 
   // ---- Memory and copies. Memory for a change is reserved before the table changes.
@@ -188,8 +189,8 @@ class MapBackend {
                                                 const RegionView& region) = 0;
 
   /// Copies voxels and colours into contents.
-  /// @param taken If not null, receives the meshing states of the slots, and their marks are
-  /// removed, so that they can be released.
+  /// @param taken If not null, receives the meshing states of the slots, whose marks are removed,
+  /// so that the slots can be released.
   /// @throws BackendError if memory runs out; nothing is changed.
   virtual void copyOut(const ContentsOrder& order, MapContents& contents,
                        MeshStates* taken = nullptr) = 0;

@@ -31,8 +31,8 @@ void visitBricks(const BlockTable& table, const BlockEntry& entry, const Visit& 
 /// Contents with the settings of a mapper and nothing else.
 MapContents contentsOf(MapperParams params, Rules rules);
 
-/// Converts blocks of a table for contents, in this order. Blocks without voxels are left out: only
-/// their meshes are still needed.
+/// Converts blocks of a table for contents, in the given order. Blocks without voxel arrays are
+/// left out: only their meshes are still needed.
 std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32_t>& slots);
 
 /// Finds the voxels and colours of these blocks.

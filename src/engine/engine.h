@@ -22,7 +22,7 @@ namespace dtsdf {
 
 class Engine : public ProbedMapper {
  public:
-  /// @param threads Host threads for space.
+  /// @param threads Number of host threads that compute distances and read blocks from disk.
   Engine(const MapperParams& params, const Rules& rules, int threads, BackendMaker make_backend);
 
   IntegrationResult integrate(const DepthFrame& frame) override;

@@ -100,7 +100,8 @@ MeshUpdate Engine::finishMeshUpdate() {
 }
 
 /// Fetches an extraction. After its last part, blocks without arrays are released, since their
-/// empty meshes have been delivered. Waiting and undone blocks are marked again.
+/// empty meshes have been delivered. Waiting blocks are marked again and, after the last part,
+/// undone ones too.
 void Engine::finishMeshing() {
   if (!std::exchange(state_.is_meshing, false)) return;
   addMeshes(backend_->finishMesh(), state_.made);

@@ -20,7 +20,8 @@ constexpr size_t kBatchBytes = size_t{8} << 20;
 /// not delayed for long.
 size_t spareBytes(size_t budget_bytes) { return std::min(budget_bytes / 16, 4 * kBatchBytes); }
 
-/// Blocks that wait to be written may take 1 / kWaitingShare of the budget, in addition to it.
+/// Blocks that wait to be written may take 1 / kWaitingShare of the budget, in addition to it, but
+/// at most kMaxWaitingBytes.
 constexpr size_t kWaitingShare = 8;
 constexpr size_t kMaxWaitingBytes = 4 * kBatchBytes;
 

@@ -130,15 +130,15 @@ class Pager {
   const size_t budget_bytes_, batch_bytes_;
   PagedBlocks blocks_;
   uint64_t now_ = 1;                 ///< Counts the calls of require() and noteFrame().
-  uint64_t no_writes_before_ = 0;    ///< Value of now_ until which nothing is written.
+  uint64_t no_writes_before_ = 0;    ///< Nothing is written before this value of now_.
   std::vector<uint64_t> last_need_;  ///< Value of now_ when a block was last needed, by slot.
   std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Pose of the last frame.
   std::optional<DepthFrame> ahead_of_;       ///< Frame to read ahead from; its pixels are not used.
   std::optional<Eigen::Isometry3d> motion_;  ///< Motion from the previous frame; none after a jump.
   std::vector<PackedKey> ahead_;             ///< Blocks read ahead, in order of need.
-  size_t next_ahead_ = 0, blocks_per_frame_ = 0;  ///< Next index in ahead_; number per frame.
+  size_t next_ahead_ = 0, blocks_per_frame_ = 0;  ///< Next index in ahead_; blocks per frame.
   uint64_t kept_since_ = 0;     ///< Blocks needed since this value of now_ are not evicted.
-  uint64_t ahead_made_at_ = 0;  ///< Value of now_ when ahead_ was made; the next kept_since_.
+  uint64_t ahead_made_at_ = 0;  ///< Value of now_ when ahead_ was made.
   std::vector<PackedKey> dropped_;
   uint64_t frames_ = 0, written_ = 0, read_ = 0;
 };

@@ -21,7 +21,7 @@ namespace dtsdf {
 /// the first to touch it. Can be moved, not copied.
 template <class T>
 class PlainArray {
-  static_assert(std::is_trivially_copyable<T>::value, "filled as bytes");
+  static_assert(std::is_trivially_copyable<T>::value, "elements must be trivially copyable");
 
  public:
   PlainArray() = default;
@@ -143,7 +143,7 @@ void checkFrame(const MapContents& contents, const std::string& map_frame);
 void checkLevel(const MapContents& contents, bool is_levelled);
 
 /// A map/max_memory_mb with which a mapper of these settings can resume from the contents. With
-/// map/page_folder, less may do.
+/// map/page_folder, less may be enough.
 int minMemoryMb(const MapContents& contents, MapperParams params);
 
 /// Memory budget plus, with map/page_folder, the limit of one file there, in bytes: the limit that

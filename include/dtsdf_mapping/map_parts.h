@@ -11,8 +11,9 @@ namespace dtsdf {
 /// A map whose voxels and colours are delivered in parts.
 struct MapParts {
   std::shared_ptr<const MapContents> head;  ///< The contents without voxels and colours.
-  /// Calls `take` for one part after another. Each part has the next blocks in the head's order,
-  /// with their voxels and colours. Calls may come from several threads, but one at a time.
+  /// Calls `take` for one part after another. Each part has some of the head's blocks, sorted by
+  /// packed key, with their voxels and colours; no block is in two parts. Calls may come from
+  /// several threads, but one at a time.
   std::function<void(const std::function<void(const MapContents& part)>& take)> visit;
 };
 

@@ -176,7 +176,7 @@ class Mapper {
   virtual MapContents contents() = 0;
 
   /// Copies the map without voxels and colours. With outline() and part(), a map larger than memory
-  /// (map/page_folder) is copied piece by piece.
+  /// (map/page_folder) can be copied piece by piece.
   /// @throws std::exception when the backend fails.
   virtual MapContents outline() = 0;
 

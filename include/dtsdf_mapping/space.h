@@ -1,5 +1,5 @@
-/// Space for planners: which cells are free, unknown or contain a surface, and the distance to the
-/// nearest surface.
+/// Space for planners: whether a cell is free, is unknown or contains a surface, and the distance
+/// to the nearest surface.
 #pragma once
 
 #include <Eigen/Core>
@@ -92,8 +92,8 @@ class KnownSpace {
   /// State of a cell.
   virtual CellState stateOf(const Vec3i& cell) const = 0;
 
-  /// Cubes that reach into the cells from `first_z` to `last_z`, both included, and are not wholly
-  /// unknown, in no particular order.
+  /// Cubes with known cells that overlap the layers of cells from `first_z` to `last_z`, both
+  /// included, in no particular order.
   virtual std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const = 0;
 
   /// Exact squared distance, in cells, from the centre of a cell to that of the nearest surface

@@ -64,14 +64,14 @@ class ImageSource {
 
   /// The next usable image, or nothing at the end. Unusable images (no pose, wrong encoding) are
   /// skipped and counted.
-  /// @throws std::runtime_error if the recording is damaged; the message names the file and the
-  /// position in it, and says what to do.
+  /// @throws std::runtime_error if the recording is damaged; the message names the file and says
+  /// what to do.
   virtual std::optional<Image> next() = 0;
 
   /// Images skipped so far, by reason ("no pose within 20 ms").
   virtual const std::map<std::string, size_t>& skipped() const { return skipped_; }
 
-  /// A sentence about the first image skipped for a reason, for reasons that need an explanation.
+  /// For each reason that needs an explanation, a sentence about the first image skipped for it.
   virtual std::map<std::string, std::string> problems() const { return problems_; }
 
  protected:

@@ -18,8 +18,8 @@ struct MapInfo : MapHead {
   MapSize size;                ///< Size of the map.
   uint64_t file_bytes = 0;     ///< Length of the file.
   uint64_t content_hash = 0;   ///< Hash stored in the file: see contentHash().
-  BlockKey least = {0, 0, 0};  ///< Smallest block coordinate per axis; 0: empty map.
-  BlockKey most = {0, 0, 0};   ///< Largest block coordinate per axis; 0: empty map.
+  BlockKey least = {0, 0, 0};  ///< Smallest block coordinate per axis; 0 if the map is empty.
+  BlockKey most = {0, 0, 0};   ///< Largest block coordinate per axis; 0 if the map is empty.
 };
 
 /// Saves a map. Equal contents give equal bytes, with any number of threads (0: all cores). A
@@ -45,9 +45,10 @@ MapContents loadMap(const std::string& path, const MapperParams& params, int thr
 /// @throws std::runtime_error as loadMap() does.
 MapInfo readMapInfo(const std::string& path);
 
-/// Hash of a map: its bound settings, blocks, voxels, colours, free cells and frame counts. Equal
-/// maps have equal hashes, whatever their file, backend or map frame. XXH64; docs/map_format.md
-/// lists the bytes.
+/// Hash of a map: its bound settings, blocks, voxels, colours, exposure, free cells and frame
+/// counts. Equal maps have equal hashes, whatever their file, backend or map frame. XXH64;
+/// docs/map_format.md lists the bytes. @throws std::runtime_error for contents that saveMap() would
+/// refuse.
 uint64_t contentHash(const MapContents& contents, int threads = 0);
 
 }  // namespace dtsdf

@@ -8,9 +8,9 @@
 
 namespace dtsdf {
 
-/// Extensions of the supported formats. Binary .ply (little-endian) and .glb (glTF 2.0, turned so
-/// that y is up) have normals and colours; .obj has colours after the positions, which many
-/// programs read; binary .stl has triangles and their normals only.
+/// Extensions of the supported formats. Binary .ply (little-endian), .obj and .glb (glTF 2.0,
+/// turned so that y is up) have normals and colours; those of .obj follow the positions, an
+/// extension that many programs read. Binary .stl has triangles and their normals only.
 const std::vector<std::string>& meshExtensions();
 
 /// List of the extensions, for messages.

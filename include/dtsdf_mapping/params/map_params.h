@@ -18,7 +18,7 @@ struct MapParams {
   float keep_radius_m = 0.0f;  ///< Blocks entirely farther from the camera, or from
                                ///< DepthFrame::keep_center_W if set, are dropped; 0: off.
   /// Folder for the least recently used blocks: they are written when the budget is full and read
-  /// back when needed. Empty: off, the map is limited to the budget.
+  /// back when needed. Empty: off; the map is limited to the budget.
   std::string page_folder;
   float page_max_gb = 64.0f;  ///< Maximum size of each file in page_folder, in GiB.
 };

@@ -2,7 +2,7 @@
 ///
 /// Each settings struct has one visitParams() overload that names its keys and rules; reading,
 /// writing and the tests of config/ all go through it. The command-line programs fill the tree from
-/// YAML files, the node from the ROS parameter server.
+/// YAML files and key=value arguments, the node from the ROS parameter server.
 #pragma once
 
 #include <map>

@@ -92,7 +92,7 @@ class KnownSpace {
   /// State of a cell.
   virtual CellState stateOf(const Vec3i& cell) const = 0;
 
-  /// Cubes with known cells that overlap the layers of cells from `first_z` to `last_z`, both
+  /// Cubes that have known cells and overlap the layers of cells from `first_z` to `last_z`, both
   /// included, in no particular order.
   virtual std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const = 0;
 

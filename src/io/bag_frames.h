@@ -19,7 +19,7 @@ struct BagOptions : RecordingOptions {
   std::string mask_topic;         ///< Masks with the depth images' stamps; empty: none.
   std::string colour_topic;       ///< Empty: the bag's only topic with colour images.
   std::string colour_info_topic;  ///< Empty: camera_info next to the colour topic.
-  std::string tf_topic;   ///< Empty: /tf. Static ones: its name plus _static, and /tf_static.
+  std::string tf_topic;   ///< Empty: /tf. Static transforms: this plus _static, and /tf_static.
   std::string imu_topic;  ///< Empty: the bag's only topic of type sensor_msgs/Imu.
   std::string map_frame = "map";  ///< Frame W.
   InputParams input;              ///< Camera frame, camera_info, units, rectification.

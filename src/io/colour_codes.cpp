@@ -22,14 +22,14 @@ RgbImage emptyImage(size_t width, size_t height, const std::string& name) {
   throw std::runtime_error(name + " has more than " + std::to_string(kMaxPixels) + " pixels");
 }
 
-/// Converts any PNG to 8-bit RGB. @return the problem, or an empty text.
+/// Converts a PNG to 8-bit RGB. @return the problem, or an empty text.
 std::string readPng(const uint8_t* data, size_t bytes, const std::string& name, RgbImage& image) {
   PngReader png(data, bytes);
   if (!png.isPng()) return png.problem();
   if (png.isInterlaced16Bit()) {  // libpng before 1.6.51 writes beyond the pixels: CVE-2025-65018
     throw std::runtime_error(name +
                              " is an interlaced PNG image of 16 bits, which cannot be read safely; "
-                             "save it with 8 bits or without interlace");
+                             "save it with 8 bits or without interlacing");
   }
   image = emptyImage(png.width(), png.height(), name);
   const size_t pixels = png.width() * png.height(), channels = png.hasAlpha() ? 4 : 3;

@@ -182,7 +182,7 @@ void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
 namespace {
 
 /// The JSON text. The buffer has, page by page, the positions, normals and texture coordinates of
-/// the corners, then the images. Sets `bytes` to its size.
+/// the corners, then the images. Sets `bytes` to the buffer's size.
 std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t& bytes) {
   json document = documentOf(textured.mesh, origin);
   json& primitives = document["meshes"][0]["primitives"];

@@ -11,7 +11,8 @@
 
 namespace dtsdf {
 
-static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "files have the byte order of memory");
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
+              "big-endian machines are not supported: files are little-endian");
 
 /// The bytes of a number, least significant first; floating-point numbers are IEEE 754.
 template <class Number>
@@ -31,7 +32,7 @@ Number numberOf(const uint8_t* bytes) {
   return number;
 }
 
-/// Writes a number, or the three of a vector. `File` has write(data, bytes).
+/// Writes a number, or the three components of a vector. `File` has write(data, bytes).
 template <class File, class Number>
 void put(File& file, Number number) {
   static_assert(std::is_arithmetic_v<Number>);

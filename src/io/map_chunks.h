@@ -93,7 +93,7 @@ class MapChunks {
   MapSize size_;
   uint64_t content_hash_ = 0;
   std::vector<uint64_t> sums_;            ///< Checksums of each chunk's voxels and colours.
-  std::vector<Record> voxels_, colours_;  ///< Copies, as RecordFile::records() may grow.
+  std::vector<Record> voxels_, colours_;  ///< Copies, since RecordFile::records() may grow.
 };
 
 /// The map of an open file in parts: its chunks, which are read on demand.

@@ -49,7 +49,7 @@ std::string boundSettingsText(const ParamTree& settings);
 
 template <class Io, class Contents, class Size>
 void visitState(Io& io, Contents& contents, Size& size) {
-  static_assert(sizeof(size_t) == sizeof(uint64_t), "sizes are written as they lie in memory");
+  static_assert(sizeof(size_t) == sizeof(uint64_t), "sizes are written as 64-bit numbers");
   io(contents.frames, contents.supporting_frames, size.blocks, size.voxel_arrays, contents.stamp_s);
 }
 

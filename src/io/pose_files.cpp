@@ -32,7 +32,8 @@ void add(const std::string& path, const Pose& pose, NamedPoses& named) {
   for (const std::string& key : keysOf(path)) named.emplace(key, pose);
 }
 
-/// Lines of COLMAP: number, qw qx qy qz, tx ty tz from world to camera, camera, name.
+/// A line of COLMAP's images.txt: image number, then qw qx qy qz and tx ty tz from world to camera,
+/// camera number, and file name.
 NamedPoses posesOfColmap(const std::vector<ListLine>& lines) {
   NamedPoses named;
   for (const ListLine& line : lines) {
@@ -93,7 +94,7 @@ void findInOrder(const std::vector<Pose>& poses, std::vector<StampedImage>& imag
     const bool has_pose = number >= 0.0 && number < static_cast<double>(poses.size());
     if (has_pose) images[i].T_W_C = poses[static_cast<size_t>(number)];
     images[i].missing = has_pose ? "the pose is not a rigid motion, or the camera was lost"
-                                 : "no pose for the image's number";
+                                 : "no pose with the same number";
   }
 }
 
@@ -122,7 +123,7 @@ void findAsGiven(const std::string& path, double tolerance_s, std::vector<Stampe
   }
   if (convention.empty()) convention = default_convention;
   for (StampedImage& image : images) {
-    image.missing = "no pose for the image's name";
+    image.missing = "no pose with the same name or number";
     for (const std::string& key : keysOf(image.path)) {
       const auto found = named.find(key);
       if (found == named.end()) continue;

@@ -28,7 +28,8 @@ std::vector<StampedImage> readImageList(const fs::path& path) {
   return images;
 }
 
-/// The benchmark's archives name their recording in a comment: # file: 'rgbd_dataset_freiburg1_...'
+/// The benchmark's lists begin with a comment that names their recording, such as
+/// # file: 'rgbd_dataset_freiburg1_...'
 bool mentionsFreiburg(const fs::path& list) {
   if (!fs::is_regular_file(list)) return false;
   std::istringstream text(readTextFile(list.string(), kAdvice));

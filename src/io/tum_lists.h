@@ -25,8 +25,8 @@ struct StampedImage {
 /// Whether a folder has depth.txt, or associations.txt together with groundtruth.txt or
 /// camera_info.yaml. ICL-NUIM has associations.txt too, but neither of these.
 bool isTumFolder(const std::filesystem::path& folder);
-/// The images in associations.txt whose paths begin with `kind`. A line is "0 depth/0.png 0
-/// rgb/0.png", with depth or colour first. @throws std::runtime_error if there are none.
+/// The images in associations.txt whose paths begin with `kind`. A line is like "0 depth/0.png 0
+/// rgb/0.png"; depth or colour may come first. @throws std::runtime_error if there are none.
 std::vector<StampedImage> readAssociations(const std::filesystem::path& folder,
                                            const std::string& kind);
 

@@ -34,13 +34,14 @@ void findPoses(const fs::path& folder, double, std::vector<StampedImage>& images
     if (hasEnding(path, kPosesEnding)) paths.push_back(path);
   }
   if (paths.size() != 1) {
-    throw std::runtime_error("'" + folder.string() + "' has " + std::to_string(paths.size()) +
-                             " files *.gt.freiburg; select the poses with --poses FILE");
+    throw std::runtime_error("'" + folder.string() + "' contains " + std::to_string(paths.size()) +
+                             " *.gt.freiburg files, expected exactly one; choose one with "
+                             "--poses FILE");
   }
-  const Trajectory trajectory = readTrajectory(paths[0], "ICL-NUIM keeps its poses there");
+  const Trajectory trajectory = readTrajectory(paths[0], "ICL-NUIM's poses are expected there");
   for (StampedImage& image : images) {
     image.T_W_C = trajectory.poseAt(image.stamp_s, 0.0);
-    image.missing = "no pose for the image's number";
+    image.missing = "no pose with the same number";
   }
 }
 

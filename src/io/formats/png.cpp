@@ -54,7 +54,7 @@ void findPoses(const fs::path& folder, double tolerance_s, std::vector<StampedIm
 }
 
 /// Reads transforms.json. Its principal point is relative to the corner of the first pixel, not to
-/// the centre.
+/// that pixel's centre.
 std::optional<CameraInfo> cameraOfTransforms(const std::string& path, const DepthImage& size) try {
   const nlohmann::json root = readJsonFile(path, "the camera is expected there");
   for (const char* const list : {"depth_frames", "frames", ""}) {

@@ -32,7 +32,7 @@ fs::path paramsPath(const fs::path& folder) { return folder / ".." / "cam_params
 /// The camera in cam_params.json. @throws std::runtime_error
 nlohmann::json readParams(const fs::path& path) {
   const nlohmann::json root = readJsonFile(
-      path.string(), "Replica keeps its camera there; or give --intrinsics fx,fy,cx,cy");
+      path.string(), "Replica's camera is expected there; or give --intrinsics fx,fy,cx,cy");
   if (!root.contains("camera") || !root["camera"].is_object()) {
     throw std::runtime_error(path.string() +
                              ": expected {\"camera\": {\"w\", \"h\", \"fx\", "

@@ -116,7 +116,7 @@ TEST_F(RecordedColoursTest, Interlaced16BitImagesAreRefused) {
       "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\2\0\0\0\2\x10\2\0\0\1\332\103\166\246\0\0\0\0IDAT", 41);
   const std::string error =
       errorOf([&] { decodeColour(reinterpret_cast<const uint8_t*>(head.data()), 41, "it"); });
-  EXPECT_NE(error.find("without interlace"), std::string::npos) << error;
+  EXPECT_NE(error.find("without interlacing"), std::string::npos) << error;
 }
 
 /// TurboJPEG supports only the common kinds of subsampling.

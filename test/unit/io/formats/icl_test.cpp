@@ -44,7 +44,7 @@ TEST_F(IclArchive, MatchesByNumberAndSkipsImage0) {
   EXPECT_EQ(frames[0].stamp_s, 1.0);
   EXPECT_EQ(frames[1].depth.T_W_C.translation().y(), 0.00895357);
   EXPECT_EQ(source->skipped(),
-            (std::map<std::string, size_t>{{"no pose for the image's number", 1}}));
+            (std::map<std::string, size_t>{{"no pose with the same number", 1}}));
 }
 
 // With the published intrinsics, a pixel's y is (v - 239.5) z / -480, so y points up.
@@ -84,10 +84,10 @@ TEST_F(IclArchive, ReportsInvalidFiles) {
   expectError("associations.txt", "1 depth/9.png 1 rgb/9.png", "depth/9.png");
   expectError("livingRoom0.gt.freiburg", "1 0 0 -2.25 0 0 0 3", "livingRoom0.gt.freiburg:1: ");
   expectError("livingRoom0.gt.freiburg", "", "none of the 3 depth images has a pose");
-  expectError("livingRoom1.gt.freiburg", "1 0 0 0 0 0 0 1", "has 2 files *.gt.freiburg");
+  expectError("livingRoom1.gt.freiburg", "1 0 0 0 0 0 0 1", "contains 2 *.gt.freiburg files");
   std::filesystem::remove(folder_ / "livingRoom1.gt.freiburg");
   std::filesystem::remove(folder_ / "livingRoom0.gt.freiburg");
-  EXPECT_NE(readingErrorOf(options_).find("has 0 files *.gt.freiburg"), std::string::npos);
+  EXPECT_NE(readingErrorOf(options_).find("contains 0 *.gt.freiburg files"), std::string::npos);
 }
 
 // The colour image comes from the same camera, so it is flipped, too.

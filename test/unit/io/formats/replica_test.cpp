@@ -75,7 +75,7 @@ TEST_F(Replica, ImagesBeyondTheTrajectoryAreCounted) {
   const auto source = openRecording(options_);
   EXPECT_EQ(readAll(*source).size(), 1u);
   EXPECT_EQ(source->skipped(),
-            (std::map<std::string, size_t>{{"no pose for the image's number", 2}}));
+            (std::map<std::string, size_t>{{"no pose with the same number", 2}}));
 }
 
 TEST_F(Replica, ReportsInvalidFiles) {

@@ -17,8 +17,8 @@ if(WITH_FUZZERS)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 if(WITH_SANITIZER STREQUAL "address")
-  # Divisions by 0 do not abort, so that a suppression list can allow intended ones. Only clang
-  # checks these and casts.
+  # Float divisions by 0 do not abort, so that a suppression list can allow intended ones. Only clang
+  # checks these and float casts.
   set(flags -fsanitize=address,undefined -fno-sanitize-recover=undefined)
   if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
     list(APPEND flags -fsanitize=float-divide-by-zero,float-cast-overflow

@@ -32,8 +32,7 @@ python3-rosbag, rosout, tf2-tools")
 endif()
 
 # catkin installs a workspace's setup files into the root of the prefix. In a package, they would
-# replace those of ROS, so they are removed from the build's prefix, and catkin's marker from the
-# package's.
+# replace those of ROS, so they are removed from below both prefixes, the build's and the package's.
 set(catkin_files .catkin .rosinstall _setup_util.py env.sh setup.bash setup.sh setup.zsh
                  local_setup.bash local_setup.sh local_setup.zsh)
 install(CODE "

@@ -63,8 +63,8 @@ void run(const BenchmarkOptions& options) {
   const RunSettings settings = readSettings(options);
   if (isLevelled(settings.params)) {
     std::fputs(
-        "benchmark: warning: map/level is not for measurements: frames are fused in the "
-        "frame of their poses\n",
+        "benchmark: warning: map/level is ignored: frames are fused in the frame of their "
+        "poses\n",
         stderr);
   }
   const std::string report =

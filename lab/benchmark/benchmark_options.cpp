@@ -12,7 +12,7 @@ void addFlightOptions(CommandLine& line, BenchmarkOptions& options) {
                  options.grow_to_gib, {kAboveZero, kUnbounded});
   line.addNumber({"--speed", "METRES", "distance flown per frame"}, options.speed_m,
                  {kAboveZero, kUnbounded});
-  line.addFlag("--return", "fly back the way that it came", options.returns);
+  line.addFlag("--return", "also fly back the same way", options.returns);
   line.onlyWith("--grow-to-gib", "--flight");
   line.onlyWith("--return", "--flight");
   line.onlyWith("--speed", "--flight");
@@ -24,7 +24,7 @@ void addInputOptions(CommandLine& line, BenchmarkOptions& options) {
   addFolderOptions(line, options);
   line.onlyWith("--depth-scale", "--tum");
   line.onlyWith("--pose-tolerance", "--tum");
-  line.addText({"--raw", "NAME", "NAME.raw and NAME.txt, packed frames, instead of --tum"},
+  line.addText({"--raw", "NAME", "packed frames in NAME.raw and NAME.txt, instead of --tum"},
                options.raw_name);
   addFrameOptions(line, options);
   addFlightOptions(line, options);
@@ -38,7 +38,7 @@ BenchmarkOptions parseBenchmarkOptions(const std::vector<std::string>& arguments
   CommandLine line(
       "benchmark", "(--tum DIR | --raw NAME | --flight) [options]",
       "Measures the time and memory of a frame, from its upload to the updated mesh, stage by "
-      "stage. Frames are read or made before they are timed.");
+      "stage. Reading and rendering of frames is not timed.");
   addInputOptions(line, options);
   line.beginGroup("Settings");
   addMapperOptions(line, options);

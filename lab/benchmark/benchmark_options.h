@@ -9,9 +9,9 @@
 namespace dtsdf {
 
 struct BenchmarkOptions : RunOptions {
-  std::string raw_name;      ///< Raw frames: see raw_frames.h.
+  std::string raw_name;      ///< Path of raw frames without suffix, as in raw_frames.h; or empty.
   bool flight = false;       ///< A synthetic flight instead of recorded frames.
-  double grow_to_gib = 1.0;  ///< Size of the map at which the flight ends.
+  double grow_to_gib = 1.0;  ///< Mapped size at which the flight ends or turns back.
   double speed_m = 1.0;      ///< Distance flown per frame.
   bool returns = false;      ///< Whether the flight also goes back.
 };

@@ -8,10 +8,11 @@
 
 namespace dtsdf {
 
-/// Median, p95 and worst exclude the first frame, which allocates memory, except in `fusion_ms`.
+/// Median, p95 and worst exclude the first frame, which allocates memory, except in `fusion_ms` or
+/// if there is no other frame.
 std::string reportMeasurement(const Measurement& measurement);
 
-/// Frame times per GiB of the map, to show whether they stay constant.
+/// Frame times by GiB of mapped data, to show whether they stay constant.
 std::string reportFlight(const std::vector<FrameTime>& times, const Measurement& end);
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// A synthetic flight over endless hilly ground: on the way out, every frame adds new blocks.
+/// A synthetic flight over endless hilly ground, which makes the map grow.
 #pragma once
 
 #include <functional>
@@ -15,8 +15,8 @@ double groundHeight(double x_m, double y_m);
 /// Depth image of a camera that looks straight down from 4 m above the mean ground.
 SourceFrame renderFlightFrame(double x_m);
 
-/// Flies until `map_bytes` are mapped, including paged and dropped blocks. Images are rendered
-/// outside the timing. `show_progress` gets the FrameTime::mapped_bytes of each frame.
+/// Flies until `map_bytes` are mapped, including paged and dropped blocks. Rendering is not timed.
+/// `show_progress` gets the FrameTime::mapped_bytes of each frame.
 /// @param speed_m Distance flown per frame.
 /// @param returns Whether it also flies back the same way.
 std::vector<FrameTime> fly(ProbedMapper& mapper, size_t map_bytes, double speed_m, bool returns,

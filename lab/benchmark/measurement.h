@@ -13,13 +13,13 @@ namespace dtsdf {
 struct FrameTime {
   double call_ms = 0.0;       ///< integrate() alone; a GPU does most of the work later.
   double total_ms = 0.0;      ///< From the call until the device has updated the mesh.
-  double processor_ms = 0.0;  ///< CPU time of all threads in total_ms, including waits for the
-                              ///< device.
+  double processor_ms = 0.0;  ///< CPU time of all threads during total_ms.
   double fetch_ms = 0.0;      ///< After total_ms, until the changed meshes are fetched.
   double distances_ms = 0.0;  ///< Update of distances after fetching; 0 without space.
   size_t map_bytes = 0;       ///< Size of the map after the frame.
   size_t mapped_bytes = 0;    ///< In a flight: map_bytes plus paged and dropped blocks.
-  bool on_return = false;     ///< On the way back; mapped_bytes is then as on the way out.
+  bool on_return = false;     ///< On the way back; mapped_bytes is then that of the same place on
+                              ///< the way out.
   size_t resident_bytes = 0;  ///< In a flight: memory of the process after the frame.
 };
 
@@ -31,7 +31,7 @@ struct Measurement {
   MapStats map;
   MapperMemory memory;
   size_t device_bytes = 0;  ///< GPU memory taken since the mapper was created.
-  size_t mesh_bytes = 0;    ///< The whole mesh by blocks, on the host.
+  size_t mesh_bytes = 0;    ///< Vertices and triangles of the whole mesh, on the host.
   size_t triangles = 0;
 };
 

@@ -11,7 +11,8 @@
 
 namespace dtsdf {
 
-/// @throws std::runtime_error if the files cannot be read; next() also if NAME.raw is too short.
+/// @throws std::runtime_error if the files cannot be read. next() throws it if NAME.raw is too
+/// short.
 std::unique_ptr<FrameSource> openRawFrames(const std::string& path_without_suffix,
                                            const FrameSelection& selection);
 

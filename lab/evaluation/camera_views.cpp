@@ -13,7 +13,7 @@ namespace dtsdf {
 
 namespace {
 
-/// Azimuth about y and elevation above the plane y = 0 of view number i, in radians.
+/// Azimuth about y and elevation above the plane y = 0 of a view, in radians.
 struct ViewAngles {
   double azimuth, elevation;
 };

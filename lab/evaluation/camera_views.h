@@ -30,7 +30,7 @@ Eigen::Vector3f rayOf(const Intrinsics& K, float u_px, float v_px);
 
 enum class OrbitShape {
   kCircle,  ///< In the plane y = 0 (the paper's set-up).
-  kHelix,   ///< Five turns from 60 degrees below the plane y = 0 to 60 above, at one distance.
+  kHelix,   ///< Five turns from 60 degrees below the plane y = 0 to 60 above it.
   kSphere,  ///< A spiral from pole to pole with views spread evenly over the sphere.
   kHand,    ///< Carried around the circle by hand (hand_path.h).
 };
@@ -53,7 +53,8 @@ struct Views {
 /// @throws std::runtime_error with the file and the problem, or if no image has a pose.
 Views readViews(const std::string& tum_folder);
 
-/// Reads a depth image with 5000 units per metre, row-major, in metres; 0: no measurement.
+/// Reads a depth image with 5000 units per metre. @return depths in metres, row-major; 0: no
+/// measurement.
 /// @throws std::runtime_error if it is not a 16-bit image of the camera's size.
 std::vector<float> readTumDepth(const std::string& path, const ViewCamera& camera);
 

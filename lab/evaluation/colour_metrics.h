@@ -10,9 +10,9 @@ namespace dtsdf {
 /// Errors of colour at area-uniform samples of the reconstruction.
 struct ColourEvaluation {
   size_t samples = 0;
-  double rmse_rgb = 0.0;  ///< Over all channels, from 0 to 255.
-  double rmse_lab = 0.0;  ///< Distance in CIE L*a*b* (1976).
-  double median_lab = 0.0;
+  double rmse_rgb = 0.0;    ///< Over all three channels, whose values range from 0 to 255.
+  double rmse_lab = 0.0;    ///< RMS of the distance in CIE L*a*b* (1976).
+  double median_lab = 0.0;  ///< Median of the same distance.
 };
 
 /// Compares with the ground truth, coloured by `texture`; ignores samples farther than 50 mm from

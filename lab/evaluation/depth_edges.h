@@ -5,9 +5,9 @@
 
 namespace dtsdf {
 
-/// Whether a neighbour's depth belongs to another surface than the pixel's own, both in metres.
+/// Whether a pixel and its neighbour, with depths in metres, see different surfaces.
 inline bool isDepthEdge(float z_m, float neighbour_m) {
-  constexpr float kEdgeDepthShare = 0.03f;  // a smaller step is a slanted surface
+  constexpr float kEdgeDepthShare = 0.03f;  // slanted surfaces have smaller steps
   return std::abs(neighbour_m - z_m) > kEdgeDepthShare * z_m;
 }
 

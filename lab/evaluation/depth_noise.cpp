@@ -19,11 +19,12 @@ constexpr double kDisparityStep_px = 0.125;
 
 constexpr double kLossAtEdge = 0.5;
 
-/// Away from depth edges, the probability that a pixel is lost grows linearly from 0 to 1.
+/// Between these angles, the probability that a pixel away from depth edges is lost grows linearly
+/// from 0 to 1.
 constexpr double kFirstLostAngle_rad = 1.22;  // 70 degrees
 constexpr double kLastSeenAngle_rad = 1.45;   // 83 degrees
 
-/// The formulas have a pole at a right angle; beyond this the pixel is lost anyway.
+/// The formulas have a pole at a right angle.
 double boundedAngle(double angle_rad) { return std::min(angle_rad, 1.5); }
 
 /// Applies the noise model to the pixels of one view.

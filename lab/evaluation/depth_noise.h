@@ -4,15 +4,16 @@
 /// Kinect sensor noise for improved 3D reconstruction and tracking", 3DIMPVT 2012, Sec. 3;
 /// quantisation of the disparity after Khoshelham and Oude Elberink, "Accuracy and resolution of
 /// Kinect depth data for indoor mapping applications", Sensors 2012. Pixels are lost at random on
-/// surfaces at grazing angles and next to depth edges. Real noise of such a sensor is also
-/// correlated between neighbours; this one is not.
+/// surfaces at grazing angles and next to depth edges. Unlike real noise of such a sensor, this
+/// noise is not correlated between neighbours.
 ///
 /// `tof`, a time-of-flight camera: axial noise of the second Kinect after Fankhauser, Bloesch,
 /// Rodriguez, Kaestner, Hutter and Siegwart, "Kinect v2 for mobile robot navigation: evaluation and
 /// modeling", ICAR 2015, and mixed pixels (mixed_pixels.h).
 ///
-/// `stereo`, an active stereo camera: correlated and quantised disparity noise, and loss of what
-/// one of the two cameras does not see (stereo_noise.h).
+/// `stereo`, an active stereo camera: correlated and quantised disparity noise, loss of what one of
+/// the two cameras does not see or what lacks texture (stereo_noise.h), and random loss as for
+/// `kinect`.
 #pragma once
 
 #include <cstdint>
@@ -36,7 +37,7 @@ double axialSigma(double z_m, double angle_rad);
 double lateralSigma(double angle_rad);
 
 /// Standard deviation of a time-of-flight camera along the optical axis in metres. It grows with
-/// slant and, beyond 0.83 m, with distance.
+/// slant and, at least beyond 0.83 m, with distance.
 double tofAxialSigma(double z_m, double angle_rad);
 
 /// The depth that the sensor would measure for a view; the same seed gives the same noise.

@@ -19,7 +19,7 @@ constexpr size_t kFewestPoints = 50;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// A point and the plane that it belongs on.
+/// A measured point and the plane in which it should lie.
 struct PointToPlane {
   Vector3d p_W, normal_W;
   double distance_m;  ///< From the point to the plane, along the normal.
@@ -86,7 +86,7 @@ std::vector<PointToPlane> associate(const MeshScene& scene, const ViewCamera& ca
       const double weight = biweight(behind_m, reachAt(z_m, reach));
       if (weight <= 0.0) continue;
       const Vector3d normal_W = hit->normal.cast<double>();
-      // Weighted by depth, with which camera noise grows.
+      // Weighted by the inverse square of the depth, since camera noise grows with depth.
       pairs.push_back({T_W_C.translation() + z_m * ray_W, normal_W, behind_m * normal_W.dot(ray_W),
                        weight / (z_m * z_m)});
     }

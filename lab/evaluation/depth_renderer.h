@@ -1,4 +1,4 @@
-/// Renders depth images of a triangle mesh and writes them to a TUM folder.
+/// Renders depth and colour images of a triangle mesh and writes them to a TUM folder.
 #pragma once
 
 #include <vector>
@@ -25,12 +25,12 @@ std::vector<Rgb8> renderColours(const MeshScene& scene, Texture texture, const V
 /// Depth in units of 1/5000 m, as in the TUM format; 0 if it is missing or too far.
 std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m);
 
-/// Writes a TUM folder image by image; the lists are written by finish(). write() may be called
-/// from several threads at once.
+/// Writes a TUM folder image by image; finish() writes the lists, the trajectory and the camera.
+/// Several threads may call write() and writeColours() at once.
 class TumWriter {
  public:
-  /// Creates the folder, for images at `rate_hz`. With colour poses, it also has that many colour
-  /// images, each taken half a period after the depth image of the same number.
+  /// Creates the folder, for images at `rate_hz`. For each colour pose, it also has a colour image,
+  /// taken half a period after the depth image of the same index.
   /// @throws std::runtime_error if it cannot be created.
   TumWriter(const std::string& directory, const ViewCamera& camera,
             const std::vector<Eigen::Isometry3d>& poses_W_C, double rate_hz = 10.0,

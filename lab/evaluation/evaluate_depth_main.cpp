@@ -36,8 +36,8 @@ EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
   line.addNumber({"--stride", "N", "use every N-th pixel of each row and column"}, options.stride,
                  {1, 64});
   line.addNumber({"--register", "N",
-                  "also align each image with the mesh in N steps and print those figures; 0: do "
-                  "not"},
+                  "also print the figures after aligning each image with the mesh in N steps; 0: "
+                  "do not align"},
                  options.registration_steps, {0, 100});
   line.parse(arguments);
   return options;

@@ -42,7 +42,7 @@ void addOutputOptions(CommandLine& line, EvaluateMeshOptions& options) {
                 "a picture of the reconstruction, coloured by its vertices' distance to the "
                 "ground truth"},
                options.picture_path);
-  line.addNumber({"--scale-mm", "S", "distance of dark red, the last of the colours"},
+  line.addNumber({"--scale-mm", "S", "smallest distance in mm that is drawn in dark red"},
                  options.scale_mm, {1e-6, 1e6});
 }
 
@@ -52,13 +52,14 @@ EvaluateMeshOptions readOptions(const std::vector<std::string>& arguments) {
                    "Prints, as JSON: distances of the reconstruction's vertices and of "
                    "area-uniform samples of it to the ground truth, distances of the ground "
                    "truth's samples to the reconstruction (completeness), F-scores and the mesh's "
-                   "topology. Vertices are taken as they are indexed; none are welded but for "
-                   "border_edges and small_holes.");
+                   "topology. Vertices at the same position are merged only for border_edges and "
+                   "small_holes.");
   line.addText({"RECONSTRUCTION.ply", "", "the mesh to measure"}, options.reconstruction_path);
   line.addText({"GROUNDTRUTH.ply", "", "the true mesh"}, options.ground_truth_path);
   line.addFlag("--topology",
-               "without a true mesh: only the topology, with the edges of one triangle "
-               "(border_edges) and closed loops of 3 to 16 of these (small_holes)",
+               "without a true mesh: only the topology, including edges that belong to one "
+               "triangle only (border_edges) and closed loops in connected sets of 3 to 16 of "
+               "these (small_holes)",
                options.topology_only);
   line.requireOneOf({"GROUNDTRUTH.ply", "--topology"});
   addMeasureOptions(line, options);

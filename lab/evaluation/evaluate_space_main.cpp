@@ -1,4 +1,4 @@
-/// evaluate_space: compares a map's answers about the space around surfaces with the truth.
+/// evaluate_space: compares a map's free space and distances with the truth.
 
 #include <cstdio>
 
@@ -18,9 +18,9 @@ struct EvaluateSpaceOptions {
 EvaluateSpaceOptions readOptions(const std::vector<std::string>& arguments) {
   EvaluateSpaceOptions options;
   CommandLine line("evaluate_space", "[options]",
-                   "Makes a map of images of a room with shapes and compares its free space and "
-                   "distances with the truth: errors of distances, cells that are called free but "
-                   "are not, and the share of truly free cells that were found, as JSON.");
+                   "Maps rendered images of a room with shapes and compares the map's free space "
+                   "and distances with the truth: errors of distances, cells that are called free "
+                   "but are not, and how many truly free cells were found, as JSON.");
   line.addList({"--set", "KEY=VALUE ...", "settings of the map, as in config/default.yaml"},
                [&](const std::string& text) {
                  try {

@@ -90,7 +90,7 @@ class Loop {
   const Isometry3d& pose(size_t i) const { return poses_[i % poses_.size()]; }
 
   std::vector<Isometry3d> poses_;
-  std::vector<double> ends_m_;  ///< Sum of the chords up to each pose, and of all.
+  std::vector<double> ends_m_;  ///< Total length of the chords before each pose, and of all.
 };
 
 }  // namespace

@@ -24,7 +24,7 @@ struct MeshTopology {
   size_t boundary_edges = 0;  ///< Edges that belong to only one triangle.
   size_t border_edges = 0;    ///< The same, after merging.
   size_t small_holes = 0;     ///< Closed loops in connected sets of 3 to 16 border edges.
-  size_t components = 0;      ///< Sets of triangles joined by vertices.
+  size_t components = 0;      ///< Sets of triangles connected through shared vertices.
 };
 
 MeshTopology meshTopology(const TriangleMesh& mesh);

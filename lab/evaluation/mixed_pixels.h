@@ -1,8 +1,8 @@
 /// Mixed (flying) pixels of a time-of-flight camera: at a depth edge a pixel receives light of both
 /// surfaces and returns a depth between them.
 ///
-/// The phase of the sum of both signals is, for depths well within the unambiguous range, the mean
-/// of the two depths weighted by amplitude, which falls with the square of the distance
+/// The phase of the sum of both signals gives, for depths well within the unambiguous range, the
+/// mean of the two depths weighted by amplitude, which falls with the square of the distance
 /// (Sarbolandi, Lefloch and Kolb, "Kinect range sensing: structured-light versus time-of-flight
 /// Kinect", CVIU 2015, on inhomogeneous depth; Toelgyessy et al., "Evaluation of the Azure Kinect
 /// and its comparison to Kinect V1 and Kinect V2", Sensors 2021, show the pixels of a newer

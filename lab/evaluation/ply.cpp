@@ -55,7 +55,7 @@ NumberType numberType(const std::string& name) {
   return type->second;
 }
 
-/// Reads a line of the header after its first word.
+/// Reads the rest of a header line that starts with "property".
 void readProperty(std::istringstream& words, const std::string& element, Header& header) {
   std::string type, name;
   words >> type;
@@ -67,7 +67,7 @@ void readProperty(std::istringstream& words, const std::string& element, Header&
   std::string count_type;
   if (type == "list") words >> count_type >> type >> name;
   if (name != "vertex_indices" && name != "vertex_index") {
-    throw std::runtime_error("its faces have more than a list vertex_indices");
+    throw std::runtime_error("its faces have a property other than the list vertex_indices");
   }
   header.corner_count = numberType(count_type);
   header.corner = numberType(type);
@@ -100,7 +100,7 @@ Header readHeader(std::istream& in) {
       readProperty(words, element, header);
     }
   }
-  throw std::runtime_error("the header has no end");
+  throw std::runtime_error("the header has no end_header line");
 }
 
 /// Reads the numbers after the header, one at a time.
@@ -143,7 +143,7 @@ class NumberReader {
 
 uint8_t channelOf(double number) {
   if (!(number >= 0.0 && number < 256.0)) {
-    throw std::runtime_error("a colour is not from 0 to 255");
+    throw std::runtime_error("a colour is outside the range 0 to 255");
   }
   return static_cast<uint8_t>(number);
 }
@@ -180,7 +180,8 @@ void readFaces(const Header& header, NumberReader& reader, TriangleMesh& mesh) {
   std::vector<double> polygon;
   for (size_t i = 0; i < header.faces; ++i) {
     const double count = reader.next(header.corner_count);
-    if (!(count >= 0.0 && count <= 1.0e6)) throw std::runtime_error("a list of impossible length");
+    if (!(count >= 0.0 && count <= 1.0e6))
+      throw std::runtime_error("a face has an impossible number of vertices");
     polygon.resize(static_cast<size_t>(count));
     for (double& index : polygon) {
       index = reader.next(header.corner);

@@ -23,9 +23,10 @@ RenderMeshOptions readOptions(const std::vector<std::string>& arguments) {
   line.addText({"OUT.png", "", "the picture"}, options.picture_path);
   line.addFlag("--plain", "ignore the mesh's colours", options.plain);
   addPictureOptions(line, options.picture);
-  line.addText({"--views", "DIR", "view from where a depth image of this TUM folder was taken"},
+  line.addText({"--views", "DIR", "view from the pose of a depth image in this TUM folder"},
                options.views_folder);
-  line.addNumber({"--image", "N", "that image"}, options.image, {0, kUnbounded});
+  line.addNumber({"--image", "N", "index of that image among those with a pose"}, options.image,
+                 {0, kUnbounded});
   line.onlyWith("--image", "--views");
   line.parse(arguments);
   return options;

@@ -32,16 +32,16 @@ void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.addNumber({"--radius", "METRES", "distance of the camera from the origin"}, options.radius_m,
                  {0.01, 1000.0});
   line.add({"--trajectory", "NAME",
-            "circle, helix, sphere, or hand: carried by hand round the circle, or through --views "
-            "(default circle)"},
+            "circle, helix, sphere, or hand: carried by hand around the circle, or through the "
+            "poses of --views (default circle)"},
            [&](const std::string& text) { options.trajectory = orbitShapeFromName(text); });
   line.addNumber({"--longest-side", "METRES",
-                  "length that the object's longest side is scaled to, centred at the origin; 0: "
-                  "not scaled"},
+                  "move the object to the origin and scale its longest side to this length; 0: "
+                  "leave it as it is"},
                  options.longest_side_m, {0.0, 1000.0});
   line.addText({"--views", "DIR",
-                "poses of a TUM folder instead of a trajectory, at most --frames of them, evenly "
-                "chosen, or all of them with --trajectory hand; the mesh is not scaled"},
+                "use poses of a TUM folder instead of a trajectory: at most --frames of them, "
+                "evenly chosen, or all of them with --trajectory hand; the mesh is left as it is"},
                options.views_folder);
 }
 
@@ -50,9 +50,11 @@ void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.addNumber({"--height", "PIXELS", "height of the images"}, options.height, {2, 4096});
   line.addNumber({"--focal", "PIXELS", "focal length; the principal point is the image's middle"},
                  options.focal_px, {1.0, 1e5});
-  line.add({"--noise", "NAME", "none, or that of a camera: kinect, tof or stereo (default none)"},
-           [&](const std::string& text) { options.noise = depthNoiseFromName(text); });
-  line.addNumber({"--seed", "N", "seed of the noise and of the hand"}, options.seed, {0, 1e9});
+  line.add(
+      {"--noise", "NAME", "none, or the noise of a camera: kinect, tof or stereo (default none)"},
+      [&](const std::string& text) { options.noise = depthNoiseFromName(text); });
+  line.addNumber({"--seed", "N", "seed of the noise and of the hand-held path"}, options.seed,
+                 {0, 1e9});
 }
 
 void addColourOptions(CommandLine& line, RenderOrbitOptions& options) {

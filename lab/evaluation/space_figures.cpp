@@ -166,7 +166,7 @@ bool SpaceTruth::isClear(const Vector3d& from_W, const Vector3d& to_W) const {
   return !(viewed_.scene.intersect(from_W, to_W - from_W) < 1.0);
 }
 
-/// Subdivides the box until the distance at the middle decides.
+/// Subdivides the box until the distance at the middle decides or the part is tiny.
 bool SpaceTruth::isTaken(const AlignedBox3d& box_W) const {
   constexpr double kFine_m = 1e-4;
   const double at_middle = viewed_.scene.signedDistance(box_W.center()),

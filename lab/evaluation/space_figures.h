@@ -1,4 +1,4 @@
-/// Figures that compare what a map knows about space with the truth, in analytic scenes.
+/// Figures that compare a map's free space and distances with the truth, in analytic scenes.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,7 +11,7 @@
 namespace dtsdf {
 
 /// The truth about a scene that cameras see. A surface point counts as seen if it lies in some
-/// image, 3 pixels from its border, with nothing in front of it.
+/// image, at least 3 pixels from its border, with nothing in front of it.
 class SpaceTruth {
  public:
   explicit SpaceTruth(ViewedScene viewed) : viewed_(std::move(viewed)) {}
@@ -33,7 +33,7 @@ class SpaceTruth {
   ViewedScene viewed_;
 };
 
-/// Errors of distances: the map's minus the true one.
+/// Errors of distances: the map's minus the true one. The extremes include 0.
 struct DistanceErrors {
   size_t count = 0;
   double rmse_m = 0.0, mean_m = 0.0, least_m = 0.0, greatest_m = 0.0;
@@ -58,7 +58,8 @@ struct SpaceQuestions {
   size_t samples = 100000;  ///< Maximum number of cells for each figure.
 };
 
-/// Boxes are shrunk by this on all sides, since depth images are rounded.
+/// Free cells are shrunk by this on all sides when they are compared with solids and views, since
+/// depth images are rounded.
 constexpr double kBoxMargin_m = 1e-3;
 
 /// No distance should be off by more than this.

@@ -28,7 +28,8 @@ Scene makeShapes() {
   return scene;
 }
 
-/// Two laps around the middle: the camera looks across it on the first, and outwards on the second.
+/// Two laps around the middle. The camera looks across it on the first, and past it, up and down,
+/// on the second.
 std::vector<Eigen::Isometry3d> posesInShapes() {
   constexpr int kPerLap = 48;
   std::vector<Eigen::Isometry3d> poses_W_C;

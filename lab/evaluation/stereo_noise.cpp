@@ -27,8 +27,8 @@ double disparityScale(const ViewCamera& camera) {
   return static_cast<double>(camera.intrinsics.fx) * kStereoBaseline_m;
 }
 
-/// Sums of `window` values along a line of `count` sums, `stride` apart; `values` has window - 1
-/// more.
+/// Writes `count` sums of `window` consecutive values, from a line of count + window - 1 values.
+/// Neighbours on the line, values as well as sums, are `stride` elements apart.
 void sumAlong(const std::vector<double>& values, size_t start, size_t stride, size_t count,
               size_t window, std::vector<double>& sums, size_t target) {
   double sum = 0.0;

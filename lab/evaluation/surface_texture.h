@@ -11,8 +11,8 @@ namespace dtsdf {
 
 using Rgb8 = std::array<uint8_t, 3>;
 
-/// Where a model's colours come from. Models without colours get a texture in space, so that
-/// renderings and ground truth agree on it.
+/// Where a model's colours come from. Models without colours get a texture that depends only
+/// on the position, so that renderings and ground truth agree on it.
 enum class Texture {
   kVertices,  ///< The mesh's own, interpolated between vertices.
   kChecker,   ///< Cubes of 50 mm in two colours: edges as sharp as an image can show.

@@ -22,9 +22,9 @@ std::vector<Figure> measure(const SceneSetup& setup, double front_m, int frames)
   map.watch(scene, roomCamera(setup), eye, frames);
   const Points front = pointsOnRectangle(Vector3d(0.0, 0.0, front_m), {0.5 * kSide_m, 0.0, 0.0},
                                          {0.0, 0.5 * kSide_m, 0.0}, 0.005);
-  // An image shows a rim to a pixel at best.
+  // An image shows a rim to within a pixel at best.
   const double within_m = std::max(setup.voxel(), (front_m - kEye_m) / roomCamera(setup).focal_px);
-  return {atLeast("there after " + std::to_string(frames) + " frames", 95.0, "%",
+  return {atLeast("board in the mesh after " + std::to_string(frames) + " frames", 95.0, "%",
                   coveredPercent(front, map.surface(), within_m))};
 }
 
@@ -35,11 +35,11 @@ void addAppearingCases(std::vector<SceneCase>& cases) {
     cases.push_back({"appearing", variant, true,
                      [front_m](const SceneSetup& setup) { return measure(setup, front_m, 10); }});
   };
-  add("0.1 m before the wall", kWall_m - 0.11);
-  add("1 m before the wall", kWall_m - 1.0);
-  add("0.6 m before the camera", kEye_m + 0.6037);
+  add("0.1 m in front of the wall", kWall_m - 0.11);
+  add("1 m in front of the wall", kWall_m - 1.0);
+  add("0.6 m in front of the camera", kEye_m + 0.6037);
   cases.push_back(
-      {"appearing", "1 m before the wall, as aligned poses remember", true, [](SceneSetup setup) {
+      {"appearing", "1 m in front of the wall, memory_frames 19", true, [](SceneSetup setup) {
          setup.params.fusion.memory_frames = 19;
          return measure(setup, kWall_m - 1.0, 30);
        }});

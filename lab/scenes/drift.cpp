@@ -28,7 +28,7 @@ Eigen::Isometry3d passBy(int i) {
   return lookFrom(eye + sway(i, 0.01), Vector3d(-0.1, 0.3, 0.7));
 }
 
-/// Errors of poses: standard deviations per frame, and the drift over the run.
+/// Errors of poses: standard deviation of each axis in each frame, and the drift over the run.
 struct PoseError {
   double jitter_m, jitter_rad, drift_m;
 };

@@ -24,7 +24,7 @@ struct Step {
   double sigma_m() const { return kNoise * (distance_m + gap_m) * (distance_m + gap_m); }
 };
 
-/// Pixels of 4 mm at 1 m, 5 mm at 2.5 m and 10 mm at 5 m: the board fits into the image.
+/// Pixels of about 4 mm at 1 m, 5 mm at 2.5 m and 10 mm at 5 m: the board fits into the image.
 SceneCamera stepCamera(const Step& step) {
   return {240, 180, step.distance_m < 2.0 ? 262.5 : 525.0};
 }
@@ -49,7 +49,7 @@ void addNoise(SceneView& view, Random& random) {
   for (float& z : view.depth_m) z += static_cast<float>(kNoise * random.normal()) * z * z;
 }
 
-/// Views within 0.3 rad to both sides of the board, slightly up and down.
+/// Views from up to 0.3 rad to either side of the board, at slightly varying heights.
 Eigen::Isometry3d viewOf(const Step& step, int i) {
   const double angle = 0.3 * (2.0 * i / (kViews - 1) - 1.0), up = 0.05 * std::sin(0.9 * i);
   const Vector3d towards(std::sin(angle), std::sin(up), -std::cos(angle));
@@ -119,7 +119,7 @@ struct Side {
 };
 
 /// Real sides between board and wall, where bridges would be. The camera moves along their edges,
-/// so that their width in the image stays the same.
+/// so that their width in the image hardly changes.
 std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, double width_px) {
   const Side sides[] = {Side::make(step, width_px, -1.0), Side::make(step, width_px, 1.0)};
   Scene scene;
@@ -137,7 +137,7 @@ std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, doub
     map.fuse(view);
   }
   const double inner_m = 0.5 * kBoardSide_m - 2.0 * setup.voxel();
-  Points between;  // what neither board nor wall covers
+  Points between;  // points far from both board and wall
   for (const Side& side : sides) {
     for (const Vector3d& p : side.points(0.25 * setup.voxel())) {
       const double depth_m = p.z() - kOff_m;
@@ -153,8 +153,8 @@ std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, doub
   // A side one pixel wide has no slope of its own: not every view can distinguish it from mixed
   // pixels.
   const bool isBounded = width_px > 1.5 && !step.noisy;
-  return {isBounded ? atLeast("side that is there", 90.0, "%", there)
-                    : reported("side that is there", "%", there)};
+  return {isBounded ? atLeast("side in the mesh", 90.0, "%", there)
+                    : reported("side in the mesh", "%", there)};
 }
 
 std::string describe(const Step& step) {

@@ -56,7 +56,7 @@ struct SightError {
   double outline_px, pose_m;
 };
 
-/// Pixels as of a Kinect, as many as the board needs.
+/// A Kinect's focal length; the board fits into the image.
 SceneCamera sightCamera() { return {240, 150, 525.0}; }
 
 /// Draws errors of the left and right sides for each row of an image, and of the other two for each
@@ -131,8 +131,8 @@ Surface sweepPast(const SceneSetup& setup, const Sheet& sheet, double sweep_m,
   return map.surface();
 }
 
-/// The overhanging and the missing area along the sheet's rim, and how much of the slot the mesh
-/// covers.
+/// The overhanging and the missing area, divided by the length of the sheet's rim, and how much of
+/// the slot the mesh covers.
 std::vector<Figure> measure(const SceneSetup& setup, const Sheet& sheet, double sweep_m,
                             const SightError& error) {
   constexpr double kNear_m = 0.1, kCell_m = 0.00025;

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// Values spread evenly over [0, 1): fractional parts of multiples of the golden section.
+/// Values spread evenly over [0, 1): fractional parts of multiples of the golden ratio.
 double spread(int i) {
   const double multiple = 0.6180339887498949 * i;
   return multiple - std::floor(multiple);

@@ -1,4 +1,4 @@
-/// prove_scenes: fuses analytic scenes, and prints figures of the maps with their bounds.
+/// prove_scenes: fuses analytic scenes and prints figures of the maps with their bounds.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -26,16 +26,17 @@ struct ProveOptions {
 ProveOptions parseOptions(const std::vector<std::string>& arguments) {
   ProveOptions options;
   CommandLine line("prove_scenes", "[options]",
-                   "Fuses views of analytic scenes and prints, as a Markdown table, how much of "
-                   "them the map holds, for several voxel sizes, beside the bound of each figure.");
+                   "Fuses views of analytic scenes at several voxel sizes and prints, as a "
+                   "Markdown table, figures of what the map contains, each with its bound.");
   line.add({"--voxels", "MM,...", "voxel sizes in millimetres (default 20,10,5)"},
            [&](const std::string& text) { options.voxels_mm = readNumbers(text); });
   line.addList({"--scene", "TEXT ...", "only cases whose \"scene: variant\" contains one of these"},
                [&](const std::string& text) { options.scenes.push_back(text); });
   line.addFlag("--quick", "only the cases that the tests run", options.quick);
-  line.addNumber({"--width", "PIXELS", "width of images of rooms; wider ones see more"},
-                 options.image_width, {64, 4096});
-  line.addNumber({"--jobs", "N", "cases run at a time"}, options.jobs, {1, 1024});
+  line.addNumber({"--width", "PIXELS", "width of the room camera's images"}, options.image_width,
+                 {64, 4096});
+  line.addNumber({"--jobs", "N", "number of cases that run at the same time"}, options.jobs,
+                 {1, 1024});
   line.beginGroup("Settings");
   addMapperOptions(line, options.run);
   line.parse(arguments);
@@ -89,7 +90,7 @@ std::string cellOf(const std::vector<Figure>& figures, const Figure& wanted) {
   return found->holds() ? text : "**" + text + "**";
 }
 
-/// The bounds of a figure at each voxel size, once if they are the same.
+/// The bounds of a figure at all voxel sizes, without repetitions.
 std::string boundsOf(const std::vector<std::vector<Figure>>& by_voxel, const Figure& wanted) {
   std::vector<std::string> bounds;
   for (const auto& figures : by_voxel) {

@@ -38,7 +38,7 @@ SceneMap showBoard(const SceneSetup& setup, const Scene& wall, double distance_m
   if (frames <= 30) {
     map.watch(scene, camera, eye, frames);
   } else {
-    camera = {80, 60, 0.5 * camera.focal_px};  // a part of the board, to save time
+    camera = {80, 60, 0.5 * camera.focal_px};  // small images, to save time
     map.fuse(look(scene, camera, lookAlongZ(eye)), frames);
   }
   return map;
@@ -128,7 +128,7 @@ void addRemovedCases(std::vector<SceneCase>& cases) {
           });
     }
   }
-  add("board, 30 frames from 2 m, as aligned poses remember", true, [](SceneSetup setup) {
+  add("board, 30 frames from 2 m, memory_frames 19", true, [](SceneSetup setup) {
     setup.params.fusion.memory_frames = 19;
     return measureBoard(setup, 2.0, 30);
   });

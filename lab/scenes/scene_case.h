@@ -1,5 +1,5 @@
-/// Scenes that check whether a map holds what was seen, and nothing else: the input of each case,
-/// and the figures that it returns with the bounds they must keep.
+/// Scenes that check whether a map contains what was seen, and nothing else: settings, cases, and
+/// figures with bounds.
 #pragma once
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace dtsdf {
 struct SceneSetup {
   MapperParams params;
   Rules rules;
-  int image_width = 320;  ///< Width of the room camera; fewer pixels of the same size see less.
+  int image_width = 320;  ///< Of the room camera, whose focal length is fixed.
 
   double voxel() const { return static_cast<double>(params.map.voxel_size_m); }
   std::unique_ptr<ProbedMapper> makeMapper() const { return makeProbedMapper(params, rules); }
@@ -41,7 +41,7 @@ Figure within(const std::string& name, double least, double most, const std::str
               double value);
 Figure reported(const std::string& name, const std::string& unit, double value);
 
-/// "<= 2", or "1 to 2"; empty without a bound.
+/// "<= 2", ">= 1" or "1 to 2"; empty without a bound.
 std::string describeBound(const Figure& figure);
 
 /// A scene in one of its variants. The same setup always gives the same figures.

@@ -20,8 +20,8 @@ struct SceneCamera {
   double focal_px;
 };
 
-/// The camera of most scenes: 63 x 49 degrees at its default width, like a Kinect with half as many
-/// pixels across.
+/// The camera of most scenes: 63 x 49 degrees at its default width, like a Kinect at half its
+/// resolution.
 SceneCamera roomCamera(const SceneSetup& setup);
 
 /// The room camera's default view with a quarter of the pixels, for long runs.
@@ -38,7 +38,7 @@ struct SceneView {
   float& at(int u, int v);
   float at(int u, int v) const;
   size_t indexOf(int u, int v) const;
-  /// The point that a pixel measures, given its depth.
+  /// The point in W that a pixel sees at this depth.
   Eigen::Vector3d point(int u, int v, double z_m) const;
 };
 
@@ -51,7 +51,7 @@ Eigen::Isometry3d lookFrom(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& 
 /// A pose that looks along z.
 Eigen::Isometry3d lookAlongZ(const Eigen::Vector3d& eye_W);
 
-/// The i-th offset of a hand-held camera that stays in place, at most `reach_m` to each side.
+/// The i-th offset of a hand-held camera that stays in place, at most `reach_m` along each axis.
 Eigen::Vector3d sway(int i, double reach_m);
 
 /// A plane z = `z_m` that is seen from smaller z, with its back to +z.
@@ -69,7 +69,7 @@ class SceneMap {
   /// Fuses a view `times` times. A frame without anything in range is not an error here.
   void fuse(const SceneView& view, int times = 1);
 
-  /// Fuses `count` views of a scene along z from `eye_W`, swaying.
+  /// Fuses `count` views of a scene along z, from positions that sway() around `eye_W`.
   void watch(const Scene& scene, const SceneCamera& camera, const Eigen::Vector3d& eye_W, int count,
              double reach_m = 0.01);
 

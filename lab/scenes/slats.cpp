@@ -15,8 +15,8 @@ constexpr double kLength_m = 0.2, kThickness_m = 0.002;
 constexpr double kSpacing_m = 0.08;  // between the middles of slats
 constexpr double kPi = 3.14159265358979323846;
 
-/// Orientation of slats: turned in the image, tilted in depth, and off the grid's planes by a
-/// fraction of a voxel along each axis.
+/// Orientation and position of slats: turned in the image, tilted in depth, and off the grid's
+/// planes by a fraction of a voxel along each axis.
 struct Stand {
   const char* name;
   double roll_deg, tilt_deg, off_voxels;
@@ -60,7 +60,7 @@ class SlatMesh {
  public:
   SlatMesh(const Slat& slat, const Surface& surface) : slat_(slat) {
     const Eigen::Isometry3d T_S_W = slat.T_W_S.inverse();
-    // The middle between slats separates them; the wall is farther than 0.2 m.
+    // Each triangle belongs to the nearest slat; the wall is more than 0.2 m away.
     const auto near = [&](const Vector3d& p) {
       const Vector3d p_S = T_S_W * p;
       return std::abs(p_S.x()) < 0.5 * kSpacing_m && std::abs(p_S.y()) < 0.6 * kLength_m &&
@@ -73,7 +73,7 @@ class SlatMesh {
     }
   }
 
-  /// Area of the mesh in percent of the slat's front.
+  /// Area of the mesh in percent of the slat's front, away from its ends.
   double areaPercent() const { return 100.0 * sum() / (slat_.width_m * 0.001 * kBins); }
   double longestGap_mm() const {
     int run = 0, longest = 0;
@@ -102,8 +102,8 @@ class SlatMesh {
   std::vector<double> area_m2_ = std::vector<double>(kBins, 0.0);
 };
 
-/// Each slat has no gap and is no wider than it should be, or than a voxel. With voxels of up to
-/// 10 mm, its area is right, too.
+/// Bounds: no slat has a gap, or is wider in the mesh than its own width or a voxel, whichever is
+/// greater. With voxels of up to 10 mm, the area is right, too.
 std::vector<Figure> measureStand(const SceneSetup& setup, const Stand& stand) {
   std::vector<Slat> slats;
   const double widths_mm[] = {5.0, 10.0, 20.0};
@@ -122,7 +122,7 @@ std::vector<Figure> measureStand(const SceneSetup& setup, const Stand& stand) {
                            : reported("area" + of, "%", mesh.areaPercent()));
     figures.push_back(atMost("longest gap" + of, 1.0, "mm", mesh.longestGap_mm()));
     if (!mesh.isThere()) continue;
-    // A mesh is never quite flat, so its area exceeds that of its outline a little.
+    // A mesh is never quite flat, so its area slightly exceeds that of its outline.
     figures.push_back(atMost("mean width" + of, 1.02 * widest_mm, "mm", mesh.meanWidth_mm()));
   }
   return figures;
@@ -152,7 +152,7 @@ std::vector<Figure> measureChair(const SceneSetup& setup, double width_m) {
     if (std::abs(p.y()) > 0.5 * height_m || std::abs(p.x()) > (half + 0.5) * step_m) continue;
     (across_m > 0.5 * width_m + 0.5 * setup.voxel() ? in_gaps_m2 : on_slats_m2) += t.area();
   }
-  const double gaps_m2 = 2 * half * height_m * setup.voxel();  // half a voxel from both slats
+  const double gaps_m2 = 2 * half * height_m * setup.voxel();  // half a voxel away from either slat
   const double slats_m2 = (2 * half + 1) * height_m * width_m;
   const double widest = std::max(width_m, setup.voxel()) / width_m;
   return {atMost("area in the gaps", 2.0, "%", 100.0 * in_gaps_m2 / gaps_m2),
@@ -163,7 +163,7 @@ std::vector<Figure> measureChair(const SceneSetup& setup, double width_m) {
 
 void addSlatCases(std::vector<SceneCase>& cases) {
   const Stand stands[] = {{"upright, on grid planes", 0.0, 0.0, 0.0},
-                          {"upright, between them", 0.0, 0.0, 0.43},
+                          {"upright, between grid planes", 0.0, 0.0, 0.43},
                           {"turned by 20 degrees", 20.0, 0.0, 0.43},
                           {"turned by 45 degrees", 45.0, 0.0, 0.43},
                           {"tilted by 30 degrees", 0.0, 30.0, 0.43},

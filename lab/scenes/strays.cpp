@@ -16,7 +16,7 @@ const std::vector<int> kOneOf50 = {kLastBad - 50, kLastBad};
 /// Only one frame: two shifted frames would show the same ghost, which is enough for a surface.
 const std::vector<int> kOnce = {kLastBad};
 
-/// A wall with objects of some size in front of it.
+/// A wall with a board, a box and a sphere in front of it.
 Scene makeFurniture() {
   Scene scene;
   scene.add(wallAt(kOff_m));
@@ -45,7 +45,7 @@ Surface fusePass(const SceneSetup& setup, const Scene& scene, const std::vector<
   return map.surface();
 }
 
-/// Puts patches into free space, well in front of the surfaces. @return their points.
+/// Puts patches into free space, at 0.4 to 0.9 times the depth. @return their points.
 Points putPatches(SceneView& view, int side_px, Random& random) {
   Points points;
   constexpr int kAcross = 10, kDown = 8;
@@ -83,8 +83,7 @@ std::vector<Figure> measurePatches(const SceneSetup& setup, int side_px) {
   return {atMost("area of strays", 0.0, "cm2", 1.0e4 * areaOf(strays))};
 }
 
-/// A frame whose pose is off by 5 cm: what it leaves, compared with the same frames without the
-/// error.
+/// How much more surface lies away from the scene if the pose of one frame is off by 5 cm.
 std::vector<Figure> measureShiftedPose(const SceneSetup& setup, const Vector3d& shift_C) {
   const Scene scene = makeFurniture();
   const double away_m = 2.0 * setup.voxel();
@@ -92,13 +91,13 @@ std::vector<Figure> measureShiftedPose(const SceneSetup& setup, const Vector3d& 
   const Surface spoilt =
       fusePass(setup, scene, kOnce, [&](SceneView& view) { view.T_W_C.translate(shift_C); });
   const double more_cm2 = 1.0e4 * (areaAwayFrom(scene, away_m, spoilt) - clean_m2);
-  return {atMost("more by the shifted frame", 1.0, "cm2", more_cm2)};
+  return {atMost("more area with the shifted frame", 1.0, "cm2", more_cm2)};
 }
 
 constexpr int kGlimpseFrames = 300, kGlimpse = 199;
 
-/// One of 300 frames looks into a corner of the room. With mesh/min_support 1, that is enough for a
-/// surface.
+/// One of 300 frames looks into another corner of the room than the rest. With mesh/min_support 1,
+/// that is enough for a surface.
 std::vector<Figure> measureGlimpse(SceneSetup setup) {
   setup.params.mesh.min_support = 1;
   Scene room;
@@ -120,8 +119,7 @@ std::vector<Figure> measureGlimpse(SceneSetup setup) {
   }
   // A single image shows the surface only at its pixels.
   const double within_m = std::max(setup.voxel(), 2.8 / camera.focal_px);
-  return {
-      atLeast("of the glimpse there", 95.0, "%", coveredPercent(seen, map.surface(), within_m))};
+  return {atLeast("glimpse in the mesh", 95.0, "%", coveredPercent(seen, map.surface(), within_m))};
 }
 
 }  // namespace

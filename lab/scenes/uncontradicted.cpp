@@ -11,8 +11,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Whether a view may affect a point: it lies ahead, in the image or near its rim, and is not
-/// hidden together with all its surroundings.
+/// Whether a view may affect a point. False only if the point is far enough behind the camera or
+/// outside the image, or if it and its surroundings are hidden by something much nearer.
 bool isWithinReach(const Scene& scene, const SceneView& view, const Vector3d& p_W, double voxel_m) {
   const double margin_m = 10.0 * voxel_m;
   const Vector3d p_C = view.T_W_C.inverse() * p_W;
@@ -37,7 +37,7 @@ struct ByteComparison {
   size_t compared = 0, changed = 0;
 };
 
-/// The first word of each voxel array, by block and direction.
+/// The first voxel of each voxel array, by block and direction.
 using ArrayWords = std::map<std::pair<PackedKey, int>, const uint64_t*>;
 
 ArrayWords arraysOf(const MapContents& contents) {
@@ -53,7 +53,7 @@ ArrayWords arraysOf(const MapContents& contents) {
   return arrays;
 }
 
-/// Compares the voxels that are not empty and that no frame reaches.
+/// Compares the voxels that no frame reaches and whose bits were not all zero.
 ByteComparison compareOutside(const MapContents& before, const MapContents& after, double voxel_m,
                               const Zone& isReached) {
   ByteComparison result;
@@ -77,8 +77,8 @@ ByteComparison compareOutside(const MapContents& before, const MapContents& afte
   return result;
 }
 
-/// A room is seen all round; then a board is put in front of a wall, and only the board is viewed.
-/// What lies outside these views, or behind the board, stays byte for byte.
+/// A room is mapped all round; then a board is put in front of a wall, and ten frames look at it.
+/// These frames change no voxel outside their images or hidden by the board.
 std::vector<Figure> measureBytes(const SceneSetup& setup) {
   Scene scene;
   scene.add(Room{Vector3d(-1.5037, -1.0037, -1.5037), Vector3d(1.5037, 1.0037, 1.5037)});
@@ -131,7 +131,8 @@ std::vector<Figure> measureGaps(const SceneSetup& setup,
   const Points front = pointsOnRectangle(Vector3d(0.0, 0.0, kUncontradictedFront_m),
                                          {0.5 * kUncontradictedSide_m, 0.0, 0.0},
                                          {0.0, 0.5 * kUncontradictedSide_m, 0.0}, 0.005);
-  return {atLeast("board there", 99.0, "%", coveredPercent(front, map.surface(), setup.voxel()))};
+  return {
+      atLeast("board in the mesh", 99.0, "%", coveredPercent(front, map.surface(), setup.voxel()))};
 }
 
 /// Area near a rod along y, away from its ends.
@@ -142,8 +143,8 @@ double areaNearRod(const Surface& surface, double x_m, double reach_m) {
   return areaOf(refine(near, 0.002), [](const Vector3d& p) { return std::abs(p.y()) < 0.07; });
 }
 
-/// Rods are seen from close by, then from where they are thinner than a pixel. Nothing contradicts
-/// them there, since a thin rod covers only a part of a pixel's width.
+/// Rods are seen from close by, then from a distance at which they are thinner than a pixel. No
+/// frame contradicts them there: a pixel that shows the wall may contain the rod, too.
 std::vector<Figure> measureRods(const SceneSetup& setup) {
   const std::pair<double, double> rods[] = {{5.0, -0.0513}, {10.0, 0.0487}};  // mm, x in m
   Scene scene;
@@ -161,8 +162,9 @@ std::vector<Figure> measureRods(const SceneSetup& setup) {
     const double reach_m = 0.0005 * diameter_mm + 2.0 * setup.voxel();
     const double was_m2 = areaNearRod(before, x_m, reach_m);
     const double is_m2 = areaNearRod(after, x_m, reach_m);
-    const std::string of = " of " + std::to_string(static_cast<int>(diameter_mm)) + " mm";
-    figures.push_back(atLeast("left" + of, 95.0, "%", was_m2 > 0.0 ? 100.0 * is_m2 / was_m2 : 0.0));
+    const std::string of = " of the " + std::to_string(static_cast<int>(diameter_mm)) + " mm rod";
+    figures.push_back(
+        atLeast("area kept" + of, 95.0, "%", was_m2 > 0.0 ? 100.0 * is_m2 / was_m2 : 0.0));
   }
   return figures;
 }
@@ -174,10 +176,10 @@ void addUncontradictedCases(std::vector<SceneCase>& cases) {
                        const std::function<std::vector<Figure>(const SceneSetup&)>& measure) {
     cases.push_back({"uncontradicted", variant, true, measure});
   };
-  add("out of view and behind things, byte for byte", measureBytes);
+  add("out of view or hidden", measureBytes);
   add("measured in every third frame",
       [](const SceneSetup& setup) { return measureGaps(setup, [](int i) { return i % 3 == 0; }); });
-  add("measured in 20 frames, not in the 70 after",
+  add("measured in the first 20 of 90 frames",
       [](const SceneSetup& setup) { return measureGaps(setup, [](int i) { return i < 20; }); });
   add("rods from 0.5 m, then 100 frames from 3 m", measureRods);
 }

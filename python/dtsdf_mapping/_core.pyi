@@ -1,4 +1,4 @@
-"""The compiled part; import dtsdf_mapping instead. Docstrings give shapes, units and frames."""
+"""Types of the compiled part; import dtsdf_mapping instead. Its docstrings give shapes, units and frames."""
 import os
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 

@@ -1,4 +1,4 @@
-"""Recordings in folders, and how they become a map: in the order in which `reconstruct` takes them."""
+"""Reads recordings from folders, and fuses them in the same order as `reconstruct`."""
 import sys
 
 from . import _core
@@ -51,8 +51,8 @@ class Recording:
         yield from self._options.open_colour() or ()
 
     def images(self, colour=True):
-        """Depth and colour images together, in the order in which a map takes them: colour after the
-        depth images that it belongs to by its stamp."""
+        """Depth and colour images together, in the order of their stamps, depth first if these are
+        equal; without colour before the first or after the last depth image."""
         colours = self.colours() if colour else iter(())
         painting = next(colours, None)
         is_first = True
@@ -73,12 +73,12 @@ def _print_progress(done, total):
 
 
 def fuse(mapper, recording, colour=True, progress=None):
-    """Fuses a Recording at its poses, and paints it unless colour is False; the same map as
-    `reconstruct --poses-mode tf` makes.
+    """Fuses a Recording at its poses, and paints it unless colour is False. The map is the same as
+    that of `reconstruct --poses-mode tf`.
 
     progress: True prints to standard error; or a function of (done, total), called after each depth
     image, which may raise to stop. Returns how many depth images were fused. Ctrl-C stops between
-    images, with the map as far as it got.
+    images; the map keeps those fused so far.
     """
     show = _print_progress if progress is True else progress
     done = fused = 0

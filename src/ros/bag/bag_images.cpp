@@ -188,9 +188,8 @@ std_msgs::Header headerOf(const rosbag::MessageInstance& message) {
   return compressed ? compressed->header : std_msgs::Header();
 }
 
-/// The topic `named`, raw or compressed; if none is named, the only topic with images of the kind,
-/// or for depth with organised clouds.
-/// Colour: empty if there are none or several.
+/// The topic `named`, raw or compressed; if none is named, the only topic with images of the kind
+/// or, for depth, with organised clouds. Colour: empty if there are none or several.
 /// @throws std::runtime_error if `named` has no messages, or if there are no depth topics or
 /// several.
 std::string topicOf(const ImageKind& kind, const rosbag::Bag& bag, const std::string& named) {

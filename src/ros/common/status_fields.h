@@ -10,8 +10,8 @@ namespace dtsdf {
 
 using dtsdf_mapping::MapStatus;
 
-/// Sets level, code and message, unless a higher level, or the same level with a more important
-/// (smaller) code, was reported before.
+/// Sets level, code and message, unless a higher level, or the same level with the same or a more
+/// important code (a smaller one, other than MAPPING), was reported before.
 inline void report(MapStatus& status, uint8_t level, uint8_t code, const std::string& message) {
   const bool is_first = status.code == MapStatus::MAPPING || code < status.code;
   if (level < status.level || (level == status.level && !is_first)) return;

@@ -471,7 +471,7 @@ class FrameQueue {
     });
   }
 
-  /// Whether a later frame of another camera has already been taken.
+  /// Whether, with several cameras, a later depth frame has already been taken.
   bool isTooLate(const Entry& entry) const {
     const auto cameras = std::count_if(streams_.begin(), streams_.end(),
                                        [](const auto& state) { return !state.is_colour; });

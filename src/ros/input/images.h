@@ -33,7 +33,7 @@ Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info);
 sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const Intrinsics& K);
 
 /// Why an image is refused on arrival (size, stamp or names); nothing if it is accepted.
-/// `most_bytes` is the size of the queue.
+/// `most_bytes` is the size of the queue, in bytes.
 std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t most_bytes);
 
 /// Why a camera_info is refused on arrival; empty if it is accepted.
@@ -78,7 +78,7 @@ ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
                             const sensor_msgs::CameraInfo& info,
                             cv_bridge::CvImageConstPtr& pixels);
 
-// Masks hide parts of a depth image that are not of the scene, such as the robot's arm.
+// Masks hide parts of a depth image that do not belong to the scene, such as the robot's arm.
 
 /// What is wrong with a mask for a depth image that passed checkDepthImage(); nothing if it is
 /// usable.

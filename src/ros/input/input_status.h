@@ -230,7 +230,7 @@ class InputStatus {
     const char* const kCloud = "sensor_msgs/PointCloud2";
     const auto same = topics.find(depth.topic);
     if (same != topics.end() && (same->second == kCloud) == depth.is_cloud) {
-      constexpr double kConnectPatience_s = 3.0;  // by then, a connection exists if it can
+      constexpr double kConnectPatience_s = 3.0;  // long enough for a possible connection
       return expected_s_ < kConnectPatience_s
                  ? "it is published, but not connected yet"
                  : "it is published, but cannot be reached: set ROS_HOSTNAME or ROS_IP on both "

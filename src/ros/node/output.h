@@ -47,7 +47,7 @@ class Output {
         trim_pace_.begin(now);
         returnFreeMemory();
       }
-      // New subscribers do not wake it.
+      // Polls, because new subscribers do not wake the loop.
       constexpr SteadyDuration kIdle = std::chrono::milliseconds(50);
       idle = std::clamp<SteadyDuration>(publish(), SteadyDuration::zero(), kIdle);
     });

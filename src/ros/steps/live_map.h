@@ -70,7 +70,8 @@ inline void fillStats(const MapStats& stats, MapStatus& status) {
   status.page_wait_s = static_cast<float>(pages.wait_ms / 1000.0);
 }
 
-/// Reports what did not fit into the budget since the map was last cleared or replaced.
+/// Reports what did not fit into the budget or was lost on disk since the map was last cleared or
+/// replaced.
 inline void reportBudget(const MapStats& stats, MapStatus& status) {
   const auto warn = [&](uint8_t code, uint64_t count, const std::string& what) {
     if (count > 0) report(status, MapStatus::WARN, code, what);
@@ -302,7 +303,7 @@ class LiveMap {
   }
 
   std::chrono::milliseconds idleTime() {
-    // New subscribers do not wake it.
+    // Polls, because new subscribers do not wake the loop.
     constexpr SteadyDuration kIdle = std::chrono::milliseconds(50);
     SteadyDuration idle = std::min(kIdle, frames_.idleTime());
     if (const auto next = hasFailed() ? std::nullopt : nextMesh()) {

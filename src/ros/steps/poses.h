@@ -171,7 +171,7 @@ class PosesStep : public Step {
   const Eigen::Isometry3d& T_M_O() const { return T_M_O_; }
 
  private:
-  /// Limit of the trajectory: three hours of 30 images a second.
+  /// Limit of the trajectory: over three hours at 30 images a second.
   static constexpr size_t kMaxPoses = 360000;
 
   bool isOn() const { return params_.poses.mode != PoseMode::kTf; }

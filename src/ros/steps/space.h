@@ -33,8 +33,9 @@
 
 namespace dtsdf {
 
-/// Runs if space/enabled is set. Queries never wait for the map. Changes go from the map thread
-/// to the output thread through a queue; when it is full, the rest stays in the map.
+/// Without space/enabled, publishes nothing and refuses queries. Queries never wait for the map.
+/// Changes go from the map thread to the output thread through a queue; when it is full, the rest
+/// stays in the map.
 class SpaceStep : public Step {
  public:
   explicit SpaceStep(const Host& host)

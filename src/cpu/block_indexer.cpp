@@ -113,7 +113,7 @@ inline void BlockIndexer::findCandidates() {
 }
 
 /// Labels the rows with a unit that can hold a surface. Directions that only other units of the row
-/// observe are left out, as these hold no surface in any case.
+/// observe are left out, as those units hold no surface in any case.
 inline void BlockIndexer::labelRows(const MeshSettings& rules, bool directional,
                                     UnitLabels* labels) {
   static_assert(kLanes == kBlockSide, "a row must fill the lanes");
@@ -145,7 +145,8 @@ bool BlockIndexer::hasCandidates() const {
   return row < kRows;
 }
 
-/// The directions that placeVertex() has to read on an edge; few directions cross most edges.
+/// The directions that placeVertex() has to read on an edge; most edges are crossed by few
+/// directions.
 uint32_t BlockIndexer::directionsOn(int edge) const {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const uint32_t crossing =

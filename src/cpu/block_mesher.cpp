@@ -230,7 +230,7 @@ bool BlockMesher::isOutdated(int32_t slot) const {
 
 void BlockMesher::show(int32_t slot, std::unique_ptr<const BlockMesh> mesh) {
   SlotState& state = state_[slot];
-  held_bytes_ += bytesOf(mesh.get()) - bytesOf(state.shown.get());  // may wrap, as above
+  held_bytes_ += bytesOf(mesh.get()) - bytesOf(state.shown.get());  // right even if it wraps
   state.shown = std::move(mesh);
   state.made = indexings_;
 }

@@ -52,7 +52,7 @@ class BlockSurface {
   std::vector<std::pair<Vec3i, UnitIndices>> surface_units_;
   EdgeSet edges_;  ///< Edges that carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
-  bool is_pulled_far_[kGridEdges];  ///< isPulledFar() of each vertex; gaps have such a corner.
+  bool is_pulled_far_[kGridEdges];  ///< isPulledFar() of each vertex.
   std::vector<Vec3f> normals_;      ///< One per edge vertex, if meshes are refined.
 };
 

@@ -11,7 +11,7 @@ namespace dtsdf {
 
 /// How to check a block against a frame.
 struct BlockCheck {
-  Vec3i block_L;          ///< Coordinates relative to the frame's origin.
+  Vec3i block_L;          ///< Block coordinates in the local frame.
   bool in_turn;           ///< Whether to check uncovered voxels, too.
   const BlockSums* sums;  ///< After fold(); null if the frame does not touch the block.
   uint32_t directions;    ///< Bit d: the frame has sums of direction d.

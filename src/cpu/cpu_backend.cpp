@@ -142,8 +142,8 @@ class CpuBackend : public MapBackend {
 
   void reserveFrame(const std::vector<int32_t>&) override {}
 
-  /// Casts, folds and clears in one loop over the touched blocks, so that a block's sums stay in a
-  /// thread's cache. The profile counts this loop as "cast".
+  /// Casts (or projects), folds and clears in one loop over the touched blocks, so that a block's
+  /// sums stay in a thread's cache. The profile counts this loop as "cast".
   void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>& in_view) override {
     const std::vector<TouchedBlock>& blocks = block_finder_.touched();
     std::vector<EmptyBlock> outcome(blocks.size(), EmptyBlock{-1, 0});
@@ -307,8 +307,8 @@ class CpuBackend : public MapBackend {
                               fusion_.truncation_voxels);
   }
 
-  /// Casts, folds and clears a touched block. Thread-safe for different blocks. @return the
-  /// directions whose arrays are empty afterwards, one bit each.
+  /// Casts (or projects), folds and clears a touched block. Thread-safe for different blocks.
+  /// @return the directions whose arrays are empty afterwards, one bit each.
   uint32_t fuseBlock(const TouchedBlock& block, const BlockEntry& entry, uint64_t frame_number,
                      BlockSums& sums) {
     const FrameView& frame = sensing_.image.frame;
@@ -378,7 +378,7 @@ class CpuBackend : public MapBackend {
   FreeCellFinder free_cell_finder_;
   FrameSensing sensing_ = {};           ///< From the last depth image.
   std::vector<uint64_t> last_touched_;  ///< Per slot, the last frame that touched it; 0: none.
-  std::vector<CubeMask> free_cubes_;    ///< Seen free by an image that is not fused yet.
+  std::vector<CubeMask> free_cubes_;    ///< Cells seen free by an image not yet fused.
   FrameOutcome outcome_;
   MeshUpdate meshes_;
   Profile* profile_ = nullptr;

@@ -1,4 +1,5 @@
-/// Vectors of eight values: the operations of kernels/core/select.h for a whole row of units.
+/// Vectors of eight values, for a whole row of voxels or mesh units: operators, and the functions
+/// of kernels/core/select.h.
 ///
 /// Each lane gives exactly the result of the operation on a single value. Compilers translate these
 /// vector types to what the target has, such as AVX2 (widest_vectors.h), SSE2 or NEON.

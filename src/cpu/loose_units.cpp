@@ -74,7 +74,7 @@ class SequentialRows {
   mutable int low_ = 0, high_ = 0;  ///< Layers where the piece may have units.
 };
 
-/// Of these units, those connected to the first one through faces.
+/// The units that are connected to the first one through faces.
 BlockBits firstPiece(const BlockBits& units) {
   constexpr uint64_t kFirstColumn = 0x0101010101010101u, kLastColumn = kFirstColumn << 7;
   BlockBits piece = {};

@@ -8,8 +8,9 @@
 namespace dtsdf {
 namespace {
 
-/// The measured pixels of a stretch of a row, before `end_u`, that are not merged; one bit each.
 static_assert(kStretch <= 64, "a bit for each pixel");
+
+/// The measured pixels of a stretch of a row, before `end_u`, that are not merged; one bit each.
 uint64_t singlesOf(const ImageView& image, const Pixel& first, int end_u,
                    const std::vector<MergedPatch>& patches) {
   const float* measured = image.inverse_depth + pixelIndex(image.frame, first);
@@ -24,7 +25,7 @@ uint64_t singlesOf(const ImageView& image, const Pixel& first, int end_u,
   return listed;
 }
 
-/// Appends a surfel that has a weight. Assigns in place: push_back() would stall, as it loads
+/// Appends a surfel if it has a weight. Assigns in place: push_back() would stall, as it loads
 /// larger words than were stored.
 void append(const Surfel& surfel, std::vector<Surfel>& surfels) {
   if (surfel.weight > 0.0f) surfels.emplace_back() = surfel;

@@ -15,9 +15,9 @@ class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, int threads);
 
-  /// For casting, makes a surfel for each merged square, other pixel or subpixel; all have a
+  /// For casting, makes a surfel for each merged square, unmerged pixel or subpixel; all have a
   /// weight, and their order does not matter. For voxel projection, makes one for each pixel, in
-  /// row-major order, with weight 0 where nothing is measured.
+  /// row-major order, with weight 0 where there is no surfel.
   void makeSurfels(const FrameSensing& sensing);
 
   /// The surfels from the last makeSurfels(). Voxel projection has a single list.

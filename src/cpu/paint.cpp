@@ -137,7 +137,8 @@ void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixe
   }
 }
 
-/// The same as halvedPixel() for a row. Only the last pixel may reach beyond the image.
+/// The same as halvedPixel() for a row. Only if the finer level is one pixel wide does a pixel
+/// reach beyond it.
 void halveRow(const ColourImage& image, int level, int32_t v, ColourPixel* __restrict__ row) {
   const ColourLevel& finer = image.level[level - 1];
   const int32_t inside = finer.width / 2;

@@ -57,7 +57,7 @@ inline std::vector<ProjectedVertex> projectVertices(const FrameView& frame, cons
   return seen;
 }
 
-/// Fills the rows from `begin` to before `end` of a view's images; `colours` may be null.
+/// Fills rows [begin, end) of a view's images; `colours` may be null.
 inline void fillRows(const FrameView& frame, int32_t begin, int32_t end, const ViewKey* surfaces,
                      const ViewKey* colours, RenderedView& view) {
   const auto first = static_cast<size_t>(pixelIndex(frame, {0, begin}));

@@ -25,7 +25,8 @@ void invertRow(const void* __restrict__ row, const PixelSpan& span, const DepthR
   }
 }
 
-/// Links the pixels of a row. Calls linksOf() only where linkByStep() cannot decide.
+/// Links the pixels of a row. Calls linksOf() only for the image's last column and where
+/// linkByStep() cannot decide.
 void linkRow(const FrameView& frame, const float* inverse_depth, int v, const PixelSpan& span,
              const LinkLimits& limits, PixelLinks* links) {
   const float* row = inverse_depth + pixelIndex(frame, {0, v});
@@ -93,7 +94,8 @@ void findPatchMaxima(const FrameView& frame, const float* free_depth, int first_
   }
 }
 
-/// Quartiles of the variances of lines, from their histogram. @pre There is at least one line.
+/// The noise according to each quartile of the lines' variances, from their histogram. @pre There
+/// is at least one line.
 NoiseOfLines noiseOf(const uint32_t (&lines_in_bin)[kNoiseBins], uint32_t lines) {
   NoiseOfLines noise{{}, lines};
   uint32_t up_to = lines_in_bin[0];  // lines in bins up to `bin`

@@ -61,8 +61,8 @@ __global__ void __launch_bounds__(kAlignThreads)
   });
 }
 
-/// kLanes threads per point. Each warp adds its sums to the totals. The last block of threads to
-/// finish writes these to the host and zeroes them, so a solver step needs a single kernel.
+/// kLanes threads per point. Each warp adds its sums to the totals. The last thread block to finish
+/// writes these to the host and zeroes them, so a solver step needs a single kernel.
 __global__ void __launch_bounds__(kAlignThreads)
     addPointsKernel(FrameView view, bool directional, float cutoff, MapView map,
                     const AlignedPoint* points, size_t count, AlignmentSums* sums,

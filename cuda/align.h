@@ -33,7 +33,7 @@ class PoseAligner {
   size_t point_count_ = 0;
   DeviceBuffer<AlignedPoint> points_;
   DeviceBuffer<AlignmentSums> sums_;  ///< Totals of a kernel; 0 between kernels.
-  DeviceBuffer<uint32_t> finished_;   ///< Blocks of threads that are done; 0 between kernels.
+  DeviceBuffer<uint32_t> finished_;   ///< Thread blocks that are done; 0 between kernels.
   PinnedBuffer<AlignmentSums> pinned_sums_;
   PinnedBuffer<AlignedPoint> pinned_points_;  ///< A copy on the host, made when needed.
   bool has_pinned_points_ = false;

@@ -238,7 +238,7 @@ class BlockMesher {
 
   MeshSettings rules_;
   bool directional_, refined_;
-  int thread_blocks_;  ///< Enough to fill the device; kernels stride over the work.
+  int thread_blocks_;  ///< Enough to fill the device; kernels use grid-stride loops.
   Stream stream_;
   Event begun_{cudaEventDefault}, fetched_{cudaEventDefault}, counted_;
   State state_ = State::kIdle;

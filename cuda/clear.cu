@@ -37,8 +37,8 @@ struct VisitedBlock {
 /// The voxels of a block that the frame judges.
 struct JudgedVoxels {
   uint32_t count;
-  uint32_t emptied_directions;                        ///< In which a voxel lost its distance.
-  uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< packJudged()
+  uint32_t emptied_directions;  ///< Bit d: a voxel of direction d lost its distance.
+  uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< By packJudged().
 };
 
 /// Threads that clear a block: one per voxel, since most of them only wait for memory.
@@ -107,15 +107,15 @@ __device__ uint32_t judgeVoxels(const FrameSensing& sensing, const FusionSetting
   return observations;
 }
 
-/// Whether an array is empty. All threads of the block must call it.
+/// Whether an array is empty. All threads of the thread block must call it.
 __device__ bool isArrayEmpty(const Voxel* voxels) {
   int holds = 0;
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += kClearThreads) holds |= !isEmpty(voxels[i]);
   return !__syncthreads_or(holds);
 }
 
-/// Takes evidence from the voxels that the frame contradicts. All threads of the block must call
-/// it; they judge all voxels before the first one changes.
+/// Takes evidence from the voxels that the frame contradicts. All threads of the thread block must
+/// call it; they judge all voxels before the first one changes.
 /// @param changed Whether a voxel with a distance lost evidence.
 /// @return the directions whose arrays became empty.
 __device__ uint32_t clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
@@ -201,8 +201,9 @@ __device__ void dropArrays(SlotEntry& entry, uint32_t directions) {
   }
 }
 
-/// One block of threads per touched block, and more, in strides, for untouched blocks. The last one
-/// to finish writes the number of empty blocks to host memory, where their list is.
+/// One thread block per touched block; more thread blocks and a grid-stride loop for untouched
+/// blocks. The last thread block to finish writes the number of empty blocks to host memory, where
+/// their list is.
 __global__ void __launch_bounds__(kClearThreads, 3)
     clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, MapView map,
                       TouchedView touched, const uint32_t* covered, uint64_t frame_number,
@@ -233,7 +234,7 @@ __global__ void __launch_bounds__(kClearThreads, 3)
   if (threadIdx.x == 0) *empty_count = readShared(&counters->empty_blocks);
 }
 
-/// Empties voxels in a region. One block of threads per slot.
+/// Empties voxels in a region. One thread block per slot.
 __global__ void emptyRegionKernel(MapView map, RegionView region, const int32_t* slots,
                                   EmptiedBlock* emptied) {
   __shared__ uint32_t voxels_emptied;

@@ -28,7 +28,7 @@ class Clearing {
   void findBlocksToCheck(const DeviceSensing& sensing, const MapView& map,
                          const TouchedView& touched, uint64_t frame_number);
 
-  /// Enqueues the stage, which also marks changed blocks for meshing.
+  /// Enqueues the stage, which also marks touched and changed blocks for meshing.
   /// @param covered Fusion::covered() of this frame.
   void clear(const DeviceSensing& sensing, const MapView& map, const TouchedView& touched,
              const FrameCounters& counters, const uint32_t* covered, uint64_t frame_number);
@@ -45,7 +45,7 @@ class Clearing {
   const FusionSettings fusion_;
   const Stream& stream_;
   Event cleared_;
-  const int thread_blocks_;        ///< Enough to fill the device; kernels stride over the work.
+  const int thread_blocks_;        ///< Enough to fill the device.
   bool is_cleared_ = false;        ///< A frame's empty blocks have not been taken yet.
   PinnedBuffer<int32_t> in_view_;  ///< Read in place by kernels.
   uint32_t in_view_count_ = 0;  ///< Number of slots in in_view_; 0 if the frame has no free depth.

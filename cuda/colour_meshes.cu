@@ -8,7 +8,8 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// One thread per pair of a painted block and a block whose units reach into it, in strides.
+/// One thread per pair of a painted block and a block whose units reach into it, in a grid-stride
+/// loop.
 __global__ void selectPaintedKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   const size_t count = static_cast<size_t>(*map.painted.count) * kUnitReach;
@@ -34,7 +35,7 @@ struct ColourShared {
   uint16_t vertex_of[kGridEdges];
 };
 
-/// Finds the voxels and colours at a block's corners. All threads of the block must call it.
+/// Finds the voxels and colours at a block's corners. All threads of the thread block must call it.
 __device__ void findColours(const MapView& map, const BlockKey& key, ColourShared& shared) {
   ColouredCorners& corners = shared.corners;
   const auto t = static_cast<int>(threadIdx.x);
@@ -55,13 +56,14 @@ __device__ void findColours(const MapView& map, const BlockKey& key, ColourShare
   __syncthreads();
 }
 
-/// Finds which corners are painted. All threads of the block must call it.
+/// Finds which corners are painted. All threads of the thread block must call it.
 __device__ void findPainted(ColouredCorners& corners) {
   for (int i = threadIdx.x; i < kPaintedRows; i += kThreads) findPaintedRow(corners, i);
   __syncthreads();
 }
 
-/// Colours the vertices on edges, one per thread at a time. All threads of the block must call it.
+/// Colours the vertices on edges, one per thread at a time. All threads of the thread block must
+/// call it.
 __device__ void colourEdges(const MeshView& mesh, const MeshRecord& record, ColourShared& shared) {
   const bool directional = mesh.directional != 0;
   const BlockVertex* vertices = mesh.vertices + record.first_vertex;
@@ -98,7 +100,7 @@ __device__ void colourMidpoints(const MeshView& mesh, const MeshRecord& record,
   }
 }
 
-/// One block of threads per meshed block, in strides. Skips blocks whose meshes did not fit.
+/// One thread block per meshed block, in a grid-stride loop. Skips blocks whose meshes did not fit.
 __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   __shared__ ColourShared shared;

@@ -215,8 +215,8 @@ class CudaBackend : public MapBackend {
     return gpu::emptyRegion(slots, region, map_.view(), stream_);
   }
 
-  /// Always copies labels, since only the device knows whether there are any. Takes marks last,
-  /// when memory can no longer run out.
+  /// Always copies labels, since the host cannot tell whether there are any. Takes marks last, when
+  /// memory can no longer run out.
   void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override {
     record_mover_.download(map_.voxels(), order.arrays, contents.voxels.data());
     record_mover_.download(map_.colours(), order.bricks, contents.colours.data());
@@ -238,8 +238,8 @@ class CudaBackend : public MapBackend {
     if (given != nullptr) setStates(order.slots, *given);
   }
 
-  /// Tests only whether blocks are in view, so it may return some that the frame does not see
-  /// through.
+  /// Does not test whether the frame may see through a block, so it may return more blocks than are
+  /// cleared.
   std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
                                     uint64_t frame_number) override {
     std::vector<PackedKey> keys = block_finder_.fetchTouched();
@@ -305,7 +305,7 @@ class CudaBackend : public MapBackend {
             depthRangeOf(frame, params_)};
   }
 
-  /// Repeats the search with larger buffers after finding more surfels or blocks than expected.
+  /// Repeats the search with larger buffers if there was no room for all surfels or blocks.
   void findMore() {
     if (counters_.usable_surfels > surfels_.room) {
       block_finder_.begin();
@@ -343,7 +343,7 @@ class CudaBackend : public MapBackend {
   std::optional<DeviceSensing> sensing_;  ///< From the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
-  size_t max_dirty_ = 0, max_painted_ = 0;  ///< Upper bounds of the device's counts.
+  size_t max_dirty_ = 0, max_painted_ = 0;  ///< Upper bounds of the numbers of marked blocks.
 };
 
 }  // namespace

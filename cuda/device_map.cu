@@ -12,8 +12,8 @@ namespace {
 constexpr size_t kFirstHash = 1 << 17, kFirstSlots = 1 << 15;
 constexpr size_t kFirstUpdates = 1 << 13, kFirstNewArrays = 1 << 14;
 
-/// Zeroes arrays and updates slots: one block of threads per array, followed by one thread per
-/// slot. Both lists are in host memory.
+/// Zeroes arrays and updates slots: one thread block per array, followed by one thread per slot.
+/// Both lists are in host memory.
 __global__ void enterBlocksKernel(MapView map, const SlotUpdate* updates, uint32_t update_count,
                                   const int32_t* arrays, uint32_t array_count) {
   waitForPreviousKernel();

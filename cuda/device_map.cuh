@@ -18,7 +18,7 @@ __device__ __forceinline__ int32_t findSlot(const MapView& map, PackedKey key) {
   }
 }
 
-/// Inserts a key. Reuses the place of a released block with this key.
+/// Inserts a key. Reuses the entry of a released block with this key.
 __device__ inline void insertSlot(const MapView& map, PackedKey key, int32_t slot) {
   uint32_t at = static_cast<uint32_t>(hashKey(key)) & map.hash_mask;
   while (true) {
@@ -44,14 +44,14 @@ __device__ __forceinline__ uint32_t directionsOfSlot(const SlotEntry& entry) {
   return mask;
 }
 
-/// The colours of a voxel array's brick; null if nothing in it is painted.
+/// The colours of a voxel array's brick; null if the brick does not exist.
 __device__ __forceinline__ VoxelColour* coloursOf(const MapView& map, int32_t array, int brick) {
   if (map.colour_of == nullptr) return nullptr;
   const int32_t number = map.colour_of[static_cast<size_t>(array) * kBricksPerArray + brick];
   return number == 0 ? nullptr : map.colours.record(number - 1);
 }
 
-/// The colour of an array's voxel; null if its brick is not painted.
+/// The colour of an array's voxel; null if its brick does not exist.
 __device__ __forceinline__ VoxelColour* colourOf(const MapView& map, int32_t array, int voxel) {
   VoxelColour* colours = coloursOf(map, array, brickOf(voxel));
   return colours == nullptr ? nullptr : colours + placeInBrick(voxel);

@@ -15,7 +15,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// A key that no block can have. It marks empty places in hash tables.
+/// A key that no block can have. It marks empty entries of hash tables.
 constexpr PackedKey kNoKey = ~PackedKey{0};
 
 /// A slab has 512 voxel arrays of 4 KiB, 4096 bricks of colours of 256 bytes, or 1024 sets of unit
@@ -145,7 +145,7 @@ class DeviceMap {
   /// The largest demand of recent frames; it decreases over time.
   PoolSizes recent_demand_ = {0, 0};
   size_t slot_count_ = 0;  ///< Number of slots that hold, or held, a block.
-  size_t hash_used_ = 0;   ///< Upper bound of used places, including those of released blocks.
+  size_t hash_used_ = 0;   ///< Upper bound of used entries, including those of released blocks.
   DeviceBuffer<PackedKey> hash_keys_;
   DeviceBuffer<int32_t> hash_slots_;
   size_t hash_size_ = 0;  ///< A power of two.
@@ -157,7 +157,7 @@ class DeviceMap {
   ColourPool colours_;
   DeviceBuffer<int32_t> colour_of_;
   bool has_colours_ = false;
-  /// Recorded after work that reads updates_, new_arrays_ or pinned_bricks_. Then the host may
+  /// Recorded after work that reads updates_, new_arrays_ or pinned_bricks_. After it, the host may
   /// write these again.
   Event updates_sent_;
   PinnedBuffer<SlotUpdate> updates_;

@@ -20,8 +20,7 @@ constexpr int kMaxRing = 8;  // for a reach of 255 cells
 constexpr int kMaxWords = 2 * kMaxRing + 1;
 constexpr int kRowsAtOnce = 3 * kWarp;  ///< The whole window if the reach is at most 32.
 
-/// Computes squared distances along x and y within planes. One block of threads per plane of a
-/// stack.
+/// Computes squared distances along x and y within planes. One thread block per plane of a stack.
 __global__ void __launch_bounds__(kThreads)
     planeDistancesKernel(DistanceTask task, uint16_t* planes) {
   __shared__ uint32_t words[kRowsAtOnce * kMaxWords];
@@ -71,7 +70,7 @@ __global__ void __launch_bounds__(kThreads)
 }
 static_assert(kMaxWords <= kWarp, "a lane for each word");
 
-/// Minimises the planes' squared distances along z. One block of threads per row of four cubes.
+/// Minimises the planes' squared distances along z. One thread block per row of four cubes.
 __global__ void __launch_bounds__(kThreads)
     sectorDistancesKernel(DistanceTask task, const uint16_t* planes, const SquaresPlace* results,
                           uint32_t* is_near) {

@@ -13,7 +13,7 @@ constexpr size_t kFirstCapacity = 8192;
 /// A longer search means that the table, which should be at most half full, is too full.
 constexpr int kMaxProbes = 1024;
 
-/// One thread per place of the table.
+/// One thread per entry of the hash table.
 __global__ void emptyTableKernel(TouchedView touched, bool counts_surfels) {
   const size_t i = globalThread();
   if (i == 0) {
@@ -80,7 +80,8 @@ __device__ void reserveSums(const TouchedView& touched, uint32_t block, uint32_t
   }
 }
 
-/// One thread per touched block, in strides, since only the device knows their number.
+/// One thread per touched block. The grid is sized for the table's capacity, since the host does
+/// not know their number.
 __device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
                                const TouchedView& touched, BlockRequest* requests) {
   if (touched.counters->table_full) return;
@@ -100,7 +101,7 @@ __device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
   }
 }
 
-/// Writes requests to host memory. The last block of threads to finish also writes the counters.
+/// Writes requests to host memory. The last thread block to finish also writes the counters.
 __global__ void compareWithMapKernel(Vec3i origin_block, MapView map, TouchedView touched,
                                      FrameCounters* host_counters, BlockRequest* requests) {
   waitForPreviousKernel();

@@ -28,7 +28,7 @@ __device__ __forceinline__ LinePart linePartOf(const DeviceSurfels& surfels) {
   return {thread >> parts_log2, static_cast<int>(thread & ((1u << parts_log2) - 1u)), parts_log2};
 }
 
-/// Place of a touched block in the frame's table; -1: none.
+/// Index of a touched block's entry in the frame's table; -1: none.
 __device__ __forceinline__ int32_t findTouched(const TouchedView& touched, PackedKey key) {
   uint32_t at = static_cast<uint32_t>(hashKey(key)) & touched.mask;
   while (true) {
@@ -40,7 +40,7 @@ __device__ __forceinline__ int32_t findTouched(const TouchedView& touched, Packe
 }
 
 /// Slot of a touched block in the map after the admission; -1: none. A block that was missing may
-/// have got a slot, and one without arrays may have lost its slot to another.
+/// have been given a slot, and one without arrays may have lost its slot to another.
 __device__ __forceinline__ int32_t slotOf(const MapView& map, const TouchedBlock& block) {
   const bool is_there = block.slot >= 0 && map.slots[block.slot].key == block.key;
   return is_there ? block.slot : findSlot(map, block.key);

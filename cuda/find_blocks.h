@@ -17,11 +17,11 @@ struct FrameCounters {
   uint32_t touched_arrays;  ///< Touched directions, over all blocks.
   uint32_t requests;        ///< Blocks that are missing or lack arrays.
   uint32_t requested_arrays;
-  /// Not 0: the table was too small, and of the counters only usable_surfels is valid.
+  /// Not 0: the table was too small, and only usable_surfels is exact.
   uint32_t table_full;
   uint32_t looks;              ///< Untouched blocks that the frame checks.
   uint32_t empty_blocks;       ///< Blocks with empty arrays.
-  uint32_t compared, cleared;  ///< Blocks of threads that have finished these stages.
+  uint32_t compared, cleared;  ///< Thread blocks that have finished these stages.
 };
 
 struct TouchedBlock {
@@ -33,14 +33,14 @@ struct TouchedBlock {
 };
 
 /// The list of blocks that the frame touches, and a hash table from their keys to their directions
-/// and first arrays of sums. The table has two places per block.
+/// and first arrays of sums. The table has two entries per block of its capacity.
 struct TouchedView {
   PackedKey* keys;
   uint32_t* directions;
   uint32_t* first_sums;
   uint32_t mask;
   uint32_t capacity;  ///< In blocks.
-  uint32_t* places;   ///< Place in the table, per block.
+  uint32_t* places;   ///< Per block: index of its entry in the table.
   TouchedBlock* blocks;
   uint32_t* sum_owners;  ///< Per array of sums: 8 * block + direction.
   FrameCounters* counters;

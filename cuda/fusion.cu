@@ -31,8 +31,8 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint
   if (sample.nearest != 0) atomicMax(&sums->nearest, sample.nearest);
 }
 
-/// One thread per part of a surfel's line. Four blocks of threads share a multiprocessor, since
-/// atomics make them wait. Does nothing if the table was too small.
+/// One thread per part of a surfel's line. Four thread blocks share a multiprocessor, since atomics
+/// make them wait. Does nothing if the table was too small.
 __global__ void __launch_bounds__(kThreads, 4)
     castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion, DeviceSurfels surfels,
                       TouchedView touched, SumsView part) {
@@ -73,7 +73,7 @@ __global__ void __launch_bounds__(kThreads, 4)
   castSurfel(line, sides, fusion, add);
 }
 
-/// One block of threads per array of sums, which it leaves zeroed.
+/// One thread block per array of sums, which it leaves zeroed.
 __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, MapView map,
                                TouchedView touched, SumsView part, uint32_t* covered) {
   waitForPreviousKernel();
@@ -103,7 +103,7 @@ __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, MapView m
   if (threadIdx.x == 0 && empty) atomicOr(&block.empty, 1u << direction);
 }
 
-/// One block of threads per touched block. A voxel uses a single pixel, so its sums need no memory.
+/// One thread block per touched block. A voxel uses a single pixel, so its sums need no memory.
 __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, const Surfel* surfels,
                                     MapView map, TouchedView touched) {
   __shared__ uint32_t observed;

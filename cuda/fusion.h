@@ -34,7 +34,7 @@ class Fusion {
   void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels, const MapView& map,
                    const TouchedView& touched, const FrameCounters& counters);
 
-  /// Bits of the voxels that the last frame covers: kCoverWords for each array of sums.
+  /// Bits of the voxels that the last frame covers: kCoverWords words for each array of sums.
   const uint32_t* covered() const { return covered_.data(); }
 
   void addMemory(MapperMemory& memory) const;

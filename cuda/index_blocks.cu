@@ -11,8 +11,8 @@ namespace {
 
 __device__ const MeshTables kTables = kMeshTables;
 
-/// One thread per pair of a dirty block and a block whose units reach into it, in strides, since
-/// only the device knows their number.
+/// One thread per pair of a dirty block and a block whose units reach into it, in a grid-stride
+/// loop, since the host does not know their number.
 __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   const size_t count = static_cast<size_t>(*map.dirty.count) * kUnitReach;
   for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
@@ -27,8 +27,8 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
 }
 
 /// Selects the neighbours of dirty blocks, whose meshes depend on these. One thread per pair of a
-/// dirty block and a neighbour, in strides that start with the last thread: the last blocks of
-/// threads have the least to index.
+/// dirty block and a neighbour, in a grid-stride loop that starts with the last thread: the last
+/// thread blocks have the least to index.
 __device__ void selectAround(const MapView& map, const MeshView& mesh) {
   const size_t count = static_cast<size_t>(*map.dirty.count) * kBlocksAround;
   const size_t threads = static_cast<size_t>(gridDim.x) * blockDim.x;
@@ -104,7 +104,7 @@ __device__ void collectCorners(BlockCorners& block, Sample* samples) {
   }
 }
 
-/// Lists the units that can have a surface, and labels the others, in which no direction speaks.
+/// Lists the units that can have a surface, and labels the others as empty.
 __device__ void listCandidates(BlockCorners& block, UnitLabels* stored) {
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
     const bool is_candidate = possibleLeaders(sidesOfUnit(block, i)) != 0;
@@ -131,8 +131,9 @@ __device__ void labelCandidates(const MeshView& mesh, const BlockCorners& block,
   }
 }
 
-/// One block of threads per reached block, in strides. First selects the other blocks to be meshed.
-/// Several blocks of threads share a multiprocessor, since they wait for memory most of the time.
+/// One thread block per reached block, in a grid-stride loop. First selects the other blocks to be
+/// meshed. Several thread blocks share a multiprocessor, since they wait for memory most of the
+/// time.
 __global__ void __launch_bounds__(kThreads, 4) indexBlocksKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   extern __shared__ Sample samples[];

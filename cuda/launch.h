@@ -10,16 +10,16 @@
 namespace dtsdf {
 namespace gpu {
 
-constexpr int kThreads = 256;  ///< Threads per block.
+constexpr int kThreads = 256;  ///< Threads per thread block of most kernels.
 
-/// Number of blocks of threads for `items` items, one thread each.
+/// Number of thread blocks for `items` items, one thread each.
 inline unsigned blocksFor(size_t items) {
   return static_cast<unsigned>((items + kThreads - 1) / kThreads);
 }
 
 #ifdef __CUDACC__
-/// A grid with one block of threads per stretch of pixels in each row of an image. If there are too
-/// many rows, kernels stride over them.
+/// A grid with one thread block per stretch of pixels in each row of an image. As the grid may have
+/// fewer rows than the image, kernels loop over rows in steps of gridDim.y.
 inline dim3 rowGrid(const FrameView& frame, int stretch = kThreads) {
   constexpr int kMaxGridRows = 65535;
   return dim3((frame.width + stretch - 1) / stretch,
@@ -83,7 +83,7 @@ __device__ __forceinline__ void waitForPreviousKernel() {
 
 /// All threads call this last in a kernel that may overlap the previous one, on which it does not
 /// depend. When such a kernel starts, all kernels before the previous one have ended. Only one
-/// block of threads waits; the others make room.
+/// thread block waits; the others make room.
 __device__ __forceinline__ void waitAtEnd() {
   if (blockIdx.x + blockIdx.y == 0) waitForPreviousKernel();
 }
@@ -92,15 +92,14 @@ __device__ __forceinline__ size_t globalThread() {
   return static_cast<size_t>(blockIdx.x) * blockDim.x + threadIdx.x;
 }
 
-/// Reads a value that other blocks of threads may have written in the meantime.
+/// Reads a value that other thread blocks may have written in the meantime.
 template <class T>
 __device__ __forceinline__ T readShared(const T* p) {
   return *static_cast<const volatile T*>(p);
 }
 
-/// Whether this block of threads is the last of `blocks` to get here. If so, reads past the
-/// first-level caches, such as readShared(), see all that the others wrote before. @pre `finished`
-/// was 0.
+/// Whether this thread block is the last of `blocks` to get here. If so, reads past the first-level
+/// caches, such as readShared(), see all that the others wrote before. @pre `finished` was 0.
 __device__ __forceinline__ bool isLastBlock(uint32_t* finished, uint32_t blocks) {
   __shared__ bool is_last;
   __syncthreads();

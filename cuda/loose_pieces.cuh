@@ -26,7 +26,7 @@ __device__ inline int rowOf(int thread) {
 /// Shared memory in which warps exchange their results.
 using WarpBits = uint64_t[kThreads / 32];
 
-/// A team for LoosePieces: a block of threads, each of which processes one row of the window.
+/// A team for LoosePieces: a thread block, with one thread for each row of the window.
 class RowsAtOnce {
  public:
   static constexpr bool kAtOnce = true;
@@ -129,7 +129,7 @@ __device__ inline uint32_t takeLabels(const LabelNeighbourhood& around, CornerLa
 }
 
 /// Writes the units of loose pieces to `small` of a window; they are visible after the next
-/// barrier. All threads of the block must call it.
+/// barrier. All threads of the thread block must call it.
 /// @param surface Bits of the units with a surface in the thread's row.
 __device__ inline void findLoosePieces(const LabelNeighbourhood& labels, uint32_t surface,
                                        int max_units, WarpBits& warps, LooseWindow& window) {

@@ -71,7 +71,7 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t min
   __syncthreads();
 }
 
-/// Decides which corners are behind the surface. All threads of the block must call it.
+/// Decides which corners are behind the surface. All threads of the thread block must call it.
 __device__ void decideCorners(MeshBlockShared& shared) {
   for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
     shared.behind[i] = isMajorityBehind(cornerBalance(shared.window.labels, cornerAt(i))) ? 1 : 0;
@@ -108,7 +108,7 @@ __device__ void listEdges(int word, uint32_t rank, MeshBlockShared& shared) {
   }
 }
 
-/// Counts the midpoints of refined triangles' sides. All threads of the block must call it.
+/// Counts the midpoints of refined triangles' sides. All threads of the thread block must call it.
 /// @param before Number of midpoints before those of this thread's units.
 /// @return the number of midpoints in the block.
 __device__ uint32_t countMidpoints(const UnitIndices (&regular)[kUnitsPerThread],
@@ -232,13 +232,13 @@ __device__ uint32_t writeRefined(const MeshView& mesh,
 }
 
 /// Whether a direction speaks in any unit of a block. If not, the block has no mesh, like most
-/// blocks that only adjoin a change. All threads of the block must call it.
+/// blocks that only adjoin a change. All threads of the thread block must call it.
 __device__ bool anyUnitSpeaks(const UnitLabels* labels) {
   static_assert(sizeof(uint32_t) == kUnitsPerThread * sizeof(UnitLabels), "a word for a thread");
   return __syncthreads_or(reinterpret_cast<const uint32_t*>(labels)[threadIdx.x] != 0) != 0;
 }
 
-/// Writes the totals to the host. The last block of threads calls it.
+/// Writes the totals to the host. One thread of the last thread block calls it.
 __device__ void writeTotals(const MeshView& mesh) {
   MeshTotals& totals = *mesh.host_totals;
   totals.reached = mesh.totals->reached;
@@ -246,9 +246,9 @@ __device__ void writeTotals(const MeshView& mesh) {
   totals.size = {readShared(&mesh.totals->size.vertices), readShared(&mesh.totals->size.triangles)};
 }
 
-/// One block of threads per block to mesh, in strides. Meshes that do not fit are counted but not
-/// written. The last block of threads to finish writes the totals to the host. Four blocks of
-/// threads share a multiprocessor, which leaves fewer registers to each thread.
+/// One thread block per block to mesh, in a grid-stride loop. Meshes that do not fit are counted
+/// but not written. The last thread block to finish writes the totals to the host. Four thread
+/// blocks share a multiprocessor, which leaves fewer registers to each thread.
 template <bool kRefined>
 __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();

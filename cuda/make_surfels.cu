@@ -9,7 +9,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Threads per block that makes surfels. The width of most images is a multiple of this.
+/// Threads per thread block that makes surfels. The width of most images is a multiple of this.
 constexpr int kRowThreads = 128;
 
 /// Threads per patch of pixels. Each bit of its MergedPatch, for the patch or one of its four
@@ -59,8 +59,8 @@ __device__ uint32_t reservePlaces(uint32_t wanted, uint32_t* count) {
   return __shfl_sync(0xffffffffu, first, 0) + before;
 }
 
-/// Makes one surfel per merged square, other pixel or subpixel. Their order does not matter, since
-/// sums are integers. `count` gets their number, including those that do not fit.
+/// Makes one surfel per merged square, unmerged pixel or subpixel. Their order does not matter,
+/// since sums are integers. `count` gets their number, including those that do not fit.
 __global__ void __launch_bounds__(kRowThreads, 8)
     makeSurfelsKernel(DeviceSensing on_device, SurfelSettings settings, const uint8_t* patches,
                       Surfel* surfels, uint32_t room, uint32_t* count) {

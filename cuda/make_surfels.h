@@ -23,9 +23,9 @@ class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, const Stream& stream);
 
-  /// Enqueues the stage. For casting, it lists a surfel per merged square, other pixel or subpixel;
-  /// a few have no weight. If `count` exceeds `room`, the rest are missing. For voxel projection,
-  /// it makes one per pixel, in row-major order, and counts those with a weight.
+  /// Enqueues the stage. For casting, it lists a surfel per merged square, unmerged pixel or
+  /// subpixel; a few have no weight. If `count` exceeds `room`, the rest are missing. For voxel
+  /// projection, it makes one per pixel, in row-major order, and counts those with a weight.
   /// @param count On the device; must be 0.
   DeviceSurfels makeSurfels(const DeviceSensing& sensing, uint32_t* count);
 

@@ -20,7 +20,7 @@ struct MeshTotals {
   uint32_t reached;    ///< Blocks whose units have a corner in a changed block.
   uint32_t adjoining;  ///< Further blocks that depend on changed voxels, indices or colours.
   MeshSize size;
-  uint32_t finished;  ///< Blocks of threads that have made their meshes.
+  uint32_t finished;  ///< Thread blocks that have made their meshes.
 };
 
 /// Where the mesh of a block is.
@@ -54,8 +54,8 @@ struct MeshView {
   MeshSettings rules;
 };
 
-// Each function enqueues one step. `thread_blocks` should fill the device, since only the device
-// knows how much work there is.
+// Each function enqueues one step. `thread_blocks` should fill the device, since the host does not
+// know how much work there is.
 
 /// Selects the blocks whose units have a corner in a changed block.
 void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);

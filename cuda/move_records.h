@@ -17,7 +17,7 @@ class RecordMover {
   /// Allocates all the memory that copies need. @throws BackendError if memory runs out.
   void reserve();
 
-  /// Copies record `records[i]` of the pool to place i of `host`. Waits until all are there.
+  /// Copies record `records[i]` of the pool to place i of `host`. Waits until all are copied.
   template <class Pool>
   void download(const Pool& pool, const std::vector<int32_t>& records, void* host);
 

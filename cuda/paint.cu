@@ -73,8 +73,8 @@ __device__ Vec3f firstVoxelOf(const FrameView& frame, const SlotEntry& entry) {
   return toFloat(firstVoxelOfBlock(unpackKey(entry.key) - blockOfVoxel(frame.origin_voxel)));
 }
 
-/// Threads per block that works on one voxel array at a time: fewer than the array has voxels,
-/// since few of these have to be processed.
+/// Threads per thread block that works on one voxel array at a time: fewer than the array has
+/// voxels, since few of these have to be processed.
 constexpr int kArrayThreads = 128;
 
 struct ArrayInView {
@@ -84,7 +84,7 @@ struct ArrayInView {
   Vec3f first_voxel_L;
 };
 
-/// Calls visit(ArrayInView) for this block of threads' share of the arrays in view.
+/// Calls visit(ArrayInView) for this thread block's share of the arrays in view.
 template <class Visit>
 __device__ void visitArrays(const FrameView& frame, const MapView& map, const LookView& look,
                             const Visit& visit) {
@@ -106,7 +106,7 @@ struct VoxelList {
 };
 
 /// Lists the voxels of an array near its surface for which wanted(index) is true. All threads of
-/// the block must call it.
+/// the thread block must call it.
 template <class Wanted>
 __device__ void listNearSurface(const PointView& view, const ArrayInView& array,
                                 const Wanted& wanted, VoxelList& list) {
@@ -144,7 +144,7 @@ __device__ void lowerTo(float* depth_m, float value) {
   atomicMin(reinterpret_cast<int*>(depth_m), __float_as_int(value));
 }
 
-/// One block of threads per array in view, in strides.
+/// One thread block per array in view, in a grid-stride loop.
 __global__ void __launch_bounds__(kArrayThreads, 8)
     drawHidingKernel(PointView view, MapView map, LookView look, float* depth_m) {
   waitForPreviousKernel();
@@ -168,7 +168,7 @@ __device__ void addAtomically(int64_t* sum, int64_t value) {
   atomicAdd(reinterpret_cast<unsigned long long*>(sum), static_cast<unsigned long long>(value));
 }
 
-/// What a block of threads finds in one array.
+/// What a thread block finds in one array.
 struct ArrayLook {
   ExposureSums sums;
   unsigned long long lacking;  ///< Bits of the bricks that are to be painted but are missing.
@@ -181,7 +181,7 @@ __device__ int32_t warpSum(int32_t value) {
   return value;
 }
 
-/// Adds the sum of a warp's parts, which fits in 32 bits because they are of one array.
+/// Adds the sum of a warp's parts, which fits in 32 bits because they belong to one array.
 __device__ void addWarpSum(int64_t* to, int64_t part) {
   const int32_t sum = warpSum(static_cast<int32_t>(part));
   if (threadIdx.x % warpSize == 0) addAtomically(to, sum);
@@ -233,7 +233,7 @@ __device__ void lookAt(const ColourSensing& sensing, const MapView& map, const L
   }
 }
 
-/// One block of threads per array in view, in strides.
+/// One thread block per array in view, in a grid-stride loop.
 __global__ void __launch_bounds__(kArrayThreads, 8)
     lookKernel(ColourSensing sensing, MapView map, LookView look) {
   waitForPreviousKernel();

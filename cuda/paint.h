@@ -80,7 +80,7 @@ class Painter {
   const PaintSettings settings_;
   BlockExtent painted_;
   const Stream& stream_;
-  const int thread_blocks_;  ///< Enough to fill the device; kernels stride over the work.
+  const int thread_blocks_;  ///< Enough to fill the device; kernels use grid-stride loops.
   Stream image_stream_;
   Event taken_, looked_;
   ColourSensing sensing_ = {};

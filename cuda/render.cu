@@ -35,7 +35,7 @@ __global__ void __launch_bounds__(kThreads)
   select(labelled, kLabelledReach);
 }
 
-/// A block's mesh, as its threads draw it.
+/// A block's mesh, and buffers for drawing it.
 struct DrawnBlock {
   const BlockVertex* vertices;
   const BlockTriangle* triangles;
@@ -44,8 +44,8 @@ struct DrawnBlock {
   ProjectedVertex* seen;
 };
 
-/// Projects a block's vertices, with normals from the block's triangles. All threads of the block
-/// must call it.
+/// Projects a block's vertices, with normals from the block's triangles. All threads of the thread
+/// block must call it.
 __device__ void projectVertices(const RenderJob& job, const MeshRecord& record,
                                 const DrawnBlock& block) {
   const Vec3f first = toFloat(firstVoxelOfBlock(unpackKey(record.key)) - job.frame.origin_voxel);
@@ -142,8 +142,8 @@ __device__ void drawTriangles(const RenderJob& job, const DrawnBlock& block, uin
   }
 }
 
-/// One block of threads per block of the map, in strides, and kLanes threads per triangle. Blocks
-/// that did not fit are drawn in the next attempt.
+/// One thread block per block in view, in a grid-stride loop; kLanes threads per triangle. Blocks
+/// whose meshes did not fit are drawn in the next attempt.
 __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, MeshView mesh) {
   const uint32_t count = mesh.totals->reached;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {

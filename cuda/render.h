@@ -45,7 +45,7 @@ class Renderer {
   const bool directional_;
   const int thread_blocks_;
   const Stream& stream_;
-  DeviceBuffer<MeshTotals> totals_, labelled_;  ///< Of labelled_, only block counts are used.
+  DeviceBuffer<MeshTotals> totals_, labelled_;  ///< labelled_ is used only to count blocks.
   PinnedBuffer<MeshTotals> pinned_totals_;
   static constexpr size_t kBands = 8;  ///< Bands of pixels, downloaded one after the other.
   Event drawn_[kBands];                ///< Recorded after a band's download.

@@ -18,7 +18,7 @@ __global__ void makeFreeLevelKernel(const float* below, int32_t width_below, int
                        static_cast<int32_t>(i / width));
 }
 
-/// One block of threads per cube.
+/// One thread block per cube.
 __global__ void seeFreeKernel(FrameView frame, FreePyramid free, int32_t cell_log2,
                               float max_range_m, const Vec3i* cubes, CellMask* masks) {
   __shared__ VoxelInImage corners[kCornersPerCube];

@@ -36,7 +36,7 @@ __device__ void countNoiseLine(const RawDepth& raw, const SurfelSettings& surfel
 }
 
 /// Finds the quartiles from the counts, which it zeroes. Without lines, quartiles are 0. All
-/// threads of one block must call it.
+/// threads of one thread block must call it.
 __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseKinds]) {
   using Scan = cub::BlockScan<uint64_t, kThreads>;
   __shared__ typename Scan::TempStorage scan;
@@ -88,12 +88,12 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   }
 }
 
-/// Blocks of threads that count one line per thread. Small images have fewer blocks.
+/// Thread blocks that count one noise line per thread. Grids of small images have fewer.
 constexpr unsigned kNoiseBlocks = kNoiseLines / kThreads;
 static_assert(kNoiseLines % kThreads == 0, "each thread has a line");
 
-/// One thread per pixel. The first kNoiseBlocks blocks of threads, or all if there are fewer, also
-/// count noise lines. The last of these blocks to finish estimates the noise.
+/// One thread per pixel. The first kNoiseBlocks thread blocks, or all if there are fewer, also
+/// count noise lines. The last of these to finish estimates the noise.
 __global__ void __launch_bounds__(kThreads)
     invertDepthsKernel(RawDepth raw, SurfelSettings surfels, float* measured, NoiseCounts* counts,
                        DepthNoise* noise) {
@@ -128,7 +128,7 @@ __global__ void fillGapsKernel(const float* measured, int32_t width, int32_t hei
   }
 }
 
-/// A block of threads links and fits a stretch of one row at a time. Margins may extend beyond the
+/// A thread block links and fits a stretch of one row at a time. Margins may extend beyond the
 /// image. Pixels there are unmeasured, so a walk ends as it does at the image's border.
 __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const DepthNoise* noise,
                               float* row_value, float* row_slope, PixelLinks* row_links) {

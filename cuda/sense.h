@@ -52,7 +52,7 @@ __device__ __forceinline__ float inverseDepthAt(const RawDepth& raw, int u, int 
 /// Numbers of noise lines, by kind and by bin of their variance; all 0 between frames.
 struct NoiseCounts {
   alignas(16) uint32_t bins[kNoiseKinds][kNoiseBins];
-  uint32_t finished;  ///< Blocks of threads that have counted their lines.
+  uint32_t finished;  ///< Thread blocks that have counted their lines.
 };
 
 class FrameSensor {

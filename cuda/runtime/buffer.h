@@ -13,7 +13,7 @@ namespace dtsdf {
 namespace gpu {
 
 /// Page-locked host memory. Copies to and from the device run in parallel with the host, and
-/// kernels may read and write it in place, which is faster than a copy of a small buffer.
+/// kernels may read and write it in place, which is faster than copying a small buffer.
 template <class T>
 class PinnedBuffer {
   static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");
@@ -130,7 +130,7 @@ class DeviceBuffer {
   void upload(const T* pinned, size_t count, const Stream& stream) {
     uploadPart(pinned, 0, count, stream);
   }
-  /// Uploads elements from `begin` to before `end`, from the same places in pinned memory.
+  /// Uploads elements [begin, end) from the same places in pinned memory.
   void uploadPart(const T* pinned, size_t begin, size_t end, const Stream& stream) {
     if (begin == end) return;
     DTSDF_CHECK_CUDA(cudaMemcpyAsync(data_ + begin, pinned + begin, (end - begin) * sizeof(T),
@@ -139,7 +139,7 @@ class DeviceBuffer {
   void download(T* pinned, size_t count, const Stream& stream) const {
     downloadPart(pinned, 0, count, stream);
   }
-  /// Downloads elements from `begin` to before `end`, to the same places in pinned memory.
+  /// Downloads elements [begin, end) to the same places in pinned memory.
   void downloadPart(T* pinned, size_t begin, size_t end, const Stream& stream) const {
     if (begin == end) return;
     DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned + begin, data_ + begin, (end - begin) * sizeof(T),

@@ -58,7 +58,7 @@ class SlabPool {
   /// frame. Does nothing if that would take much of the device's free memory or make the table
   /// grow.
   void reserveAhead(size_t count, size_t most, const Stream& stream) {
-    constexpr size_t kMinLeft = 8;  // times what is allocated
+    constexpr size_t kMinLeft = 8;  // free memory must be this many times the allocation
     const size_t there = slabs_.size(), least = slabsFor(count);
     if (least <= there) return;
     const size_t few = std::max(least, there + there / 8);

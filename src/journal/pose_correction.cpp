@@ -116,11 +116,12 @@ void PoseCorrection::checkFrame() const {
   };
   const auto [least, most] = std::minmax_element(anchors_.begin(), anchors_.end(), byAngle);
   if (least->angle_rad() <= kMaxCommonTurn_rad) return;
-  throw std::runtime_error(formatted(
-      "every image from %.3f s to %.3f s (%zu of them) would turn by more than a radian, that of "
-      "%.3f s by %.3g: the corrected poses are in another frame than the map's",
-      anchors_.front().stamp_s, anchors_.back().stamp_s, anchors_.size(), most->stamp_s,
-      most->angle_rad()));
+  throw std::runtime_error(
+      formatted("from %.3f s to %.3f s, all %zu corrected poses would turn their images by more "
+                "than 1 radian "
+                "(the one at %.3f s by %.3g): they are not in the map's frame",
+                anchors_.front().stamp_s, anchors_.back().stamp_s, anchors_.size(), most->stamp_s,
+                most->angle_rad()));
 }
 
 std::vector<StampedPose> PoseCorrection::used() const {
@@ -167,14 +168,14 @@ namespace {
 
 /// A motion is extrapolated for at most this many times its observed duration.
 constexpr double kMaxExtrapolation = 3.0;
-/// A jump counts as the correction if their difference is below this fraction of the correction.
+/// A jump counts as the correction if the two differ by less than this fraction of the correction.
 constexpr double kSameJump = 1.0 / 3.0;
-/// Such a jump must exceed the uncertainty of the motion by this factor.
+/// The correction must exceed the uncertainty of the motion by this factor.
 constexpr double kMinJumpRatio = 2.0;
 /// Factor by which the unevenness of a motion fades with each image.
 constexpr double kDecay = 0.8;
 
-/// Distance in metres, plus the effect of the rotation at a distance of one metre.
+/// Distance in metres, plus about 1.4 times the angle of the rotation in radians.
 double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm() + (a.linear() - b.linear()).norm();
 }

@@ -1,5 +1,5 @@
-/// Corrects the poses of all images from a SLAM system's poses of some. Also decides whether the
-/// source of poses has adopted the correction.
+/// Corrects the poses of all images, given a SLAM system's poses of some of them. Also decides
+/// whether the source of poses has adopted the correction.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,8 +11,8 @@
 namespace dtsdf {
 
 /// A correction of a camera's poses. Images before the first and after the last corrected one keep
-/// their pose relative to it. An image between two corrected ones gets a pose from either in this
-/// way, and is interpolated between both.
+/// their pose relative to it. For an image between two corrected ones, the poses that follow from
+/// each of them are interpolated.
 class PoseCorrection {
  public:
   /// Stamps closer than this belong to one image.
@@ -93,7 +93,7 @@ class GivenMotion {
   double uncertaintyAt(double stamp_s) const;
 
   std::optional<StampedPose> before_, newest_;
-  double unevenness_ = 0.0;  ///< Deviation of the newest poses from the expected ones.
+  double unevenness_ = 0.0;  ///< Recent deviations of poses from the expected ones, fading.
 };
 
 }  // namespace dtsdf

@@ -31,7 +31,7 @@ struct Begin {
   ParamTree settings;       ///< Settings of the mapper.
   PoseParams poses;         ///< Settings that poses were found with.
   std::string map_frame;    ///< Name of the frame that poses are given in.
-  std::string level_frame;  ///< Name of the frame that the map is in; the same unless levelled.
+  std::string level_frame;  ///< Name of the map's frame; equals map_frame unless levelled.
   bool has_map = false;     ///< Whether the map's records follow; else the map is empty.
 };
 
@@ -55,14 +55,15 @@ struct Correction {
   std::vector<StampedPose> poses;
 };
 
-/// A change of the map; a Region was cleared.
+/// A change of the map. A Region stands for the clearing of that region.
 using Call = std::variant<Image, Region, Level, Correction>;
 
 /// Encodes records with their heads. An image is two records, the second with its pixels.
 Bytes encode(const Begin& begin);
 Bytes encode(const Call& call);
 
-// These read a record back. @throws std::exception if it is damaged or of another kind.
+// These read a record back. @throws std::exception if it is damaged; readCall() also if it is of
+// another kind.
 Begin readBegin(const RecordFile& file, size_t record);
 /// @param with_pixels Whether to read an image's pixels too, from the next record.
 Call readCall(const RecordFile& file, size_t record, bool with_pixels = true);

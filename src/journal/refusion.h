@@ -15,7 +15,8 @@ namespace dtsdf {
 /// Works in small steps, so that new images can be fused in between.
 class Refusion {
  public:
-  /// Opens the journal and creates the map at its beginning.
+  /// Opens the journal and, if the correction moves any depth image, creates the map at its
+  /// beginning.
   /// @param run Gives backend and threads; all other settings are the journal's.
   /// @throws std::runtime_error if the journal cannot be read or the correction is invalid.
   Refusion(const std::string& path, const MapperParams& run, journal::Correction correction);
@@ -23,7 +24,7 @@ class Refusion {
   const journal::Correction& correction() const { return correction_; }
   const CorrectionEffect& effect() const { return effect_; }
 
-  /// Repeats the next record of the journal, or updates the mesh at its end.
+  /// Repeats the next call of the journal, or updates the mesh at its end.
   /// @param live_bytes Size of the live map; both maps must fit into map/max_memory_mb.
   /// @return false if it has caught up with the journal, so that nothing was left to do.
   /// @throws std::runtime_error if there is too little memory, or the journal is damaged.
@@ -32,7 +33,7 @@ class Refusion {
   size_t fused() const { return fused_; }                 ///< Depth images fused.
   size_t total() const { return replay_.depthImages(); }  ///< Depth images in the journal so far.
   size_t bytes() const { return bytes_; }                 ///< Size of the map when last measured.
-  /// Records read from the journal; once step() returns false, all are repeated.
+  /// Calls read from the journal; once step() returns false, all are repeated.
   uint64_t count() const { return replay_.count(); }
   /// The motion that corrects an image that is not in the journal yet.
   Eigen::Isometry3d motion() const { return replay_.motion(); }

@@ -24,13 +24,13 @@ struct JournalReport {
   uint64_t bytes = 0;                   ///< Size of the file.
   uint64_t waiting_bytes = 0;           ///< Size of the images that wait to be written.
   std::optional<double> first_stamp_s;  ///< Stamp of the first image that can be corrected.
-  uint64_t lost = 0;                    ///< Images and calls that were not written.
+  uint64_t lost = 0;                    ///< Calls that were not written.
   std::string problem;                  ///< Why, and since when, nothing is written; else empty.
 };
 
 /// Each writer creates one file and changes no other file in the folder. If it cannot write or
-/// reaches a limit, it stops and reports this; the next begin() tries again,
-/// unless the file may be damaged.
+/// reaches a limit, it stops and reports this; the next begin() tries again, unless the file may be
+/// damaged.
 ///
 /// Thread safe. Errors while writing are reported, not thrown.
 class JournalWriter {

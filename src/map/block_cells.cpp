@@ -54,7 +54,7 @@ void BlockCells::erase(const BlockKey& block, int32_t slot) noexcept {
   cells_.pop_back();
 }
 
-/// @pre The new slot is unused, and less than some slot that was used.
+/// @pre The new slot is unused, and no larger than the largest slot ever used.
 void BlockCells::renumber(const BlockKey& block, int32_t slot, int32_t new_slot) noexcept {
   const uint32_t place = places_[static_cast<size_t>(slot)];
   const int32_t number = numbers_.find(packKey(cellOfBlock(block)));
@@ -73,7 +73,7 @@ size_t BlockCells::memoryBytes() const {
 bool mayBeInView(const FrameView& frame, const Vec3i& cube, int side, float radius) {
   const BlockKey first{cube.x * side, cube.y * side, cube.z * side};
   const auto voxels = static_cast<float>(side * kBlockSide);
-  // Largest distance from a block's centre to the cube's: half the root of 3.
+  // Largest distance from a block's centre to the cube's; 0.8661 is half the square root of 3.
   const float reach = 0.8661f * (voxels - static_cast<float>(kBlockSide));
   // Bounds the rounding errors of this test and of mayBeInView() for blocks, at any angle of view.
   constexpr float kRounding = 1e-5f, kMinRounding = 0.1f;

@@ -30,7 +30,7 @@ double squaredReach(const BlockCells::Cell& cell, const Vec3d& p) {
 
 }  // namespace
 
-/// Requested directions that the block has no arrays of.
+/// Requested directions for which the block has no array.
 uint32_t BlockTable::missingDirections(const BlockRequest& request, int32_t slot) const {
   const uint32_t there = slot < 0 ? 0 : directionsWithArrays(blocks_[static_cast<size_t>(slot)]);
   return request.directions & kAllDirections & ~there;

@@ -31,7 +31,7 @@ struct BlockEntry {
   uint32_t extractions;  ///< Number of extractions begun before the block was created.
 };
 
-/// Directions that a block has arrays of: bit d for direction d.
+/// Directions for which a block has arrays: bit d for direction d.
 inline uint32_t directionsWithArrays(const BlockEntry& entry) {
   uint32_t directions = 0;
   for (int d = 0; d < kDirectionCount; ++d) {

@@ -7,8 +7,8 @@
 
 namespace dtsdf {
 
-/// Bytes of the budget that a cube with free cells takes: its bits, and its share of the index at
-/// the lowest load factor.
+/// Bytes of the budget that a cube with free cells takes: its bits for free cells and surfaces, in
+/// an array that may be half empty.
 constexpr size_t kFreeCubeBudgetBytes = 256;
 
 /// Limit of a file in map/page_folder, in bytes; 0 without the folder.

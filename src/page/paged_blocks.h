@@ -61,7 +61,7 @@ class PagedBlocks {
     return false;
   }
 
-  /// Any thread may call this.
+  /// Several threads may call this at once, while none changes the blocks.
   RecordStore::Reading read(int32_t number, std::vector<char>& record) {
     return store_.read(block(number).record, record);
   }

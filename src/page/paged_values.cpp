@@ -5,8 +5,8 @@
 namespace dtsdf {
 namespace {
 
-/// Making room frees 1 / kFreedShare of the memory more than necessary, so that not every value has
-/// to make room.
+/// Making room frees 1 / kFreedShare of the memory more than necessary, so that the next values
+/// need not make room.
 constexpr size_t kFreedShare = 8;
 
 /// After a failure, the number of values that are kept before the disk is tried again.

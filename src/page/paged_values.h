@@ -88,7 +88,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   /// Whether memory is over its limit because the disk refuses values.
   bool isFull() const;
 
-  size_t bytes() const;  ///< Memory of the values.
+  size_t bytes() const;  ///< Memory of the values, with those that wait to be written.
   Stats stats() const;
   void resetCounts();
 

@@ -159,7 +159,7 @@ void visitParams(NodeParams& p, Visitor& visit) {
 /// readers of settings must call it, since a map's frame is compared by name.
 void readFrames(NodeParams& node, ParamReader& reader);
 
-/// Replaces 0 as fusion/memory_frames if poses are aligned.
+/// Replaces a fusion/memory_frames of 0 if poses are aligned.
 void resolveMemoryFrames(const PoseParams& poses, FusionParams& fusion);
 
 /// A key and the rule it breaks.

@@ -13,7 +13,7 @@
 
 namespace dtsdf {
 
-/// @tparam Value Can hold twice the square of the reach. The buffers are reused for each sector.
+/// @tparam Value Can hold 2 * reach^2 + 1. The buffers are reused for each sector.
 template <class Value>
 class SectorDistances {
  public:

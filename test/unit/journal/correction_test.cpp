@@ -134,8 +134,8 @@ TEST_F(CorrectedJournal, IsUnchangedIfACorrectionIsRefused) {
   }
   JournalReplay replay(journal_.path());
   const std::string turned = errorOf([&] { replay.correctGiven(poses); });
-  EXPECT_TRUE(contains(turned, "every image from 0.000 s to 0.700 s (8 of them)") &&
-              contains(turned, "another frame than the map's"))
+  EXPECT_TRUE(contains(turned, "from 0.000 s to 0.700 s, all 8 corrected poses") &&
+              contains(turned, "not in the map's frame"))
       << turned;
   EXPECT_TRUE(mapOf(replay, journaledParams()) == fileOf(map_.mapper()));
 }
@@ -252,7 +252,7 @@ TEST(LevelledJournal, StaysLevel) {
   EXPECT_TRUE(contains(errorOf([&] {
                          tipped.correct({tipped.count(), given});
                        }),
-                       "more than a radian"));
+                       "more than 1 radian"));
 }
 
 }  // namespace

@@ -118,8 +118,7 @@ void PoseCorrection::checkFrame() const {
   if (least->angle_rad() <= kMaxCommonTurn_rad) return;
   throw std::runtime_error(
       formatted("from %.3f s to %.3f s, all %zu corrected poses would turn their images by more "
-                "than 1 radian "
-                "(the one at %.3f s by %.3g): they are not in the map's frame",
+                "than 1 radian (the one at %.3f s by %.3g): they are not in the map's frame",
                 anchors_.front().stamp_s, anchors_.back().stamp_s, anchors_.size(), most->stamp_s,
                 most->angle_rad()));
 }

@@ -93,7 +93,7 @@ class GivenMotion {
   double uncertaintyAt(double stamp_s) const;
 
   std::optional<StampedPose> before_, newest_;
-  double unevenness_ = 0.0;  ///< Recent deviations of poses from the expected ones, fading.
+  double unevenness_ = 0.0;  ///< Largest recent deviation from an expected pose; decays.
 };
 
 }  // namespace dtsdf

@@ -161,7 +161,8 @@ void bindResult(py::module& m) {
       .def_readonly("message", &IntegrationResult::message,
                     "Why the frame was not fused; or a warning.")
       .def_readonly("refused_blocks", &IntegrationResult::refused_blocks,
-                    "Blocks and arrays refused for lack of memory (map/max_memory_mb).")
+                    "Blocks, arrays and bricks of colours refused for lack of memory\n"
+                    "(map/max_memory_mb).")
       .def_readonly("duration_ms", &IntegrationResult::duration_ms, "Wall time, in milliseconds.")
       .def("__bool__",
            [](const IntegrationResult& self) { return self.status == FrameStatus::kFused; })
@@ -200,11 +201,10 @@ void bindMapper(py::module& m) {
            "Fuses a rectified depth image. depth: (H, W), distance along the optical axis; uint16 "
            "in\n"
            "unit_m (0.001 by default), 0 and 65535 are no measurement; or float32 in unit_m (1 by\n"
-           "default), NaN, infinity and 0 are none. K: 3 x 3 or (fx, fy, cx, cy), in pixels. "
-           "T_W_C: 4 x 4, from the "
-           "optical\n"
-           "frame (x right, y down, z forward) to the map frame, in metres. stamp_s: the image's,\n"
-           "kept for save(). keep_center_W: (3,), centre of map/keep_radius_m in W, in metres.\n"
+           "default), NaN, infinity and values up to 0 are none. K: 3 x 3 or (fx, fy, cx, cy), in\n"
+           "pixels. T_W_C: 4 x 4, from the optical frame (x right, y down, z forward) to the map\n"
+           "frame, in metres. stamp_s: the image's, kept for save(). keep_center_W: (3,), centre\n"
+           "of map/keep_radius_m in W, in metres.\n"
            "Raises ValueError or TypeError for wrong arguments; the map is unchanged then.")
       .def("paint", &paint, py::arg("colour"), py::arg("K"), py::arg("T_W_C"),
            py::arg("encoding") = "",
@@ -224,7 +224,7 @@ void bindMapper(py::module& m) {
           "Finds where in the map a depth image was taken, without any pose. Takes seconds on a\n"
           "CPU. Returns a dict: T_W_C, 4 x 4 in metres, or None if it was not found; status;\n"
           "explained, the share of the image that lies on surfaces at the best pose; other_T_W_C,\n"
-          "another pose that fits as well, or None. depth, K, unit_m: as for integrate().")
+          "another pose that also fits, or None. depth, K, unit_m: as for integrate().")
       .def("mesh", &mesh, py::arg("box") = py::none(),
            "A new mesh of the map, or of its triangles in a Box.")
       .def("clear", &MapperSession::clear, py::call_guard<py::gil_scoped_release>(),

@@ -138,7 +138,7 @@ void bindMesh(py::module& m) {
                              "(N, 3) uint8: red, green, blue; None if the map was never painted.")
       .def_property_readonly(
           "painted", &paintedOf,
-          "(N,) bool: whether a colour image saw the vertex; None as for colours.")
+          "(N,) bool: whether a colour image saw the vertex; None if colours is.")
       .def("save", &save, py::arg("path"), py::arg("colour") = "auto",
            "Saves as .ply, .obj, .stl or .glb, by the extension. colour: auto (image if painted,\n"
            "else normal), image, normal, height or plain. Raises RuntimeError for an empty mesh, "

@@ -78,18 +78,21 @@ void update(const SpaceView& view) {
 
 void bindSpace(py::module& m) {
   py::class_<SpaceView> space(m, "Space",
-                              "Free space and surfaces of a map, as of the last update(). Points "
-                              "are (N, 3), x, y, z in the\n"
-                              "map frame W, in metres; those that are not finite are unknown.");
+                              "Free space of a map, its surfaces as of the last mesh() or\n"
+                              "update(), and distances as of the last update(). Points are\n"
+                              "(N, 3), x, y, z in the map frame W, in metres; those that are not\n"
+                              "finite are unknown.");
   space.def_property_readonly("cell_size_m", &cellSize, "Edge of a cell, in metres.")
-      .def("update", &update, "Adds what was integrated since the last call.")
+      .def("update", &update,
+           "Updates surfaces and distances with what was integrated since the last call.")
       .def("states", &states, py::arg("points_W"),
            "(N,) uint8: 0 unknown, 1 free (an image saw through the whole cell), 2 surface.")
-      .def(
-          "query", &query, py::arg("points_W"),
-          "(known, distance_m, gradient): (N,) bool, (N,) float32, (N, 3) float32. Distance to\n"
-          "the nearest surface in metres, at most space/max_distance_m; negative where not known.\n"
-          "Its gradient in W points away from the surface where known, elsewhere towards it.")
+      .def("query", &query, py::arg("points_W"),
+           "(known, distance_m, gradient): (N,) bool, (N,) float32, (N, 3) float32. Distance to\n"
+           "the nearest surface in metres, at most space/max_distance_m, rounded up to whole "
+           "cells;\n"
+           "negative where not known.\n"
+           "Its gradient in W points away from the surface where known, elsewhere towards it.")
       .def("cells", &cells,
            "(cells, states) of all free and surface cells: (N, 3) int32 and (N,) uint8. A cell\n"
            "extends from cell to cell + 1, times cell_size_m, in W.");

@@ -18,8 +18,8 @@ constexpr int kMaxReachOf16Bits = 127;
 /// reach.
 constexpr size_t kMaxSectorsAtOnce = 256;
 constexpr int kMaxPlanesAtOnce = 1 << 15;
-constexpr uint64_t kMaxPlaces = uint64_t{1}
-                                << 15;  ///< Sectors in the box around these and their reach.
+/// Sectors in the box around these, extended by the reach.
+constexpr uint64_t kMaxPlaces = uint64_t{1} << 15;
 
 /// Changed cubes that are processed at once, to limit memory.
 constexpr int kMaxCubesAtOnce = 1 << 16;

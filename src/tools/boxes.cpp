@@ -23,9 +23,9 @@ constexpr int32_t kMax = kMaxBlockCoordinate;
 constexpr int32_t BlockKey::*kAxes[] = {&BlockKey::x, &BlockKey::y, &BlockKey::z};
 constexpr char kAxisNames[] = "xyz";
 
-/// Images and pixels that planBoxes() samples.
+/// planBoxes() samples every n-th image, but at least this many, or all if there are fewer.
 constexpr size_t kSampledImages = 256;
-constexpr int kSampledPixels = 64;  ///< Along each axis of an image.
+constexpr int kSampledPixels = 64;  ///< Pixels sampled along each axis of an image.
 
 std::string edgeText(int32_t block, int32_t open, double block_m) {
   return block == open ? "" : formatted("%.7g", block * block_m);

@@ -39,7 +39,8 @@ bool CameraView::maySee(const MetricBox& box, double depth_m) const {
          !isBeyond(0.0, -K.fy, bottom);
 }
 
-/// A voxel is changed by measurements up to the truncation distance away; its foot is within that.
+/// A frame changes voxels up to the truncation distance from its measurements, or from the surfaces
+/// that it looks through.
 bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperParams& params) {
   const auto voxel_m = static_cast<double>(params.map.voxel_size_m);
   const double margin_m =
@@ -63,9 +64,9 @@ bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperPa
   return image.maySee(pointsOf(blocks, params.map.voxel_size_m, rules), params.max_paint_depth_m);
 }
 
-/// Pieces of surface hide a point if they are on its ray to the camera, or beside it by up to the
-/// radius of a piece and a cell of the image. pieceOf() computes the radius in pixels from fx, but
-/// uses it along both axes.
+/// Pieces of surface hide a point if they are on its ray to the camera, or no farther from it than
+/// the radius of a piece plus a cell of the image. pieceOf() computes the radius in pixels from fx,
+/// but uses it along both axes.
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
                            const MapperParams& params, const ColourRules& rules) {
   const double voxel_m = params.map.voxel_size_m, block_m = voxel_m * kBlockSide;

@@ -27,8 +27,8 @@ class CameraView {
         height_(frame.height),
         T_C_W_(frame.T_W_C.inverse()) {}
 
-  /// Whether any part of a box may lie within a depth and in the image, or a few pixels around it.
-  /// May be true for a box that does not.
+  /// Whether any part of a box may be nearer than a depth and in the image, or a few pixels outside
+  /// it. May be true for a box that is not.
   bool maySee(const MetricBox& box, double depth_m) const;
 
   Eigen::Vector3d centre() const { return T_C_W_.inverse().translation(); }

@@ -103,9 +103,10 @@ class BoxJoiner {
         (!head.painted || !head_.painted || head.exposure == head_.exposure)) {
       return;
     }
-    throw std::runtime_error(
-        "'" + printable(path) +
-        "' has other settings, another frame or another exposure than the boxes before it");
+    throw std::runtime_error("'" + printable(path) +
+                             "' differs from the boxes before it in settings, frame or exposure; "
+                             "make all boxes with the "
+                             "same options");
   }
 
   std::vector<std::unique_ptr<MapChunks>> files_;

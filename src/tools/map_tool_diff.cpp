@@ -54,13 +54,13 @@ class ComparedMap {
   }
 
  private:
-  /// Noise leaves cells in front of a surface unknown, since a free cell must be seen through with
-  /// a margin: up to half a metre above a floor seen from 5 m.
+  /// Noise leaves cells in front of a surface unknown, up to half a metre above a floor seen from
+  /// 5 m, since a free cell must be seen through with a margin.
   static constexpr double kReach_m = 0.5;
 
-  /// Whether a point is free although its cell is not: it lies in front of the nearest triangle
-  /// and, beyond the truncation distance, along some axis between a free cell and another known
-  /// one.
+  /// Whether a point is free although its cell is not. It must lie in front of the nearest triangle
+  /// and, if farther from it than the truncation distance, between a free cell and another known
+  /// one along some axis.
   bool isSeenThrough(const Vec3f& p, const Eigen::Vector3d& p_W, double distance_m,
                      SurfaceTree::Hint nearest) const {
     const auto& corners = tree_.cornersOf(nearest);
@@ -218,9 +218,10 @@ void compareMaps(const std::vector<std::string>& arguments) {
   line.addText({"A", "", "the earlier map"}, a.map_path);
   line.addText({"B", "", "the later map"}, b.map_path);
   line.addText({"--mesh", "OUT", std::string("a mesh to write: ") + kMeshExtensions}, a.out_path);
-  line.addNumber({"--tolerance", "METRES",
-                  "surfaces within this distance are the same (default: two of the larger voxels)"},
-                 tolerance_m, {0.0, 10.0});
+  line.addNumber(
+      {"--tolerance", "METRES",
+       "surfaces within this distance are the same (default: twice the larger voxel size)"},
+      tolerance_m, {0.0, 10.0});
   line.addNumber({"--least-area", "CM2", "smaller changed pieces count as unchanged"}, min_cm2,
                  {0.0, 1e6});
   line.addFlag("--changes-only", "leave out what is unchanged", changes_only);

@@ -104,7 +104,7 @@ Json writeImages(JournalReplay& journal, Mapper& mapper, const std::string& out_
     writeFileAtomically(out_path + "/" + path,
                         encodeColourPng(rgbOf(std::get<ColourFrame>(image->frame))));
     entry["file_path"] = path;
-    // Trainers take a depth image only for a colour image; depth_frames has all.
+    // Trainers use a depth image only with a colour image; depth_frames lists all depth images.
     if (std::abs(image->stamp_s - depth_stamp_s) < PoseCorrection::kSameStamp_s) {
       entry["depth_file_path"] = depth_frames.back()["depth_file_path"];
     }

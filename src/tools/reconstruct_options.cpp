@@ -43,7 +43,8 @@ void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
   addSettingOption(
       line,
       {"--poses-mode", "tf|refine|track",
-       "fuse images at the given poses (default with --poses), align each to the map (default), "
+       "fuse images at the given poses (default with --poses or --only), align each to the map "
+       "(default), "
        "or track the camera by the map alone, from the first pose"},
       "poses/mode", options);
   line.addText({"--poses-frame", "NAME",

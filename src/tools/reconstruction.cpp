@@ -124,10 +124,11 @@ class Reconstruction {
 
   void recordLoss(const Alignment& alignment, double stamp_s) {
     if (result_.lost.empty() || result_.lost.back().fused_before != result_.frames) {
-      const std::string why = formatted(
-          "%s: %.0f %% of the points lie near the map, %.0f %% of these fit%s",
-          toString(alignment.status), 100.0 * alignment.matched_share,
-          100.0 * alignment.inlier_share, alignment.is_held ? "" : ", and it may slide along them");
+      const std::string why =
+          formatted("%s: %.0f %% of the points lie near the map, %.0f %% of these fit%s",
+                    toString(alignment.status), 100.0 * alignment.matched_share,
+                    100.0 * alignment.inlier_share,
+                    alignment.is_held ? "" : ", and the pose may slide along them");
       result_.lost.push_back({stamp_s, result_.frames, 0, why});
     }
     ++result_.lost.back().images;

@@ -29,8 +29,8 @@ struct RecordedInput {
   FrameSource& depth;
   ColourSource* colour;
   double max_colour_rate_hz;  ///< Colour images to paint per second, at most; 0: all.
-  /// Stamp of the newest frame in the map that the run begins with; none if it is empty. Images
-  /// between that frame and the first one of the run are painted.
+  /// Stamp of the newest frame in the map that the run begins with; none if no map was loaded.
+  /// Images between that frame and the first one of the run are painted.
   std::optional<double> map_stamp_s;
   /// With --only: its MapBox receives the numbers of the frames. Images are painted also before the
   /// first and after the last frame, up to last_stamp_s.
@@ -69,8 +69,9 @@ struct ReconstructionResult {
   MapStats map;
   /// Meshes of all blocks, perhaps partly on disk; null for a box.
   std::shared_ptr<PagedMeshes> meshes;
-  size_t vertices = 0, triangles = 0;  ///< In the mesh that is saved.
-  std::string doubt;                   ///< Why the poses seem to have another convention; or empty.
+  size_t vertices = 0,
+         triangles = 0;  ///< In the saved mesh; without one, the report has the whole mesh's.
+  std::string doubt;     ///< Why the poses seem to have another convention; or empty.
 };
 
 /// Fuses all frames of a source and paints the images between them in the order of stamps; at equal

@@ -19,7 +19,7 @@
 namespace dtsdf {
 namespace {
 
-/// Number of images, and of pixels in each, that are inspected.
+/// Number of images that are inspected, and the grid of pixels in each.
 constexpr size_t kInspectedFrames = 5;
 constexpr int kColumns = 64, kRows = 48;
 /// If a smaller fraction of the pixels is measured, the images probably do not show depth.
@@ -153,16 +153,16 @@ std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeP
                                               ? openBagColours(bagOptions(options, node))
                                               : openRecordingColours(recording);
   if (colours == nullptr && node.colour == Usage::kAlways) {
-    throw std::runtime_error("colour/enabled is 'always', but '" + recording.path +
-                             "' has no colour images where the format " + recording.format +
-                             " has them");
+    throw std::runtime_error("colour/enabled is 'always', but no colour images were found in '" +
+                             recording.path + "', which is read as " + recording.format +
+                             "; add them, or set colour/enabled to auto");
   }
   return colours;
 }
 
 namespace {
 
-/// Frames in which the floor is searched: ten seconds at 30 Hz.
+/// Frames that are searched for the floor: ten seconds at 30 Hz.
 constexpr size_t kFramesSearched = 300;
 
 Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {

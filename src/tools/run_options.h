@@ -29,7 +29,7 @@ struct RunOptions {
   std::string report_path;
 };
 
-/// Parses FIRST:LAST:STEP; each part, and colons at the end, may be left out.
+/// Parses FIRST:LAST:STEP; each part, and the second colon, may be left out.
 /// @throws UsageError
 FrameSelection parseFrameSelection(const std::string& text);
 

@@ -68,7 +68,7 @@ struct MeshStates {
 struct MemoryDemand {
   size_t new_blocks = 0, new_arrays = 0;  ///< Created by an admission.
   size_t new_bricks = 0;
-  bool has_colours = false;  ///< Whether the map has colours after the change.
+  bool has_colours = false;  ///< Whether the change adds or turns on colours.
   size_t changed = 0;        ///< Blocks that change in other ways, or move.
 };
 
@@ -180,7 +180,8 @@ class MapBackend {
   /// Reserves memory. @throws BackendError if memory runs out; the map is unchanged.
   virtual void reserve(const MemoryDemand& demand) = 0;
 
-  /// Applies changes of the table. Call waitForMeshes() first if an extraction is under way.
+  /// Applies changes of the table. Call waitForMeshes() before adding arrays or bricks; other
+  /// changes may wait until an extraction under way has read the map.
   virtual void follow(const TableChanges& changes) = 0;
 
   /// Empties the voxels of these blocks in a region, with their colours.

@@ -27,7 +27,7 @@ class BlockSurface {
   void regularise(const LabelNeighbourhood& labels, int max_loose_units);
 
   /// Makes the vertices and triangles of the regularised units. Marks triangles that span a gap.
-  /// @param known Vertices that were made while indexing, sorted by edge; few others are needed.
+  /// @param known Vertices that were made while indexing, sorted by edge; any others are made here.
   void emit(const MeshSettings& rules, const ArraysAround& arrays,
             const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);
 

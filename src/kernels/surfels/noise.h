@@ -57,8 +57,8 @@ DTSDF_HD NoiseLinePlace noiseLinePlace(int index, int step, int width, int heigh
 DTSDF_HD float gapValue(float a, float b) { return a > 0.0f && b > 0.0f ? 0.5f * (a + b) : 0.0f; }
 
 /// Reads the inverse depths of a line. `measured(u, v)` returns inverseDepth() of a pixel. @return
-/// false if the line leaves the image, its middle is not measured, or another sample is neither
-/// measured nor between two measured pixels along the line.
+/// false if the line leaves the image, its middle is not measured within the fused range, or
+/// another sample is neither measured nor between two measured pixels along the line.
 template <class Measured>
 DTSDF_HD bool readNoiseLine(const Measured& measured, int width, int height,
                             const NoiseLinePlace& place, float (&inverse_depth)[kNoiseLength]) {

@@ -42,7 +42,7 @@ def write_plate(path):
 
 
 def wrong_share(mesh, voxel_mm):
-    """Of the vertices farther than a voxel from the rim, the share with the colour of another side."""
+    """Fraction of the vertices farther than a voxel from the rim that have the colour of another side."""
     vertices = read_ply(mesh)[0]
     inside = (abs(columns(vertices, "yz")) <= np.array(PLATE_M[1:]) / 2 - voxel_mm / 1000).all(axis=1)
     vertices = vertices[inside]

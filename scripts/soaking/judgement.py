@@ -1,5 +1,4 @@
-"""Judges a record: whether memory is flat, and whether all images were accounted for and all services
-worked."""
+"""Judges a record: whether memory is flat, and whether any problem was recorded."""
 import json
 import math
 import statistics

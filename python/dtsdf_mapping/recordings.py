@@ -46,8 +46,8 @@ class Recording:
         self.skipped = images.skipped
 
     def colours(self):
-        """The colour images, each a ColourImage, one of each `step`; none if the recording has
-        none."""
+        """The colour images, each a ColourImage: every step-th one of the whole recording; none if it
+        has none."""
         yield from self._options.open_colour() or ()
 
     def images(self, colour=True):

@@ -81,7 +81,7 @@ class PoseTracker {
   std::optional<double> searched_map_s_;  ///< Stamp of the last search of the whole map.
   double reach_m_ = 0.0;                  ///< Alignment::reach_m.
   int fits_in_a_row_ = 0;                 ///< Images that fitted in a row while lost.
-  size_t guesses_made_ = 0;               ///< Poses tried since the camera was lost.
+  size_t guesses_made_ = 0;               ///< Guesses tried since the camera was lost.
 };
 
 }  // namespace dtsdf

@@ -176,7 +176,7 @@ std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::str
   if (below_camera.size() < kMinPoints) return without("hardly any depth below the camera's axis");
   const std::optional<FloorPlane> drawn = drawPlane(below_camera, points, up);
   if (!drawn) {
-    return without("no lowest plane was found within 45 degrees of the camera's x and z axes");
+    return without("no lowest plane was found within 45 degrees of the camera's x-z plane");
   }
   const std::optional<FloorPlane> fit = refine(*drawn, points);
   const size_t on = fit ? countInliers(*fit, points) : 0;

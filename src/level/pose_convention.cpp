@@ -41,7 +41,9 @@ Eigen::Isometry3d axesOf(size_t way) {
   return T;
 }
 
-/// Share of the points that, moved into the frame of an image, lie on the surfaces that it shows.
+/// Of the points that an image has in view, the share that lie on the surfaces it shows; 0 if
+/// hardly any are in view.
+/// @param motion From the points' frame to the image's.
 double inlierShare(const std::vector<Eigen::Vector3d>& points, const Eigen::Isometry3d& motion,
                    const DepthFrame& frame) {
   const Intrinsics& K = frame.intrinsics;

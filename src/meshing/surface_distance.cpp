@@ -60,7 +60,7 @@ SurfaceTree::SurfaceTree(const std::vector<Vec3f>& vertices_m,
   split(items, 0, 0, static_cast<uint32_t>(items.size()), triangles);
 }
 
-/// Splits at the median of the triangles' places, along the axis where these extend farthest.
+/// Splits at the median of the triangles' centroids, along the axis of their largest extent.
 void SurfaceTree::split(std::vector<Item>& items, uint32_t node, uint32_t begin, uint32_t end,
                         const std::vector<Triangle>& triangles) {
   if (end - begin <= kLeafTriangles) {

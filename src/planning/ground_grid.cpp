@@ -194,7 +194,7 @@ std::optional<GridBox> GroundGrid::grownWindow() {
     is_outgrown_ = false;
     return std::nullopt;
   }
-  // With nothing known, a window at the origin replaces the grid with cells of another size.
+  // If nothing is known, a window at the origin replaces the old grid, whose cell size differs.
   return windowAround(known.isEmpty() ? GridBox(Eigen::Vector2i::Zero()) : known);
 }
 

@@ -77,8 +77,8 @@ class GroundGrid {
  private:
   static constexpr int kSide = SpaceCube::kSide;
 
-  /// Cubes above each other, cut off at the heights, and the values of their columns, in the order
-  /// of a mask's bits.
+  /// Cubes on top of each other, clipped to the heights, and the values of their columns, in the
+  /// order of a mask's bits.
   struct Stack {
     std::vector<SpaceCube> parts;
     std::array<int8_t, kSide * kSide> values;

@@ -41,7 +41,7 @@ constexpr int kMargin_cells = 16;
 /// Number of evenly spread orientations, some twenty degrees apart.
 constexpr int kOrientations = 2048;
 
-/// Points of the image that are compared from a standpoint, and that a pose is fitted to.
+/// Numbers of image points: compared from a standpoint, and used to fit a pose.
 constexpr int kLookPoints = 64, kFitPoints = 512;
 
 /// Poses that are fitted to the coarse map; of these, the poses that are aligned; and of these, the
@@ -53,7 +53,7 @@ constexpr int kMovedPoses = 5000, kAlignedPoses = 224, kRenderedPoses = 48;
 /// kClearlyMoreShare.
 constexpr double kPlaceShare = 0.7, kClearlyMore = 1.5, kClearlyMoreShare = 0.01;
 
-/// Larger depths are too coarse to use.
+/// Larger depths are too noisy to use.
 constexpr float kMaxDepth_m = 10.0f;
 
 /// Larger distances to the nearest surface are set to this, in cells.
@@ -615,7 +615,7 @@ float CoarseMap::scoreOfPose(const Isometry3d& T_W_C, const std::vector<Vector3f
     if (octaves == kNothing) continue;
     const float off = shown - measured, width = std::max(1.5f, 0.06f * measured);
     if (octaves == kBackSide || off < -2.0f * width) {
-      sum -= 0.5f;  // not -1, as cells are coarse
+      sum -= 0.5f;  // not -1, since cells are coarse
     } else if (std::abs(off) < width) {
       sum += 1.0f;
     }

@@ -51,8 +51,8 @@ Isometry3d continued(const Isometry3d& from, const Isometry3d& to, double share)
   return T_W_C;
 }
 
-/// The larger of the shift in metres and the turn in radians. A turn shifts points 1 m away by as
-/// many metres.
+/// The larger of the shift in metres and the turn in radians, which is the shift of points at a
+/// distance of 1 m.
 double motionBetween(const Isometry3d& a, const Isometry3d& b) {
   return std::max((b.translation() - a.translation()).norm(), turnBetween(a, b));
 }

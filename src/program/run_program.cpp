@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace {
 
-/// Prints an error as one printable line, as it may contain text from files.
+/// Prints an error as one printable line, since it may contain text from files.
 int reportError(const std::string& name, std::string text, int exit_code) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   std::fprintf(stderr, "%s: error: %s\n", name.c_str(), printableMessage(text).c_str());

@@ -89,10 +89,9 @@ void bindSpace(py::module& m) {
            "(N,) uint8: 0 unknown, 1 free (an image saw through the whole cell), 2 surface.")
       .def("query", &query, py::arg("points_W"),
            "(known, distance_m, gradient): (N,) bool, (N,) float32, (N, 3) float32. Distance to\n"
-           "the nearest surface in metres, at most space/max_distance_m, rounded up to whole "
-           "cells;\n"
-           "negative where not known.\n"
-           "Its gradient in W points away from the surface where known, elsewhere towards it.")
+           "the nearest surface in metres, at most space/max_distance_m, rounded up to whole\n"
+           "cells; negative where not known. Its gradient in W points away from the surface where\n"
+           "known, elsewhere towards it.")
       .def("cells", &cells,
            "(cells, states) of all free and surface cells: (N, 3) int32 and (N,) uint8. A cell\n"
            "extends from cell to cell + 1, times cell_size_m, in W.");

@@ -105,8 +105,7 @@ class BoxJoiner {
     }
     throw std::runtime_error("'" + printable(path) +
                              "' differs from the boxes before it in settings, frame or exposure; "
-                             "make all boxes with the "
-                             "same options");
+                             "make all boxes with the same options");
   }
 
   std::vector<std::unique_ptr<MapChunks>> files_;

@@ -44,8 +44,7 @@ void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
       line,
       {"--poses-mode", "tf|refine|track",
        "fuse images at the given poses (default with --poses or --only), align each to the map "
-       "(default), "
-       "or track the camera by the map alone, from the first pose"},
+       "(default), or track the camera by the map alone, from the first pose"},
       "poses/mode", options);
   line.addText({"--poses-frame", "NAME",
                 "for a journal: the frame of --poses, which is its map frame or its level frame "

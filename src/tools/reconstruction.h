@@ -69,9 +69,8 @@ struct ReconstructionResult {
   MapStats map;
   /// Meshes of all blocks, perhaps partly on disk; null for a box.
   std::shared_ptr<PagedMeshes> meshes;
-  size_t vertices = 0,
-         triangles = 0;  ///< In the saved mesh; without one, the report has the whole mesh's.
-  std::string doubt;     ///< Why the poses seem to have another convention; or empty.
+  size_t vertices = 0, triangles = 0;  ///< In the mesh that is saved or reported.
+  std::string doubt;                   ///< Why the poses seem to have another convention; or empty.
 };
 
 /// Fuses all frames of a source and paints the images between them in the order of stamps; at equal

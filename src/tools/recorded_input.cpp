@@ -155,7 +155,8 @@ std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeP
   if (colours == nullptr && node.colour == Usage::kAlways) {
     throw std::runtime_error("colour/enabled is 'always', but no colour images were found in '" +
                              recording.path + "', which is read as " + recording.format +
-                             "; add them, or set colour/enabled to auto");
+                             "; select a bag's topic with --color-topic, or set colour/enabled to "
+                             "auto");
   }
   return colours;
 }

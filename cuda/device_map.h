@@ -92,7 +92,7 @@ class DeviceMap {
   /// kernels read the map.
   void reserveAhead(const BlockTable& table);
 
-  /// Follows an admission: enters blocks that are new or have new arrays, and zeroes these arrays.
+  /// Mirrors an admission: enters blocks that are new or have new arrays, and zeroes these arrays.
   /// @pre reserve() has made room.
   void enterBlocks(const BlockTable& table, const std::vector<int32_t>& slots,
                    const std::vector<int32_t>& arrays);
@@ -100,7 +100,7 @@ class DeviceMap {
   /// Makes room for `new_colours` more bricks of colours. @throws BackendError like reserve().
   void reserveColours(const BlockTable& table, size_t new_colours);
 
-  /// Follows an admission: enters new bricks, as unpainted.
+  /// Mirrors an admission: enters new bricks, as unpainted.
   /// @pre reserveColours() has made room, and keepColours() was called.
   void enterColours(const std::vector<NewBrick>& bricks);
 

@@ -29,7 +29,7 @@ class SurfelMaker {
   /// @param count On the device; must be 0.
   DeviceSurfels makeSurfels(const DeviceSensing& sensing, uint32_t* count);
 
-  /// Repeats the stage for the same frame with room for `surfels`.
+  /// Repeats the stage for the same frame with room for `surfels` surfels.
   DeviceSurfels remakeSurfels(const DeviceSensing& sensing, uint32_t surfels, uint32_t* count);
 
   void addMemory(MapperMemory& memory) const;

@@ -15,9 +15,9 @@ struct MeshSize {
   uint32_t vertices, triangles;
 };
 
-/// Counters of an extraction, for the host.
+/// Counters of an extraction or a view, for the host.
 struct MeshTotals {
-  uint32_t reached;    ///< Blocks whose units have a corner in a changed block.
+  uint32_t reached;    ///< Blocks whose units have a corner in a changed block, or blocks in view.
   uint32_t adjoining;  ///< Further blocks that depend on changed voxels, indices or colours.
   MeshSize size;
   uint32_t finished;  ///< Thread blocks that have made their meshes.

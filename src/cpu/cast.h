@@ -30,7 +30,7 @@ struct VoxelSet {
 /// A frame's sums for one block. Each thread has one; fold() resets them for the next block.
 struct BlockSums {
   VoxelSums voxel[kDirectionCount][kVoxelsPerBlock];
-  VoxelSet covered[kDirectionCount];  ///< Voxels with a weight; see findCovered().
+  VoxelSet covered[kDirectionCount];  ///< Voxels whose sums have a weight; see findCovered().
 };
 
 /// Finds the covered voxels of a direction from its sums.

@@ -1,9 +1,9 @@
 /// Gaps: triangles that span a place where nothing was measured.
 ///
 /// A surfel updates all corners around it, so units may close gaps up to two voxels wide. Anchoring
-/// (anchoring.h) pulls the vertices on both sides of a gap to where the surface was measured, and
-/// so apart. It hardly stretches other triangles: at an outline it pulls all vertices to the same
-/// side, and inside a surface they stay. So a triangle that anchoring stretches is left out.
+/// (anchoring.h) pulls the vertices on both sides of a gap towards where the surface was measured,
+/// and so apart. It hardly stretches other triangles: at an outline it pulls all vertices to the
+/// same side, and inside a surface they stay. So a triangle that anchoring stretches is left out.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"

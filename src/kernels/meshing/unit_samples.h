@@ -11,7 +11,7 @@
 ///   make    loose_pieces.h       small pieces near a larger one, which are left out
 ///           regularisation.h     corners that the units around them disagree about
 ///           edge_vertex.h        where the surface crosses an edge
-///           anchoring.h          vertices pulled to where the surface was measured
+///           anchoring.h          vertices pulled towards measured points
 ///           gap.h                triangles across gaps, which are left out
 ///           emit.h               triangles, as references to edges
 ///   refine  vertex_normal.h      normals of vertices, from the gradients of distances

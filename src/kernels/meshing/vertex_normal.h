@@ -2,7 +2,8 @@
 /// directions' distances.
 ///
 /// Across an edge, the slope is interpolated between those at the edge's two ends; along the edge,
-/// it is that of the parabola of edge_vertex.h. Samples are read up to one corner beyond the ends.
+/// it is that of the parabola of edge_vertex.h. Samples are read at the ends and at their
+/// neighbours along each axis.
 #pragma once
 
 #include "kernels/meshing/edge_vertex.h"

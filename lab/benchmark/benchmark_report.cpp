@@ -79,8 +79,8 @@ json mapOf(const Measurement& m) {
           {"triangles", m.triangles}};
 }
 
-/// A row for each GiB, on the way out and back: times of the frames that mapped it, except the
-/// first frame, which allocates memory.
+/// A row for each GiB of mapped size and each way (out, back), without the first frame, which
+/// allocates memory.
 json flightByGib(const std::vector<FrameTime>& times) {
   constexpr double kGiB = 1024.0 * kMiB;
   json rows = json::array();

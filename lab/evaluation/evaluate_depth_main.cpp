@@ -1,4 +1,4 @@
-/// evaluate_depth: compares a mesh with depth images, if there is no ground truth.
+/// evaluate_depth: compares a mesh with depth images, for recordings without ground truth.
 
 #include <cstdio>
 #include <mutex>

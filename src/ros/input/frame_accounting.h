@@ -32,7 +32,7 @@ struct DropReason {
 };
 
 namespace drop {
-/// No camera_info with the image's stamp, or with input/camera_info: latest, none at all.
+/// No camera_info with the image's stamp or, if input/camera_info is latest, none at all.
 inline constexpr DropReason kNoCameraInfo{"no_camera_info"};
 /// No mask with the image's stamp, although masks are used.
 inline constexpr DropReason kNoMask{"no_mask"};
@@ -64,7 +64,7 @@ inline constexpr DropReason kBeforeTransforms{"before_transforms", false};
 /// The oldest waiting frame, dropped to make room or to shorten a backlog.
 inline constexpr DropReason kQueueFull{
     "queue_full", true, "use larger voxels (map/voxel_size_m), a GPU, or fewer frames"};
-/// Older than a frame of another camera that the map has already taken.
+/// With several cameras, older than a depth frame that the map has already taken.
 inline constexpr DropReason kOutOfOrder{"out_of_order", true, "raise input/merge_wait_s"};
 /// Waiting in the queue when stamps jumped back.
 inline constexpr DropReason kTimeJump{"time_jump", false};

@@ -161,7 +161,7 @@ class InputStatus {
                                         (remedy.empty() ? depth.last_drop : remedy));
     }
     if (index + 1 == streams.size() || !streams[index + 1].isColour()) return;
-    // Colour that is required but missing, or cannot be used.
+    // Reports colour that is required but missing, or that cannot be used.
     const StreamReport& colour = streams[index + 1];
     if (colour.fused > 0) return;
     if (colour.received == 0 && colour.is_needed) {
@@ -230,7 +230,7 @@ class InputStatus {
     const char* const kCloud = "sensor_msgs/PointCloud2";
     const auto same = topics.find(depth.topic);
     if (same != topics.end() && (same->second == kCloud) == depth.is_cloud) {
-      constexpr double kConnectPatience_s = 3.0;  // long enough for a possible connection
+      constexpr double kConnectPatience_s = 3.0;  // connecting takes less
       return expected_s_ < kConnectPatience_s
                  ? "it is published, but not connected yet"
                  : "it is published, but cannot be reached: set ROS_HOSTNAME or ROS_IP on both "

@@ -20,8 +20,8 @@ namespace dtsdf {
 /// mean of two depths may lie on neither surface. Not thread safe.
 class Rectification {
  public:
-  /// If `choice` is kAuto, the name of `topic` shows whether images are raw. `is_colour` is needed
-  /// because mono16 may be depth or colour.
+  /// Unless `choice` is kAlways, images count as rectified if the name of `topic` says so.
+  /// `is_colour` is needed because mono16 may be depth or colour.
   Rectification(Usage choice, std::string topic, bool is_colour = false)
       : choice_(choice), topic_(std::move(topic)), is_colour_(is_colour) {}
 

@@ -214,7 +214,7 @@ class Transforms {
   std::set<std::string> ignored_statics_;
   Core core_;
   std::optional<SteadyTime> received_at_;
-  std::optional<SteadyTime> missing_since_;  ///< Since when images find no pose.
+  std::optional<SteadyTime> missing_since_;  ///< When images stopped finding their poses.
   SteadyTime next_restart_;
   SteadyDuration wait_after_restart_ = std::chrono::seconds(5);
   uint64_t refused_ = 0;   ///< Transforms without usable name, rotation or stamp.

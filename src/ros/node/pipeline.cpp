@@ -32,8 +32,8 @@
 namespace dtsdf {
 namespace {
 
-/// Calls and corrected paths that can be served at once, such as a correction, save_mesh, and a
-/// path that replaces a waiting correction.
+/// Number of calls and corrected paths that can be served at once, such as a correction, save_mesh,
+/// and a path that replaces a waiting correction.
 constexpr int kServiceThreads = 3;
 /// Interval at which the transform of a waiting frame is looked up.
 constexpr std::chrono::milliseconds kTransformPoll{5};

@@ -62,8 +62,7 @@ class StatusPublisher {
     updater_.force_update();
   }
 
-  /// Logs each problem once, after 5 s, for users who watch the terminal and not the
-  /// status.
+  /// Logs each problem once, after 5 s, for users who watch the terminal and not the status.
   void logProblem() {
     constexpr std::chrono::seconds kProblemDelay{5};
     if (is_logged_ || std::chrono::steady_clock::now() - problem_since_ < kProblemDelay) return;

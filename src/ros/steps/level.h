@@ -127,7 +127,7 @@ class LevelStep : public Step {
   MapFrame& frame_;
   FloorSearch floor_;
   StillGravity gravity_;
-  std::optional<Eigen::Vector3d> up_I_;  ///< In the sensor's frame, while it has no transform.
+  std::optional<Eigen::Vector3d> up_I_;  ///< In the sensor's frame, kept until its transform comes.
   std_msgs::Header measured_;            ///< Frame and stamp of up_I_.
   ros::Subscriber imu_;
 

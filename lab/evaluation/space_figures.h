@@ -58,8 +58,8 @@ struct SpaceQuestions {
   size_t samples = 100000;  ///< Maximum number of cells for each figure.
 };
 
-/// Free cells are shrunk by this on all sides when they are compared with solids and views, to allow
-/// for rounding.
+/// Free cells are shrunk by this on all sides when they are compared with solids and views, to
+/// allow for rounding.
 constexpr double kBoxMargin_m = 1e-3;
 
 /// No distance should be off by more than this.

@@ -20,7 +20,6 @@ struct SquaresPlace {
   bool is_new;  ///< Not filled yet.
 };
 
-/// A pool of memory for squared distances.
 class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
  public:
   /// The place of a sector's squares. If they are not from a pool, memory from this pool replaces

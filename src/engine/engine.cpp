@@ -372,7 +372,7 @@ void Engine::keepColours() {
 
 void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
                     RenderedView& view) {
-  constexpr float kViewRadius = kLabelledReach + 13.9f;  // reaches all blocks a view depends on
+  constexpr float kViewRadius = kLabelledReach + 13.9f;  // all blocks that a view depends on
   constexpr float kAnyDepth_m = 1e30f;
   const FrameView frame = checkedFrameView(camera, T_W_C, params_);
   ready();

@@ -60,8 +60,7 @@ DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& fi
   return isHidden(view, sensing.hiding_m, point) ? nothing : sampleAt(sensing, point);
 }
 
-/// The weighted mean of a voxel's colour and a sample. The weight grows up to max_views times the
-/// sample's, so that later views still count. A larger weight, from better views, is kept.
+/// The weighted mean of a voxel's colour and a sample. For its weight see ColourRules::max_views.
 DTSDF_HD VoxelColour paintedColour(const VoxelColour& colour, const ColourSample& sample,
                                    const Exposure& exposure, const ColourRules& rules) {
   const float before = colourWeight(colour.weight), total = before + sample.weight;

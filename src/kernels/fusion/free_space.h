@@ -209,8 +209,7 @@ enum class Observation : uint32_t {
 };
 
 /// The depth beyond which a frame must see to look through a voxel's place. For an empty voxel it
-/// is a voxel farther than the place, as the voxel represents all mesh units around it. Infinite
-/// outside the image.
+/// is a voxel farther than the place. Infinite outside the image.
 DTSDF_HD float judgedDepth(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
   constexpr float kInfiniteDepth_m = 1e30f;
   const float depth_m = is_empty ? at.depth_m + frame.voxel_size_m : at.depth_m;

@@ -39,8 +39,8 @@ struct MeshRules {
   /// the same anchor do not coincide.
   float measured_pull = 0.875f;
   /// A triangle with a side that anchoring lengthens by more than this, in voxels, spans a gap and
-  /// is left out. (At 20 mm, the slot of the scene `outlines`, 35 mm wide, is closed by 90 %
-  /// without this rule, 17 % with 0.5 and 8 % with 0.3.)
+  /// is left out. (At 20 mm, 90 % of a slot 35 mm wide, in the scene `outlines`, is closed without
+  /// this rule, 17 % with 0.5 and 8 % with 0.3.)
   float max_stretch = 0.3f;
 };
 

@@ -115,7 +115,6 @@ DTSDF_HD bool mayReachView(const FrameView& frame, const BlockKey& block_L, floa
 
 constexpr int32_t kPixelSteps = 256;
 
-/// A vertex in the image.
 struct ProjectedVertex {
   int32_t x, y;         ///< In steps; pixel centres are at multiples of kPixelSteps.
   float inverse_depth;  ///< Per voxel; 0: behind the camera or too near it.

@@ -25,7 +25,6 @@ constexpr int kNoiseBins = 1 << 11;
 constexpr int kNoiseKinds = 5, kShortLines = kNoiseKinds - 1;
 constexpr int kNoiseSteps = 3;  ///< Lines at each grid point, one per step.
 
-/// Location of a line's samples.
 struct NoiseLinePlace {
   Pixel middle;
   int step_px;  ///< Between samples.

@@ -16,7 +16,6 @@ constexpr int kQuadSide = 2;
 /// Number of patches along a side of the image; the last may extend beyond it.
 DTSDF_HD int patchesAlong(int pixels) { return (pixels + kPatchSide - 1) / kPatchSide; }
 
-/// A square of pixels.
 struct PixelSquare {
   Pixel first;  ///< The corner with the smallest coordinates.
   int32_t side;
@@ -107,7 +106,6 @@ DTSDF_HD MergedPatch wholeOrQuads(uint32_t bits) {
   return (bits & kWhole) != 0 ? kWhole : bits & (kWhole - 1u);
 }
 
-/// Finds the merged squares of a patch.
 DTSDF_HD MergedPatch mergePatch(const ImageView& image, const Pixel& first,
                                 const SurfelSettings& surfels) {
   uint32_t bits = 0;

@@ -26,8 +26,8 @@ enum class FrameStatus {
   kBadIntrinsics,  ///< Not finite, or impossible for the size of the image.
   kBadPose,  ///< Not finite, not a rotation, or outside the coordinates a map can hold; also if
              ///< keep_center_W is not finite.
-  kNoMeasurement,  ///< No pixel has a depth in range and a normal, or a depth beyond the range to
-                   ///< clear with. For a colour image: it sees no surface of the map.
+  kNoMeasurement,  ///< No pixel has a depth that can be fused or used to clear. For a colour image:
+                   ///< it sees no surface of the map well enough to paint it.
   kNoMemory,       ///< The GPU has too little memory for this frame; a later one may succeed.
 };
 
@@ -53,7 +53,8 @@ struct PageStats {
   uint64_t waits = 0;      ///< Waits for the disk of a millisecond or more.
   double wait_ms = 0.0;    ///< Total time of these waits.
   uint64_t failures = 0;   ///< Failed reads and writes; also writes for which the folder was full.
-  /// Blocks, and sectors of 32 x 32 x 32 cells, that were damaged when read back.
+  /// Blocks, and sectors of 32 x 32 x 32 cells, that were lost: damaged on disk, or, for sectors,
+  /// unreadable when they had to be changed.
   uint64_t lost = 0;
   std::string problem;  ///< Description of the last failure; empty: none.
 };
@@ -92,7 +93,7 @@ struct MapperMemory {
 
 /// What clearRegion() removed.
 struct ClearedRegion {
-  size_t voxels = 0;  ///< Voxels that held something; each direction counts.
+  size_t voxels = 0;  ///< Voxels that were not empty, counted per direction.
   size_t blocks = 0;  ///< Blocks freed because they became empty.
 };
 
@@ -159,7 +160,7 @@ class Mapper {
   /// finishMeshUpdate() would return them in parts.
   MeshUpdate updateMesh();
 
-  /// Empties all voxels in a region, of every direction, and removes their colours. Arrays and
+  /// Empties all voxels in a region, in every direction, and removes their colours. Arrays and
   /// blocks that become empty are freed. The next mesh update has the changes; an extraction
   /// already under way may still show the region. Later frames may fill the region again.
   /// @throws std::invalid_argument for a region with a problem (see findProblem()), with the map

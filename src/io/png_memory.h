@@ -39,7 +39,7 @@ class PngReader {
   PngReader(const PngReader&) = delete;
   PngReader& operator=(const PngReader&) = delete;
 
-  /// False if it is not a PNG image, or damaged.
+  /// False if it is not a PNG image, or its header is damaged.
   bool isPng() const { return is_png_; }
   std::string problem() const { return std::string("PNG: ") + png_.message; }
   size_t width() const { return png_.width; }

@@ -27,7 +27,7 @@ struct RecordedImages {
 };
 
 /// Depth images in order, decoded one by one. @throws std::runtime_error if no image has a pose,
-/// or none is selected.
+/// or checkSelection() refuses the selection.
 std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
                                                 const RecordingOptions& options);
 

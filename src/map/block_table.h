@@ -56,7 +56,7 @@ struct ColourRequest {
 };
 static_assert(kBricksPerArray * kDirectionCount <= 64, "a bit for each brick of a block");
 
-/// A new brick of colours of a voxel array.
+/// A new brick of colours in a voxel array.
 struct NewBrick {
   int32_t array, brick;
   int32_t colours;  ///< Index in the pool of bricks; the caller zeroes its memory.

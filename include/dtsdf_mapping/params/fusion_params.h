@@ -23,7 +23,8 @@ struct FusionParams {
   int normal_radius_px = 5;   ///< Largest half width of the window that a normal is fitted in.
   float depth_jump = 0.03f;   ///< Relative difference of depth that separates neighbouring pixels.
   float max_weight = 64.0f;   ///< Cap of a voxel's weight; a frame adds 1 at most.
-  bool clearing = true;       ///< Whether surfaces that images see through are removed.
+  bool clearing = true;       ///< Whether surfaces that images see through are removed;
+                              ///< no effect with kVoxelProjection.
   /// Limit of a voxel's evidence, positive or negative, as a number of supporting images; 0: 8. The
   /// node and the programs replace 0 by 19 if they align poses, since aligned poses agree for
   /// longer.

@@ -34,7 +34,7 @@ size_t mappedBytes(const MapStats& map) {
          static_cast<size_t>(map.dropped_blocks) * (map.map_bytes / map.blocks);
 }
 
-/// Memory of this process; 0 if the system does not report it.
+/// Resident memory of this process; 0 if the system does not report it.
 size_t residentBytes() {
   size_t pages = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> pages >> resident;

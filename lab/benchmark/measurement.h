@@ -20,7 +20,7 @@ struct FrameTime {
   size_t mapped_bytes = 0;    ///< In a flight: map_bytes plus paged and dropped blocks.
   bool on_return = false;     ///< On the way back; mapped_bytes is then that of the same place on
                               ///< the way out.
-  size_t resident_bytes = 0;  ///< In a flight: memory of the process after the frame.
+  size_t resident_bytes = 0;  ///< In a flight: resident memory of the process.
 };
 
 struct Measurement {

@@ -22,7 +22,7 @@ struct ViewCamera {
   }
 };
 
-/// A camera that looks through the middle of its image.
+/// A camera whose principal point is the middle of its image.
 ViewCamera centredCamera(int width, int height, double focal_px);
 
 /// Direction of a pixel's ray in the optical frame, with z = 1.

@@ -31,7 +31,7 @@ class DepthComparison {
   int stride_;
   size_t images_ = 0, measured_ = 0;
   std::vector<double> behind_m_;       ///< Predicted - measured, of each covered pixel.
-  std::vector<double> behind_shares_;  ///< behind_m_ over the measured depth.
+  std::vector<double> behind_shares_;  ///< behind_m_ divided by the measured depth.
 };
 
 }  // namespace dtsdf

@@ -46,7 +46,7 @@ struct Rates {
   std::atomic<double> mesh_hz, points_hz, space_hz;
 };
 
-/// What steps work with; all of it outlives them.
+/// The parts of the node that steps use; all outlive the steps.
 struct Host {
   const NodeParams& params;
   const Rates& rates;

@@ -16,7 +16,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Shows the number done; redraws a few times a second at most.
+  /// Shows the number done; redraws at most ten times a second.
   void show(size_t done);
 
  private:

@@ -21,8 +21,8 @@ class CellTable {
     return sector == nullptr ? CubeCells() : sector->at(cubeInSector(cube));
   }
 
-  /// The cube, added if it is missing, and marked as touched. The reference is valid until the next
-  /// call.
+  /// The cube, added if it is missing; marked as touched once takeTouched() was called. The
+  /// reference is valid until the next call.
   CubeCells& at(const Vec3i& cube) {
     if (tracks_changes_) insert(touched_, cube);
     return sectors_.open(packKey(sectorOfCube(cube))).make(cubeInSector(cube));

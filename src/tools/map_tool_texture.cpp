@@ -26,7 +26,7 @@ namespace dtsdf {
 namespace {
 
 /// Place of a triangle in a texture: one half of a square of texels. Two triangles share a square,
-/// with a border for bilinear interpolation between and around them.
+/// with a border between them for bilinear interpolation.
 struct Chart {
   int32_t x, y, side;  ///< The square.
   bool is_second;      ///< Whether it is the half with the last texel.
@@ -107,9 +107,9 @@ class Atlas {
     return places;
   }
 
-  /// Calls visit(texel, s, t) for the texels of a triangle, and up to one texel beyond its edges.
-  /// `texel` is an index in its page; it lies at corner 0 plus s and t times the edges to corners 1
-  /// and 2.
+  /// Calls visit(texel, s, t) for the texels of a triangle, and of the border at its edge from
+  /// corner 1 to corner 2. `texel` is an index in its page; it lies at corner 0 plus s and t times
+  /// the edges to corners 1 and 2.
   template <class Visit>
   void visitTexels(size_t triangle, const Visit& visit) const {
     const Chart& chart = charts_[triangle];

@@ -117,7 +117,7 @@ py::tuple simplify(const SharedMesh& mesh, double max_error_m) {
 
 void bindMesh(py::module& m) {
   static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(VertexColour) == 4,
-                "arrays are views of these in memory");
+                "numpy arrays are views of these structs");
   py::class_<Mesh, std::shared_ptr<Mesh>> mesh(m, "Mesh",
                                                "A triangle mesh in the map frame W, in metres. Its "
                                                "arrays are views of the mesh's memory: they\n"

@@ -28,7 +28,8 @@ inline CellState stateIn(const CubeCells& cube, int cell) {
   return isIn(cube.free, cell) ? CellState::kFree : CellState::kUnknown;
 }
 
-static_assert(kCubeSideLog2 == SpaceCube::kSideLog2, "one layout of cells");
+static_assert(kCubeSideLog2 == SpaceCube::kSideLog2,
+              "SpaceCube and CubeCells must have the same layout");
 
 inline SpaceCube toSpaceCube(const Vec3i& key, const CubeCells& cube) {
   SpaceCube known{firstCellOfCube(key), {}, {}};

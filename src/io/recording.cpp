@@ -104,9 +104,10 @@ CameraInfo cameraOf(const RecordingOptions& options, const FolderFormat& format,
 
 void findPoses(const RecordingOptions& options, const FolderFormat& format,
                std::vector<StampedImage>& images) {
-  if (!options.poses_path.empty()) {
-    return findPosesIn(options.poses_path, options.pose_tolerance_s, images,
-                       options.pose_convention);
+  if (!options.poses_path.empty() || format.posesPath != nullptr) {
+    return findPosesIn(
+        options.poses_path.empty() ? format.posesPath(options.path) : options.poses_path,
+        options.pose_tolerance_s, images, options.pose_convention);
   }
   format.findPoses(options.path, options.pose_tolerance_s, images);
   convertToOptical(options.pose_convention, images);
@@ -117,21 +118,24 @@ void findFirstPose(const RecordingOptions& options, const FolderFormat& format,
                    std::vector<StampedImage>& images) {
   size_t first = 0;
   while (first + 1 < images.size() && !options.selection.contains(first)) ++first;
-  std::vector<StampedImage> one{images[first]};
+  Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   try {
-    findPoses(options, format, one);
+    findPoses(options, format, images);  // of all, since poses may match by order
+    T_W_C = images[first].T_W_C.value_or(T_W_C);
   } catch (const std::runtime_error&) {
     if (!options.poses_path.empty()) throw;  // the user named this file
   }
-  for (StampedImage& image : images) {
-    image.T_W_C = one.front().T_W_C.value_or(Eigen::Isometry3d::Identity());
-  }
+  for (StampedImage& image : images) image.T_W_C = T_W_C;
+}
+
+/// The depth scale from the options or the folder's files; none if it is the format's usual one.
+std::optional<double> givenUnits(const RecordingOptions& options, const FolderFormat& format) {
+  if (options.units_per_metre || format.unitsOf == nullptr) return options.units_per_metre;
+  return format.unitsOf(options.path);
 }
 
 double unitsOf(const RecordingOptions& options, const FolderFormat& format) {
-  const double of_format =
-      format.unitsOf == nullptr ? format.units_per_metre : format.unitsOf(options.path);
-  const double units = options.units_per_metre.value_or(of_format);
+  const double units = givenUnits(options, format).value_or(format.units_per_metre);
   if (units > 0.0 && std::isfinite(units)) return units;
   throw std::runtime_error("the depth scale must be above 0 units per metre");
 }
@@ -179,7 +183,7 @@ std::string assumptionsOf(const RecordingOptions& options) {
   if (!givenCamera(options, format, listDepth(options.path, format))) {
     assumed.emplace_back("the camera of the format (--intrinsics)");
   }
-  if (!options.units_per_metre && format.unitsOf == nullptr) {
+  if (!givenUnits(options, format)) {
     assumed.push_back(shortestText(unitsOf(options, format)) + " units per metre (--depth-scale)");
   }
   return joined(assumed);

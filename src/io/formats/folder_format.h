@@ -22,6 +22,7 @@ struct FolderFormat {
   std::vector<StampedImage> (*listDepth)(const std::filesystem::path& folder);
 
   /// Finds the poses of depth or colour images. The tolerance is for layouts that match by stamp.
+  /// Null: findPosesIn() reads `posesPath`.
   void (*findPoses)(const std::filesystem::path& folder, double tolerance_s,
                     std::vector<StampedImage>& images);
 
@@ -35,10 +36,13 @@ struct FolderFormat {
                                 const CameraInfo& depth_camera);
 
   double units_per_metre = 1000.0;
-  /// Reads the depth units per metre from the folder's files; null: always `units_per_metre`.
-  double (*unitsOf)(const std::filesystem::path& folder) = nullptr;
+  /// Reads the depth units per metre from the folder's files. Null, or if it returns none:
+  /// `units_per_metre` is used.
+  std::optional<double> (*unitsOf)(const std::filesystem::path& folder) = nullptr;
   /// Camera of recordings that do not state theirs.
   std::optional<CameraInfo> usual_camera = std::nullopt;
+  /// The file or folder with the poses, in any format that findPosesIn() reads; null: findPoses().
+  std::string (*posesPath)(const std::filesystem::path& folder) = nullptr;
 };
 
 /// All layouts. A folder has the first layout whose test it passes.

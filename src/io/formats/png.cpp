@@ -42,11 +42,9 @@ std::vector<StampedImage> listDepth(const fs::path& folder) {
   return imagesIn(fs::is_directory(folder / "depth") ? folder / "depth" : folder, {".png"});
 }
 
-void findPoses(const fs::path& folder, double tolerance_s, std::vector<StampedImage>& images) {
+std::string posesPath(const fs::path& folder) {
   for (const char* const name : kPoses) {
-    if (fs::exists(folder / name)) {
-      return findPosesIn((folder / name).string(), tolerance_s, images);
-    }
+    if (fs::exists(folder / name)) return (folder / name).string();
   }
   throw std::runtime_error("'" + folder.string() + "' has no poses, such as poses.txt or " +
                            kPoses[2] +
@@ -100,7 +98,12 @@ RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camer
 
 FolderFormat pngFormat() {
   using namespace png;
-  return {"png", "*.png, or depth/*.png", nullptr, listDepth, findPoses, readCamera, findColours};
+  return {"png",       "*.png, or depth/*.png",
+          nullptr,     listDepth,
+          nullptr,     readCamera,
+          findColours, 1000.0,
+          nullptr,     std::nullopt,
+          posesPath};
 }
 
 }  // namespace dtsdf

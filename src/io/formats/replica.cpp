@@ -23,9 +23,7 @@ std::vector<StampedImage> listDepth(const fs::path& folder) {
   return listNumberedFiles(folder / "results", "depth", ".png");
 }
 
-void findPoses(const fs::path& folder, double tolerance_s, std::vector<StampedImage>& images) {
-  findPosesIn((folder / "traj.txt").string(), tolerance_s, images);
-}
+std::string posesPath(const fs::path& folder) { return (folder / "traj.txt").string(); }
 
 fs::path paramsPath(const fs::path& folder) { return folder / ".." / "cam_params.json"; }
 
@@ -61,9 +59,10 @@ std::optional<CameraInfo> readCamera(const fs::path& folder, const std::vector<S
                     {pixels("fx"), pixels("fy"), pixels("cx"), pixels("cy")}};
 }
 
-double unitsOf(const fs::path& folder) {
+std::optional<double> unitsOf(const fs::path& folder) {
   const fs::path path = paramsPath(folder);
-  return fs::exists(path) ? paramOf(readParams(path), "scale", path) : kUnitsPerMetre;
+  if (!fs::exists(path)) return std::nullopt;
+  return paramOf(readParams(path), "scale", path);
 }
 
 RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camera) {
@@ -76,9 +75,10 @@ FolderFormat replicaFormat() {
   using namespace replica;
   return {"replica",   "results/depthNUMBER.png",
           nullptr,     listDepth,
-          findPoses,   readCamera,
+          nullptr,     readCamera,
           findColours, kUnitsPerMetre,
-          unitsOf};
+          unitsOf,     std::nullopt,
+          posesPath};
 }
 
 }  // namespace dtsdf

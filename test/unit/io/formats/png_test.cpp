@@ -32,6 +32,9 @@ class OwnImages : public testing::Test {
                       .isApprox(Eigen::Vector3d(i - 2, -1, 6), 1e-6))
           << name;
     }
+    options_.first_pose_only = true;
+    EXPECT_NEAR(openRecording(options_)->next()->depth.T_W_C(1, 3), -2.0, 1e-6) << name;
+    options_.first_pose_only = false;
   }
 
   std::string jsonOf(const std::string& kind) const {
@@ -83,9 +86,8 @@ TEST_F(OwnImages, AcceptPosesInManyFormats) {
 
 TEST_F(OwnImages, AcceptOtherPoseConventions) {
   std::string opengl;
-  for (int i = 0; i < 3; ++i) {
-    opengl += "0 1 0 " + std::to_string(i) + " 1 0 0 -2 0 0 -1 3 0 0 0 1\n";
-  }
+  for (const std::string x : {"0", "1", "2"})
+    opengl += "0 1 0 " + x + " 1 0 0 -2 0 0 -1 3 0 0 0 1\n";
   options_.pose_convention = "opengl";
   expectPoses("opengl.txt", opengl);
   options_.pose_convention = "of another kind";
@@ -95,9 +97,11 @@ TEST_F(OwnImages, AcceptOtherPoseConventions) {
 TEST_F(OwnImages, AreFoundWithCameraAndColour) {
   writeBytes(folder_ / "transforms.json", jsonOf("images/c_"));
   options_.intrinsics.reset();
+  options_.pose_convention = "opengl";  // as in transforms.json in any case
   EXPECT_EQ(guessRecordingFormat(options_.path), "png");
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.fy, 11.0f);
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.cx, 8.0f);
+  EXPECT_EQ(openRecording(options_)->next()->depth.T_W_C(2, 2), 1.0) << "not converted once";
   EXPECT_EQ(readAllColours(options_).size(), 3u);
   options_.selection.step = 2;
   EXPECT_EQ(readAllColours(options_).size(), 2u) << "one per depth image";

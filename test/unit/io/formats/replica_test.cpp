@@ -14,8 +14,7 @@ class Replica : public testing::Test {
  protected:
   void SetUp() override {
     for (int i = 0; i < 3; ++i) {
-      char name[64];
-      std::snprintf(name, sizeof(name), "Replica/room0/results/depth%06d.png", i);
+      const std::string name = "Replica/room0/results/depth00000" + std::to_string(i) + ".png";
       writeDepthImage(folder_ / name, 12, 8, 1000 + i);
       trajectory_ += poseLine(i);
     }
@@ -68,6 +67,7 @@ TEST_F(Replica, NeedsNoFileIfTheCameraIsGiven) {
   EXPECT_NE(readingErrorOf(options_).find("--intrinsics"), std::string::npos);
   options_.intrinsics = Intrinsics{600, 600, 5.5f, 3.5f};
   EXPECT_FLOAT_EQ(openRecording(options_)->next()->depth.unit_m, 1.0f / 6553.5f);
+  EXPECT_EQ(assumptionsOf(options_), "6553.5 units per metre (--depth-scale)");
 }
 
 TEST_F(Replica, ImagesBeyondTheTrajectoryAreCounted) {

@@ -181,8 +181,7 @@ TEST_F(CompressedBag, ErrorsNameTheOptionThatHelps) {
 
 TEST_F(CompressedBag, SixteenBitDepthMayUseTheCompressedTransport) {
   for (int i = 0; i < kFrames; ++i) {
-    sensor_msgs::CompressedImage image = compressedOf(0);
-    image.header = headerOf(i);
+    sensor_msgs::CompressedImage image = compressedOf(i);
     image.format = "16UC1; png compressed ";
     image.data = compressPng(depthOf(i), {});
     bag_.write(kTopic + "/compressed", image.header.stamp, image);
@@ -191,18 +190,19 @@ TEST_F(CompressedBag, SixteenBitDepthMayUseTheCompressedTransport) {
 }
 
 TEST_F(CompressedBag, TransformsMayBeOnAnotherTopic) {
-  const std::string path = folder_ / "b.bag";
-  rosbag::Bag bag(path, rosbag::bagmode::Write);
+  options_.path = folder_ / "b.bag";
+  rosbag::Bag bag(options_.path, rosbag::bagmode::Write);
   bag.write("/camera/depth/camera_info", headerOf(0).stamp,
             makeCameraInfo(rawOf(0), {10.0f, 10.0f, 3.5f, 2.5f}));
   bag.write(kTopic, headerOf(0).stamp, rawOf(0));
-  bag.write("/robot1/tf", headerOf(0).stamp, shiftOf("camera", 0.0, headerOf(0).stamp));
+  bag.write("/poses", headerOf(0).stamp, shiftOf("robot", 0.0, headerOf(0).stamp));
+  bag.write("/poses_static", headerOf(1).stamp,
+            makeTfMessage("robot", "camera", Eigen::Isometry3d::Identity(), headerOf(1).stamp));
   bag.close();
-  options_.path = path;
   const std::string error = errorOf([&] { openBagFrames(options_)->next(); });
-  EXPECT_NE(error.find("'/robot1/tf' (tf2_msgs/TFMessage); give --tf-topic"), std::string::npos)
+  EXPECT_NE(error.find("'/poses_static' (tf2_msgs/TFMessage); give --tf-topic"), std::string::npos)
       << error;
-  options_.tf_topic = "/robot1/tf";
+  options_.tf_topic = "/poses";
   EXPECT_TRUE(openBagFrames(options_)->next());
 }
 

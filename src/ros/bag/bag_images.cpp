@@ -119,7 +119,7 @@ class BagPoses {
     for (const auto& message : rosbag::View(bag, rosbag::TopicQuery(topics))) {
       const auto tf = message.instantiate<tf2_msgs::TFMessage>();
       if (!tf) continue;
-      const bool is_static = message.getTopic().find("tf_static") != std::string::npos;
+      const bool is_static = endsWith(message.getTopic(), "_static");
       for (const auto& transform : tf->transforms) transforms_.take(transform, "bag", is_static);
     }
   }

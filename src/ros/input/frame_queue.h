@@ -344,7 +344,7 @@ class FrameQueue {
     if (rejection != nullptr) return drop(place, *rejection);
     if (isTooLate(entry)) {
       return drop(place, {drop::kOutOfOrder,
-                          "a later frame of another camera has already been fused; raise "
+                          "a later frame has already been fused; if it was another camera's, raise "
                           "input/merge_wait_s above this camera's delay"});
     }
     entry.state = State::kPosed;

@@ -29,13 +29,14 @@ class RawFrames : public FrameSource {
       throw std::runtime_error("cannot read " + name + ".txt and .raw");
     }
     frame_.row_bytes = frame_.width * sizeof(uint16_t);
-    std::string rest_of_line;
-    std::getline(list_, rest_of_line);
   }
 
   std::optional<SourceFrame> next() override {
     std::string line;
-    while (std::getline(list_, line) && readPose(line, frame_.T_W_C)) {
+    while (std::getline(list_ >> std::ws, line)) {
+      if (!readPose(line, frame_.T_W_C)) {
+        throw std::runtime_error(name_ + ".txt: '" + line + "' is not a pose of 12 numbers");
+      }
       const size_t index = index_++;
       if (!selection_.contains(index)) continue;
       const size_t pixels = static_cast<size_t>(frame_.width) * frame_.height;

@@ -12,7 +12,7 @@
 namespace dtsdf {
 
 /// @throws std::runtime_error if the files cannot be read. next() throws it if NAME.raw is too
-/// short.
+/// short, or a line is not a pose.
 std::unique_ptr<FrameSource> openRawFrames(const std::string& path_without_suffix,
                                            const FrameSelection& selection);
 

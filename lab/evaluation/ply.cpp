@@ -92,8 +92,9 @@ Header readHeader(std::istream& in) {
     } else if (word == "element") {
       size_t count = 0;
       words >> element >> count;
-      if (!words || (element != "vertex" && element != "face")) {
-        throw std::runtime_error("'" + line + "' is not supported");
+      if (!words || (element != "vertex" && element != "face") ||
+          (element == "vertex" && header.corner.read != nullptr)) {
+        throw std::runtime_error("'" + line + "' is not supported; expected vertices, then faces");
       }
       (element == "vertex" ? header.vertices : header.faces) = count;
     } else if (word == "property") {
@@ -106,11 +107,9 @@ Header readHeader(std::istream& in) {
 /// Reads the numbers after the header, one at a time.
 class NumberReader {
  public:
-  NumberReader(std::istream& in, bool is_ascii) : is_ascii_(is_ascii) {
-    data_.assign(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
-    position_ = data_.data();
-    end_ = data_.data() + data_.size();
-  }
+  NumberReader(std::istream& in, bool is_ascii)
+      : is_ascii_(is_ascii),
+        data_(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()) {}
 
   double next(const NumberType& type) { return is_ascii_ ? text() : binary(type); }
 
@@ -137,8 +136,8 @@ class NumberReader {
 
   bool is_ascii_;
   std::string data_;
-  const char* position_;
-  const char* end_;
+  const char* position_ = data_.data();
+  const char* const end_ = position_ + data_.size();
 };
 
 uint8_t channelOf(double number) {

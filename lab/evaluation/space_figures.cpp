@@ -66,7 +66,7 @@ DistanceErrors summarise(const std::vector<double>& errors_m, double cell_m) {
   DistanceErrors sums;
   for (const double error_m : errors_m) {
     if (std::isnan(error_m)) continue;
-    ++sums.count;
+    if (++sums.count == 1) sums.least_m = sums.greatest_m = error_m;
     sums.mean_m += error_m;
     sums.rmse_m += error_m * error_m;
     sums.least_m = std::min(sums.least_m, error_m);
@@ -113,13 +113,10 @@ void countFreeCells(const Space& space, const SpaceTruth& truth, const SpaceQues
   for (const SpaceCell& k : known) bounds.extend(boxOf(space, k.cell, 0.0));
   if (bounds.isEmpty()) return;
   const auto cellOf = [&](size_t i) { return space.cellAt(randomPoint(bounds, i)); };
-  const auto isTrulyFree = [&](size_t i) {
-    const AlignedBox3d box = boxOf(space, cellOf(i), 0.0);
-    return !truth.isTaken(box) && truth.isSeenThrough(box, questions.max_range_m);
-  };
   std::vector<char> is_free(questions.samples);
   figures.truly_free = countIf(questions.samples, [&](size_t i) {
-    is_free[i] = isTrulyFree(i);
+    const AlignedBox3d box = boxOf(space, cellOf(i), 0.0);
+    is_free[i] = !truth.isTaken(box) && truth.isSeenThrough(box, questions.max_range_m);
     return is_free[i] != 0;
   });
   figures.found_free = countIf(questions.samples, [&](size_t i) {

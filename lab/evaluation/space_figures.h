@@ -33,7 +33,7 @@ class SpaceTruth {
   ViewedScene viewed_;
 };
 
-/// Errors of distances: the map's minus the true one. The extremes include 0.
+/// Errors of distances: the map's minus the true one.
 struct DistanceErrors {
   size_t count = 0;
   double rmse_m = 0.0, mean_m = 0.0, least_m = 0.0, greatest_m = 0.0;

@@ -54,14 +54,14 @@ TEST_F(Ply, IsReadBackUnchanged) {
 
 TEST_F(Ply, RefusesInvalidMeshes) {
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
-  const std::string vertex = "ply\nformat ascii 1.0\nelement vertex 1\n";
-  const std::string mesh = vertex + xyz +
-                           "element face 1\nproperty list uchar int vertex_indices\n"
-                           "end_header\n";
+  const std::string ply = "ply\nformat ascii 1.0\n", vertex = ply + "element vertex 1\n";
+  const std::string face = "element face 1\nproperty list uchar int vertex_indices\n";
+  const std::string mesh = vertex + xyz + face + "end_header\n";
   for (const std::string& bytes :
-       {std::string("solid\n"), std::string("ply\nformat ascii 1.0\n"), mesh + "0 0",
-        mesh + "0 0 0\n3 0 0 1\n", vertex + "property float x\nend_header\n0",
-        mesh + "nan 0 0\n3 0 0 0\n", mesh + "0 0 0\nnan 0 0 0\n", mesh + "0 0 0\n3 0 nan 0\n",
+       {std::string("solid\n"), ply, mesh + "0 0", mesh + "0 0 0\n3 0 0 1\n",
+        ply + face + "element vertex 1\n" + xyz + "end_header\n1 0\n0 0 0\n",
+        vertex + "property float x\nend_header\n0", mesh + "nan 0 0\n3 0 0 0\n",
+        mesh + "0 0 0\nnan 0 0 0\n", mesh + "0 0 0\n3 0 nan 0\n",
         vertex + xyz + "property float red\nproperty float green\nproperty float blue\n" +
             "end_header\n0 0 0 nan 256 -1\n",
         std::string("ply\nformat binary_big_endian 1.0\n")}) {

@@ -5,8 +5,8 @@
 
 namespace dtsdf {
 
-/// Drops the triangles that are marked as spanning gaps (kernels/meshing/gap.h), and the vertices
-/// that only they used. The order of the others is unchanged.
+/// Drops the triangles that are marked as spanning gaps (kernels/meshing/gap.h). The order of the
+/// others is unchanged; vertices that only they used stay.
 void dropGaps(BlockMesh& mesh);
 
 }  // namespace dtsdf

@@ -4,11 +4,16 @@
 #include <yaml-cpp/yaml.h>
 
 #include <string>
+#include <vector>
 
 namespace dtsdf {
 
 /// Like YAML::Load(), but refuses several documents, where YAML::Load() ignores all but the first.
 /// @throws YAML::Exception
-YAML::Node loadYaml(const std::string& text);
+inline YAML::Node loadYaml(const std::string& text) {
+  const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+  if (documents.size() < 2) return documents.empty() ? YAML::Node() : documents.front();
+  throw YAML::Exception(YAML::Mark::null_mark(), "more than one YAML document; use one");
+}
 
 }  // namespace dtsdf

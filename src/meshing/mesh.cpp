@@ -11,22 +11,15 @@
 namespace dtsdf {
 namespace {
 
-/// Drops triangles with a corner outside the region, which is in metres, and unused vertices.
-void crop(const RegionView& region, Mesh& mesh) {
-  constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max(), kInside = kUnused - 1;
-  std::vector<uint32_t> number(mesh.vertices_m.size(), kUnused);
-  for (size_t i = 0; i < number.size(); ++i) {
-    const std::array<double, 3> p_W = positionInMap(mesh, i);
-    if (isInside(region, Vec3d{p_W[0], p_W[1], p_W[2]})) number[i] = kInside;
-  }
-  const auto leaves = [&](const std::array<uint32_t, 3>& t) {
-    return number[t[0]] == kUnused || number[t[1]] == kUnused || number[t[2]] == kUnused;
-  };
-  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), leaves),
+/// Drops the triangles that are to go, and unused vertices.
+template <class Goes>
+void drop(const Goes& goes, Mesh& mesh) {
+  constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max();
+  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), goes),
                        mesh.triangles.end());
-  std::replace(number.begin(), number.end(), kInside, kUnused);
+  std::vector<uint32_t> number(mesh.vertices_m.size(), kUnused);
   for (const auto& t : mesh.triangles) {
-    for (const uint32_t v : t) number[v] = kInside;
+    for (const uint32_t v : t) number[v] = 0;
   }
   uint32_t count = 0;
   for (size_t i = 0; i < number.size(); ++i) {
@@ -42,6 +35,17 @@ void crop(const RegionView& region, Mesh& mesh) {
   for (auto& t : mesh.triangles) {
     for (uint32_t& v : t) v = number[v];
   }
+}
+
+/// Drops triangles with a corner outside the region, which is in metres.
+void crop(const RegionView& region, Mesh& mesh) {
+  std::vector<uint8_t> is_inside(mesh.vertices_m.size());
+  for (size_t i = 0; i < is_inside.size(); ++i) {
+    const std::array<double, 3> p_W = positionInMap(mesh, i);
+    is_inside[i] = isInside(region, Vec3d{p_W[0], p_W[1], p_W[2]}) ? 1 : 0;
+  }
+  drop([&](const auto& t) { return (is_inside[t[0]] & is_inside[t[1]] & is_inside[t[2]]) == 0; },
+       mesh);
 }
 
 uint8_t toByte(float share) {
@@ -142,10 +146,18 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
     }
   }
   if (!mesh.colours.empty()) mesh.colours.resize(mesh.vertices_m.size());
-  outline.closeHoles(0, mesh.vertices_m.size(), mesh.vertices_m, mesh.normals,
-                     [&](const auto& triangle) { mesh.triangles.push_back(triangle); });
+  const auto count = static_cast<uint32_t>(mesh.vertices_m.size());
+  outline.link(0, count, mesh.triangles);
+  outline.removeCrumbs(0, count);
+  outline.close(0, count, mesh.vertices_m, mesh.normals, voxel_size_m_,
+                [&](const auto& triangle) { mesh.triangles.push_back(triangle); });
   makeUnit(mesh.normals);
-  for (const auto& [i, p] : outline.smoothed(mesh.vertices_m)) mesh.vertices_m[i] = p;
+  std::vector<std::pair<uint32_t, Vec3f>> moved;
+  for (uint32_t i = 0; i < count; ++i) {
+    if (!outline.isInside(i)) moved.emplace_back(i, outline.smoothed(i, mesh.vertices_m));
+  }
+  for (const auto& [i, p] : moved) mesh.vertices_m[i] = p;
+  drop([&](const auto& triangle) { return outline.isCrumb(triangle); }, mesh);
   return mesh;
 }
 

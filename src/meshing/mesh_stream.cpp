@@ -141,7 +141,7 @@ constexpr size_t kVerticesAtOnce = 65536;
 /// comes before `key`. @return the number of vertices up to the end of the last removed block;
 /// `before` if there is none.
 template <class Blocks>
-uint64_t dropPassedBlocks(Blocks& blocks, int32_t distance, PackedKey key, uint64_t before) {
+uint32_t dropPassedBlocks(Blocks& blocks, int32_t distance, PackedKey key, uint32_t before) {
   const Vec3i beyond{distance, distance, distance};
   for (; !blocks.empty() && packKey(blocks.front().key + beyond) < key; blocks.pop_front()) {
     before = blocks.front().end;
@@ -152,12 +152,6 @@ uint64_t dropPassedBlocks(Blocks& blocks, int32_t distance, PackedKey key, uint6
 template <class T>
 void dropFirst(std::vector<T>& values, size_t count) {
   values.erase(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
-}
-
-template <class T>
-std::vector<T> part(const std::vector<T>& values, size_t first, size_t count) {
-  const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first);
-  return {begin, begin + static_cast<std::ptrdiff_t>(count)};
 }
 
 }  // namespace
@@ -172,42 +166,36 @@ void MeshStream::add(const BlockMesh& block) {
   for (const uint32_t i : joined.fresh) addVertex(block, i);
   for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
     const uint16_t* const corner = &block.triangles[t];
-    const std::array<uint32_t, 3> triangle{joined.number[corner[0]], joined.number[corner[1]],
-                                           joined.number[corner[2]]};
-    sink_.triangle(triangle);
-    const std::array<uint32_t, 3> local = inWindow(triangle);
-    addNormal(block, joined, corner, local, window_.normals);
-    outline_.addTriangle(local);
+    Outline::Triangle triangle, in_window;
+    for (size_t k = 0; k < 3; ++k) {
+      triangle[k] = joined.number[corner[k]];
+      in_window[k] = triangle[k] - first_;
+      if (triangle[k] < done_[0]) throw std::logic_error("a vertex was processed too early");
+    }
+    addNormal(block, joined, corner, in_window, window_.normals);
+    outline_.addTriangle(triangle);
+    triangles_.push_back(triangle);
   }
-  open_.push_back({block.key, end()});
-  needed_.push_back({block.key, end()});
-  // Only adjacent blocks, at most one step apart on each axis, list the same vertex. Outlines are
-  // followed from vertices that are not yet written into adjacent blocks.
-  const PackedKey key = packKey(block.key);
-  closed_ = dropPassedBlocks(open_, 1, key, closed_);
-  if (closed_ < written_ + kVerticesAtOnce) return;
-  write(closed_);
-  forget(dropPassedBlocks(needed_, 2, key, first_));
+  for (size_t i = 0; i < kSteps; ++i) {
+    behind_[i].push_back({block.key, end()});
+    passed_[i] = dropPassedBlocks(behind_[i], kBlocksBehind[i], packKey(block.key), passed_[i]);
+  }
+  if (passed_[0] < done_[0] + kVerticesAtOnce) return;
+  process(passed_);
 }
 
 void MeshStream::finish() {
-  write(end());
-  for (const Outline::Triangle& triangle : closing_) sink_.triangle(triangle);
-}
-
-std::array<uint32_t, 3> MeshStream::inWindow(const std::array<uint32_t, 3>& triangle) const {
-  std::array<uint32_t, 3> local;
-  for (size_t i = 0; i < 3; ++i) {
-    if (triangle[i] < written_) throw std::logic_error("a vertex was written too early");
-    local[i] = static_cast<uint32_t>(triangle[i] - first_);
-  }
-  return local;
+  std::array<uint32_t, kSteps> ends;
+  ends.fill(end());
+  process(ends);
+  for (const Outline::Triangle& triangle : numbered_patches_) sink_.triangle(triangle);
 }
 
 void MeshStream::addVertex(const BlockMesh& block, size_t i) {
   window_.vertices_m.push_back(
       positionFrom(window_.origin_m, positions_.positionInMap(block.key, block.vertices[i])));
   window_.normals.push_back({0.0f, 0.0f, 0.0f});
+  numbers_.push_back(0);
   outline_.addVertex(outlineKind(block.vertices[i]));
   // A block that was meshed before the map was first painted has no colours.
   if (is_painted_) {
@@ -215,36 +203,55 @@ void MeshStream::addVertex(const BlockMesh& block, size_t i) {
   }
 }
 
-void MeshStream::write(uint64_t end_number) {
-  const auto begin = static_cast<size_t>(written_ - first_);
-  const auto count = static_cast<size_t>(end_number - written_);
-  Mesh piece;
-  piece.origin_m = window_.origin_m;
-  outline_.closeHoles(begin, begin + count, window_.vertices_m, window_.normals,
-                      [this](const Outline::Triangle& t) {
-                        const auto number = [&](uint32_t i) {
-                          return static_cast<uint32_t>(first_ + i);
-                        };
-                        closing_.push_back({number(t[0]), number(t[1]), number(t[2])});
-                      });
-  piece.vertices_m.reserve(count);
-  for (size_t i = begin; i < begin + count; ++i) {
-    piece.vertices_m.push_back(outline_.smoothed(i, window_.vertices_m));
+/// Takes the triangles whose vertices have been written off a list, with their numbers in the
+/// output.
+template <class Take>
+void MeshStream::takeWritten(Triangles& triangles, const Take& take) {
+  size_t count = 0;
+  for (; count < triangles.size(); ++count) {
+    const auto& [a, b, c] = triangles[count];
+    if (std::max({a, b, c}) >= done_[3]) break;
+    if (outline_.isCrumb(triangles[count])) continue;
+    take({numbers_[a - first_], numbers_[b - first_], numbers_[c - first_]});
   }
-  piece.normals = part(window_.normals, begin, count);
-  makeUnit(piece.normals);
-  if (is_painted_) piece.colours = part(window_.colours, begin, count);
-  sink_.vertices(piece);
-  written_ = end_number;
+  dropFirst(triangles, count);
 }
 
-void MeshStream::forget(uint64_t end_number) {
-  const auto count = static_cast<size_t>(end_number - first_);
+/// Continues each step up to this vertex.
+void MeshStream::process(const std::array<uint32_t, kSteps>& ends) {
+  outline_.link(done_[0], ends[0], triangles_);
+  outline_.removeCrumbs(done_[1], ends[1]);
+  outline_.close(done_[2], ends[2], window_.vertices_m, window_.normals, positions_.voxelSize(),
+                 [this](const Outline::Triangle& t) { patches_.push_back(t); });
+  write(done_[3], ends[3]);
+  done_ = ends;
+  takeWritten(triangles_, sink_.triangle);
+  takeWritten(patches_, [this](const Outline::Triangle& t) { numbered_patches_.push_back(t); });
+  forget(ends[4]);
+}
+
+void MeshStream::write(uint32_t begin, uint32_t end) {
+  Mesh piece;
+  piece.origin_m = window_.origin_m;
+  for (uint32_t i = begin; i < end; ++i) {
+    if (outline_.isUnused(i)) continue;
+    numbers_[i - first_] = next_number_++;
+    piece.vertices_m.push_back(outline_.smoothed(i, window_.vertices_m));
+    piece.normals.push_back(window_.normals[i - first_]);
+    if (is_painted_) piece.colours.push_back(window_.colours[i - first_]);
+  }
+  makeUnit(piece.normals);
+  sink_.vertices(piece);
+}
+
+void MeshStream::forget(uint32_t first) {
+  const size_t count = first - first_;
   dropFirst(window_.vertices_m, count);
   dropFirst(window_.normals, count);
   if (is_painted_) dropFirst(window_.colours, count);
-  outline_.drop(count);
-  first_ = end_number;
+  dropFirst(numbers_, count);
+  outline_.forget(first);
+  first_ = first;
 }
 
 }  // namespace dtsdf

@@ -130,28 +130,41 @@ class MeshStream {
   void finish();
 
  private:
+  /// Steps through which each vertex goes, see Outline: linked, cleaned of crumbs, closed, written
+  /// and forgotten.
+  static constexpr size_t kSteps = 5;
+  /// A step processes a block's vertices once all blocks up to this many beyond were added. Blocks
+  /// next to it may list its vertices; each step reads what the one before did in these.
+  static constexpr std::array<int32_t, kSteps> kBlocksBehind = {1, 2, 3, 4, 6};
+
   struct AddedBlock {
     BlockKey key;
-    uint64_t end;  ///< Number of vertices up to the end of this block.
+    uint32_t end;  ///< Number of vertices up to the end of this block.
   };
+  using Triangles = std::vector<Outline::Triangle>;
 
-  uint64_t end() const { return first_ + window_.vertices_m.size(); }
-  std::array<uint32_t, 3> inWindow(const std::array<uint32_t, 3>& triangle) const;
+  uint32_t end() const { return first_ + static_cast<uint32_t>(window_.vertices_m.size()); }
   void addVertex(const BlockMesh& block, size_t i);
-  void write(uint64_t end_number);
-  void forget(uint64_t end_number);
+  void process(const std::array<uint32_t, kSteps>& ends);
+  void write(uint32_t begin, uint32_t end);
+  void forget(uint32_t first);
+  template <class Take>
+  void takeWritten(Triangles& triangles, const Take& take);
 
   const MeshStore positions_;
   const bool is_painted_;
   const Sink sink_;
   BlockJoiner joiner_;
-  Mesh window_;                             ///< The vertices from number first_ on.
-  Outline outline_;                         ///< Outlines through the vertices of window_.
-  std::vector<Outline::Triangle> closing_;  ///< Triangles that close holes; output last.
-  uint64_t first_ = 0, written_ = 0;
-  std::deque<AddedBlock> open_;    ///< Blocks whose vertices later blocks may use.
-  std::deque<AddedBlock> needed_;  ///< Blocks that outlines through later blocks may reach.
-  uint64_t closed_ = 0;            ///< Number of vertices before those of open_.
+  Mesh window_;                    ///< The vertices from number first_ on.
+  std::vector<uint32_t> numbers_;  ///< Their numbers in the output, once written.
+  Outline outline_;
+  Triangles triangles_;         ///< Triangles not yet output.
+  Triangles patches_;           ///< New ones, with vertices not yet written.
+  Triangles numbered_patches_;  ///< The others, with numbers in the output; output last.
+  uint32_t first_ = 0, next_number_ = 0;
+  std::array<std::deque<AddedBlock>, kSteps> behind_;  ///< Blocks that each step has ahead.
+  std::array<uint32_t, kSteps> passed_ = {};           ///< Number of vertices before those.
+  std::array<uint32_t, kSteps> done_ = {};  ///< Number of vertices processed by each step.
 };
 
 }  // namespace dtsdf

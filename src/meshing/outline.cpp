@@ -1,7 +1,10 @@
 #include "meshing/outline.h"
 
+#include <algorithm>
 #include <limits>
+#include <utility>
 
+#include "kernels/core/grid.h"
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
@@ -9,108 +12,330 @@ namespace {
 
 constexpr int kStepsAlong = 2;
 
-/// Weights by [steps that the line continues both ways][steps to the neighbour]. They remove teeth
-/// whose sides are one step each; where the line continues, they leave a parabola unchanged.
-constexpr float kWeightsAlong[kStepsAlong + 1][kStepsAlong + 1] = {
-    {0.0f, 0.0f, 0.0f},
-    {0.0f, 1.0f / 4.0f, 0.0f},
-    {0.0f, 1.0f / 4.0f, -1.0f / 16.0f},
-};
-
 /// A line whose ends are closer together than this share of its length turns back: it is the tip of
 /// something narrow, which smoothing would shorten.
 constexpr float kMinExtent = 0.4f;
 
+/// Pieces of more triangles, which are over two voxels long, stay.
+constexpr size_t kMaxCrumb = 9;
+
 /// Holes with more edges, which are over two voxels across, stay open.
 constexpr int kMaxEdgesOfHole = 8;
 
+/// Length of a bridge over a crack, in voxels. Gaps of two voxels are real.
+constexpr float kMaxBridge = 1.5f;
+/// The ends of a bridge are at least this many steps apart on an outline, so not on one hole.
+constexpr int kMinStepsApart = kMaxEdgesOfHole / 2 + 1;
+/// Cosine between the normals at both ends of a bridge; below it they are two sides of a sheet.
+constexpr float kMinFacing = -0.5f;
+
+Vec3i cellOf(const Vec3f& position, float side) {
+  const Vec3f scaled = (1.0f / side) * position;
+  return {floorToInt(scaled.x), floorToInt(scaled.y), floorToInt(scaled.z)};
+}
+
+/// A square, so that sums over the ends of different fans differ.
+uint32_t hash(uint32_t number) { return number * (number + 0x9e3779b9u); }
+
+Vec3f unit(const Vec3f& v) {
+  const float length = norm(v);
+  return length > 0.0f ? (1.0f / length) * v : v;
+}
+
 }  // namespace
+
+/// What close() knows of the surface.
+struct Outline::Surface {
+  const Vec3f& position(uint32_t vertex) const { return positions[vertex - first]; }
+  const Vec3f& normal(uint32_t vertex) const { return normals[vertex - first]; }
+
+  uint32_t first;
+  const std::vector<Vec3f>& positions;
+  const std::vector<Vec3f>& normals;
+  float max_bridge;
+  std::vector<Vec3f> inwards;  ///< By vertex: sum of the directions to its neighbours.
+  std::vector<std::pair<uint64_t, uint32_t>>
+      places;                     ///< Cells of vertices that may have bridges, sorted.
+  std::vector<uint32_t> nearest;  ///< By vertex, see acrossCrack(); kUnknown until computed.
+  static constexpr uint32_t kUnknown = kNone - 1;
+};
 
 void Outline::addTriangle(const Triangle& triangle) {
   for (int k = 0; k < 3; ++k) {
-    const int64_t at = triangle[k];
-    const int64_t after = triangle[(k + 1) % 3] - at, before = triangle[(k + 2) % 3] - at;
-    Vertex& vertex = vertices_[triangle[k]];
-    vertex.sum += static_cast<uint32_t>(after - before);
-    vertex.squares += static_cast<uint64_t>(after * after - before * before);
-    vertex.triangles = vertex.triangles == 0 ? 1 : 2;
-    vertex.has_ends = false;
+    Vertex& vertex = at(triangle[k]);
+    vertex.sum += hash(triangle[(k + 1) % 3]) - hash(triangle[(k + 2) % 3]);
+    vertex.is_used = true;
   }
 }
 
-void Outline::drop(size_t count) {
-  vertices_.erase(vertices_.begin(), vertices_.begin() + static_cast<std::ptrdiff_t>(count));
+void Outline::forget(uint32_t first) {
+  vertices_.erase(vertices_.begin(), vertices_.begin() + (first - first_));
+  first_ = first;
 }
 
-/// Computes the ends of the fan around a vertex from the vertex's sums.
-void Outline::findEnds(size_t vertex) const {
-  Vertex& v = vertices_[vertex];
-  v.has_ends = true;
-  v.ends[kForwards] = v.ends[kBackwards] = 0;
-  const int64_t sum = static_cast<int32_t>(v.sum);
-  const auto squares = static_cast<int64_t>(v.squares);
-  if (sum == 0 || squares % sum != 0 || (squares / sum + sum) % 2 != 0) return;
-  const int64_t forwards = (squares / sum + sum) / 2, backwards = (squares / sum - sum) / 2;
-  const auto isOne = [&](int64_t end) {
-    const int64_t number = static_cast<int64_t>(vertex) + end;
-    return number >= 0 && number < static_cast<int64_t>(vertices_.size());
+void Outline::link(uint32_t first, uint32_t end, const std::vector<Triangle>& triangles) {
+  for (const Triangle& t : triangles) {
+    for (int k = 0; k < 3; ++k) {
+      if (t[k] < first || t[k] >= end || at(t[k]).sum == 0) continue;
+      std::unique_ptr<Rim>& rim = at(t[k]).rim;
+      if (rim == nullptr) {
+        rim = std::make_unique<Rim>();
+        rim->links.reserve(6);
+      }
+      rim->links.push_back({t[(k + 1) % 3], t[(k + 2) % 3], kMesh});
+    }
+  }
+}
+
+/// Whether a triangle of the clean mesh has an edge in this direction. @pre `from` is on an
+/// outline.
+bool Outline::hasEdge(uint32_t from, uint32_t to) const {
+  for (const Link& link : linksOf(from)) {
+    if (link.next == to && (link.layer & kClean) != 0) return true;
+  }
+  return false;
+}
+
+/// The fans of the clean or the closed mesh, computed on first use.
+const Outline::Fans& Outline::fansOf(uint32_t vertex, uint8_t layers) const {
+  static const Fans kNoFans{0, {}};
+  if (isInside(vertex)) return kNoFans;
+  Rim& rim = *at(vertex).rim;
+  Fans& fans = layers == kClean ? rim.clean : rim.closed;
+  if (fans.count >= 0) return fans;
+  fans.count = 0;
+  const auto follow = [&](uint32_t next) {
+    for (const Link& link : rim.links) {
+      if (link.next == next && (link.layer & layers) != 0) return link.previous;
+    }
+    return kNone;
   };
-  if (isOne(forwards)) v.ends[kForwards] = static_cast<int32_t>(forwards);
-  if (isOne(backwards)) v.ends[kBackwards] = static_cast<int32_t>(backwards);
+  for (const Link& link : rim.links) {
+    if ((link.layer & layers) == 0) continue;
+    bool is_first = true;
+    for (const Link& other : rim.links) {
+      is_first = is_first && !(other.previous == link.next && (other.layer & layers) != 0);
+    }
+    if (!is_first) continue;
+    if (++fans.count == 3) return fans;
+    uint32_t last = link.previous;
+    for (size_t steps = 0; steps < rim.links.size() && follow(last) != kNone; ++steps) {
+      last = follow(last);
+    }
+    fans.ends[static_cast<size_t>(fans.count - 1)] = {link.next, last};
+  }
+  return fans;
 }
 
-/// One end of the fan of triangles around a vertex; kNone: not a fan, or a closed one.
-size_t Outline::endOfFan(size_t vertex, int way) const {
-  if (!vertices_[vertex].has_ends) findEnds(vertex);
-  const int32_t end = vertices_[vertex].ends[way];
-  const int64_t number = static_cast<int64_t>(vertex) + end;
-  // The sums of two fans may give the number of a vertex that was dropped since.
-  return end == 0 || number < 0 ? kNone : static_cast<size_t>(number);
-}
-
-/// The next vertex on the outline; kNone: the outline ends there, or meets another one.
-size_t Outline::beside(size_t vertex, int way) const {
-  if (kindOf(vertex) == Kind::kFixed) return kNone;
-  const size_t next = endOfFan(vertex, way);
-  if (next == kNone || kindOf(next) == Kind::kFixed) return next;
-  return endOfFan(next, way == kForwards ? kBackwards : kForwards) == vertex ? next : kNone;
+/// The next vertex on the closed mesh's outline; kNone: it ends there, or meets another one.
+uint32_t Outline::beside(uint32_t vertex, size_t way) const {
+  if (vertex < first_ || at(vertex).kind == Kind::kFixed) return kNone;
+  const Fans& fans = fansOf(vertex, kClosed);
+  return fans.count == 1 ? fans.ends[0][way] : kNone;
 }
 
 /// The next vertex on the outline that is not the midpoint of a side.
-size_t Outline::nextOnEdge(size_t vertex, int way) const {
-  const size_t next = beside(vertex, way);
-  return next != kNone && kindOf(next) == Kind::kMiddle ? beside(next, way) : next;
+uint32_t Outline::nextOnEdge(uint32_t vertex, size_t way) const {
+  const uint32_t next = beside(vertex, way);
+  return next != kNone && at(next).kind == Kind::kMiddle ? beside(next, way) : next;
 }
 
-/// The vertices of a short outline, in counter-clockwise order for triangles inside it. None if the
-/// outline is longer, or if `lowest` is not its lowest vertex.
-void Outline::followLoop(size_t lowest, std::vector<uint32_t>& loop) const {
-  loop.clear();
-  int edges = 0;
-  size_t at = lowest;
+/// The vertex after `vertex` around a hole of the clean mesh, coming from `before`. Where two fans
+/// meet, a hole lies between them. kNone: fixed, or more fans meet.
+uint32_t Outline::alongHole(uint32_t before, uint32_t vertex, size_t way) const {
+  if (vertex < first_ || at(vertex).kind == Kind::kFixed) return kNone;
+  const Fans& fans = fansOf(vertex, kClean);
+  const size_t other = way == kForwards ? kBackwards : kForwards;
+  for (int i = 0; fans.count < 3 && i < fans.count; ++i) {
+    if (fans.ends[i][other] == before) return fans.ends[fans.count - 1 - i][way];
+  }
+  return kNone;
+}
+
+/// Adds the triangles that share sides with those of a piece. @return whether it is a crumb: all of
+/// it lies on outlines, but for one vertex of a triangle at most, and `first` before the rest.
+bool Outline::growCrumb(uint32_t first, std::vector<Triangle>& crumb) const {
+  for (size_t i = 0; i < crumb.size(); ++i) {
+    const Triangle t = crumb[i];
+    int inside = 0;
+    for (const uint32_t v : t) {
+      if (v < first_ || at(v).kind == Kind::kFixed) return false;
+      if (v < first && !isInside(v)) return false;
+      inside += isInside(v) ? 1 : 0;
+    }
+    if (inside > 1) return false;
+    for (int k = 0; k < 3; ++k) {
+      const uint32_t a = t[k], b = t[(k + 1) % 3];
+      const bool from_a = !isInside(a);
+      for (const Link& link : linksOf(from_a ? a : b)) {
+        if ((link.layer & kAdded) == 0 || (from_a ? link.previous != b : link.next != a)) continue;
+        Triangle beside = from_a ? Triangle{a, link.next, b} : Triangle{b, a, link.previous};
+        std::rotate(beside.begin(), std::min_element(beside.begin(), beside.end()), beside.end());
+        if (std::find(crumb.begin(), crumb.end(), beside) != crumb.end()) continue;
+        if (crumb.size() == kMaxCrumb) return false;
+        crumb.push_back(beside);
+      }
+    }
+  }
+  return true;
+}
+
+void Outline::markCrumb(const Triangle& triangle) {
+  for (int k = 0; k < 3; ++k) {
+    Vertex& vertex = at(triangle[k]);
+    vertex.is_used = false;
+    if (isInside(triangle[k])) continue;
+    vertex.rim->clean = vertex.rim->closed = {};
+    for (Link& link : vertex.rim->links) {
+      const bool is_same =
+          link.next == triangle[(k + 1) % 3] && link.previous == triangle[(k + 2) % 3];
+      if (is_same) link.layer = kCrumb;
+    }
+  }
+}
+
+void Outline::removeCrumbs(uint32_t first, uint32_t end) {
+  std::vector<Triangle> crumb;
+  for (uint32_t i = first; i < end; ++i) {
+    for (size_t k = 0; k < linksOf(i).size(); ++k) {
+      const Link& link = linksOf(i)[k];
+      if (link.layer != kMesh) continue;
+      crumb = {{i, link.next, link.previous}};
+      std::rotate(crumb[0].begin(), std::min_element(crumb[0].begin(), crumb[0].end()),
+                  crumb[0].end());
+      if (!growCrumb(i, crumb)) continue;
+      for (const Triangle& t : crumb) markCrumb(t);
+    }
+  }
+}
+
+bool Outline::isCrumb(const Triangle& triangle) const {
+  for (int k = 0; k < 3; ++k) {
+    for (const Link& link : linksOf(triangle[k])) {
+      if (link.next == triangle[(k + 1) % 3] && link.previous == triangle[(k + 2) % 3]) {
+        return link.layer == kCrumb;
+      }
+    }
+  }
+  return false;
+}
+
+bool Outline::isUnused(uint32_t vertex) const {
+  const std::vector<Link>& links = linksOf(vertex);
+  const auto is_crumb = [](const Link& link) { return link.layer == kCrumb; };
+  if (links.empty()) return !at(vertex).is_used;
+  return std::all_of(links.begin(), links.end(), is_crumb);
+}
+
+/// Whether a vertex with one fan is on an outline as short as that of a hole.
+bool Outline::isOnHole(uint32_t vertex) const {
+  uint32_t before = vertex, next = fansOf(vertex, kClean).ends[0][kBackwards];
+  for (int edges = 1; edges < kMaxEdgesOfHole && next != kNone && next != vertex;) {
+    edges += at(next).kind == Kind::kMiddle ? 0 : 1;
+    before = std::exchange(next, alongHole(before, next, kBackwards));
+  }
+  return next == vertex;
+}
+
+/// Whether two vertices are a few steps apart on an outline.
+bool Outline::areNear(uint32_t vertex, uint32_t other) const {
+  if (vertex == other) return true;
+  for (const size_t way : {kForwards, kBackwards}) {
+    uint32_t before = vertex;
+    uint32_t next = fansOf(vertex, kClean).ends[0][way];
+    for (int steps = 1; steps < kMinStepsApart && next != kNone; ++steps) {
+      if (next == other) return true;
+      before = std::exchange(next, alongHole(before, next, way));
+    }
+  }
+  return false;
+}
+
+/// The other end of the shortest bridge from a vertex. kNone: there is none.
+uint32_t Outline::acrossCrack(uint32_t vertex, Surface& surface) const {
+  uint32_t& nearest = surface.nearest[vertex - first_];
+  if (nearest != Surface::kUnknown) return nearest;
+  nearest = kNone;
+  const Vec3f p = surface.position(vertex), normal = unit(surface.normal(vertex));
+  const Vec3f inwards = surface.inwards[vertex - first_];
+  const Vec3i cell = cellOf(p, surface.max_bridge);
+  float shortest = surface.max_bridge;
+  for (int32_t z = -1; z <= 1; ++z) {
+    for (int32_t y = -1; y <= 1; ++y) {
+      const PackedKey low = packKey(cell + Vec3i{-1, y, z}), high = packKey(cell + Vec3i{1, y, z});
+      auto place = std::lower_bound(surface.places.begin(), surface.places.end(),
+                                    std::make_pair(low, uint32_t{0}));
+      for (; place != surface.places.end() && place->first <= high; ++place) {
+        const uint32_t other = place->second;
+        const Vec3f bridge = surface.position(other) - p;
+        const float length = norm(bridge);
+        if (length >= shortest) continue;
+        if (dot(bridge, inwards) >= 0.0f || dot(bridge, surface.inwards[other - first_]) <= 0.0f)
+          continue;
+        if (dot(normal, unit(surface.normal(other))) < kMinFacing) continue;
+        if (hasEdge(vertex, other) || hasEdge(other, vertex) || areNear(vertex, other)) continue;
+        shortest = length;
+        nearest = other;
+      }
+    }
+  }
+  return nearest;
+}
+
+/// The other end of the bridge at a vertex: each is the other's nearest. kNone: it has none.
+uint32_t Outline::bridgeFrom(uint32_t vertex, Surface& surface) const {
+  const uint32_t other = acrossCrack(vertex, surface);
+  return other != kNone && acrossCrack(other, surface) == vertex ? other : kNone;
+}
+
+/// The loop around a hole that begins with the edge from `vertex` to `next` and crosses bridges.
+/// @return false if it is too long for a hole, has a vertex below `lowest`, or if closing it would
+/// not shorten outlines.
+bool Outline::followLoop(uint32_t lowest, uint32_t vertex, uint32_t next, Surface& surface,
+                         Loop& loop) const {
+  loop = {vertex};
+  int edges = 0, shortened = 0;
+  uint32_t from = vertex, to = next;
   do {
-    const Vertex& vertex = vertices_[at];
-    edges += vertex.kind == Kind::kPlain ? 1 : 0;
-    loop.push_back(static_cast<uint32_t>(at));
-    at = vertex.triangles < 2 || edges > kMaxEdgesOfHole ? kNone : beside(at, kBackwards);
-  } while (at != kNone && at > lowest);
-  if (at != lowest) loop.clear();
+    if (to == kNone || to < lowest || at(to).kind == Kind::kFixed) return false;
+    loop.push_back(to);
+    edges += at(to).kind == Kind::kMiddle ? 0 : 1;
+    shortened += 1;
+    const uint32_t across = bridgeFrom(to, surface);
+    if (across != kNone) {
+      if (across < lowest) return false;
+      loop.push_back(across);
+      edges += 1;
+      shortened -= 1;
+      from = across;
+      to = fansOf(across, kClean).ends[0][kBackwards];
+    } else {
+      from = std::exchange(to, alongHole(from, to, kBackwards));
+    }
+    if (edges > kMaxEdgesOfHole) return false;
+  } while (from != vertex || to != next);
+  loop.pop_back();
+  Loop sorted = loop;
+  std::sort(sorted.begin(), sorted.end());
+  return shortened >= 0 && loop.size() >= 3 &&
+         std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end();
 }
 
 /// Cuts one corner off a loop: of those whose triangle faces the same way as the surface, the one
 /// whose neighbours are closest to each other. @return whether there was one.
-bool Outline::cutCorner(std::vector<uint32_t>& loop, const std::vector<Vec3f>& positions,
-                        const std::vector<Vec3f>& normals, std::vector<Triangle>& triangles) const {
+bool Outline::cutCorner(Loop& loop, const Surface& surface,
+                        std::vector<Triangle>& triangles) const {
   const size_t count = loop.size();
   size_t best = count;
   float shortest = std::numeric_limits<float>::infinity();
   Triangle triangle{};
   for (size_t i = 0; i < count; ++i) {
     const Triangle t{loop[(i + count - 1) % count], loop[i], loop[(i + 1) % count]};
-    const Vec3f& p = positions[t[0]];
-    const Vec3f across = positions[t[2]] - p;
-    const bool faces = dot(cross(positions[t[1]] - p, across), normals[t[1]]) > 0.0f;
-    if (!faces || norm(across) >= shortest) continue;
+    const Vec3f& p = surface.position(t[0]);
+    const Vec3f across = surface.position(t[2]) - p;
+    const Vec3f n = cross(surface.position(t[1]) - p, across);
+    if (!(dot(n, surface.normal(t[1])) > 0.0f) || norm(across) >= shortest) continue;
+    if (count > 3 && (hasEdge(t[0], t[2]) || hasEdge(t[2], t[0]))) continue;
     shortest = norm(across);
     best = i;
     triangle = t;
@@ -121,61 +346,84 @@ bool Outline::cutCorner(std::vector<uint32_t>& loop, const std::vector<Vec3f>& p
   return true;
 }
 
-void Outline::closeHoles(size_t first, size_t end, const std::vector<Vec3f>& positions,
-                         const std::vector<Vec3f>& normals,
-                         const std::function<void(const Triangle&)>& add) {
-  std::vector<uint32_t> loop;
-  std::vector<Triangle> triangles;
-  for (size_t i = first; i < end; ++i) {
-    if (isInside(i)) continue;
-    followLoop(i, loop);
-    triangles.clear();
-    while (loop.size() >= 3 && cutCorner(loop, positions, normals, triangles)) continue;
-    if (loop.size() >= 3) continue;
-    for (const Triangle& triangle : triangles) {
-      addTriangle(triangle);
-      add(triangle);
+void Outline::close(uint32_t first, uint32_t end, const std::vector<Vec3f>& positions,
+                    const std::vector<Vec3f>& normals, float voxel,
+                    const std::function<void(const Triangle&)>& add) {
+  Surface surface{first_, positions, normals, kMaxBridge * voxel, {}, {}, {}};
+  surface.inwards.resize(vertices_.size());
+  surface.nearest.resize(vertices_.size(), kNone);
+  for (uint32_t i = first_; i < first_ + vertices_.size(); ++i) {
+    if (isInside(i) || at(i).kind != Kind::kPlain) continue;
+    if (fansOf(i, kClean).count != 1 || isOnHole(i)) continue;
+    surface.nearest[i - first_] = Surface::kUnknown;
+    for (const Link& link : linksOf(i)) {
+      if ((link.layer & kClean) == 0) continue;
+      for (const uint32_t v : {link.next, link.previous}) {
+        if (v < first_) continue;
+        surface.inwards[i - first_] =
+            surface.inwards[i - first_] + unit(surface.position(v) - surface.position(i));
+      }
     }
+    surface.places.emplace_back(packKey(cellOf(surface.position(i), surface.max_bridge)), i);
+  }
+  std::sort(surface.places.begin(), surface.places.end());
+  Loop loop;
+  std::vector<Triangle> triangles;
+  const auto closeLoop = [&](uint32_t lowest, uint32_t vertex, uint32_t next) {
+    if (!followLoop(lowest, vertex, next, surface, loop)) return;
+    triangles.clear();
+    while (loop.size() >= 3 && cutCorner(loop, surface, triangles)) continue;
+    if (loop.size() >= 3) return;
+    for (const Triangle& t : triangles) {
+      for (int k = 0; k < 3; ++k) {
+        at(t[k]).rim->links.push_back({t[(k + 1) % 3], t[(k + 2) % 3], kPatch});
+        at(t[k]).rim->closed = {};
+      }
+      add(t);
+    }
+  };
+  for (uint32_t i = first; i < end; ++i) {
+    if (isInside(i)) continue;
+    const Fans& fans = fansOf(i, kClean);
+    for (int k = 0; fans.count < 3 && k < fans.count; ++k) {
+      closeLoop(i, i, fans.ends[k][kBackwards]);
+    }
+    // A loop may leave its lowest vertex over a bridge.
+    const uint32_t across = bridgeFrom(i, surface);
+    if (across == kNone || across < i) continue;
+    closeLoop(i, across, fansOf(across, kClean).ends[0][kBackwards]);
   }
 }
 
-Vec3f Outline::shiftOf(size_t vertex, const std::vector<Vec3f>& positions) const {
-  const Vec3f& p = positions[vertex];
+Vec3f Outline::shiftOf(uint32_t vertex, const std::vector<Vec3f>& positions) const {
+  const auto position = [&](uint32_t of) { return positions[of - first_]; };
+  const Vec3f p = position(vertex);
   Vec3f ends[2] = {p, p};
-  size_t at[2] = {vertex, vertex};
-  Vec3f from_vertex[kStepsAlong + 1];  // sum over both ways
+  uint32_t at[2] = {vertex, vertex};
+  Vec3f from_vertex[kStepsAlong] = {};  // sum over both ways
   float length = 0.0f;
   int steps = 0;
   while (steps < kStepsAlong) {
-    for (const int way : {kForwards, kBackwards}) at[way] = nextOnEdge(at[way], way);
+    for (const size_t way : {kForwards, kBackwards}) at[way] = nextOnEdge(at[way], way);
     if (at[kForwards] == kNone || at[kBackwards] == kNone) break;
-    for (const int way : {kForwards, kBackwards}) {
-      length += norm(positions[at[way]] - ends[way]);
-      ends[way] = positions[at[way]];
+    for (const size_t way : {kForwards, kBackwards}) {
+      length += norm(position(at[way]) - ends[way]);
+      ends[way] = position(at[way]);
     }
-    from_vertex[++steps] = (ends[kForwards] - p) + (ends[kBackwards] - p);
+    from_vertex[steps++] = (ends[kForwards] - p) + (ends[kBackwards] - p);
   }
-  Vec3f shift{0.0f, 0.0f, 0.0f};
-  if (norm(ends[kForwards] - ends[kBackwards]) < kMinExtent * length) return shift;
-  for (int k = 1; k <= steps; ++k) shift = shift + kWeightsAlong[steps][k] * from_vertex[k];
-  return shift;
+  if (norm(ends[kForwards] - ends[kBackwards]) < kMinExtent * length) return {0.0f, 0.0f, 0.0f};
+  // These weights remove teeth whose sides are one step each, and leave a parabola unchanged.
+  return 1.0f / 4.0f * from_vertex[0] + -1.0f / 16.0f * from_vertex[1];
 }
 
-Vec3f Outline::smoothed(size_t vertex, const std::vector<Vec3f>& positions) const {
-  const Vec3f& position = positions[vertex];
-  if (isInside(vertex) || kindOf(vertex) == Kind::kFixed) return position;
-  if (kindOf(vertex) == Kind::kPlain) return position + shiftOf(vertex, positions);
-  const size_t ends[2] = {beside(vertex, kForwards), beside(vertex, kBackwards)};
+Vec3f Outline::smoothed(uint32_t vertex, const std::vector<Vec3f>& positions) const {
+  const Vec3f& position = positions[vertex - first_];
+  if (isInside(vertex) || at(vertex).kind == Kind::kFixed) return position;
+  if (at(vertex).kind == Kind::kPlain) return position + shiftOf(vertex, positions);
+  const uint32_t ends[2] = {beside(vertex, kForwards), beside(vertex, kBackwards)};
   if (ends[0] == kNone || ends[1] == kNone) return position;
   return position + 0.5f * (shiftOf(ends[0], positions) + shiftOf(ends[1], positions));
-}
-
-std::vector<std::pair<size_t, Vec3f>> Outline::smoothed(const std::vector<Vec3f>& positions) const {
-  std::vector<std::pair<size_t, Vec3f>> moved;
-  for (size_t i = 0; i < positions.size(); ++i) {
-    if (!isInside(i)) moved.emplace_back(i, smoothed(i, positions));
-  }
-  return moved;
 }
 
 }  // namespace dtsdf

@@ -1,25 +1,31 @@
-/// Outlines: the boundary lines of a mesh.
+/// Outlines: the boundary lines of a mesh, which are mended and smoothed.
 ///
-/// A short outline surrounds a hole, left by units in which no direction speaks. It is closed.
-///
-/// A mesh ends with whole units, so a longer outline has teeth of a voxel where images disagree
-/// about the last units. On average the line is right, so its vertices are smoothed along it with
-/// the weights (-1 4 10 4 -1) / 16, which keep straight and evenly curved lines but remove teeth.
+/// - A **crumb** is a piece of a few triangles. It is left out.
+/// - A short outline surrounds a **hole**, left by units in which no direction speaks. It is
+/// closed.
+/// - A **crack** lies between two outlines, or two parts of one, that face each other. Bridges from
+///   vertex to vertex divide it into holes.
+/// - A mesh ends with whole units, so outlines have teeth of a voxel where images disagree about
+///   the last units. On average they are right, so vertices are smoothed along them with the
+///   weights (-1 4 10 4 -1) / 16, which keep straight and evenly curved lines but remove teeth.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <utility>
+#include <memory>
 #include <vector>
 
 #include "dtsdf_mapping/geometry.h"
 
 namespace dtsdf {
 
-/// The outlines of a mesh whose vertices and triangles are added one by one. Vertices are numbered
-/// from 0.
+/// Mends the outlines of a mesh whose vertices and triangles are added one by one. Vertices are
+/// numbered from 0 and may be forgotten from the front, with positions and normals that callers
+/// pass as vectors of the others. Steps follow each other: link(), removeCrumbs(), close(),
+/// smoothed(). Each reads what the earlier ones did to all vertices within a block's length, and
+/// nothing that it does itself, so it may process any number of vertices at a time.
 class Outline {
  public:
   using Triangle = std::array<uint32_t, 3>;
@@ -31,59 +37,97 @@ class Outline {
   };
 
   void reserve(size_t vertices) { vertices_.reserve(vertices); }
-  void addVertex(Kind kind) { vertices_.push_back({0, 0, {0, 0}, kind, 0, false}); }
+  void addVertex(Kind kind) { vertices_.push_back({0, kind, false, nullptr}); }
   void addTriangle(const Triangle& triangle);
 
-  /// Forgets the first `count` vertices and reduces the numbers of the others by `count`.
-  void drop(size_t count);
+  /// Forgets the vertices before number `first`.
+  void forget(uint32_t first);
 
-  /// Closes the holes whose lowest vertex is in [first, end). A hole is an outline of at most eight
-  /// edges, not counting midpoints, that can be filled with triangles facing the same way as its
-  /// vertices; the rim of a small piece of mesh is not a hole. @pre All triangles around vertices
-  /// up to four edges from these were added.
-  /// @param normals One per vertex, of any length.
-  /// @param add Receives the new triangles.
-  void closeHoles(size_t first, size_t end, const std::vector<Vec3f>& positions,
-                  const std::vector<Vec3f>& normals,
-                  const std::function<void(const Triangle&)>& add);
+  /// Links the vertices [first, end) that lie on outlines to their triangles. @pre All triangles
+  /// around them were added. @param triangles At least all around these vertices.
+  void link(uint32_t first, uint32_t end, const std::vector<Triangle>& triangles);
 
-  /// The smoothed position of a vertex. @pre All triangles around it and around the next two
-  /// vertices each way were added. @param positions One per vertex, before smoothing.
-  Vec3f smoothed(size_t vertex, const std::vector<Vec3f>& positions) const;
+  /// Marks the crumbs whose first vertex on an outline is in [first, end).
+  void removeCrumbs(uint32_t first, uint32_t end);
+  bool isInside(uint32_t vertex) const { return at(vertex).rim == nullptr; }
+  /// Whether a triangle belongs to a crumb.
+  bool isCrumb(const Triangle& triangle) const;
+  /// Whether a vertex belongs to no triangles but those of crumbs.
+  bool isUnused(uint32_t vertex) const;
 
-  /// The vertices on outlines and their smoothed positions. @pre The whole mesh was added.
-  std::vector<std::pair<size_t, Vec3f>> smoothed(const std::vector<Vec3f>& positions) const;
+  /// Closes the holes and the parts of cracks whose first vertex is in [first, end): loops of at
+  /// most eight edges, not counting midpoints, that can be filled with triangles facing the same
+  /// way as their vertices. (So the rim of a small piece is not a hole.)
+  /// @param normals One per vertex, of any length. @param voxel Edge of a voxel in units of
+  /// `positions`. @param add Receives the new triangles.
+  void close(uint32_t first, uint32_t end, const std::vector<Vec3f>& positions,
+             const std::vector<Vec3f>& normals, float voxel,
+             const std::function<void(const Triangle&)>& add);
+
+  /// The smoothed position of a vertex. @param positions One per vertex, before smoothing.
+  Vec3f smoothed(uint32_t vertex, const std::vector<Vec3f>& positions) const;
 
  private:
-  static constexpr int kForwards = 0, kBackwards = 1;  ///< Ways along an outline.
-  static constexpr size_t kNone = SIZE_MAX;
+  static constexpr uint32_t kNone = UINT32_MAX;
+  static constexpr size_t kForwards = 0, kBackwards = 1;  ///< Ways along an outline.
+  /// What a triangle belongs to, and what steps see: the mesh as added, without crumbs, and closed.
+  static constexpr uint8_t kMesh = 1, kCrumb = 2, kPatch = 4;
+  static constexpr uint8_t kAdded = kMesh | kCrumb, kClean = kMesh, kClosed = kMesh | kPatch;
 
-  /// A vertex, with sums over the triangles around it. Counter-clockwise, each triangle has one
-  /// vertex before this one and one after it. If the triangles form one fan, the sum of the numbers
-  /// after minus those before, and the same sum of their squares, depend only on the fan's two
-  /// ends. The ends are computed from these sums, which are both 0 if the fan is closed. Numbers
-  /// are relative to this vertex's. Sums may wrap on the way, but their final values fit.
-  struct Vertex {
-    uint64_t squares;
-    uint32_t sum;
-    int32_t ends[2];  ///< The fan's ends per way, once computed; 0: not a fan.
-    Kind kind;
-    uint8_t triangles;  ///< Triangles around the vertex; 2: two or more.
-    bool has_ends;
+  /// A triangle at a vertex; counter-clockwise, its other two vertices.
+  struct Link {
+    uint32_t next, previous;
+    uint8_t layer;
   };
 
-  bool isInside(size_t vertex) const { return vertices_[vertex].sum == 0; }
-  Kind kindOf(size_t vertex) const { return vertices_[vertex].kind; }
-  void findEnds(size_t vertex) const;
-  size_t endOfFan(size_t vertex, int way) const;
-  size_t beside(size_t vertex, int way) const;
-  size_t nextOnEdge(size_t vertex, int way) const;
-  void followLoop(size_t lowest, std::vector<uint32_t>& loop) const;
-  bool cutCorner(std::vector<uint32_t>& loop, const std::vector<Vec3f>& positions,
-                 const std::vector<Vec3f>& normals, std::vector<Triangle>& triangles) const;
-  Vec3f shiftOf(size_t vertex, const std::vector<Vec3f>& positions) const;
+  /// The fans of triangles around a vertex. The outline comes from `last` of one fan and goes on to
+  /// `first` of it; a gap lies between the last vertex of a fan and the first of the next.
+  struct Fans {
+    int count = -1;                                    ///< 3: three or more; -1: not yet computed.
+    std::array<std::array<uint32_t, 2>, 2> ends = {};  ///< First and last vertex of two fans.
+  };
 
-  mutable std::vector<Vertex> vertices_;  ///< Their ends are computed on first use.
+  /// What surrounds a vertex on an outline.
+  struct Rim {
+    std::vector<Link> links;
+    Fans clean, closed;
+  };
+
+  struct Vertex {
+    /// Sum over triangles of hash(next) - hash(previous): 0 if they surround the vertex.
+    uint32_t sum;
+    Kind kind;
+    bool is_used;              ///< Whether it is in a triangle, unless links tell.
+    std::unique_ptr<Rim> rim;  ///< Only of a vertex on an outline.
+  };
+
+  struct Surface;
+  using Loop = std::vector<uint32_t>;
+
+  Vertex& at(uint32_t number) { return vertices_[number - first_]; }
+  const Vertex& at(uint32_t number) const { return vertices_[number - first_]; }
+  const std::vector<Link>& linksOf(uint32_t number) const {
+    static const std::vector<Link> kNoLinks;
+    return isInside(number) ? kNoLinks : at(number).rim->links;
+  }
+  bool hasEdge(uint32_t from, uint32_t to) const;
+  const Fans& fansOf(uint32_t vertex, uint8_t layers) const;
+  uint32_t beside(uint32_t vertex, size_t way) const;
+  uint32_t nextOnEdge(uint32_t vertex, size_t way) const;
+  uint32_t alongHole(uint32_t before, uint32_t vertex, size_t way) const;
+  bool growCrumb(uint32_t first, std::vector<Triangle>& crumb) const;
+  void markCrumb(const Triangle& triangle);
+  bool isOnHole(uint32_t vertex) const;
+  bool areNear(uint32_t vertex, uint32_t other) const;
+  uint32_t acrossCrack(uint32_t vertex, Surface& surface) const;
+  uint32_t bridgeFrom(uint32_t vertex, Surface& surface) const;
+  bool followLoop(uint32_t lowest, uint32_t vertex, uint32_t next, Surface& surface,
+                  Loop& loop) const;
+  bool cutCorner(Loop& loop, const Surface& surface, std::vector<Triangle>& triangles) const;
+  Vec3f shiftOf(uint32_t vertex, const std::vector<Vec3f>& positions) const;
+
+  uint32_t first_ = 0;  ///< Number of vertices_[0].
+  std::vector<Vertex> vertices_;
 };
 
 }  // namespace dtsdf

@@ -47,6 +47,7 @@ class ChunkPacker {
     normals_.reserve(vertices);
     colours_.reserve(vertices);
     chunk_.triangles32.reserve(3 * triangles);
+    triangles_.reserve(triangles);
     outline_.reserve(vertices);
   }
 
@@ -66,7 +67,7 @@ class ChunkPacker {
       const uint16_t* const corner = &block.triangles[t];
       const std::array<uint32_t, 3> triangle{joined.number[corner[0]], joined.number[corner[1]],
                                              joined.number[corner[2]]};
-      chunk_.triangles32.insert(chunk_.triangles32.end(), triangle.begin(), triangle.end());
+      triangles_.push_back(triangle);
       addNormal(block, joined, corner, triangle, normals_);
       outline_.addTriangle(triangle);
     }
@@ -107,19 +108,35 @@ class ChunkPacker {
   }
 
   void mendOutlines() {
-    std::vector<Vec3f> steps(normals_.size());
-    for (size_t i = 0; i < steps.size(); ++i) {
+    const auto count = static_cast<uint32_t>(normals_.size());
+    std::vector<Vec3f> steps(count);
+    for (size_t i = 0; i < count; ++i) {
       const uint16_t* const p = &chunk_.positions[3 * i];
       steps[i] = {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
     }
-    outline_.closeHoles(0, steps.size(), steps, normals_, [&](const Outline::Triangle& triangle) {
-      chunk_.triangles32.insert(chunk_.triangles32.end(), triangle.begin(), triangle.end());
-    });
-    for (const auto& [i, p] : outline_.smoothed(steps)) {
+    outline_.link(0, count, triangles_);
+    outline_.removeCrumbs(0, count);
+    outline_.close(0, count, steps, normals_, static_cast<float>(steps_per_voxel_),
+                   [&](const Outline::Triangle& t) { triangles_.push_back(t); });
+    std::vector<uint32_t> number(count);
+    uint32_t next = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+      if (outline_.isUnused(i)) continue;
       // A smoothed line may bulge out of the chunk, but by less than kVoxelsBeyond.
-      chunk_.positions[3 * i] = static_cast<uint16_t>(p.x + 0.5f);
-      chunk_.positions[3 * i + 1] = static_cast<uint16_t>(p.y + 0.5f);
-      chunk_.positions[3 * i + 2] = static_cast<uint16_t>(p.z + 0.5f);
+      const Vec3f p = outline_.smoothed(i, steps);
+      chunk_.positions[3 * next] = static_cast<uint16_t>(p.x + 0.5f);
+      chunk_.positions[3 * next + 1] = static_cast<uint16_t>(p.y + 0.5f);
+      chunk_.positions[3 * next + 2] = static_cast<uint16_t>(p.z + 0.5f);
+      normals_[next] = normals_[i];
+      colours_[next] = colours_[i];
+      number[i] = next++;
+    }
+    chunk_.positions.resize(3 * next);
+    normals_.resize(next);
+    colours_.resize(next);
+    for (const Outline::Triangle& t : triangles_) {
+      if (outline_.isCrumb(t)) continue;
+      for (const uint32_t v : t) chunk_.triangles32.push_back(number[v]);
     }
   }
 
@@ -152,6 +169,7 @@ class ChunkPacker {
   PackedChunk chunk_;
   BlockJoiner joiner_;
   Outline outline_;
+  std::vector<Outline::Triangle> triangles_;
   std::vector<Vec3f> normals_;
   std::vector<VertexColour> colours_;
 };

@@ -125,19 +125,21 @@ TEST_P(PackedBall, IsHalfAStepFromTheMeshAtMost) {
 INSTANTIATE_TEST_SUITE_P(, PackedBall, testing::Values(0, 1),
                          [](const auto& info) { return info.param == 0 ? "plain" : "refined"; });
 
-/// Closes the holes that span several chunks, which the chunks themselves leave open.
-Mesh closeHoles(Mesh mesh) {
+/// Mends what spans several chunks, which these leave.
+Mesh mended(Mesh mesh) {
+  const auto count = static_cast<uint32_t>(mesh.vertices_m.size());
   Outline outline;
-  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) outline.addVertex(Outline::Kind::kPlain);
-  mesh.normals.resize(mesh.vertices_m.size(), {0.0f, 0.0f, 0.0f});
+  for (size_t i = 0; i < count; ++i) outline.addVertex(Outline::Kind::kPlain);
+  mesh.normals.resize(count, {0.0f, 0.0f, 0.0f});
   for (const Triangle& t : mesh.triangles) {
     outline.addTriangle(t);
     const Vec3f& p = mesh.vertices_m[t[0]];
     const Vec3f n = cross(mesh.vertices_m[t[1]] - p, mesh.vertices_m[t[2]] - p);
     for (const uint32_t v : t) mesh.normals[v] = mesh.normals[v] + n;
   }
-  outline.closeHoles(0, mesh.vertices_m.size(), mesh.vertices_m, mesh.normals,
-                     [&](const Outline::Triangle& t) { mesh.triangles.push_back(t); });
+  outline.link(0, count, mesh.triangles);
+  outline.close(0, count, mesh.vertices_m, mesh.normals, kVoxelSize,
+                [&](const Triangle& t) { mesh.triangles.push_back(t); });
   return mesh;
 }
 
@@ -157,7 +159,7 @@ TEST(PackedChunks, MeetWhereTheMeshEnds) {
   for (const int chunk_blocks : {1, 2, 4}) {
     const ChunkLattice lattice(kVoxelSize, chunk_blocks);
     const MeshTopology packed =
-        measureTopology(closeHoles(joinByPlace(packAll(store, chunk_blocks), lattice.step_m)));
+        measureTopology(mended(joinByPlace(packAll(store, chunk_blocks), lattice.step_m)));
     EXPECT_EQ(packed.boundary_edges, whole.boundary_edges) << "chunks of " << chunk_blocks;
   }
 }

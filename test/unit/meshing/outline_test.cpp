@@ -1,4 +1,4 @@
-// Tests where the vertices of a mesh's outline move, and which holes are closed.
+// Tests where the vertices of a mesh's outline move, and which holes, cracks and crumbs are mended.
 #include "meshing/outline.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 using Kind = Outline::Kind;
 using Triangle = std::array<uint32_t, 3>;
 
-constexpr uint32_t kColumns = 20, kRows = 5;
+constexpr uint32_t kColumns = 20, kRows = 5, kVertices = kColumns * kRows;
 
 /// A sheet of squares, each split into two triangles. Vertices are numbered at random because
 /// nothing may depend on the numbers.
@@ -65,11 +65,12 @@ struct Sheet {
     Outline outline;
     for (const Kind kind : kinds) outline.addVertex(kind);
     for (const Triangle& triangle : triangles) outline.addTriangle(triangle);
+    outline.link(0, kVertices, triangles);
     return outline;
   }
 
-  /// The mesh with its holes closed.
-  Mesh closed() const {
+  /// The mended mesh.
+  Mesh mended() const {
     Mesh mesh;
     mesh.vertices_m = positions;
     mesh.normals.resize(positions.size(), {0.0f, 0.0f, 0.0f});
@@ -77,16 +78,20 @@ struct Sheet {
       const Vec3f n = cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]);
       for (const uint32_t v : t) mesh.normals[v] = mesh.normals[v] + n;
     }
-    mesh.triangles = triangles;
-    outline().closeHoles(0, positions.size(), positions, mesh.normals,
-                         [&](const Triangle& t) { mesh.triangles.push_back(t); });
+    Outline outline = this->outline();
+    outline.removeCrumbs(0, kVertices);
+    for (const Triangle& t : triangles) {
+      if (!outline.isCrumb(t)) mesh.triangles.push_back(t);
+    }
+    outline.close(0, kVertices, positions, mesh.normals, 1.0f,
+                  [&](const Triangle& t) { mesh.triangles.push_back(t); });
     return mesh;
   }
 
   std::vector<Vec3f> smoothed() const {
     const Outline outline = this->outline();
     std::vector<Vec3f> all;
-    for (size_t i = 0; i < positions.size(); ++i) all.push_back(outline.smoothed(i, positions));
+    for (uint32_t i = 0; i < kVertices; ++i) all.push_back(outline.smoothed(i, positions));
     return all;
   }
 
@@ -146,12 +151,11 @@ TEST(Outline, StaysAtFixedVerticesAndIsNotFollowedPastThem) {
 TEST(Outline, StaysWhereOutlinesMeet) {
   Outline outline;
   const std::vector<Vec3f> positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};
+  const std::vector<Triangle> triangles = {{0, 1, 2}, {0, 3, 4}};
   for (size_t i = 0; i < positions.size(); ++i) outline.addVertex(Kind::kPlain);
-  outline.addTriangle({0, 1, 2});
-  outline.addTriangle({0, 3, 4});
-  for (size_t i = 0; i < positions.size(); ++i) {
-    EXPECT_EQ(distance(outline.smoothed(i, positions), positions[i]), 0.0f) << i;
-  }
+  for (const Triangle& t : triangles) outline.addTriangle(t);
+  outline.link(0, 5, triangles);
+  EXPECT_EQ(distance(outline.smoothed(0, positions), positions[0]), 0.0f);
 }
 
 /// Midpoints of sides are not steps of their own: a refined outline is smoothed as much as a plain
@@ -169,34 +173,6 @@ TEST(Outline, TakesTheMiddlesOfSidesAlong) {
   }
 }
 
-TEST(Outline, GoesOnWhereTheFirstVerticesAreForgotten) {
-  Sheet sheet;
-  sheet.positions[sheet.at(10, 0)].y += 1.0f;
-  const std::vector<Vec3f> whole = sheet.smoothed();
-  Outline outline;
-  for (int i = 0; i < 7; ++i) outline.addVertex(Kind::kPlain);
-  for (const Kind kind : sheet.kinds) outline.addVertex(kind);
-  for (const Triangle& t : sheet.triangles) outline.addTriangle({t[0] + 7, t[1] + 7, t[2] + 7});
-  outline.drop(7);
-  for (size_t i = 0; i < whole.size(); ++i) {
-    EXPECT_EQ(distance(outline.smoothed(i, sheet.positions), whole[i]), 0.0f);
-  }
-}
-
-/// Two fans meet at the last vertex. The ends computed from its sums would be the vertices at 0.3
-/// and 0.4 of the way, which are not its neighbours.
-TEST(Outline, StaysWhereTwoFansSeemToLeadToForgottenVertices) {
-  Outline outline;
-  constexpr uint32_t kTenth = 100000;
-  std::vector<Vec3f> positions(10 * kTenth + 1, {1.0f, 2.0f, 3.0f});
-  for (size_t i = 0; i < positions.size(); ++i) outline.addVertex(Kind::kPlain);
-  outline.addTriangle({10 * kTenth, 5 * kTenth, 7 * kTenth});
-  outline.addTriangle({10 * kTenth, 9 * kTenth, 8 * kTenth});
-  EXPECT_EQ(outline.smoothed(10 * kTenth, positions).x, 1.0f);
-  outline.drop(5 * kTenth);
-  EXPECT_EQ(outline.smoothed(5 * kTenth, positions).x, 1.0f);
-}
-
 constexpr size_t kRim = 2 * (kColumns - 1 + kRows - 1);
 
 TEST(Outline, ClosesHolesOfUpToEightEdges) {
@@ -205,11 +181,11 @@ TEST(Outline, ClosesHolesOfUpToEightEdges) {
   sheet.cut({8, 1}, {9, 2});                                // 4
   sheet.cut({12, 1}, {15, 2});                              // 8
   sheet.positions[sheet.at(12, 1)].z = 0.5f;
-  const MeshTopology closed = measureTopology(sheet.closed());
+  const MeshTopology closed = measureTopology(sheet.mended());
   EXPECT_EQ(closed.boundary_edges, kRim) << closed;
   EXPECT_EQ(closed.nonmanifold_edges + closed.inconsistent_edges, 0u) << closed;
-  sheet.cut({1, 2}, {5, 3});  // 10
-  EXPECT_EQ(measureTopology(sheet.closed()).boundary_edges, kRim + 10);
+  sheet.cut({1, 1}, {4, 3});  // 10
+  EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim + 10);
 }
 
 TEST(Outline, ClosesHolesAtAnEdge) {
@@ -221,35 +197,79 @@ TEST(Outline, ClosesHolesAtAnEdge) {
     }
   }
   sheet.cut({9, 1}, {11, 2});
-  EXPECT_EQ(measureTopology(sheet.closed()).boundary_edges, kRim);
+  EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim);
 }
 
 TEST(Outline, MiddlesAreNoEdgesOfAHole) {
   Sheet sheet;
   sheet.cut({4, 1}, {10, 3});
-  EXPECT_EQ(measureTopology(sheet.closed()).boundary_edges, kRim + 16);
+  EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim + 16);
   for (const uint32_t y : {1u, 3u}) {
     for (const uint32_t x : {5u, 7u, 9u}) sheet.kinds[sheet.at(x, y)] = Kind::kMiddle;
   }
   for (const uint32_t x : {4u, 10u}) sheet.kinds[sheet.at(x, 2)] = Kind::kMiddle;
-  EXPECT_EQ(measureTopology(sheet.closed()).boundary_edges, kRim);
+  EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim);
 }
 
-/// A piece of a few triangles has an outline as short as that of a hole.
-TEST(Outline, ClosesNoSmallPieces) {
-  for (const size_t count : {1u, 2u, 4u, 6u}) {
+/// A crumb has an outline as short as that of a hole.
+TEST(Outline, LeavesOutCrumbsOfUpToNineTriangles) {
+  for (const size_t count : {1u, 2u, 4u, 9u, 10u}) {
     Sheet sheet;
     sheet.triangles.resize(count);
     sheet.positions[sheet.at(1, 1)].z = 0.7f;
-    EXPECT_EQ(sheet.closed().triangles.size(), count);
+    EXPECT_EQ(sheet.mended().triangles.size(), count == 10 ? count : 0) << count;
   }
+}
+
+/// The crumb of two triangles touches the sheet in a vertex.
+TEST(Outline, LeavesOutCrumbsAtOtherPieces) {
+  Sheet sheet;
+  sheet.cut({17, 0}, {18, 4});
+  sheet.cut({18, 0}, {19, 3});
+  sheet.triangles.push_back({sheet.at(17, 4), sheet.at(18, 4), sheet.at(18, 3)});
+  sheet.triangles.erase(sheet.triangles.end() - 2);
+  EXPECT_EQ(sheet.mended().triangles.size(), 2 * 17 * 4u);
+}
+
+/// A crack through the sheet, with and without a step in height, and one inside it.
+TEST(Outline, BridgesCracksOfAVoxel) {
+  for (const float step : {0.0f, 0.5f, -0.5f}) {
+    Sheet sheet;
+    sheet.cut({10, 0}, {11, 4});
+    for (uint32_t y = 0; y < kRows; ++y) {
+      for (uint32_t x = 11; x < kColumns; ++x) sheet.positions[sheet.at(x, y)].z += step;
+    }
+    sheet.cut({1, 1}, {8, 2});
+    const MeshTopology mended = measureTopology(sheet.mended());
+    EXPECT_EQ(mended.boundary_edges, kRim) << step;
+    EXPECT_EQ(mended.nonmanifold_edges + mended.inconsistent_edges, 0u) << mended;
+  }
+}
+
+TEST(Outline, KeepsGapsOfTwoVoxels) {
+  Sheet sheet;
+  sheet.cut({9, 0}, {11, 4});
+  EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim + 2 * 4 - 2 * 2);
+}
+
+/// The two sides of a plate end a voxel apart, facing away from each other.
+TEST(Outline, KeepsTheSidesOfAPlateApart) {
+  Sheet sheet;
+  sheet.cut({10, 0}, {11, 4});
+  for (uint32_t y = 0; y < kRows; ++y) {
+    for (uint32_t x = 11; x < kColumns; ++x) {
+      sheet.positions[sheet.at(x, y)] = {21.0f - static_cast<float>(x), static_cast<float>(y),
+                                         -1.0f};
+    }
+  }
+  EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim + 2 * 4 - 2);
 }
 
 TEST(Outline, ClosesNoHoleWhereTrianglesMayBeElsewhere) {
   Sheet sheet;
   sheet.cut({8, 1}, {9, 2});
   sheet.kinds[sheet.at(9, 1)] = Kind::kFixed;
-  EXPECT_EQ(measureTopology(sheet.closed()).boundary_edges, kRim + 4);
+  EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim + 4);
 }
 
 }  // namespace

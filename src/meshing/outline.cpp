@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "kernels/core/grid.h"
@@ -37,14 +38,9 @@ Vec3i cellOf(const Vec3f& position, float side) {
 /// A square, so that sums over the ends of different fans differ.
 uint32_t hash(uint32_t number) { return number * (number + 0x9e3779b9u); }
 
-Vec3f unit(const Vec3f& v) {
-  const float length = norm(v);
-  return length > 0.0f ? (1.0f / length) * v : v;
-}
-
 }  // namespace
 
-/// What close() knows of the surface.
+/// The surface as close() reads it, with the longest bridge.
 struct Outline::Surface {
   const Vec3f& position(uint32_t vertex) const { return positions[vertex - first]; }
   const Vec3f& normal(uint32_t vertex) const { return normals[vertex - first]; }
@@ -53,11 +49,19 @@ struct Outline::Surface {
   const std::vector<Vec3f>& positions;
   const std::vector<Vec3f>& normals;
   float max_bridge;
-  std::vector<Vec3f> inwards;  ///< By vertex: sum of the directions to its neighbours.
-  std::vector<std::pair<uint64_t, uint32_t>>
-      places;                     ///< Cells of vertices that may have bridges, sorted.
-  std::vector<uint32_t> nearest;  ///< By vertex, see acrossCrack(); kUnknown until computed.
-  static constexpr uint32_t kUnknown = kNone - 1;
+};
+
+/// A vertex where a bridge may end.
+struct Outline::BridgeEnd {
+  bool isCloser(float length, uint32_t other) const {
+    return length < shortest || (length == shortest && other < nearest);
+  }
+
+  PackedKey cell;
+  uint32_t vertex;
+  Vec3f inwards;  ///< Sum of vectors to its neighbours.
+  float shortest;
+  uint32_t nearest = kNone;  ///< The vertex at this distance.
 };
 
 void Outline::addTriangle(const Triangle& triangle) {
@@ -251,48 +255,81 @@ bool Outline::areNear(uint32_t vertex, uint32_t other) const {
   return false;
 }
 
-/// The other end of the shortest bridge from a vertex. kNone: there is none.
-uint32_t Outline::acrossCrack(uint32_t vertex, Surface& surface) const {
-  uint32_t& nearest = surface.nearest[vertex - first_];
-  if (nearest != Surface::kUnknown) return nearest;
-  nearest = kNone;
-  const Vec3f p = surface.position(vertex), normal = unit(surface.normal(vertex));
-  const Vec3f inwards = surface.inwards[vertex - first_];
-  const Vec3i cell = cellOf(p, surface.max_bridge);
-  float shortest = surface.max_bridge;
-  for (int32_t z = -1; z <= 1; ++z) {
-    for (int32_t y = -1; y <= 1; ++y) {
-      const PackedKey low = packKey(cell + Vec3i{-1, y, z}), high = packKey(cell + Vec3i{1, y, z});
-      auto place = std::lower_bound(surface.places.begin(), surface.places.end(),
-                                    std::make_pair(low, uint32_t{0}));
-      for (; place != surface.places.end() && place->first <= high; ++place) {
-        const uint32_t other = place->second;
-        const Vec3f bridge = surface.position(other) - p;
-        const float length = norm(bridge);
-        if (length >= shortest) continue;
-        if (dot(bridge, inwards) >= 0.0f || dot(bridge, surface.inwards[other - first_]) <= 0.0f)
-          continue;
-        if (dot(normal, unit(surface.normal(other))) < kMinFacing) continue;
-        if (hasEdge(vertex, other) || hasEdge(other, vertex) || areNear(vertex, other)) continue;
-        shortest = length;
-        nearest = other;
+/// The plain vertices in one fan, sorted by cells as wide as the longest bridge.
+std::vector<Outline::BridgeEnd> Outline::bridgeEnds(const Surface& surface) const {
+  std::vector<BridgeEnd> ends;
+  for (uint32_t i = first_; i < first_ + vertices_.size(); ++i) {
+    if (isInside(i) || at(i).kind != Kind::kPlain || fansOf(i, kClean).count != 1) continue;
+    const Vec3f& p = surface.position(i);
+    Vec3f inwards{0.0f, 0.0f, 0.0f};
+    for (const Link& link : linksOf(i)) {
+      if ((link.layer & kClean) == 0) continue;
+      for (const uint32_t v : {link.next, link.previous}) {
+        if (v >= first_) inwards = inwards + (surface.position(v) - p);
       }
     }
+    ends.push_back(
+        {packKey(cellOf(p, surface.max_bridge)), i, inwards, surface.max_bridge});
   }
-  return nearest;
+  std::sort(ends.begin(), ends.end(), [](const BridgeEnd& a, const BridgeEnd& b) {
+    return std::tie(a.cell, a.vertex) < std::tie(b.cell, b.vertex);
+  });
+  return ends;
 }
 
-/// The other end of the bridge at a vertex: each is the other's nearest. kNone: it has none.
-uint32_t Outline::bridgeFrom(uint32_t vertex, Surface& surface) const {
-  const uint32_t other = acrossCrack(vertex, surface);
-  return other != kNone && acrossCrack(other, surface) == vertex ? other : kNone;
+/// Whether a bridge may join two vertices: each lies outside the surface around the other.
+bool Outline::isBridge(const BridgeEnd& end, const BridgeEnd& other, const Surface& surface) const {
+  const Vec3f bridge = surface.position(other.vertex) - surface.position(end.vertex);
+  if (dot(bridge, end.inwards) >= 0.0f || dot(bridge, other.inwards) <= 0.0f) return false;
+  const Vec3f &n = surface.normal(end.vertex), &m = surface.normal(other.vertex);
+  if (dot(n, m) < kMinFacing * norm(n) * norm(m)) return false;
+  if (hasEdge(end.vertex, other.vertex) || hasEdge(other.vertex, end.vertex)) return false;
+  if (areNear(end.vertex, other.vertex)) return false;
+  return !isOnHole(end.vertex) && !isOnHole(other.vertex);
+}
+
+/// Finds the vertex nearest to each where a bridge may end.
+void Outline::findBridges(const Surface& surface) {
+  std::vector<BridgeEnd> ends = bridgeEnds(surface);
+  const auto consider = [&](uint32_t i, uint32_t j) {
+    BridgeEnd &a = ends[i], &b = ends[j];
+    const float length = norm(surface.position(b.vertex) - surface.position(a.vertex));
+    const bool is_closer[2] = {a.isCloser(length, b.vertex), b.isCloser(length, a.vertex)};
+    if (!(is_closer[0] || is_closer[1]) || !isBridge(a, b, surface)) return;
+    if (is_closer[0]) a.shortest = length, a.nearest = b.vertex;
+    if (is_closer[1]) b.shortest = length, b.nearest = a.vertex;
+  };
+  // Of the rows of cells around a vertex, those with greater keys hold the vertices not yet
+  // paired with it.
+  constexpr int kRows = 5;
+  constexpr Vec3i kRowStart[kRows] = {{0, 0, 0}, {-1, 1, 0}, {-1, -1, 1}, {-1, 0, 1}, {-1, 1, 1}};
+  uint32_t row[kRows] = {};
+  for (uint32_t i = 0; i < ends.size(); ++i) {
+    row[0] = i + 1;
+    const Vec3i cell = cellOf(surface.position(ends[i].vertex), surface.max_bridge);
+    for (int r = 0; r < kRows; ++r) {
+      const PackedKey low = packKey(cell + kRowStart[r]);
+      const PackedKey high = packKey(cell + Vec3i{1, kRowStart[r].y, kRowStart[r].z});
+      while (row[r] < ends.size() && ends[row[r]].cell < low) ++row[r];
+      for (uint32_t j = row[r]; j < ends.size() && ends[j].cell <= high; ++j) consider(i, j);
+    }
+  }
+  for (Vertex& vertex : vertices_) {
+    if (vertex.rim != nullptr) vertex.rim->bridge = kNone;
+  }
+  for (const BridgeEnd& end : ends) at(end.vertex).rim->bridge = end.nearest;
+}
+
+/// The other end of the bridge at a vertex; kNone: it has none.
+uint32_t Outline::bridgeFrom(uint32_t vertex) const {
+  const uint32_t other = isInside(vertex) ? kNone : at(vertex).rim->bridge;
+  return other != kNone && at(other).rim->bridge == vertex ? other : kNone;
 }
 
 /// The loop around a hole that begins with the edge from `vertex` to `next` and crosses bridges.
 /// @return false if it is too long for a hole, has a vertex below `lowest`, or if closing it would
 /// not shorten outlines.
-bool Outline::followLoop(uint32_t lowest, uint32_t vertex, uint32_t next, Surface& surface,
-                         Loop& loop) const {
+bool Outline::followLoop(uint32_t lowest, uint32_t vertex, uint32_t next, Loop& loop) const {
   loop = {vertex};
   int edges = 0, shortened = 0;
   uint32_t from = vertex, to = next;
@@ -301,7 +338,7 @@ bool Outline::followLoop(uint32_t lowest, uint32_t vertex, uint32_t next, Surfac
     loop.push_back(to);
     edges += at(to).kind == Kind::kMiddle ? 0 : 1;
     shortened += 1;
-    const uint32_t across = bridgeFrom(to, surface);
+    const uint32_t across = bridgeFrom(to);
     if (across != kNone) {
       if (across < lowest) return false;
       loop.push_back(across);
@@ -349,28 +386,12 @@ bool Outline::cutCorner(Loop& loop, const Surface& surface,
 void Outline::close(uint32_t first, uint32_t end, const std::vector<Vec3f>& positions,
                     const std::vector<Vec3f>& normals, float voxel,
                     const std::function<void(const Triangle&)>& add) {
-  Surface surface{first_, positions, normals, kMaxBridge * voxel, {}, {}, {}};
-  surface.inwards.resize(vertices_.size());
-  surface.nearest.resize(vertices_.size(), kNone);
-  for (uint32_t i = first_; i < first_ + vertices_.size(); ++i) {
-    if (isInside(i) || at(i).kind != Kind::kPlain) continue;
-    if (fansOf(i, kClean).count != 1 || isOnHole(i)) continue;
-    surface.nearest[i - first_] = Surface::kUnknown;
-    for (const Link& link : linksOf(i)) {
-      if ((link.layer & kClean) == 0) continue;
-      for (const uint32_t v : {link.next, link.previous}) {
-        if (v < first_) continue;
-        surface.inwards[i - first_] =
-            surface.inwards[i - first_] + unit(surface.position(v) - surface.position(i));
-      }
-    }
-    surface.places.emplace_back(packKey(cellOf(surface.position(i), surface.max_bridge)), i);
-  }
-  std::sort(surface.places.begin(), surface.places.end());
+  const Surface surface{first_, positions, normals, kMaxBridge * voxel};
+  findBridges(surface);
   Loop loop;
   std::vector<Triangle> triangles;
   const auto closeLoop = [&](uint32_t lowest, uint32_t vertex, uint32_t next) {
-    if (!followLoop(lowest, vertex, next, surface, loop)) return;
+    if (!followLoop(lowest, vertex, next, loop)) return;
     triangles.clear();
     while (loop.size() >= 3 && cutCorner(loop, surface, triangles)) continue;
     if (loop.size() >= 3) return;
@@ -389,7 +410,7 @@ void Outline::close(uint32_t first, uint32_t end, const std::vector<Vec3f>& posi
       closeLoop(i, i, fans.ends[k][kBackwards]);
     }
     // A loop may leave its lowest vertex over a bridge.
-    const uint32_t across = bridgeFrom(i, surface);
+    const uint32_t across = bridgeFrom(i);
     if (across == kNone || across < i) continue;
     closeLoop(i, across, fansOf(across, kClean).ends[0][kBackwards]);
   }

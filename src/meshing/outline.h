@@ -91,6 +91,7 @@ class Outline {
   struct Rim {
     std::vector<Link> links;
     Fans clean, closed;
+    uint32_t bridge = kNone;  ///< The nearest vertex across a crack.
   };
 
   struct Vertex {
@@ -102,6 +103,7 @@ class Outline {
   };
 
   struct Surface;
+  struct BridgeEnd;
   using Loop = std::vector<uint32_t>;
 
   Vertex& at(uint32_t number) { return vertices_[number - first_]; }
@@ -119,10 +121,11 @@ class Outline {
   void markCrumb(const Triangle& triangle);
   bool isOnHole(uint32_t vertex) const;
   bool areNear(uint32_t vertex, uint32_t other) const;
-  uint32_t acrossCrack(uint32_t vertex, Surface& surface) const;
-  uint32_t bridgeFrom(uint32_t vertex, Surface& surface) const;
-  bool followLoop(uint32_t lowest, uint32_t vertex, uint32_t next, Surface& surface,
-                  Loop& loop) const;
+  std::vector<BridgeEnd> bridgeEnds(const Surface& surface) const;
+  bool isBridge(const BridgeEnd& end, const BridgeEnd& other, const Surface& surface) const;
+  void findBridges(const Surface& surface);
+  uint32_t bridgeFrom(uint32_t vertex) const;
+  bool followLoop(uint32_t lowest, uint32_t vertex, uint32_t next, Loop& loop) const;
   bool cutCorner(Loop& loop, const Surface& surface, std::vector<Triangle>& triangles) const;
   Vec3f shiftOf(uint32_t vertex, const std::vector<Vec3f>& positions) const;
 

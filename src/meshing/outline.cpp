@@ -268,8 +268,7 @@ std::vector<Outline::BridgeEnd> Outline::bridgeEnds(const Surface& surface) cons
         if (v >= first_) inwards = inwards + (surface.position(v) - p);
       }
     }
-    ends.push_back(
-        {packKey(cellOf(p, surface.max_bridge)), i, inwards, surface.max_bridge});
+    ends.push_back({packKey(cellOf(p, surface.max_bridge)), i, inwards, surface.max_bridge});
   }
   std::sort(ends.begin(), ends.end(), [](const BridgeEnd& a, const BridgeEnd& b) {
     return std::tie(a.cell, a.vertex) < std::tie(b.cell, b.vertex);

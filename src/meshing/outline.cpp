@@ -35,8 +35,11 @@ Vec3i cellOf(const Vec3f& position, float side) {
   return {floorToInt(scaled.x), floorToInt(scaled.y), floorToInt(scaled.z)};
 }
 
-/// A square, so that sums over the ends of different fans differ.
-uint32_t hash(uint32_t number) { return number * (number + 0x9e3779b9u); }
+/// Not linear, since numbers of vertices on a grid differ by the same steps.
+uint32_t hash(uint32_t number) {
+  const uint32_t product = number * 0x9e3779b9u;
+  return product ^ (product >> 15);
+}
 
 }  // namespace
 
@@ -60,7 +63,7 @@ struct Outline::BridgeEnd {
   PackedKey cell;
   uint32_t vertex;
   Vec3f inwards;  ///< Sum of vectors to its neighbours.
-  float shortest;
+  float shortest;  ///< Squared.
   uint32_t nearest = kNone;  ///< The vertex at this distance.
 };
 
@@ -73,20 +76,28 @@ void Outline::addTriangle(const Triangle& triangle) {
 }
 
 void Outline::forget(uint32_t first) {
-  vertices_.erase(vertices_.begin(), vertices_.begin() + (first - first_));
+  const auto end = vertices_.begin() + (first - first_);
+  for (auto vertex = vertices_.begin(); vertex != end; ++vertex) {
+    if (vertex->rim == kNone) continue;
+    rims_.pop_front();
+    ++first_rim_;
+  }
+  vertices_.erase(vertices_.begin(), end);
   first_ = first;
 }
 
 void Outline::link(uint32_t first, uint32_t end, const std::vector<Triangle>& triangles) {
+  constexpr size_t kUsualLinks = 4;
+  for (uint32_t i = first; i < end; ++i) {
+    if (at(i).sum == 0 || at(i).kind == Kind::kFixed) continue;
+    at(i).rim = first_rim_ + static_cast<uint32_t>(rims_.size());
+    rims_.emplace_back();
+    rims_.back().links.reserve(kUsualLinks);
+  }
   for (const Triangle& t : triangles) {
     for (int k = 0; k < 3; ++k) {
-      if (t[k] < first || t[k] >= end || at(t[k]).sum == 0) continue;
-      std::unique_ptr<Rim>& rim = at(t[k]).rim;
-      if (rim == nullptr) {
-        rim = std::make_unique<Rim>();
-        rim->links.reserve(6);
-      }
-      rim->links.push_back({t[(k + 1) % 3], t[(k + 2) % 3], kMesh});
+      if (t[k] < first || t[k] >= end || isInside(t[k])) continue;
+      rimOf(t[k]).links.push_back({t[(k + 1) % 3], t[(k + 2) % 3], kMesh});
     }
   }
 }
@@ -104,8 +115,8 @@ bool Outline::hasEdge(uint32_t from, uint32_t to) const {
 const Outline::Fans& Outline::fansOf(uint32_t vertex, uint8_t layers) const {
   static const Fans kNoFans{0, {}};
   if (isInside(vertex)) return kNoFans;
-  Rim& rim = *at(vertex).rim;
-  Fans& fans = layers == kClean ? rim.clean : rim.closed;
+  Rim& rim = rimOf(vertex);
+  Fans& fans = layers == kClean || !rim.is_patched ? rim.clean : rim.closed;
   if (fans.count >= 0) return fans;
   fans.count = 0;
   const auto follow = [&](uint32_t next) {
@@ -189,8 +200,8 @@ void Outline::markCrumb(const Triangle& triangle) {
     Vertex& vertex = at(triangle[k]);
     vertex.is_used = false;
     if (isInside(triangle[k])) continue;
-    vertex.rim->clean = vertex.rim->closed = {};
-    for (Link& link : vertex.rim->links) {
+    rimOf(triangle[k]).clean = {};
+    for (Link& link : rimOf(triangle[k]).links) {
       const bool is_same =
           link.next == triangle[(k + 1) % 3] && link.previous == triangle[(k + 2) % 3];
       if (is_same) link.layer = kCrumb;
@@ -207,13 +218,18 @@ void Outline::removeCrumbs(uint32_t first, uint32_t end) {
       crumb = {{i, link.next, link.previous}};
       std::rotate(crumb[0].begin(), std::min_element(crumb[0].begin(), crumb[0].end()),
                   crumb[0].end());
-      if (!growCrumb(i, crumb)) continue;
-      for (const Triangle& t : crumb) markCrumb(t);
+      if (growCrumb(i, crumb)) {
+        for (const Triangle& t : crumb) markCrumb(t);
+      } else if (fansOf(i, kClean).count == 1) {
+        break;  // The other triangles belong to the same piece.
+      }
     }
   }
 }
 
 bool Outline::isCrumb(const Triangle& triangle) const {
+  const auto is_inside = [this](uint32_t vertex) { return isInside(vertex); };
+  if (std::count_if(triangle.begin(), triangle.end(), is_inside) > 1) return false;
   for (int k = 0; k < 3; ++k) {
     for (const Link& link : linksOf(triangle[k])) {
       if (link.next == triangle[(k + 1) % 3] && link.previous == triangle[(k + 2) % 3]) {
@@ -268,7 +284,8 @@ std::vector<Outline::BridgeEnd> Outline::bridgeEnds(const Surface& surface) cons
         if (v >= first_) inwards = inwards + (surface.position(v) - p);
       }
     }
-    ends.push_back({packKey(cellOf(p, surface.max_bridge)), i, inwards, surface.max_bridge});
+    ends.push_back({packKey(cellOf(p, surface.max_bridge)), i, inwards,
+                    surface.max_bridge * surface.max_bridge});
   }
   std::sort(ends.begin(), ends.end(), [](const BridgeEnd& a, const BridgeEnd& b) {
     return std::tie(a.cell, a.vertex) < std::tie(b.cell, b.vertex);
@@ -292,7 +309,8 @@ void Outline::findBridges(const Surface& surface) {
   std::vector<BridgeEnd> ends = bridgeEnds(surface);
   const auto consider = [&](uint32_t i, uint32_t j) {
     BridgeEnd &a = ends[i], &b = ends[j];
-    const float length = norm(surface.position(b.vertex) - surface.position(a.vertex));
+    const Vec3f bridge = surface.position(b.vertex) - surface.position(a.vertex);
+    const float length = dot(bridge, bridge);
     const bool is_closer[2] = {a.isCloser(length, b.vertex), b.isCloser(length, a.vertex)};
     if (!(is_closer[0] || is_closer[1]) || !isBridge(a, b, surface)) return;
     if (is_closer[0]) a.shortest = length, a.nearest = b.vertex;
@@ -313,16 +331,14 @@ void Outline::findBridges(const Surface& surface) {
       for (uint32_t j = row[r]; j < ends.size() && ends[j].cell <= high; ++j) consider(i, j);
     }
   }
-  for (Vertex& vertex : vertices_) {
-    if (vertex.rim != nullptr) vertex.rim->bridge = kNone;
-  }
-  for (const BridgeEnd& end : ends) at(end.vertex).rim->bridge = end.nearest;
+  for (Rim& rim : rims_) rim.bridge = kNone;
+  for (const BridgeEnd& end : ends) rimOf(end.vertex).bridge = end.nearest;
 }
 
 /// The other end of the bridge at a vertex; kNone: it has none.
 uint32_t Outline::bridgeFrom(uint32_t vertex) const {
-  const uint32_t other = isInside(vertex) ? kNone : at(vertex).rim->bridge;
-  return other != kNone && at(other).rim->bridge == vertex ? other : kNone;
+  const uint32_t other = isInside(vertex) ? kNone : rimOf(vertex).bridge;
+  return other != kNone && rimOf(other).bridge == vertex ? other : kNone;
 }
 
 /// The loop around a hole that begins with the edge from `vertex` to `next` and crosses bridges.
@@ -396,8 +412,10 @@ void Outline::close(uint32_t first, uint32_t end, const std::vector<Vec3f>& posi
     if (loop.size() >= 3) return;
     for (const Triangle& t : triangles) {
       for (int k = 0; k < 3; ++k) {
-        at(t[k]).rim->links.push_back({t[(k + 1) % 3], t[(k + 2) % 3], kPatch});
-        at(t[k]).rim->closed = {};
+        Rim& rim = rimOf(t[k]);
+        rim.links.push_back({t[(k + 1) % 3], t[(k + 2) % 3], kPatch});
+        rim.is_patched = true;
+        rim.closed = {};
       }
       add(t);
     }

@@ -13,8 +13,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
-#include <memory>
 #include <vector>
 
 #include "dtsdf_mapping/geometry.h"
@@ -37,7 +37,7 @@ class Outline {
   };
 
   void reserve(size_t vertices) { vertices_.reserve(vertices); }
-  void addVertex(Kind kind) { vertices_.push_back({0, kind, false, nullptr}); }
+  void addVertex(Kind kind) { vertices_.push_back({0, kNone, kind, false}); }
   void addTriangle(const Triangle& triangle);
 
   /// Forgets the vertices before number `first`.
@@ -49,7 +49,7 @@ class Outline {
 
   /// Marks the crumbs whose first vertex on an outline is in [first, end).
   void removeCrumbs(uint32_t first, uint32_t end);
-  bool isInside(uint32_t vertex) const { return at(vertex).rim == nullptr; }
+  bool isInside(uint32_t vertex) const { return at(vertex).rim == kNone; }
   /// Whether a triangle belongs to a crumb.
   bool isCrumb(const Triangle& triangle) const;
   /// Whether a vertex belongs to no triangles but those of crumbs.
@@ -91,15 +91,16 @@ class Outline {
   struct Rim {
     std::vector<Link> links;
     Fans clean, closed;
+    bool is_patched = false;  ///< Else both are `clean`.
     uint32_t bridge = kNone;  ///< The nearest vertex across a crack.
   };
 
   struct Vertex {
     /// Sum over triangles of hash(next) - hash(previous): 0 if they surround the vertex.
     uint32_t sum;
+    uint32_t rim;  ///< Number of its rim; kNone: not on an outline.
     Kind kind;
-    bool is_used;              ///< Whether it is in a triangle, unless links tell.
-    std::unique_ptr<Rim> rim;  ///< Only of a vertex on an outline.
+    bool is_used;  ///< Whether a triangle has it, if it is not on an outline.
   };
 
   struct Surface;
@@ -108,9 +109,10 @@ class Outline {
 
   Vertex& at(uint32_t number) { return vertices_[number - first_]; }
   const Vertex& at(uint32_t number) const { return vertices_[number - first_]; }
+  Rim& rimOf(uint32_t vertex) const { return rims_[at(vertex).rim - first_rim_]; }
   const std::vector<Link>& linksOf(uint32_t number) const {
     static const std::vector<Link> kNoLinks;
-    return isInside(number) ? kNoLinks : at(number).rim->links;
+    return isInside(number) ? kNoLinks : rimOf(number).links;
   }
   bool hasEdge(uint32_t from, uint32_t to) const;
   const Fans& fansOf(uint32_t vertex, uint8_t layers) const;
@@ -130,7 +132,9 @@ class Outline {
   Vec3f shiftOf(uint32_t vertex, const std::vector<Vec3f>& positions) const;
 
   uint32_t first_ = 0;  ///< Number of vertices_[0].
+  uint32_t first_rim_ = 0;  ///< Number of rims_[0].
   std::vector<Vertex> vertices_;
+  mutable std::deque<Rim> rims_;  ///< In order of their vertices. Fans are computed on first use.
 };
 
 }  // namespace dtsdf

@@ -27,8 +27,6 @@ constexpr int kMaxEdgesOfHole = 8;
 constexpr float kMaxBridge = 1.5f;
 /// The ends of a bridge are at least this many steps apart on an outline, so not on one hole.
 constexpr int kMinStepsApart = kMaxEdgesOfHole / 2 + 1;
-/// Cosine between the normals at both ends of a bridge; below it they are two sides of a sheet.
-constexpr float kMinFacing = -0.5f;
 
 Vec3i cellOf(const Vec3f& position, float side) {
   const Vec3f scaled = (1.0f / side) * position;
@@ -97,55 +95,57 @@ void Outline::link(uint32_t first, uint32_t end, const std::vector<Triangle>& tr
   for (const Triangle& t : triangles) {
     for (int k = 0; k < 3; ++k) {
       if (t[k] < first || t[k] >= end || isInside(t[k])) continue;
-      rimOf(t[k]).links.push_back({t[(k + 1) % 3], t[(k + 2) % 3], kMesh});
+      Rim& rim = rimOf(t[k]);
+      rim.links.push_back({t[(k + 1) % 3], t[(k + 2) % 3]});
+      ++rim.own;
     }
   }
 }
 
-/// Whether a triangle of the clean mesh has an edge in this direction. @pre `from` is on an
-/// outline.
+/// Whether a triangle, but none that close() added, has an edge in this direction.
 bool Outline::hasEdge(uint32_t from, uint32_t to) const {
-  for (const Link& link : linksOf(from)) {
-    if (link.next == to && (link.layer & kClean) != 0) return true;
-  }
-  return false;
+  if (isInside(from)) return false;
+  const Rim& rim = rimOf(from);
+  const auto is_edge = [to](const Link& link) { return link.next == to; };
+  return std::any_of(rim.links.begin(), rim.links.begin() + rim.own, is_edge);
 }
 
-/// The fans of the clean or the closed mesh, computed on first use.
-const Outline::Fans& Outline::fansOf(uint32_t vertex, uint8_t layers) const {
-  static const Fans kNoFans{0, {}};
-  if (isInside(vertex)) return kNoFans;
-  Rim& rim = rimOf(vertex);
-  Fans& fans = layers == kClean || !rim.is_patched ? rim.clean : rim.closed;
-  if (fans.count >= 0) return fans;
-  fans.count = 0;
+/// The fans of some links.
+Outline::Fans Outline::fansOfLinks(const Link* links, int count) {
+  Fans fans{0, {}};
   const auto follow = [&](uint32_t next) {
-    for (const Link& link : rim.links) {
-      if (link.next == next && (link.layer & layers) != 0) return link.previous;
+    for (int i = 0; i < count; ++i) {
+      if (links[i].next == next) return links[i].previous;
     }
     return kNone;
   };
-  for (const Link& link : rim.links) {
-    if ((link.layer & layers) == 0) continue;
+  for (int i = 0; i < count; ++i) {
     bool is_first = true;
-    for (const Link& other : rim.links) {
-      is_first = is_first && !(other.previous == link.next && (other.layer & layers) != 0);
-    }
+    for (int k = 0; k < count; ++k) is_first = is_first && links[k].previous != links[i].next;
     if (!is_first) continue;
     if (++fans.count == 3) return fans;
-    uint32_t last = link.previous;
-    for (size_t steps = 0; steps < rim.links.size() && follow(last) != kNone; ++steps) {
-      last = follow(last);
-    }
-    fans.ends[static_cast<size_t>(fans.count - 1)] = {link.next, last};
+    uint32_t last = links[i].previous;
+    for (int steps = 0; steps < count && follow(last) != kNone; ++steps) last = follow(last);
+    fans.ends[static_cast<size_t>(fans.count - 1)] = {links[i].next, last};
   }
+  return fans;
+}
+
+/// The fans around a vertex, without those that close() added or with them.
+const Outline::Fans& Outline::fansOf(uint32_t vertex, bool is_closed) const {
+  static const Fans kNoFans{0, {}};
+  if (isInside(vertex)) return kNoFans;
+  Rim& rim = rimOf(vertex);
+  const int count = is_closed ? static_cast<int>(rim.links.size()) : rim.own;
+  Fans& fans = rim.fans[count > rim.own ? 1 : 0];
+  if (fans.count < 0) fans = fansOfLinks(rim.links.data(), count);
   return fans;
 }
 
 /// The next vertex on the closed mesh's outline; kNone: it ends there, or meets another one.
 uint32_t Outline::beside(uint32_t vertex, size_t way) const {
   if (vertex < first_ || at(vertex).kind == Kind::kFixed) return kNone;
-  const Fans& fans = fansOf(vertex, kClosed);
+  const Fans& fans = fansOf(vertex, true);
   return fans.count == 1 ? fans.ends[0][way] : kNone;
 }
 
@@ -159,7 +159,7 @@ uint32_t Outline::nextOnEdge(uint32_t vertex, size_t way) const {
 /// meet, a hole lies between them. kNone: fixed, or more fans meet.
 uint32_t Outline::alongHole(uint32_t before, uint32_t vertex, size_t way) const {
   if (vertex < first_ || at(vertex).kind == Kind::kFixed) return kNone;
-  const Fans& fans = fansOf(vertex, kClean);
+  const Fans& fans = fansOf(vertex);
   const size_t other = way == kForwards ? kBackwards : kForwards;
   for (int i = 0; fans.count < 3 && i < fans.count; ++i) {
     if (fans.ends[i][other] == before) return fans.ends[fans.count - 1 - i][way];
@@ -182,8 +182,10 @@ bool Outline::growCrumb(uint32_t first, std::vector<Triangle>& crumb) const {
     for (int k = 0; k < 3; ++k) {
       const uint32_t a = t[k], b = t[(k + 1) % 3];
       const bool from_a = !isInside(a);
-      for (const Link& link : linksOf(from_a ? a : b)) {
-        if ((link.layer & kAdded) == 0 || (from_a ? link.previous != b : link.next != a)) continue;
+      const Rim& rim = rimOf(from_a ? a : b);
+      for (int n = 0; n < rim.own; ++n) {
+        const Link& link = rim.links[n];
+        if (from_a ? link.previous != b : link.next != a) continue;
         Triangle beside = from_a ? Triangle{a, link.next, b} : Triangle{b, a, link.previous};
         std::rotate(beside.begin(), std::min_element(beside.begin(), beside.end()), beside.end());
         if (std::find(crumb.begin(), crumb.end(), beside) != crumb.end()) continue;
@@ -195,33 +197,34 @@ bool Outline::growCrumb(uint32_t first, std::vector<Triangle>& crumb) const {
   return true;
 }
 
-void Outline::markCrumb(const Triangle& triangle) {
+void Outline::removeTriangle(const Triangle& triangle) {
   for (int k = 0; k < 3; ++k) {
-    Vertex& vertex = at(triangle[k]);
-    vertex.is_used = false;
+    at(triangle[k]).is_used = false;
     if (isInside(triangle[k])) continue;
-    rimOf(triangle[k]).clean = {};
-    for (Link& link : rimOf(triangle[k]).links) {
-      const bool is_same =
-          link.next == triangle[(k + 1) % 3] && link.previous == triangle[(k + 2) % 3];
-      if (is_same) link.layer = kCrumb;
-    }
+    Rim& rim = rimOf(triangle[k]);
+    const Link link{triangle[(k + 1) % 3], triangle[(k + 2) % 3]};
+    rim.links.erase(std::find(rim.links.begin(), rim.links.end(), link));
+    --rim.own;
+    rim.fans[0] = {};
   }
 }
 
 void Outline::removeCrumbs(uint32_t first, uint32_t end) {
   std::vector<Triangle> crumb;
   for (uint32_t i = first; i < end; ++i) {
-    for (size_t k = 0; k < linksOf(i).size(); ++k) {
-      const Link& link = linksOf(i)[k];
-      if (link.layer != kMesh) continue;
+    if (isInside(i)) continue;
+    const Rim& rim = rimOf(i);
+    for (int k = 0; k < rim.own;) {
+      const Link& link = rim.links[k];
       crumb = {{i, link.next, link.previous}};
       std::rotate(crumb[0].begin(), std::min_element(crumb[0].begin(), crumb[0].end()),
                   crumb[0].end());
       if (growCrumb(i, crumb)) {
-        for (const Triangle& t : crumb) markCrumb(t);
-      } else if (fansOf(i, kClean).count == 1) {
+        for (const Triangle& t : crumb) removeTriangle(t);
+      } else if (fansOf(i).count == 1) {
         break;  // The other triangles belong to the same piece.
+      } else {
+        ++k;
       }
     }
   }
@@ -230,26 +233,19 @@ void Outline::removeCrumbs(uint32_t first, uint32_t end) {
 bool Outline::isCrumb(const Triangle& triangle) const {
   const auto is_inside = [this](uint32_t vertex) { return isInside(vertex); };
   if (std::count_if(triangle.begin(), triangle.end(), is_inside) > 1) return false;
-  for (int k = 0; k < 3; ++k) {
-    for (const Link& link : linksOf(triangle[k])) {
-      if (link.next == triangle[(k + 1) % 3] && link.previous == triangle[(k + 2) % 3]) {
-        return link.layer == kCrumb;
-      }
-    }
-  }
-  return false;
+  const int k = is_inside(triangle[0]) ? 1 : 0;
+  const std::vector<Link>& links = rimOf(triangle[k]).links;
+  const Link link{triangle[k + 1], triangle[(k + 2) % 3]};
+  return std::find(links.begin(), links.end(), link) == links.end();
 }
 
 bool Outline::isUnused(uint32_t vertex) const {
-  const std::vector<Link>& links = linksOf(vertex);
-  const auto is_crumb = [](const Link& link) { return link.layer == kCrumb; };
-  if (links.empty()) return !at(vertex).is_used;
-  return std::all_of(links.begin(), links.end(), is_crumb);
+  return isInside(vertex) ? !at(vertex).is_used : rimOf(vertex).links.empty();
 }
 
 /// Whether a vertex with one fan is on an outline as short as that of a hole.
 bool Outline::isOnHole(uint32_t vertex) const {
-  uint32_t before = vertex, next = fansOf(vertex, kClean).ends[0][kBackwards];
+  uint32_t before = vertex, next = fansOf(vertex).ends[0][kBackwards];
   for (int edges = 1; edges < kMaxEdgesOfHole && next != kNone && next != vertex;) {
     edges += at(next).kind == Kind::kMiddle ? 0 : 1;
     before = std::exchange(next, alongHole(before, next, kBackwards));
@@ -262,7 +258,7 @@ bool Outline::areNear(uint32_t vertex, uint32_t other) const {
   if (vertex == other) return true;
   for (const size_t way : {kForwards, kBackwards}) {
     uint32_t before = vertex;
-    uint32_t next = fansOf(vertex, kClean).ends[0][way];
+    uint32_t next = fansOf(vertex).ends[0][way];
     for (int steps = 1; steps < kMinStepsApart && next != kNone; ++steps) {
       if (next == other) return true;
       before = std::exchange(next, alongHole(before, next, way));
@@ -275,11 +271,11 @@ bool Outline::areNear(uint32_t vertex, uint32_t other) const {
 std::vector<Outline::BridgeEnd> Outline::bridgeEnds(const Surface& surface) const {
   std::vector<BridgeEnd> ends;
   for (uint32_t i = first_; i < first_ + vertices_.size(); ++i) {
-    if (isInside(i) || at(i).kind != Kind::kPlain || fansOf(i, kClean).count != 1) continue;
+    if (isInside(i) || at(i).kind != Kind::kPlain || fansOf(i).count != 1) continue;
     const Vec3f& p = surface.position(i);
     Vec3f inwards{0.0f, 0.0f, 0.0f};
-    for (const Link& link : linksOf(i)) {
-      if ((link.layer & kClean) == 0) continue;
+    for (int k = 0; k < rimOf(i).own; ++k) {
+      const Link& link = rimOf(i).links[k];
       for (const uint32_t v : {link.next, link.previous}) {
         if (v >= first_) inwards = inwards + (surface.position(v) - p);
       }
@@ -297,8 +293,7 @@ std::vector<Outline::BridgeEnd> Outline::bridgeEnds(const Surface& surface) cons
 bool Outline::isBridge(const BridgeEnd& end, const BridgeEnd& other, const Surface& surface) const {
   const Vec3f bridge = surface.position(other.vertex) - surface.position(end.vertex);
   if (dot(bridge, end.inwards) >= 0.0f || dot(bridge, other.inwards) <= 0.0f) return false;
-  const Vec3f &n = surface.normal(end.vertex), &m = surface.normal(other.vertex);
-  if (dot(n, m) < kMinFacing * norm(n) * norm(m)) return false;
+  if (dot(surface.normal(end.vertex), surface.normal(other.vertex)) <= 0.0f) return false;
   if (hasEdge(end.vertex, other.vertex) || hasEdge(other.vertex, end.vertex)) return false;
   if (areNear(end.vertex, other.vertex)) return false;
   return !isOnHole(end.vertex) && !isOnHole(other.vertex);
@@ -360,7 +355,7 @@ bool Outline::followLoop(uint32_t lowest, uint32_t vertex, uint32_t next, Loop& 
       edges += 1;
       shortened -= 1;
       from = across;
-      to = fansOf(across, kClean).ends[0][kBackwards];
+      to = fansOf(across).ends[0][kBackwards];
     } else {
       from = std::exchange(to, alongHole(from, to, kBackwards));
     }
@@ -413,23 +408,22 @@ void Outline::close(uint32_t first, uint32_t end, const std::vector<Vec3f>& posi
     for (const Triangle& t : triangles) {
       for (int k = 0; k < 3; ++k) {
         Rim& rim = rimOf(t[k]);
-        rim.links.push_back({t[(k + 1) % 3], t[(k + 2) % 3], kPatch});
-        rim.is_patched = true;
-        rim.closed = {};
+        rim.links.push_back({t[(k + 1) % 3], t[(k + 2) % 3]});
+        rim.fans[1] = {};
       }
       add(t);
     }
   };
   for (uint32_t i = first; i < end; ++i) {
     if (isInside(i)) continue;
-    const Fans& fans = fansOf(i, kClean);
+    const Fans& fans = fansOf(i);
     for (int k = 0; fans.count < 3 && k < fans.count; ++k) {
       closeLoop(i, i, fans.ends[k][kBackwards]);
     }
     // A loop may leave its lowest vertex over a bridge.
     const uint32_t across = bridgeFrom(i);
     if (across == kNone || across < i) continue;
-    closeLoop(i, across, fansOf(across, kClean).ends[0][kBackwards]);
+    closeLoop(i, across, fansOf(across).ends[0][kBackwards]);
   }
 }
 

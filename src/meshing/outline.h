@@ -47,7 +47,7 @@ class Outline {
   /// around them were added. @param triangles At least all around these vertices.
   void link(uint32_t first, uint32_t end, const std::vector<Triangle>& triangles);
 
-  /// Marks the crumbs whose first vertex on an outline is in [first, end).
+  /// Removes the crumbs whose first vertex on an outline is in [first, end).
   void removeCrumbs(uint32_t first, uint32_t end);
   bool isInside(uint32_t vertex) const { return at(vertex).rim == kNone; }
   /// Whether a triangle belongs to a crumb.
@@ -70,14 +70,11 @@ class Outline {
  private:
   static constexpr uint32_t kNone = UINT32_MAX;
   static constexpr size_t kForwards = 0, kBackwards = 1;  ///< Ways along an outline.
-  /// What a triangle belongs to, and what steps see: the mesh as added, without crumbs, and closed.
-  static constexpr uint8_t kMesh = 1, kCrumb = 2, kPatch = 4;
-  static constexpr uint8_t kAdded = kMesh | kCrumb, kClean = kMesh, kClosed = kMesh | kPatch;
 
-  /// A triangle at a vertex; counter-clockwise, its other two vertices.
+  /// A triangle at a vertex: its other two vertices, counter-clockwise.
   struct Link {
     uint32_t next, previous;
-    uint8_t layer;
+    bool operator==(const Link& b) const { return next == b.next && previous == b.previous; }
   };
 
   /// The fans of triangles around a vertex. The outline comes from `last` of one fan and goes on to
@@ -89,9 +86,9 @@ class Outline {
 
   /// What surrounds a vertex on an outline.
   struct Rim {
-    std::vector<Link> links;
-    Fans clean, closed;
-    bool is_patched = false;  ///< Else both are `clean`.
+    std::vector<Link> links;  ///< Those that close() adds come last.
+    int own = 0;              ///< Number of the other links.
+    Fans fans[2];             ///< Of these, and of all.
     uint32_t bridge = kNone;  ///< The nearest vertex across a crack.
   };
 
@@ -110,17 +107,14 @@ class Outline {
   Vertex& at(uint32_t number) { return vertices_[number - first_]; }
   const Vertex& at(uint32_t number) const { return vertices_[number - first_]; }
   Rim& rimOf(uint32_t vertex) const { return rims_[at(vertex).rim - first_rim_]; }
-  const std::vector<Link>& linksOf(uint32_t number) const {
-    static const std::vector<Link> kNoLinks;
-    return isInside(number) ? kNoLinks : rimOf(number).links;
-  }
   bool hasEdge(uint32_t from, uint32_t to) const;
-  const Fans& fansOf(uint32_t vertex, uint8_t layers) const;
+  static Fans fansOfLinks(const Link* links, int count);
+  const Fans& fansOf(uint32_t vertex, bool is_closed = false) const;
   uint32_t beside(uint32_t vertex, size_t way) const;
   uint32_t nextOnEdge(uint32_t vertex, size_t way) const;
   uint32_t alongHole(uint32_t before, uint32_t vertex, size_t way) const;
   bool growCrumb(uint32_t first, std::vector<Triangle>& crumb) const;
-  void markCrumb(const Triangle& triangle);
+  void removeTriangle(const Triangle& triangle);
   bool isOnHole(uint32_t vertex) const;
   bool areNear(uint32_t vertex, uint32_t other) const;
   std::vector<BridgeEnd> bridgeEnds(const Surface& surface) const;

@@ -11,15 +11,22 @@
 namespace dtsdf {
 namespace {
 
-/// Drops the triangles that are to go, and unused vertices.
-template <class Goes>
-void drop(const Goes& goes, Mesh& mesh) {
-  constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max();
-  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), goes),
-                       mesh.triangles.end());
+/// Drops triangles with a corner outside the region, which is in metres, and unused vertices.
+void crop(const RegionView& region, Mesh& mesh) {
+  constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max(), kInside = kUnused - 1;
   std::vector<uint32_t> number(mesh.vertices_m.size(), kUnused);
+  for (size_t i = 0; i < number.size(); ++i) {
+    const std::array<double, 3> p_W = positionInMap(mesh, i);
+    if (isInside(region, Vec3d{p_W[0], p_W[1], p_W[2]})) number[i] = kInside;
+  }
+  const auto leaves = [&](const std::array<uint32_t, 3>& t) {
+    return number[t[0]] == kUnused || number[t[1]] == kUnused || number[t[2]] == kUnused;
+  };
+  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), leaves),
+                       mesh.triangles.end());
+  std::replace(number.begin(), number.end(), kInside, kUnused);
   for (const auto& t : mesh.triangles) {
-    for (const uint32_t v : t) number[v] = 0;
+    for (const uint32_t v : t) number[v] = kInside;
   }
   uint32_t count = 0;
   for (size_t i = 0; i < number.size(); ++i) {
@@ -35,17 +42,6 @@ void drop(const Goes& goes, Mesh& mesh) {
   for (auto& t : mesh.triangles) {
     for (uint32_t& v : t) v = number[v];
   }
-}
-
-/// Drops triangles with a corner outside the region, which is in metres.
-void crop(const RegionView& region, Mesh& mesh) {
-  std::vector<uint8_t> is_inside(mesh.vertices_m.size());
-  for (size_t i = 0; i < is_inside.size(); ++i) {
-    const std::array<double, 3> p_W = positionInMap(mesh, i);
-    is_inside[i] = isInside(region, Vec3d{p_W[0], p_W[1], p_W[2]}) ? 1 : 0;
-  }
-  drop([&](const auto& t) { return (is_inside[t[0]] & is_inside[t[1]] & is_inside[t[2]]) == 0; },
-       mesh);
 }
 
 uint8_t toByte(float share) {
@@ -106,58 +102,36 @@ std::array<double, 3> MeshStore::positionInMap(const BlockKey& key,
           (first.z + static_cast<double>(vertex.position.z)) * h};
 }
 
-/// Joins block meshes, sorted by packed key, into the mesh that MeshStream would output, using
-/// little more memory than the mesh itself takes.
+/// Joins block meshes that are sorted by packed key.
 Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
   size_t vertices = 0, triangles = 0;
   BlockExtent bounds = noBlocks();
+  bool is_painted = false;
   for (const BlockMesh* block : blocks) {
     vertices += block->vertices.size();
     triangles += block->triangles.size() / 3;
     bounds = around(bounds, {block->key, block->key});
+    is_painted = is_painted || !block->colours.empty();
   }
-  Mesh mesh;
-  BlockJoiner joiner;
-  Outline outline;
-  mesh.origin_m = originOf(bounds, voxel_size_m_);
   // Reserves so much that nothing is reallocated. Memory that is never touched costs nothing.
+  Mesh mesh;
+  mesh.origin_m = originOf(bounds, voxel_size_m_);
   mesh.vertices_m.reserve(vertices);
   mesh.normals.reserve(vertices);
+  mesh.colours.reserve(is_painted ? vertices : 0);
   mesh.triangles.reserve(triangles + vertices);  // a hole of n vertices adds n - 2
-  outline.reserve(vertices);
-  for (const BlockMesh* block : blocks) {
-    const JoinedBlock& joined = joiner.add(*block);
-    for (const uint32_t i : joined.fresh) {
-      const BlockVertex& vertex = block->vertices[i];
-      mesh.vertices_m.push_back(positionFrom(mesh.origin_m, positionInMap(block->key, vertex)));
-      mesh.normals.push_back({0.0f, 0.0f, 0.0f});
-      outline.addVertex(outlineKind(vertex));
-      if (block->colours.empty()) continue;  // meshed before the map was first painted
-      if (mesh.colours.empty()) mesh.colours.reserve(vertices);
-      mesh.colours.resize(mesh.vertices_m.size() - 1);
-      mesh.colours.push_back(block->colours[i]);
-    }
-    for (size_t t = 0; t + 2 < block->triangles.size(); t += 3) {
-      const uint16_t* const corner = &block->triangles[t];
-      mesh.triangles.push_back(
-          {joined.number[corner[0]], joined.number[corner[1]], joined.number[corner[2]]});
-      addNormal(*block, joined, corner, mesh.triangles.back(), mesh.normals);
-      outline.addTriangle(mesh.triangles.back());
-    }
-  }
-  if (!mesh.colours.empty()) mesh.colours.resize(mesh.vertices_m.size());
-  const auto count = static_cast<uint32_t>(mesh.vertices_m.size());
-  outline.link(0, count, mesh.triangles);
-  outline.removeCrumbs(0, count);
-  outline.close(0, count, mesh.vertices_m, mesh.normals, voxel_size_m_,
-                [&](const auto& triangle) { mesh.triangles.push_back(triangle); });
-  makeUnit(mesh.normals);
-  std::vector<std::pair<uint32_t, Vec3f>> moved;
-  for (uint32_t i = 0; i < count; ++i) {
-    if (!outline.isInside(i)) moved.emplace_back(i, outline.smoothed(i, mesh.vertices_m));
-  }
-  for (const auto& [i, p] : moved) mesh.vertices_m[i] = p;
-  drop([&](const auto& triangle) { return outline.isCrumb(triangle); }, mesh);
+  const auto append = [](const auto& from, auto& to) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  MeshStream stream(voxel_size_m_, is_painted, bounds,
+                    {[&](const Mesh& piece) {
+                       append(piece.vertices_m, mesh.vertices_m);
+                       append(piece.normals, mesh.normals);
+                       append(piece.colours, mesh.colours);
+                     },
+                     [&](const auto& triangle) { mesh.triangles.push_back(triangle); }});
+  for (const BlockMesh* block : blocks) stream.add(*block);
+  stream.finish();
   return mesh;
 }
 

@@ -134,9 +134,6 @@ void makeUnit(std::vector<Vec3f>& normals) {
 
 namespace {
 
-/// Vertices are output and dropped at least this many at a time.
-constexpr size_t kVerticesAtOnce = 65536;
-
 /// Removes blocks from the front of a list while the block `distance` farther along each axis still
 /// comes before `key`. @return the number of vertices up to the end of the last removed block;
 /// `before` if there is none.
@@ -156,8 +153,12 @@ void dropFirst(std::vector<T>& values, size_t count) {
 
 }  // namespace
 
-MeshStream::MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& bounds, Sink sink)
-    : positions_(voxel_size_m), is_painted_(is_painted), sink_(std::move(sink)) {
+MeshStream::MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& bounds, Sink sink,
+                       uint32_t vertices_at_once)
+    : positions_(voxel_size_m),
+      is_painted_(is_painted),
+      sink_(std::move(sink)),
+      vertices_at_once_(vertices_at_once) {
   window_.origin_m = originOf(bounds, voxel_size_m);
 }
 
@@ -180,7 +181,7 @@ void MeshStream::add(const BlockMesh& block) {
     behind_[i].push_back({block.key, end()});
     passed_[i] = dropPassedBlocks(behind_[i], kBlocksBehind[i], packKey(block.key), passed_[i]);
   }
-  if (passed_[0] < done_[0] + kVerticesAtOnce) return;
+  if (passed_[0] - done_[0] < vertices_at_once_) return;
   process(passed_);
 }
 

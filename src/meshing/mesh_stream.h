@@ -110,8 +110,7 @@ Outline::Kind outlineKind(const BlockVertex& vertex);
 void makeUnit(std::vector<Vec3f>& normals);
 
 /// Joins blocks that are added in order of their packed keys. Keeps only vertices that later blocks
-/// may share, or that outlines through later blocks may reach. Outputs the same vertices and
-/// triangles as MeshStore::assemble(), in the same order.
+/// may share, or that outlines through later blocks may reach.
 class MeshStream {
  public:
   struct Sink {
@@ -122,7 +121,9 @@ class MeshStream {
 
   /// @param is_painted Whether any of the blocks has colours.
   /// @param bounds Bounds of the blocks.
-  MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& bounds, Sink sink);
+  /// @param vertices_at_once Vertices are output and dropped at least this many at a time.
+  MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& bounds, Sink sink,
+             uint32_t vertices_at_once = 65536);
 
   void add(const BlockMesh& block);
 
@@ -154,6 +155,7 @@ class MeshStream {
   const MeshStore positions_;
   const bool is_painted_;
   const Sink sink_;
+  const uint32_t vertices_at_once_;
   BlockJoiner joiner_;
   Mesh window_;                    ///< The vertices from number first_ on.
   std::vector<uint32_t> numbers_;  ///< Their numbers in the output, once written.

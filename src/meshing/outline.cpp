@@ -25,8 +25,6 @@ constexpr int kMaxEdgesOfHole = 8;
 
 /// Length of a bridge over a crack, in voxels. Gaps of two voxels are real.
 constexpr float kMaxBridge = 1.5f;
-/// The ends of a bridge are at least this many steps apart on an outline, so not on one hole.
-constexpr int kMinStepsApart = kMaxEdgesOfHole / 2 + 1;
 
 Vec3i cellOf(const Vec3f& position, float side) {
   const Vec3f scaled = (1.0f / side) * position;
@@ -60,8 +58,8 @@ struct Outline::BridgeEnd {
 
   PackedKey cell;
   uint32_t vertex;
-  Vec3f inwards;  ///< Sum of vectors to its neighbours.
-  float shortest;  ///< Squared.
+  Vec3f inwards;             ///< Sum of vectors to its neighbours.
+  float shortest;            ///< Squared.
   uint32_t nearest = kNone;  ///< The vertex at this distance.
 };
 
@@ -243,26 +241,15 @@ bool Outline::isUnused(uint32_t vertex) const {
   return isInside(vertex) ? !at(vertex).is_used : rimOf(vertex).links.empty();
 }
 
-/// Whether a vertex with one fan is on an outline as short as that of a hole.
-bool Outline::isOnHole(uint32_t vertex) const {
-  uint32_t before = vertex, next = fansOf(vertex).ends[0][kBackwards];
-  for (int edges = 1; edges < kMaxEdgesOfHole && next != kNone && next != vertex;) {
+/// Whether an outline leads from a vertex with one fan to another, or back to it, within some
+/// edges.
+bool Outline::leads(uint32_t from, uint32_t to, size_t way, int max_edges) const {
+  uint32_t before = from, next = fansOf(from).ends[0][way];
+  for (int edges = 1; edges <= max_edges;) {
+    if (next == to) return true;
+    if (next == kNone || next < first_) return false;
     edges += at(next).kind == Kind::kMiddle ? 0 : 1;
-    before = std::exchange(next, alongHole(before, next, kBackwards));
-  }
-  return next == vertex;
-}
-
-/// Whether two vertices are a few steps apart on an outline.
-bool Outline::areNear(uint32_t vertex, uint32_t other) const {
-  if (vertex == other) return true;
-  for (const size_t way : {kForwards, kBackwards}) {
-    uint32_t before = vertex;
-    uint32_t next = fansOf(vertex).ends[0][way];
-    for (int steps = 1; steps < kMinStepsApart && next != kNone; ++steps) {
-      if (next == other) return true;
-      before = std::exchange(next, alongHole(before, next, way));
-    }
+    before = std::exchange(next, alongHole(before, next, way));
   }
   return false;
 }
@@ -289,14 +276,18 @@ std::vector<Outline::BridgeEnd> Outline::bridgeEnds(const Surface& surface) cons
   return ends;
 }
 
-/// Whether a bridge may join two vertices: each lies outside the surface around the other.
+/// Whether a bridge may join two vertices: each lies outside the surface around the other, neither
+/// is on a hole, and they are not so close on an outline that both might be on one hole.
 bool Outline::isBridge(const BridgeEnd& end, const BridgeEnd& other, const Surface& surface) const {
   const Vec3f bridge = surface.position(other.vertex) - surface.position(end.vertex);
   if (dot(bridge, end.inwards) >= 0.0f || dot(bridge, other.inwards) <= 0.0f) return false;
   if (dot(surface.normal(end.vertex), surface.normal(other.vertex)) <= 0.0f) return false;
   if (hasEdge(end.vertex, other.vertex) || hasEdge(other.vertex, end.vertex)) return false;
-  if (areNear(end.vertex, other.vertex)) return false;
-  return !isOnHole(end.vertex) && !isOnHole(other.vertex);
+  for (const size_t way : {kForwards, kBackwards}) {
+    if (leads(end.vertex, other.vertex, way, kMaxEdgesOfHole / 2)) return false;
+  }
+  return !leads(end.vertex, end.vertex, kBackwards, kMaxEdgesOfHole) &&
+         !leads(other.vertex, other.vertex, kBackwards, kMaxEdgesOfHole);
 }
 
 /// Finds the vertex nearest to each where a bridge may end.

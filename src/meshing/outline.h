@@ -115,8 +115,7 @@ class Outline {
   uint32_t alongHole(uint32_t before, uint32_t vertex, size_t way) const;
   bool growCrumb(uint32_t first, std::vector<Triangle>& crumb) const;
   void removeTriangle(const Triangle& triangle);
-  bool isOnHole(uint32_t vertex) const;
-  bool areNear(uint32_t vertex, uint32_t other) const;
+  bool leads(uint32_t from, uint32_t to, size_t way, int max_edges) const;
   std::vector<BridgeEnd> bridgeEnds(const Surface& surface) const;
   bool isBridge(const BridgeEnd& end, const BridgeEnd& other, const Surface& surface) const;
   void findBridges(const Surface& surface);
@@ -125,7 +124,7 @@ class Outline {
   bool cutCorner(Loop& loop, const Surface& surface, std::vector<Triangle>& triangles) const;
   Vec3f shiftOf(uint32_t vertex, const std::vector<Vec3f>& positions) const;
 
-  uint32_t first_ = 0;  ///< Number of vertices_[0].
+  uint32_t first_ = 0;      ///< Number of vertices_[0].
   uint32_t first_rim_ = 0;  ///< Number of rims_[0].
   std::vector<Vertex> vertices_;
   mutable std::deque<Rim> rims_;  ///< In order of their vertices. Fans are computed on first use.

@@ -130,29 +130,23 @@ TEST(MeshStore, IsTheSameInPieces) {
       store.apply(updateOf({block}));
     }
   }
-  Mesh in_pieces;
-  int pieces = 0;
+  Mesh whole;
   MeshStream stream(kVoxelSize, false, bounds,
-                    {[&](const Mesh& piece) {
-                       ++pieces;
-                       in_pieces.vertices_m.insert(in_pieces.vertices_m.end(),
-                                                   piece.vertices_m.begin(),
-                                                   piece.vertices_m.end());
-                     },
-                     [&](const auto& t) { in_pieces.triangles.push_back(t); }});
+                    {[&](const Mesh& piece) { whole.vertices_m = piece.vertices_m; },
+                     [&](const auto& t) { whole.triangles.push_back(t); }},
+                    UINT32_MAX);
   for (const auto& [key, block] : store.blocks()) stream.add(*block);
   stream.finish();
-  EXPECT_GT(pieces, 2);
 
   const Mesh mesh = store.assemble(), raw = rawMesh(store);
   EXPECT_LT(mesh.vertices_m.size(), raw.vertices_m.size()) << "without crumbs";
-  ASSERT_EQ(in_pieces.vertices_m.size(), mesh.vertices_m.size());
+  ASSERT_EQ(whole.vertices_m.size(), mesh.vertices_m.size());
   ASSERT_GT(mesh.vertices_m.size(), 200000u);
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
-    ASSERT_EQ(norm(in_pieces.vertices_m[i] - mesh.vertices_m[i]), 0.0f) << i;
+    ASSERT_EQ(norm(whole.vertices_m[i] - mesh.vertices_m[i]), 0.0f) << i;
   }
   EXPECT_GT(mesh.triangles.size(), raw.triangles.size() + 1000) << "with holes closed";
-  EXPECT_EQ(in_pieces.triangles, mesh.triangles);
+  EXPECT_EQ(whole.triangles, mesh.triangles);
 }
 
 /// The two sides of a wall cross the same grid edges and must stay apart.
@@ -189,17 +183,11 @@ TEST(MeshStore, NormalsOfFoldedTrianglesCountTurnedRound) {
   for (const Vec3f& n : store.assemble().normals) EXPECT_FLOAT_EQ(n.z, 1.0f);
 }
 
-/// Beyond 64 m, vertices are relative to whole metres in the middle of the mesh.
+/// Beyond 64 m, vertices are relative to the middle of the mesh, rounded to whole metres.
 TEST(MeshStore, MeshesFarAwayHaveAnOriginOfTheirOwn) {
   const auto meshOf = [](std::vector<int> xs) {
     MeshStore store(0.125f);  // blocks of 1 m
-    for (const int x : xs) {
-      BlockMesh block;
-      block.key = {x, 0, -3};
-      block.vertices = {{{0.0f, 0.5f, 0.0f}, 0}, {{1.0f, 0.5f, 0.0f}, 2}, {{0.0f, 1.5f, 0.0f}, 4}};
-      block.triangles = {0, 1, 2};
-      store.put(std::make_shared<const BlockMesh>(block));
-    }
+    for (const int x : xs) store.apply(updateOf({planeBlock({x, 0, -3}, 3.5f)}));
     return store.assemble();
   };
   EXPECT_FALSE(isFarFromOrigin(meshOf({-64, 63})));
@@ -207,9 +195,9 @@ TEST(MeshStore, MeshesFarAwayHaveAnOriginOfTheirOwn) {
   EXPECT_TRUE(isFarFromOrigin(meshOf({-65, 0})));
   const Mesh mesh = meshOf({1000, 1005});
   EXPECT_EQ(mesh.origin_m[0], 1003.0);
-  EXPECT_EQ(mesh.vertices_m[0].x, -3.0f);
-  const auto x_m = positionInMap(mesh, 0);
-  EXPECT_EQ(x_m, (std::array<double, 3>{1000.0, 0.0625, -3.0}));
+  const size_t inside = kCornerGridSide + 1;
+  EXPECT_EQ(mesh.vertices_m[inside].x, -2.875f);
+  EXPECT_EQ(positionInMap(mesh, inside), (std::array<double, 3>{1000.125, 0.125, -2.5625}));
 }
 
 /// Blocks meshed before the first colour lie next to painted ones.

@@ -207,8 +207,7 @@ Raster<uint8_t> decodeCompressedDepth(const std::string& text, const std::vector
   const Format format = parseFormat(text);
   if (!format.is_depth) {
     throw std::runtime_error("format '" + printable(text) +
-                             "' is not a format of compressed "
-                             "depth");
+                             "' is not a format of compressed depth");
   }
   const bool is_float = format.encoding == "32FC1";
   if (!is_float && format.encoding != "16UC1" && format.encoding != "mono16") {

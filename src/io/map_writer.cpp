@@ -37,8 +37,7 @@ std::string checkedSettings(const MapContents& head) {
   MapContents back;
   if (text.size() > kMaxText || head.map_frame.size() > kMaxText) {
     throw std::runtime_error(
-        "the map cannot be saved: its settings or the name of its frame are "
-        "longer than 1 MiB");
+        "the map cannot be saved: its settings or the name of its frame are longer than 1 MiB");
   }
   back.settings = parseYamlParams(text, "the map cannot be saved: its settings");
   if (settingsText(back.settings) != text) {

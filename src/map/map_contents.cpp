@@ -200,8 +200,7 @@ void checkFits(const MapContents& contents, const MapperParams& params, const st
     throw std::runtime_error(
         "the saved map has free cells of " + std::to_string(contents.cell_voxels) +
         " voxels, but space/cell_voxels is " + std::to_string(params.space.cell_voxels) +
-        "; change it, or switch space/enabled off to load the map without "
-        "free cells");
+        "; change it, or switch space/enabled off to load the map without free cells");
   }
   if (!isWithinBudget(sizeTakenOver(contents, params), params)) {
     throw std::runtime_error("the saved map needs a map/max_memory_mb of " +

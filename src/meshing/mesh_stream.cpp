@@ -121,10 +121,6 @@ uint32_t BlockJoiner::numberOfEdge(uint32_t edge) {
   return number;
 }
 
-Outline::Kind outlineKind(const BlockVertex& vertex) {
-  return isMidpoint(vertex.edge) ? Outline::Kind::kMiddle : Outline::Kind::kPlain;
-}
-
 void makeUnit(std::vector<Vec3f>& normals) {
   for (Vec3f& n : normals) {
     const float length = norm(n);
@@ -197,7 +193,8 @@ void MeshStream::addVertex(const BlockMesh& block, size_t i) {
       positionFrom(window_.origin_m, positions_.positionInMap(block.key, block.vertices[i])));
   window_.normals.push_back({0.0f, 0.0f, 0.0f});
   numbers_.push_back(0);
-  outline_.addVertex(outlineKind(block.vertices[i]));
+  outline_.addVertex(isMidpoint(block.vertices[i].edge) ? Outline::Kind::kMiddle
+                                                        : Outline::Kind::kPlain);
   // A block that was meshed before the map was first painted has no colours.
   if (is_painted_) {
     window_.colours.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);

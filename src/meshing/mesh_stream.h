@@ -103,9 +103,6 @@ inline void addNormal(const BlockMesh& block, const JoinedBlock& joined, const u
   for (const uint32_t v : t) normals[v] = normals[v] + turn * n;
 }
 
-/// The kind of a block's vertex for an Outline.
-Outline::Kind outlineKind(const BlockVertex& vertex);
-
 /// Normalises sums of normals; a sum of 0 becomes (0, 0, 1).
 void makeUnit(std::vector<Vec3f>& normals);
 

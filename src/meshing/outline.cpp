@@ -100,12 +100,12 @@ void Outline::link(uint32_t first, uint32_t end, const std::vector<Triangle>& tr
   }
 }
 
-/// Whether a triangle, but none that close() added, has an edge in this direction.
-bool Outline::hasEdge(uint32_t from, uint32_t to) const {
-  if (isInside(from)) return false;
-  const Rim& rim = rimOf(from);
-  const auto is_edge = [to](const Link& link) { return link.next == to; };
-  return std::any_of(rim.links.begin(), rim.links.begin() + rim.own, is_edge);
+/// Whether a triangle, but none that close() added, has an edge between two vertices.
+/// @pre `a` is on an outline.
+bool Outline::hasEdge(uint32_t a, uint32_t b) const {
+  const Rim& rim = rimOf(a);
+  return std::any_of(rim.links.begin(), rim.links.begin() + rim.own,
+                     [b](const Link& link) { return link.next == b || link.previous == b; });
 }
 
 /// The fans of some links.
@@ -282,7 +282,7 @@ bool Outline::isBridge(const BridgeEnd& end, const BridgeEnd& other, const Surfa
   const Vec3f bridge = surface.position(other.vertex) - surface.position(end.vertex);
   if (dot(bridge, end.inwards) >= 0.0f || dot(bridge, other.inwards) <= 0.0f) return false;
   if (dot(surface.normal(end.vertex), surface.normal(other.vertex)) <= 0.0f) return false;
-  if (hasEdge(end.vertex, other.vertex) || hasEdge(other.vertex, end.vertex)) return false;
+  if (hasEdge(end.vertex, other.vertex)) return false;
   for (const size_t way : {kForwards, kBackwards}) {
     if (leads(end.vertex, other.vertex, way, kMaxEdgesOfHole / 2)) return false;
   }
@@ -328,23 +328,20 @@ uint32_t Outline::bridgeFrom(uint32_t vertex) const {
 }
 
 /// The loop around a hole that begins with the edge from `vertex` to `next` and crosses bridges.
-/// @return false if it is too long for a hole, has a vertex below `lowest`, or if closing it would
-/// not shorten outlines.
+/// @return false if it is too long for a hole or has a vertex below `lowest`.
 bool Outline::followLoop(uint32_t lowest, uint32_t vertex, uint32_t next, Loop& loop) const {
   loop = {vertex};
-  int edges = 0, shortened = 0;
+  int edges = 0;
   uint32_t from = vertex, to = next;
   do {
     if (to == kNone || to < lowest || at(to).kind == Kind::kFixed) return false;
     loop.push_back(to);
     edges += at(to).kind == Kind::kMiddle ? 0 : 1;
-    shortened += 1;
     const uint32_t across = bridgeFrom(to);
     if (across != kNone) {
       if (across < lowest) return false;
       loop.push_back(across);
       edges += 1;
-      shortened -= 1;
       from = across;
       to = fansOf(across).ends[0][kBackwards];
     } else {
@@ -355,8 +352,7 @@ bool Outline::followLoop(uint32_t lowest, uint32_t vertex, uint32_t next, Loop& 
   loop.pop_back();
   Loop sorted = loop;
   std::sort(sorted.begin(), sorted.end());
-  return shortened >= 0 && loop.size() >= 3 &&
-         std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end();
+  return loop.size() >= 3 && std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end();
 }
 
 /// Cuts one corner off a loop: of those whose triangle faces the same way as the surface, the one
@@ -373,7 +369,7 @@ bool Outline::cutCorner(Loop& loop, const Surface& surface,
     const Vec3f across = surface.position(t[2]) - p;
     const Vec3f n = cross(surface.position(t[1]) - p, across);
     if (!(dot(n, surface.normal(t[1])) > 0.0f) || norm(across) >= shortest) continue;
-    if (count > 3 && (hasEdge(t[0], t[2]) || hasEdge(t[2], t[0]))) continue;
+    if (count > 3 && hasEdge(t[0], t[2])) continue;
     shortest = norm(across);
     best = i;
     triangle = t;

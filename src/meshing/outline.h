@@ -107,7 +107,7 @@ class Outline {
   Vertex& at(uint32_t number) { return vertices_[number - first_]; }
   const Vertex& at(uint32_t number) const { return vertices_[number - first_]; }
   Rim& rimOf(uint32_t vertex) const { return rims_[at(vertex).rim - first_rim_]; }
-  bool hasEdge(uint32_t from, uint32_t to) const;
+  bool hasEdge(uint32_t a, uint32_t b) const;
   static Fans fansOfLinks(const Link* links, int count);
   const Fans& fansOf(uint32_t vertex, bool is_closed = false) const;
   uint32_t beside(uint32_t vertex, size_t way) const;

@@ -185,9 +185,7 @@ constexpr double kLongestStep_m = 1.0;
 template <class Index>
 void checkTriangles(const std::vector<Index>& triangles, size_t vertices) {
   if (triangles.size() % 3 != 0)
-    throw std::runtime_error(
-        "the number of indices is not a multiple "
-        "of 3");
+    throw std::runtime_error("the number of indices is not a multiple of 3");
   const auto last = std::max_element(triangles.begin(), triangles.end());
   if (last != triangles.end() && *last >= vertices) {
     throw std::runtime_error("a triangle uses vertex " + std::to_string(*last) +

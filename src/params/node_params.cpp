@@ -48,8 +48,7 @@ void checkPoseFrames(const NodeParams& node, ParamReader& reader) {
   };
   if (isMap(odom)) {
     reader.addViolation("poses/odom_frame",
-                        "must differ from the map's frame; leave it empty for "
-                        "poses in map_frame");
+                        "must differ from the map's frame; leave it empty for poses in map_frame");
   }
   if (isMap(base)) reader.addViolation("poses/base_frame", "must differ from the map's frame");
   if (!base.empty() && base == odom) {

@@ -91,8 +91,7 @@ void MapperSession::withSpace(const std::function<void(Space&)>& action) {
   Space* const space = mapper_->space();
   if (space == nullptr) {
     throw std::runtime_error(
-        "this mapper does not record space: make it with "
-        "**{\"space/enabled\": True}");
+        "this mapper does not record space: make it with **{\"space/enabled\": True}");
   }
   action(*space);
 }

@@ -49,8 +49,7 @@ void checkSettings(const RunSettings& settings) {
   const MapperParams& params = settings.params.mapper;
   if (params.map.keep_radius_m > 0.0f) {
     throw std::runtime_error(
-        "map/keep_radius_m depends on the whole map, so --only cannot apply "
-        "it; leave it at 0");
+        "map/keep_radius_m depends on the whole map, so --only cannot apply it; leave it at 0");
   }
   if (settings.params.poses.mode != PoseMode::kTf) {
     throw std::runtime_error(

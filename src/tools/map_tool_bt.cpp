@@ -37,8 +37,7 @@ void save(const Space& space, const std::string& path) {
 
 void save(const Space&, const std::string&) {
   throw std::runtime_error(
-      "this map_tool was built without OctoMap; install liboctomap-dev and "
-      "build it again");
+      "this map_tool was built without OctoMap; install liboctomap-dev and build it again");
 }
 
 #endif

@@ -114,8 +114,7 @@ void renderMap(const std::vector<std::string>& arguments) {
             "frame, in metres and as a quaternion"},
            [&](const std::string& text) { poses.push_back(readPose(text)); });
   line.addText({"--trajectory", "FILE",
-                "poses to render from: `stamp tx ty tz qx qy qz qw` per "
-                "line, camera to map"},
+                "poses to render from: `stamp tx ty tz qx qy qz qw` per line, camera to map"},
                trajectory_path);
   line.requireOneOf({"--pose", "--trajectory"});
   line.addText({"--camera", "FILE",

@@ -99,8 +99,7 @@ void addFolderOptions(CommandLine& line, RunOptions& options) {
 void addFrameOptions(CommandLine& line, RunOptions& options) {
   line.add(
       {"--frames", "FIRST:LAST:STEP",
-       "depth images to use, counted from 0, LAST included; parts may be left out: 100:, :99, "
-       "::2"},
+       "depth images to use, counted from 0, LAST included; parts may be left out: 100:, :99, ::2"},
       [&](const std::string& value) { options.recording.selection = parseFrameSelection(value); });
 }
 

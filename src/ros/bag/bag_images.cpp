@@ -148,8 +148,7 @@ class BagPoses {
     if (newest.T_W_C) return;
     throw std::runtime_error("'" + printable(bag.getFileName()) + "': " + newest.text +
                              topicsOf(bag) +
-                             "; give --tf-topic, a trajectory with --poses, or --poses-mode "
-                             "track");
+                             "; give --tf-topic, a trajectory with --poses, or --poses-mode track");
   }
 
  private:

@@ -157,8 +157,7 @@ class PosesStep : public Step {
   void setPose(const Eigen::Isometry3d& T_W_B) {
     if (!tracks()) {
       throw std::runtime_error(
-          "poses come from TF, because poses/mode is refine; set_pose needs poses/mode: "
-          "track");
+          "poses come from TF, because poses/mode is refine; set_pose needs poses/mode: track");
     }
     given_T_W_B_ = T_W_B;
   }

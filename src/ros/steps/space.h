@@ -207,8 +207,7 @@ class SpaceStep : public Step {
     constexpr size_t kMaxPoints = 100000;
     if (points.size() > kMaxPoints) {
       throw std::runtime_error(
-          formatted("%zu points are more than the %zu allowed per call; "
-                    "split the call",
+          formatted("%zu points are more than the %zu allowed per call; split the call",
                     points.size(), kMaxPoints));
     }
     for (size_t i = 0; i < points.size(); ++i) {

@@ -12,12 +12,12 @@ namespace dtsdf {
 RegionView makeRegionView(const Region& region, double unit_m);
 
 /// Whether a block may affect the mesh in a region, which is in units of voxels: its vertices may
-/// lie there, or affect the smoothing of outlines there.
+/// lie there, or affect the outlines there.
 inline bool mayAffectMeshIn(const RegionView& region, const BlockKey& block) {
   constexpr double kMiddle = 4.0;
-  // Vertices lie in [-2, 10] from the first voxel. Smoothing an outline uses vertices up to three
-  // units away, and all triangles around these.
-  constexpr double kReach = (6.0 + 3.0) * 1.7321;  // from the centre to the farthest corner
+  // Vertices lie in [-2, 10] from the first voxel. What closes a crack depends on vertices up to
+  // two blocks away.
+  constexpr double kReach = (6.0 + 16.0) * 1.7321;  // from the centre to the farthest corner
   const Vec3i first = firstVoxelOfBlock(block);
   return isInside(region, Vec3d{first.x + kMiddle, first.y + kMiddle, first.z + kMiddle}, kReach);
 }

@@ -102,36 +102,48 @@ std::array<double, 3> MeshStore::positionInMap(const BlockKey& key,
           (first.z + static_cast<double>(vertex.position.z)) * h};
 }
 
-/// Joins block meshes that are sorted by packed key.
+/// Joins block meshes, sorted by packed key, into the mesh that MeshStream would output, using
+/// little more memory than the mesh itself takes.
 Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
   size_t vertices = 0, triangles = 0;
   BlockExtent bounds = noBlocks();
-  bool is_painted = false;
   for (const BlockMesh* block : blocks) {
     vertices += block->vertices.size();
     triangles += block->triangles.size() / 3;
     bounds = around(bounds, {block->key, block->key});
-    is_painted = is_painted || !block->colours.empty();
   }
-  // Reserves so much that nothing is reallocated. Memory that is never touched costs nothing.
   Mesh mesh;
+  BlockJoiner joiner;
+  Outline outline;
   mesh.origin_m = originOf(bounds, voxel_size_m_);
+  // Reserves so much that nothing is reallocated. Memory that is never touched costs nothing.
   mesh.vertices_m.reserve(vertices);
   mesh.normals.reserve(vertices);
-  mesh.colours.reserve(is_painted ? vertices : 0);
   mesh.triangles.reserve(triangles + vertices);  // a hole of n vertices adds n - 2
-  const auto append = [](const auto& from, auto& to) {
-    to.insert(to.end(), from.begin(), from.end());
-  };
-  MeshStream stream(voxel_size_m_, is_painted, bounds,
-                    {[&](const Mesh& piece) {
-                       append(piece.vertices_m, mesh.vertices_m);
-                       append(piece.normals, mesh.normals);
-                       append(piece.colours, mesh.colours);
-                     },
-                     [&](const auto& triangle) { mesh.triangles.push_back(triangle); }});
-  for (const BlockMesh* block : blocks) stream.add(*block);
-  stream.finish();
+  outline.reserve(vertices);
+  for (const BlockMesh* block : blocks) {
+    const JoinedBlock& joined = joiner.add(*block);
+    for (const uint32_t i : joined.fresh) {
+      const BlockVertex& vertex = block->vertices[i];
+      mesh.vertices_m.push_back(positionFrom(mesh.origin_m, positionInMap(block->key, vertex)));
+      mesh.normals.push_back({0.0f, 0.0f, 0.0f});
+      outline.addVertex(outlineKind(vertex));
+      if (block->colours.empty()) continue;  // meshed before the map was first painted
+      if (mesh.colours.empty()) mesh.colours.reserve(vertices);
+      mesh.colours.resize(mesh.vertices_m.size() - 1);
+      mesh.colours.push_back(block->colours[i]);
+    }
+    for (size_t t = 0; t + 2 < block->triangles.size(); t += 3) {
+      const uint16_t* const corner = &block->triangles[t];
+      mesh.triangles.push_back(
+          {joined.number[corner[0]], joined.number[corner[1]], joined.number[corner[2]]});
+      addNormal(*block, joined, corner, mesh.triangles.back(), mesh.normals);
+      outline.addTriangle(mesh.triangles.back());
+    }
+  }
+  if (!mesh.colours.empty()) mesh.colours.resize(mesh.vertices_m.size());
+  outline.mend(mesh, voxel_size_m_);
+  makeUnit(mesh.normals);
   return mesh;
 }
 

@@ -121,6 +121,10 @@ uint32_t BlockJoiner::numberOfEdge(uint32_t edge) {
   return number;
 }
 
+Outline::Kind outlineKind(const BlockVertex& vertex) {
+  return isMidpoint(vertex.edge) ? Outline::Kind::kMiddle : Outline::Kind::kPlain;
+}
+
 void makeUnit(std::vector<Vec3f>& normals) {
   for (Vec3f& n : normals) {
     const float length = norm(n);
@@ -130,13 +134,15 @@ void makeUnit(std::vector<Vec3f>& normals) {
 
 namespace {
 
-/// Removes blocks from the front of a list while the block `distance` farther along each axis still
-/// comes before `key`. @return the number of vertices up to the end of the last removed block;
-/// `before` if there is none.
+/// Removes blocks from the front of a list while all within `distance` along each axis, up to the
+/// block `last`, come before `key`. @return the number of vertices up to the end of the last
+/// removed block; `before` if there is none.
 template <class Blocks>
-uint32_t dropPassedBlocks(Blocks& blocks, int32_t distance, PackedKey key, uint32_t before) {
+uint32_t dropPassedBlocks(Blocks& blocks, int32_t distance, const Vec3i& last, PackedKey key,
+                          uint32_t before) {
   const Vec3i beyond{distance, distance, distance};
-  for (; !blocks.empty() && packKey(blocks.front().key + beyond) < key; blocks.pop_front()) {
+  const auto farthest = [&] { return packKey(minOf(blocks.front().key + beyond, last)); };
+  for (; !blocks.empty() && farthest() < key; blocks.pop_front()) {
     before = blocks.front().end;
   }
   return before;
@@ -153,6 +159,7 @@ MeshStream::MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& b
                        uint32_t vertices_at_once)
     : positions_(voxel_size_m),
       is_painted_(is_painted),
+      last_block_(bounds.last),
       sink_(std::move(sink)),
       vertices_at_once_(vertices_at_once) {
   window_.origin_m = originOf(bounds, voxel_size_m);
@@ -174,10 +181,11 @@ void MeshStream::add(const BlockMesh& block) {
     triangles_.push_back(triangle);
   }
   for (size_t i = 0; i < kSteps; ++i) {
-    behind_[i].push_back({block.key, end()});
-    passed_[i] = dropPassedBlocks(behind_[i], kBlocksBehind[i], packKey(block.key), passed_[i]);
+    ahead_[i].push_back({block.key, end()});
+    passed_[i] =
+        dropPassedBlocks(ahead_[i], kBlocksBehind[i], last_block_, packKey(block.key), passed_[i]);
   }
-  if (passed_[0] - done_[0] < vertices_at_once_) return;
+  if (passed_[0] - done_[0] < std::max(vertices_at_once_, (end() - first_) / 4)) return;
   process(passed_);
 }
 
@@ -193,8 +201,7 @@ void MeshStream::addVertex(const BlockMesh& block, size_t i) {
       positionFrom(window_.origin_m, positions_.positionInMap(block.key, block.vertices[i])));
   window_.normals.push_back({0.0f, 0.0f, 0.0f});
   numbers_.push_back(0);
-  outline_.addVertex(isMidpoint(block.vertices[i].edge) ? Outline::Kind::kMiddle
-                                                        : Outline::Kind::kPlain);
+  outline_.addVertex(outlineKind(block.vertices[i]));
   // A block that was meshed before the map was first painted has no colours.
   if (is_painted_) {
     window_.colours.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);

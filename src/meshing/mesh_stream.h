@@ -103,22 +103,27 @@ inline void addNormal(const BlockMesh& block, const JoinedBlock& joined, const u
   for (const uint32_t v : t) normals[v] = normals[v] + turn * n;
 }
 
+/// The kind of a block's vertex for an Outline.
+Outline::Kind outlineKind(const BlockVertex& vertex);
+
 /// Normalises sums of normals; a sum of 0 becomes (0, 0, 1).
 void makeUnit(std::vector<Vec3f>& normals);
 
 /// Joins blocks that are added in order of their packed keys. Keeps only vertices that later blocks
-/// may share, or that outlines through later blocks may reach.
+/// may share, or that outlines through later blocks may reach. Outputs the same vertices and
+/// triangles as MeshStore::assemble(), in the same order.
 class MeshStream {
  public:
   struct Sink {
     std::function<void(const Mesh& piece)> vertices;  ///< Receives the next vertices.
-    /// Receives the vertex numbers of a triangle, sometimes before these vertices.
+    /// Receives the vertex numbers of a triangle, after these vertices.
     std::function<void(const std::array<uint32_t, 3>&)> triangle;
   };
 
   /// @param is_painted Whether any of the blocks has colours.
   /// @param bounds Bounds of the blocks.
-  /// @param vertices_at_once Vertices are output and dropped at least this many at a time.
+  /// @param vertices_at_once Vertices are output and dropped at least this many at a time, and at
+  /// least a quarter of those in memory.
   MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& bounds, Sink sink,
              uint32_t vertices_at_once = 65536);
 
@@ -131,9 +136,10 @@ class MeshStream {
   /// Steps through which each vertex goes, see Outline: linked, cleaned of crumbs, closed, written
   /// and forgotten.
   static constexpr size_t kSteps = 5;
-  /// A step processes a block's vertices once all blocks up to this many beyond were added. Blocks
-  /// next to it may list its vertices; each step reads what the one before did in these.
-  static constexpr std::array<int32_t, kSteps> kBlocksBehind = {1, 2, 3, 4, 6};
+  /// A step processes a block's vertices once all blocks up to this many beyond were added: blocks
+  /// next to it may list its vertices, and each step reads what the one before did up to one or two
+  /// blocks away. Triangles over holes may wait two blocks longer for vertices to be written.
+  static constexpr std::array<int32_t, kSteps> kBlocksBehind = {1, 2, 4, 5, 7};
 
   struct AddedBlock {
     BlockKey key;
@@ -151,6 +157,7 @@ class MeshStream {
 
   const MeshStore positions_;
   const bool is_painted_;
+  const Vec3i last_block_;  ///< The upper corner of the blocks' bounds.
   const Sink sink_;
   const uint32_t vertices_at_once_;
   BlockJoiner joiner_;
@@ -159,10 +166,10 @@ class MeshStream {
   Outline outline_;
   Triangles triangles_;         ///< Triangles not yet output.
   Triangles patches_;           ///< New ones, with vertices not yet written.
-  Triangles numbered_patches_;  ///< The others, with numbers in the output; output last.
+  Triangles numbered_patches_;  ///< Those with numbers in the output; output last.
   uint32_t first_ = 0, next_number_ = 0;
-  std::array<std::deque<AddedBlock>, kSteps> behind_;  ///< Blocks that each step has ahead.
-  std::array<uint32_t, kSteps> passed_ = {};           ///< Number of vertices before those.
+  std::array<std::deque<AddedBlock>, kSteps> ahead_;  ///< Blocks that each step has not passed.
+  std::array<uint32_t, kSteps> passed_ = {};          ///< Number of vertices before those.
   std::array<uint32_t, kSteps> done_ = {};  ///< Number of vertices processed by each step.
 };
 

@@ -17,13 +17,13 @@ constexpr int kStepsAlong = 2;
 /// something narrow, which smoothing would shorten.
 constexpr float kMinExtent = 0.4f;
 
-/// Pieces of more triangles, which are over two voxels long, stay.
+/// Pieces of more triangles, which are over two voxels long, stay. (Refined, four times as many.)
 constexpr size_t kMaxCrumb = 9;
 
 /// Holes with more edges, which are over two voxels across, stay open.
 constexpr int kMaxEdgesOfHole = 8;
 
-/// Length of a bridge over a crack, in voxels. Gaps of two voxels are real.
+/// Length of a bridge over a crack, in voxels. Wider gaps are usually real.
 constexpr float kMaxBridge = 1.5f;
 
 Vec3i cellOf(const Vec3f& position, float side) {
@@ -31,10 +31,16 @@ Vec3i cellOf(const Vec3f& position, float side) {
   return {floorToInt(scaled.x), floorToInt(scaled.y), floorToInt(scaled.z)};
 }
 
-/// Not linear, since numbers of vertices on a grid differ by the same steps.
+/// A linear hash would cancel where the end numbers of two fans differ equally, as on a grid.
 uint32_t hash(uint32_t number) {
   const uint32_t product = number * 0x9e3779b9u;
   return product ^ (product >> 15);
+}
+
+/// The same triangle, listed from its lowest vertex.
+Outline::Triangle fromLowest(Outline::Triangle triangle) {
+  std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
+  return triangle;
 }
 
 }  // namespace
@@ -56,7 +62,9 @@ struct Outline::BridgeEnd {
     return length < shortest || (length == shortest && other < nearest);
   }
 
-  PackedKey cell;
+  auto order() const { return std::tie(cell.z, cell.y, cell.x, vertex); }
+
+  Vec3i cell;
   uint32_t vertex;
   Vec3f inwards;             ///< Sum of vectors to its neighbours.
   float shortest;            ///< Squared.
@@ -85,14 +93,15 @@ void Outline::forget(uint32_t first) {
 void Outline::link(uint32_t first, uint32_t end, const std::vector<Triangle>& triangles) {
   constexpr size_t kUsualLinks = 4;
   for (uint32_t i = first; i < end; ++i) {
-    if (at(i).sum == 0 || at(i).kind == Kind::kFixed) continue;
+    const bool is_inside = at(i).sum == 0 && at(i).kind != Kind::kMiddle;
+    if (is_inside || at(i).kind == Kind::kFixed) continue;
     at(i).rim = first_rim_ + static_cast<uint32_t>(rims_.size());
     rims_.emplace_back();
     rims_.back().links.reserve(kUsualLinks);
   }
   for (const Triangle& t : triangles) {
     for (int k = 0; k < 3; ++k) {
-      if (t[k] < first || t[k] >= end || isInside(t[k])) continue;
+      if (t[k] < first || t[k] >= end || !hasRim(t[k])) continue;
       Rim& rim = rimOf(t[k]);
       rim.links.push_back({t[(k + 1) % 3], t[(k + 2) % 3]});
       ++rim.own;
@@ -121,7 +130,7 @@ Outline::Fans Outline::fansOfLinks(const Link* links, int count) {
     bool is_first = true;
     for (int k = 0; k < count; ++k) is_first = is_first && links[k].previous != links[i].next;
     if (!is_first) continue;
-    if (++fans.count == 3) return fans;
+    if (++fans.count == 3) return {0, {}};
     uint32_t last = links[i].previous;
     for (int steps = 0; steps < count && follow(last) != kNone; ++steps) last = follow(last);
     fans.ends[static_cast<size_t>(fans.count - 1)] = {links[i].next, last};
@@ -132,7 +141,7 @@ Outline::Fans Outline::fansOfLinks(const Link* links, int count) {
 /// The fans around a vertex, without those that close() added or with them.
 const Outline::Fans& Outline::fansOf(uint32_t vertex, bool is_closed) const {
   static const Fans kNoFans{0, {}};
-  if (isInside(vertex)) return kNoFans;
+  if (!hasRim(vertex)) return kNoFans;
   Rim& rim = rimOf(vertex);
   const int count = is_closed ? static_cast<int>(rim.links.size()) : rim.own;
   Fans& fans = rim.fans[count > rim.own ? 1 : 0];
@@ -159,38 +168,37 @@ uint32_t Outline::alongHole(uint32_t before, uint32_t vertex, size_t way) const 
   if (vertex < first_ || at(vertex).kind == Kind::kFixed) return kNone;
   const Fans& fans = fansOf(vertex);
   const size_t other = way == kForwards ? kBackwards : kForwards;
-  for (int i = 0; fans.count < 3 && i < fans.count; ++i) {
+  for (int i = 0; i < fans.count; ++i) {
     if (fans.ends[i][other] == before) return fans.ends[fans.count - 1 - i][way];
   }
   return kNone;
 }
 
-/// Adds the triangles that share sides with those of a piece. @return whether it is a crumb: all of
-/// it lies on outlines, but for one vertex of a triangle at most, and `first` before the rest.
+/// Adds the triangles that share sides with those of a piece. @return whether it is a crumb, and
+/// `first` the lowest of its vertices on outlines. Each side needs a vertex with a rim, which lists
+/// the triangles at it.
 bool Outline::growCrumb(uint32_t first, std::vector<Triangle>& crumb) const {
+  size_t most = kMaxCrumb;
   for (size_t i = 0; i < crumb.size(); ++i) {
     const Triangle t = crumb[i];
-    int inside = 0;
     for (const uint32_t v : t) {
-      if (v < first_ || at(v).kind == Kind::kFixed) return false;
-      if (v < first && !isInside(v)) return false;
-      inside += isInside(v) ? 1 : 0;
+      if (v < first_ || at(v).kind == Kind::kFixed || (v < first && at(v).sum != 0)) return false;
+      if (at(v).kind == Kind::kMiddle) most = 4 * kMaxCrumb;
     }
-    if (inside > 1) return false;
     for (int k = 0; k < 3; ++k) {
       const uint32_t a = t[k], b = t[(k + 1) % 3];
-      const bool from_a = !isInside(a);
+      const bool from_a = hasRim(a);
+      if (!from_a && !hasRim(b)) return false;
       const Rim& rim = rimOf(from_a ? a : b);
       for (int n = 0; n < rim.own; ++n) {
-        const Link& link = rim.links[n];
+        const Link& link = rim.links[static_cast<size_t>(n)];
         if (from_a ? link.previous != b : link.next != a) continue;
-        Triangle beside = from_a ? Triangle{a, link.next, b} : Triangle{b, a, link.previous};
-        std::rotate(beside.begin(), std::min_element(beside.begin(), beside.end()), beside.end());
-        if (std::find(crumb.begin(), crumb.end(), beside) != crumb.end()) continue;
-        if (crumb.size() == kMaxCrumb) return false;
-        crumb.push_back(beside);
+        const Triangle beside =
+            fromLowest(from_a ? Triangle{a, link.next, b} : Triangle{b, a, link.previous});
+        if (std::find(crumb.begin(), crumb.end(), beside) == crumb.end()) crumb.push_back(beside);
       }
     }
+    if (crumb.size() > most) return false;
   }
   return true;
 }
@@ -198,7 +206,7 @@ bool Outline::growCrumb(uint32_t first, std::vector<Triangle>& crumb) const {
 void Outline::removeTriangle(const Triangle& triangle) {
   for (int k = 0; k < 3; ++k) {
     at(triangle[k]).is_used = false;
-    if (isInside(triangle[k])) continue;
+    if (!hasRim(triangle[k])) continue;
     Rim& rim = rimOf(triangle[k]);
     const Link link{triangle[(k + 1) % 3], triangle[(k + 2) % 3]};
     rim.links.erase(std::find(rim.links.begin(), rim.links.end(), link));
@@ -210,13 +218,11 @@ void Outline::removeTriangle(const Triangle& triangle) {
 void Outline::removeCrumbs(uint32_t first, uint32_t end) {
   std::vector<Triangle> crumb;
   for (uint32_t i = first; i < end; ++i) {
-    if (isInside(i)) continue;
+    if (!hasRim(i) || at(i).sum == 0) continue;
     const Rim& rim = rimOf(i);
     for (int k = 0; k < rim.own;) {
       const Link& link = rim.links[k];
-      crumb = {{i, link.next, link.previous}};
-      std::rotate(crumb[0].begin(), std::min_element(crumb[0].begin(), crumb[0].end()),
-                  crumb[0].end());
+      crumb = {fromLowest({i, link.next, link.previous})};
       if (growCrumb(i, crumb)) {
         for (const Triangle& t : crumb) removeTriangle(t);
       } else if (fansOf(i).count == 1) {
@@ -229,26 +235,31 @@ void Outline::removeCrumbs(uint32_t first, uint32_t end) {
 }
 
 bool Outline::isCrumb(const Triangle& triangle) const {
-  const auto is_inside = [this](uint32_t vertex) { return isInside(vertex); };
-  if (std::count_if(triangle.begin(), triangle.end(), is_inside) > 1) return false;
-  const int k = is_inside(triangle[0]) ? 1 : 0;
+  const auto has_rim = [this](uint32_t vertex) { return hasRim(vertex); };
+  if (std::count_if(triangle.begin(), triangle.end(), has_rim) < 2) return false;
+  const int k = has_rim(triangle[0]) ? 0 : 1;
   const std::vector<Link>& links = rimOf(triangle[k]).links;
   const Link link{triangle[k + 1], triangle[(k + 2) % 3]};
   return std::find(links.begin(), links.end(), link) == links.end();
 }
 
 bool Outline::isUnused(uint32_t vertex) const {
-  return isInside(vertex) ? !at(vertex).is_used : rimOf(vertex).links.empty();
+  return hasRim(vertex) ? rimOf(vertex).links.empty() : !at(vertex).is_used;
+}
+
+/// 2 for an edge; 1 for half of one, which a midpoint ends.
+int Outline::halvesOf(uint32_t vertex, uint32_t next) const {
+  return at(vertex).kind == Kind::kMiddle || at(next).kind == Kind::kMiddle ? 1 : 2;
 }
 
 /// Whether an outline leads from a vertex with one fan to another, or back to it, within some
 /// edges.
 bool Outline::leads(uint32_t from, uint32_t to, size_t way, int max_edges) const {
   uint32_t before = from, next = fansOf(from).ends[0][way];
-  for (int edges = 1; edges <= max_edges;) {
+  for (int halves = 0; next != kNone && next >= first_;) {
+    halves += halvesOf(before, next);
+    if (halves > 2 * max_edges) return false;
     if (next == to) return true;
-    if (next == kNone || next < first_) return false;
-    edges += at(next).kind == Kind::kMiddle ? 0 : 1;
     before = std::exchange(next, alongHole(before, next, way));
   }
   return false;
@@ -258,7 +269,7 @@ bool Outline::leads(uint32_t from, uint32_t to, size_t way, int max_edges) const
 std::vector<Outline::BridgeEnd> Outline::bridgeEnds(const Surface& surface) const {
   std::vector<BridgeEnd> ends;
   for (uint32_t i = first_; i < first_ + vertices_.size(); ++i) {
-    if (isInside(i) || at(i).kind != Kind::kPlain || fansOf(i).count != 1) continue;
+    if (!hasRim(i) || at(i).kind != Kind::kPlain || fansOf(i).count != 1) continue;
     const Vec3f& p = surface.position(i);
     Vec3f inwards{0.0f, 0.0f, 0.0f};
     for (int k = 0; k < rimOf(i).own; ++k) {
@@ -267,12 +278,11 @@ std::vector<Outline::BridgeEnd> Outline::bridgeEnds(const Surface& surface) cons
         if (v >= first_) inwards = inwards + (surface.position(v) - p);
       }
     }
-    ends.push_back({packKey(cellOf(p, surface.max_bridge)), i, inwards,
-                    surface.max_bridge * surface.max_bridge});
+    ends.push_back(
+        {cellOf(p, surface.max_bridge), i, inwards, surface.max_bridge * surface.max_bridge});
   }
-  std::sort(ends.begin(), ends.end(), [](const BridgeEnd& a, const BridgeEnd& b) {
-    return std::tie(a.cell, a.vertex) < std::tie(b.cell, b.vertex);
-  });
+  std::sort(ends.begin(), ends.end(),
+            [](const BridgeEnd& a, const BridgeEnd& b) { return a.order() < b.order(); });
   return ends;
 }
 
@@ -309,12 +319,18 @@ void Outline::findBridges(const Surface& surface) {
   uint32_t row[kRows] = {};
   for (uint32_t i = 0; i < ends.size(); ++i) {
     row[0] = i + 1;
-    const Vec3i cell = cellOf(surface.position(ends[i].vertex), surface.max_bridge);
     for (int r = 0; r < kRows; ++r) {
-      const PackedKey low = packKey(cell + kRowStart[r]);
-      const PackedKey high = packKey(cell + Vec3i{1, kRowStart[r].y, kRowStart[r].z});
-      while (row[r] < ends.size() && ends[row[r]].cell < low) ++row[r];
-      for (uint32_t j = row[r]; j < ends.size() && ends[j].cell <= high; ++j) consider(i, j);
+      const Vec3i low = ends[i].cell + kRowStart[r];
+      const auto isBefore = [&](uint32_t j) {
+        const Vec3i& cell = ends[j].cell;
+        return std::tie(cell.z, cell.y, cell.x) < std::tie(low.z, low.y, low.x);
+      };
+      while (row[r] < ends.size() && isBefore(row[r])) ++row[r];
+      for (uint32_t j = row[r]; j < ends.size(); ++j) {
+        const Vec3i& cell = ends[j].cell;
+        if (cell.z != low.z || cell.y != low.y || cell.x > ends[i].cell.x + 1) break;
+        consider(i, j);
+      }
     }
   }
   for (Rim& rim : rims_) rim.bridge = kNone;
@@ -323,7 +339,7 @@ void Outline::findBridges(const Surface& surface) {
 
 /// The other end of the bridge at a vertex; kNone: it has none.
 uint32_t Outline::bridgeFrom(uint32_t vertex) const {
-  const uint32_t other = isInside(vertex) ? kNone : rimOf(vertex).bridge;
+  const uint32_t other = hasRim(vertex) ? rimOf(vertex).bridge : kNone;
   return other != kNone && rimOf(other).bridge == vertex ? other : kNone;
 }
 
@@ -331,23 +347,23 @@ uint32_t Outline::bridgeFrom(uint32_t vertex) const {
 /// @return false if it is too long for a hole or has a vertex below `lowest`.
 bool Outline::followLoop(uint32_t lowest, uint32_t vertex, uint32_t next, Loop& loop) const {
   loop = {vertex};
-  int edges = 0;
+  int halves = 0;
   uint32_t from = vertex, to = next;
   do {
     if (to == kNone || to < lowest || at(to).kind == Kind::kFixed) return false;
     loop.push_back(to);
-    edges += at(to).kind == Kind::kMiddle ? 0 : 1;
+    halves += halvesOf(from, to);
     const uint32_t across = bridgeFrom(to);
     if (across != kNone) {
       if (across < lowest) return false;
       loop.push_back(across);
-      edges += 1;
+      halves += 2;
       from = across;
       to = fansOf(across).ends[0][kBackwards];
     } else {
       from = std::exchange(to, alongHole(from, to, kBackwards));
     }
-    if (edges > kMaxEdgesOfHole) return false;
+    if (halves > 2 * kMaxEdgesOfHole) return false;
   } while (from != vertex || to != next);
   loop.pop_back();
   Loop sorted = loop;
@@ -380,9 +396,41 @@ bool Outline::cutCorner(Loop& loop, const Surface& surface,
   return true;
 }
 
+void Outline::mend(Mesh& mesh, float voxel) {
+  const auto count = static_cast<uint32_t>(mesh.vertices_m.size());
+  link(0, count, mesh.triangles);
+  removeCrumbs(0, count);
+  close(0, count, mesh.vertices_m, mesh.normals, voxel,
+        [&](const Triangle& triangle) { mesh.triangles.push_back(triangle); });
+  std::vector<std::pair<uint32_t, Vec3f>> moved;
+  for (uint32_t i = 0; i < count; ++i) {
+    if (hasRim(i)) moved.emplace_back(i, smoothed(i, mesh.vertices_m));
+  }
+  for (const auto& [i, position] : moved) mesh.vertices_m[i] = position;
+  std::vector<uint32_t> number(count);
+  uint32_t kept = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    if (isUnused(i)) continue;
+    mesh.vertices_m[kept] = mesh.vertices_m[i];
+    mesh.normals[kept] = mesh.normals[i];
+    if (!mesh.colours.empty()) mesh.colours[kept] = mesh.colours[i];
+    number[i] = kept++;
+  }
+  mesh.vertices_m.resize(kept);
+  mesh.normals.resize(kept);
+  if (!mesh.colours.empty()) mesh.colours.resize(kept);
+  const auto is_crumb = [this](const Triangle& triangle) { return isCrumb(triangle); };
+  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), is_crumb),
+                       mesh.triangles.end());
+  for (Triangle& triangle : mesh.triangles) {
+    for (uint32_t& v : triangle) v = number[v];
+  }
+}
+
 void Outline::close(uint32_t first, uint32_t end, const std::vector<Vec3f>& positions,
                     const std::vector<Vec3f>& normals, float voxel,
                     const std::function<void(const Triangle&)>& add) {
+  if (first == end) return;
   const Surface surface{first_, positions, normals, kMaxBridge * voxel};
   findBridges(surface);
   Loop loop;
@@ -402,9 +450,9 @@ void Outline::close(uint32_t first, uint32_t end, const std::vector<Vec3f>& posi
     }
   };
   for (uint32_t i = first; i < end; ++i) {
-    if (isInside(i)) continue;
+    if (!hasRim(i)) continue;
     const Fans& fans = fansOf(i);
-    for (int k = 0; fans.count < 3 && k < fans.count; ++k) {
+    for (int k = 0; k < fans.count; ++k) {
       closeLoop(i, i, fans.ends[k][kBackwards]);
     }
     // A loop may leave its lowest vertex over a bridge.
@@ -438,7 +486,7 @@ Vec3f Outline::shiftOf(uint32_t vertex, const std::vector<Vec3f>& positions) con
 
 Vec3f Outline::smoothed(uint32_t vertex, const std::vector<Vec3f>& positions) const {
   const Vec3f& position = positions[vertex - first_];
-  if (isInside(vertex) || at(vertex).kind == Kind::kFixed) return position;
+  if (!hasRim(vertex) || at(vertex).kind == Kind::kFixed) return position;
   if (at(vertex).kind == Kind::kPlain) return position + shiftOf(vertex, positions);
   const uint32_t ends[2] = {beside(vertex, kForwards), beside(vertex, kBackwards)};
   if (ends[0] == kNone || ends[1] == kNone) return position;

@@ -2,11 +2,11 @@
 ///
 /// - A **crumb** is a piece of a few triangles. It is left out.
 /// - A short outline surrounds a **hole**, left by units in which no direction speaks. It is
-/// closed.
+///   closed.
 /// - A **crack** lies between two outlines, or two parts of one, that face each other. Bridges from
 ///   vertex to vertex divide it into holes.
 /// - A mesh ends with whole units, so outlines have teeth of a voxel where images disagree about
-///   the last units. On average they are right, so vertices are smoothed along them with the
+///   the last units. The teeth average out, so vertices are smoothed along them with the
 ///   weights (-1 4 10 4 -1) / 16, which keep straight and evenly curved lines but remove teeth.
 #pragma once
 
@@ -18,14 +18,15 @@
 #include <vector>
 
 #include "dtsdf_mapping/geometry.h"
+#include "dtsdf_mapping/mesh.h"
 
 namespace dtsdf {
 
-/// Mends the outlines of a mesh whose vertices and triangles are added one by one. Vertices are
-/// numbered from 0 and may be forgotten from the front, with positions and normals that callers
-/// pass as vectors of the others. Steps follow each other: link(), removeCrumbs(), close(),
-/// smoothed(). Each reads what the earlier ones did to all vertices within a block's length, and
-/// nothing that it does itself, so it may process any number of vertices at a time.
+/// Mends the outlines of a mesh whose vertices and triangles are added one by one, and vertices
+/// numbered from 0. mend() processes a whole mesh. Else the steps link(), removeCrumbs(), close()
+/// and smoothed() follow each other, for some vertices at a time; vertices can be forgotten from
+/// the front, and `positions` and `normals` then start at the first that is left. A step reads what
+/// the one before did to vertices up to a block's length away, close() up to two.
 class Outline {
  public:
   using Triangle = std::array<uint32_t, 3>;
@@ -35,6 +36,10 @@ class Outline {
     kMiddle,  ///< The midpoint of a side of a refined mesh: it moves with the side's ends.
     kFixed,   ///< It stays in place, since some triangles around it are missing.
   };
+
+  /// Mends a mesh whose vertices and triangles were added; `normals` may have any length. Drops
+  /// vertices without triangles. @param voxel Edge of a voxel in units of `vertices_m`.
+  void mend(Mesh& mesh, float voxel);
 
   void reserve(size_t vertices) { vertices_.reserve(vertices); }
   void addVertex(Kind kind) { vertices_.push_back({0, kNone, kind, false}); }
@@ -49,7 +54,6 @@ class Outline {
 
   /// Removes the crumbs whose first vertex on an outline is in [first, end).
   void removeCrumbs(uint32_t first, uint32_t end);
-  bool isInside(uint32_t vertex) const { return at(vertex).rim == kNone; }
   /// Whether a triangle belongs to a crumb.
   bool isCrumb(const Triangle& triangle) const;
   /// Whether a vertex belongs to no triangles but those of crumbs.
@@ -80,24 +84,24 @@ class Outline {
   /// The fans of triangles around a vertex. The outline comes from `last` of one fan and goes on to
   /// `first` of it; a gap lies between the last vertex of a fan and the first of the next.
   struct Fans {
-    int count = -1;                                    ///< 3: three or more; -1: not yet computed.
+    int count = -1;                                    ///< 0: none, or more than two; -1: unknown.
     std::array<std::array<uint32_t, 2>, 2> ends = {};  ///< First and last vertex of two fans.
   };
 
-  /// What surrounds a vertex on an outline.
+  /// What surrounds a vertex on an outline, or a midpoint.
   struct Rim {
     std::vector<Link> links;  ///< Those that close() adds come last.
     int own = 0;              ///< Number of the other links.
-    Fans fans[2];             ///< Of these, and of all.
+    Fans fans[2];             ///< Without and with the links of close().
     uint32_t bridge = kNone;  ///< The nearest vertex across a crack.
   };
 
   struct Vertex {
     /// Sum over triangles of hash(next) - hash(previous): 0 if they surround the vertex.
     uint32_t sum;
-    uint32_t rim;  ///< Number of its rim; kNone: not on an outline.
+    uint32_t rim;  ///< Number of its rim; kNone: it has none.
     Kind kind;
-    bool is_used;  ///< Whether a triangle has it, if it is not on an outline.
+    bool is_used;  ///< Whether a triangle has it, if it has no rim.
   };
 
   struct Surface;
@@ -107,6 +111,7 @@ class Outline {
   Vertex& at(uint32_t number) { return vertices_[number - first_]; }
   const Vertex& at(uint32_t number) const { return vertices_[number - first_]; }
   Rim& rimOf(uint32_t vertex) const { return rims_[at(vertex).rim - first_rim_]; }
+  bool hasRim(uint32_t number) const { return at(number).rim != kNone; }
   bool hasEdge(uint32_t a, uint32_t b) const;
   static Fans fansOfLinks(const Link* links, int count);
   const Fans& fansOf(uint32_t vertex, bool is_closed = false) const;
@@ -115,6 +120,7 @@ class Outline {
   uint32_t alongHole(uint32_t before, uint32_t vertex, size_t way) const;
   bool growCrumb(uint32_t first, std::vector<Triangle>& crumb) const;
   void removeTriangle(const Triangle& triangle);
+  int halvesOf(uint32_t vertex, uint32_t next) const;
   bool leads(uint32_t from, uint32_t to, size_t way, int max_edges) const;
   std::vector<BridgeEnd> bridgeEnds(const Surface& surface) const;
   bool isBridge(const BridgeEnd& end, const BridgeEnd& other, const Surface& surface) const;

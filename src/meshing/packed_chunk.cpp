@@ -43,11 +43,10 @@ class ChunkPacker {
 
   /// Reserves memory for all blocks, so that adding them never reallocates.
   void reserve(size_t vertices, size_t triangles) {
-    chunk_.positions.reserve(3 * vertices);
-    normals_.reserve(vertices);
-    colours_.reserve(vertices);
-    chunk_.triangles32.reserve(3 * triangles);
-    triangles_.reserve(triangles);
+    mesh_.vertices_m.reserve(vertices);
+    mesh_.normals.reserve(vertices);
+    mesh_.colours.reserve(vertices);
+    mesh_.triangles.reserve(triangles);
     outline_.reserve(vertices);
   }
 
@@ -56,30 +55,47 @@ class ChunkPacker {
     const Vec3i voxel = firstVoxelOfBlock(block.key) - corner_;
     for (const uint32_t i : joined.fresh) {
       const Vec3f& p = block.vertices[i].position;
-      const uint16_t steps[3] = {stepsOf(voxel.x, p.x), stepsOf(voxel.y, p.y),
-                                 stepsOf(voxel.z, p.z)};
-      chunk_.positions.insert(chunk_.positions.end(), steps, steps + 3);
-      colours_.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);
+      mesh_.vertices_m.push_back(
+          {stepsOf(voxel.x, p.x), stepsOf(voxel.y, p.y), stepsOf(voxel.z, p.z)});
+      mesh_.colours.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);
       outline_.addVertex(kindOf(block.vertices[i].edge, voxel));
     }
-    normals_.resize(colours_.size(), {0.0f, 0.0f, 0.0f});
+    mesh_.normals.resize(mesh_.vertices_m.size(), {0.0f, 0.0f, 0.0f});
     for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
       const uint16_t* const corner = &block.triangles[t];
-      const std::array<uint32_t, 3> triangle{joined.number[corner[0]], joined.number[corner[1]],
-                                             joined.number[corner[2]]};
-      triangles_.push_back(triangle);
-      addNormal(block, joined, corner, triangle, normals_);
-      outline_.addTriangle(triangle);
+      mesh_.triangles.push_back(
+          {joined.number[corner[0]], joined.number[corner[1]], joined.number[corner[2]]});
+      addNormal(block, joined, corner, mesh_.triangles.back(), mesh_.normals);
+      outline_.addTriangle(mesh_.triangles.back());
     }
   }
 
   PackedChunk finish() {
-    mendOutlines();
-    addNormals();
+    outline_.mend(mesh_, static_cast<float>(steps_per_voxel_));
+    makeUnit(mesh_.normals);
+    // A smoothed line may bulge out of the chunk, but by less than kVoxelsBeyond.
+    chunk_.positions.reserve(3 * mesh_.vertices_m.size());
+    for (const Vec3f& p : mesh_.vertices_m) {
+      for (const float steps : {p.x, p.y, p.z}) {
+        chunk_.positions.push_back(static_cast<uint16_t>(steps + 0.5f));
+      }
+    }
+    chunk_.normals.reserve(2 * mesh_.normals.size());
+    for (const Vec3f& normal : mesh_.normals) {
+      const auto packed = packedNormal(normal);
+      chunk_.normals.insert(chunk_.normals.end(), packed.begin(), packed.end());
+    }
     addColours();
-    if (normals_.size() <= kMaxVertices16) {
-      chunk_.triangles16.assign(chunk_.triangles32.begin(), chunk_.triangles32.end());
-      chunk_.triangles32 = std::vector<uint32_t>();
+    const auto addTriangles = [this](auto& indices) {
+      indices.reserve(3 * mesh_.triangles.size());
+      for (const auto& triangle : mesh_.triangles) {
+        indices.insert(indices.end(), triangle.begin(), triangle.end());
+      }
+    };
+    if (mesh_.vertices_m.size() <= kMaxVertices16) {
+      addTriangles(chunk_.triangles16);
+    } else {
+      addTriangles(chunk_.triangles32);
     }
     return std::move(chunk_);
   }
@@ -88,11 +104,9 @@ class ChunkPacker {
   /// Rounds relative to the block, so that a vertex gets the same result from all its blocks: its
   /// positions in them differ by whole voxels, which are added exactly. In double, a position in
   /// steps is exact, too.
-  uint16_t stepsOf(int voxel, float position) const {
-    const double steps = static_cast<double>(position) * steps_per_voxel_ + 0.5;
-    const auto truncated = static_cast<int>(steps);
-    const int rounded = truncated - (truncated > steps ? 1 : 0);
-    return static_cast<uint16_t>((voxel + kVoxelsBeyond) * steps_per_voxel_ + rounded);
+  float stepsOf(int voxel, float position) const {
+    const double steps = std::floor(static_cast<double>(position) * steps_per_voxel_ + 0.5);
+    return static_cast<float>((voxel + kVoxelsBeyond) * steps_per_voxel_ + steps);
   }
 
   /// Vertices on the chunk's faces stay in place: outlines continue in neighbouring chunks.
@@ -107,58 +121,12 @@ class ChunkPacker {
     return is_on_face ? Outline::Kind::kFixed : Outline::Kind::kPlain;
   }
 
-  void mendOutlines() {
-    const auto count = static_cast<uint32_t>(normals_.size());
-    std::vector<Vec3f> steps(count);
-    for (size_t i = 0; i < count; ++i) {
-      const uint16_t* const p = &chunk_.positions[3 * i];
-      steps[i] = {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
-    }
-    outline_.link(0, count, triangles_);
-    outline_.removeCrumbs(0, count);
-    outline_.close(0, count, steps, normals_, static_cast<float>(steps_per_voxel_),
-                   [&](const Outline::Triangle& t) { triangles_.push_back(t); });
-    std::vector<uint32_t> number(count);
-    uint32_t next = 0;
-    for (uint32_t i = 0; i < count; ++i) {
-      if (outline_.isUnused(i)) continue;
-      // A smoothed line may bulge out of the chunk, but by less than kVoxelsBeyond.
-      const Vec3f p = outline_.smoothed(i, steps);
-      chunk_.positions[3 * next] = static_cast<uint16_t>(p.x + 0.5f);
-      chunk_.positions[3 * next + 1] = static_cast<uint16_t>(p.y + 0.5f);
-      chunk_.positions[3 * next + 2] = static_cast<uint16_t>(p.z + 0.5f);
-      normals_[next] = normals_[i];
-      colours_[next] = colours_[i];
-      number[i] = next++;
-    }
-    chunk_.positions.resize(3 * next);
-    normals_.resize(next);
-    colours_.resize(next);
-    for (const Outline::Triangle& t : triangles_) {
-      if (outline_.isCrumb(t)) continue;
-      for (const uint32_t v : t) chunk_.triangles32.push_back(number[v]);
-    }
-  }
-
-  void addNormals() {
-    chunk_.normals.reserve(2 * normals_.size());
-    makeUnit(normals_);
-    for (const Vec3f& normal : normals_) {
-      const auto [u, v] = packedNormal(normal);
-      chunk_.normals.push_back(u);
-      chunk_.normals.push_back(v);
-    }
-  }
-
   /// Unpainted vertices get the same colour as in mesh files.
   void addColours() {
-    Mesh mesh;
-    mesh.colours = std::move(colours_);
-    bool is_painted = false;
-    for (const VertexColour& colour : mesh.colours) is_painted |= colour.painted != 0;
-    if (!is_painted) return;
-    for (size_t i = 0; i < mesh.colours.size(); ++i) {
-      const std::array<uint8_t, 3> rgb = vertexColour(MeshColour::kImage, mesh, i);
+    const auto is_painted = [](const VertexColour& colour) { return colour.painted != 0; };
+    if (std::none_of(mesh_.colours.begin(), mesh_.colours.end(), is_painted)) return;
+    for (size_t i = 0; i < mesh_.colours.size(); ++i) {
+      const std::array<uint8_t, 3> rgb = vertexColour(MeshColour::kImage, mesh_, i);
       chunk_.colours.insert(chunk_.colours.end(), rgb.begin(), rgb.end());
     }
   }
@@ -169,9 +137,7 @@ class ChunkPacker {
   PackedChunk chunk_;
   BlockJoiner joiner_;
   Outline outline_;
-  std::vector<Outline::Triangle> triangles_;
-  std::vector<Vec3f> normals_;
-  std::vector<VertexColour> colours_;
+  Mesh mesh_;  ///< Its vertices are in steps from the chunk's origin.
 };
 
 float foldSign(float value) { return value < 0.0f ? -1.0f : 1.0f; }

@@ -3,7 +3,9 @@
 
 #include <random>
 
+#include "mapper/probed_mapper.h"
 #include "support/depth_frames.h"
+#include "support/raw_mesh.h"
 
 namespace dtsdf {
 namespace {
@@ -47,24 +49,24 @@ TEST(NoisyWall, LosesMostSmallPiecesNearby) {
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(0.2, -0.3, 1.0).normalized()});
   const std::vector<SceneFrame> frames = noisyFrames(scene, {0.0, 0.0, 1.0}, 30, kNoise);
-  const auto verticesOf = [&](int loose_voxels) {
-    MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
-    params.mesh.loose_voxels = loose_voxels;
-    const Mesh mesh = reconstruct(params, frames);
-    struct {
-      size_t near = 0, far = 0;
-    } count;
+  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
+  const auto mapper = makeProbedMapper(params);
+  for (const SceneFrame& frame : frames) mapper->integrate(frame.view());
+  MeshStore store(kVoxel_m);
+  store.apply(mapper->updateMesh());
+  const auto count = [&](const Mesh& mesh) {
+    std::array<size_t, 2> near_and_far{};
     for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
       const std::array<double, 3> p_W = positionInMap(mesh, i);
       const double off_m = scene.distanceToSurface({p_W[0], p_W[1], p_W[2]});
-      ++(off_m > 4.0 * kVoxel_m ? count.far : count.near);
+      ++near_and_far[off_m > 4.0 * kVoxel_m ? 1 : 0];
     }
-    return count;
+    return near_and_far;
   };
-  const auto all = verticesOf(0), rest = verticesOf(4);
-  EXPECT_GT(all.far, 200u);
-  EXPECT_LT(rest.far, all.far / 2) << "of " << all.far;
-  EXPECT_GT(rest.near, all.near * 49 / 50) << "of " << all.near;
+  const auto all = count(rawMesh(store)), rest = count(store.assemble());
+  EXPECT_GT(all[1], 200u);
+  EXPECT_LT(rest[1], all[1] / 2);
+  EXPECT_GT(rest[0], all[0] * 49 / 50) << "of " << all[0];
 }
 
 /// Two walls that meet 4 m in front of the camera, with noise of 48 mm. Windows large enough for

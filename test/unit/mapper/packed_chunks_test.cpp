@@ -150,9 +150,7 @@ TEST(PackedChunks, MeetWhereTheMeshEnds) {
   scene.add(Plane{centre, Vector3d::UnitZ()});
   const auto mapper =
       makeProbedMapper(makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxelSize, 2));
-  for (const SceneFrame& frame : renderFrames(scene, sphereOfPoses(centre, 1.1, 24))) {
-    mapper->integrate(frame.view());
-  }
+  mapper->integrate(renderFrames(scene, {sphereOfPoses(centre, 1.1, 24)[3]})[0].view());
   const MeshStore store = storeOf(mapper->updateMesh());
   const MeshTopology whole = measureTopology(store.assemble());
   ASSERT_GT(whole.boundary_edges, 50u);
@@ -202,36 +200,33 @@ BlockMesh squareIn(const BlockKey& key) {
 
 TEST(PackedChunks, TakeWideIndicesOnlyWhereTheyHaveTo) {
   // Blocks have no vertices on their upper faces, so they share none.
-  const auto chunkWith = [](uint32_t vertices) {
+  const auto chunkWith = [](int blocks) {
     MeshStore store(kVoxelSize);
-    MeshUpdate update;
     std::vector<PackedKey> keys;
-    for (int n = 0; vertices > 0; ++n) {
+    for (int n = 0; n < blocks; ++n) {
       BlockMesh block;
       block.key = {n % 64, n / 64, 0};
-      const uint32_t count = std::min(vertices, 512u);
-      for (uint32_t i = 0; i < count; ++i) {
-        const uint32_t corner = i % 8 + 9 * (i / 8 % 8 + 9 * (i / 64));
+      for (uint16_t i = 0; i < 512; ++i) {
+        const uint32_t corner = i % 8u + 9 * (i / 8u % 8 + 9 * (i / 64u));
         block.vertices.push_back({{1.0f, 2.0f, 3.0f}, 6 * corner});
+        if (i < 2) continue;
+        for (const int back : {1 + i % 2, 2 - i % 2, 0}) {
+          block.triangles.push_back(static_cast<uint16_t>(i - back));
+        }
       }
-      block.triangles = {0, static_cast<uint16_t>(count > 1 ? 1 : 0),
-                         static_cast<uint16_t>(count - 1)};
-      vertices -= count;
       keys.push_back(packedKeyOf(block.key));
-      update.blocks.push_back(std::move(block));
+      store.put(std::make_shared<const BlockMesh>(block));
     }
-    store.apply(update);
     return packChunk(store, ChunkLattice(kVoxelSize, 64), {0, 0, 0}, keys);
   };
-  const PackedChunk narrow = chunkWith(65536), wide = chunkWith(65537);
+  const PackedChunk narrow = chunkWith(128), wide = chunkWith(129);
   EXPECT_EQ(narrow.vertexCount(), 65536u);
-  EXPECT_EQ(narrow.triangles16.size(), 3u * 128u);
+  EXPECT_EQ(narrow.triangles16.size(), 3u * 128u * 510u);
   EXPECT_TRUE(narrow.triangles32.empty());
   EXPECT_EQ(narrow.corner(narrow.triangles16.size() - 1), 65535u);
   EXPECT_TRUE(wide.triangles16.empty());
-  EXPECT_EQ(wide.triangles32.size(), 3u * 129u);
-  EXPECT_EQ(wide.triangleCount(), 129u);
-  EXPECT_EQ(wide.corner(wide.triangles32.size() - 1), 65536u);
+  EXPECT_EQ(wide.triangleCount(), 129u * 510u);
+  EXPECT_EQ(wide.corner(wide.triangles32.size() - 1), 129u * 512u - 1);
 }
 
 TEST(PackedChunks, HaveColoursOnceSomethingIsPainted) {

@@ -14,6 +14,7 @@
 #include "support/grid_mesh.h"
 #include "support/mesh_topology.h"
 #include "support/raw_mesh.h"
+#include "support/same_bytes.h"
 
 namespace dtsdf {
 namespace {
@@ -111,15 +112,14 @@ TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
       << "smoothing moves vertices next to corners outwards";
 }
 
-/// Stacked sheets with holes everywhere, and with more vertices than one piece holds: outlines
-/// continue from piece to piece.
+/// Stacked sheets with holes everywhere: outlines continue from piece to piece.
 TEST(MeshStore, IsTheSameInPieces) {
   MeshStore store(kVoxelSize);
   BlockExtent bounds = noBlocks();
   std::mt19937 random(4);
-  for (int row = 0; row < 60; ++row) {
-    for (int x = 0; x < 60; ++x) {
-      BlockMesh block = planeBlock({x, row % 15, row / 15}, 3.5f);
+  for (int row = 0; row < 300; ++row) {
+    for (int x = 0; x < 6; ++x) {
+      BlockMesh block = planeBlock({x, row % 6, row / 6}, 3.5f);
       std::vector<uint16_t> kept;
       for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
         if (random() % 8 == 0) continue;
@@ -130,23 +130,23 @@ TEST(MeshStore, IsTheSameInPieces) {
       store.apply(updateOf({block}));
     }
   }
-  Mesh whole;
-  MeshStream stream(kVoxelSize, false, bounds,
-                    {[&](const Mesh& piece) { whole.vertices_m = piece.vertices_m; },
-                     [&](const auto& t) { whole.triangles.push_back(t); }},
-                    UINT32_MAX);
-  for (const auto& [key, block] : store.blocks()) stream.add(*block);
-  stream.finish();
-
   const Mesh mesh = store.assemble(), raw = rawMesh(store);
   EXPECT_LT(mesh.vertices_m.size(), raw.vertices_m.size()) << "without crumbs";
-  ASSERT_EQ(whole.vertices_m.size(), mesh.vertices_m.size());
-  ASSERT_GT(mesh.vertices_m.size(), 200000u);
-  for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
-    ASSERT_EQ(norm(whole.vertices_m[i] - mesh.vertices_m[i]), 0.0f) << i;
-  }
   EXPECT_GT(mesh.triangles.size(), raw.triangles.size() + 1000) << "with holes closed";
-  EXPECT_EQ(whole.triangles, mesh.triangles);
+  Mesh in_pieces;
+  int pieces = 0;
+  MeshStream stream(kVoxelSize, false, bounds,
+                    {[&](const Mesh& piece) {
+                       ++pieces;
+                       for (const Vec3f& p : piece.vertices_m) in_pieces.vertices_m.push_back(p);
+                     },
+                     [&](const auto& t) { in_pieces.triangles.push_back(t); }},
+                    1000);
+  for (const auto& [key, block] : store.blocks()) stream.add(*block);
+  stream.finish();
+  EXPECT_GT(pieces, 9);
+  EXPECT_TRUE(sameBytes(in_pieces.vertices_m, mesh.vertices_m));
+  EXPECT_EQ(in_pieces.triangles, mesh.triangles);
 }
 
 /// The two sides of a wall cross the same grid edges and must stay apart.

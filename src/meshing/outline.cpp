@@ -17,8 +17,8 @@ constexpr int kStepsAlong = 2;
 /// something narrow, which smoothing would shorten.
 constexpr float kMinExtent = 0.4f;
 
-/// Pieces of more triangles, which are over two voxels long, stay. (Refined, four times as many.)
-constexpr size_t kMaxCrumb = 9;
+/// Pieces of more triangles stay. (If refined, of four times as many.)
+constexpr size_t kMaxCrumb = 16;
 
 /// Holes with more edges, which are over two voxels across, stay open.
 constexpr int kMaxEdgesOfHole = 8;

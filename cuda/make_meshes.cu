@@ -9,7 +9,6 @@
 #include "kernels/meshing/regularisation.h"
 #include "kernels/meshing/vertex_normal.h"
 #include "launch.h"
-#include "loose_pieces.cuh"
 #include "mesh_kernels.h"
 
 namespace dtsdf {
@@ -37,18 +36,26 @@ struct EdgeSet {
   }
 };
 
+/// A copy of the labels of a block's units and of one more on each side; along x, of four more.
+struct CornerLabels {
+  static constexpr int kSide = kBlockSide + 2, kRows = kSide * kSide;
+  static constexpr int kMoreAlongX = 4, kFoursPerRow = (kBlockSide + 2 * kMoreAlongX) / 4;
+  uint64_t four[kRows][kFoursPerRow];  ///< Each has the labels of four units along x.
+
+  __device__ UnitLabels operator()(const Vec3i& unit) const {
+    const int row = unit.y + 1 + kSide * (unit.z + 1);
+    return reinterpret_cast<const UnitLabels*>(four[row])[unit.x + kMoreAlongX];
+  }
+};
+
 struct MeshBlockShared {
   ArraysAround arrays;
   LabelNeighbourhood labels_around;
   uint8_t behind[kGridCorners];  ///< 1: more units have the corner behind than in front.
   EdgeSet edges;
   MeshRecord record;
-  union {  // used one after the other, with a barrier in between
-    struct {
-      CornerLabels labels;
-      LooseWindow pieces;
-      WarpBits warps;
-    } window;  ///< Until units are regularised.
+  union {                 // used one after the other, with a barrier in between
+    CornerLabels labels;  ///< Until units are regularised.
     struct {
       typename Scan::TempStorage scan;
       uint16_t vertex_edge[kGridEdges];  ///< Edge of each vertex.
@@ -71,29 +78,42 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t min
   __syncthreads();
 }
 
-/// Decides which corners are behind the surface. All threads of the thread block must call it.
-__device__ void decideCorners(MeshBlockShared& shared) {
-  for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
-    shared.behind[i] = isMajorityBehind(cornerBalance(shared.window.labels, cornerAt(i))) ? 1 : 0;
+/// Copies the labels in and around a block. All threads of the thread block must call it.
+__device__ void copyLabels(MeshBlockShared& shared) {
+  static_assert(kBlockSide % 4 == 0 && CornerLabels::kMoreAlongX == 4, "four are in one block");
+  constexpr int kCount = CornerLabels::kRows * CornerLabels::kFoursPerRow;
+  for (int i = threadIdx.x; i < kCount; i += kThreads) {
+    const int row = i / CornerLabels::kFoursPerRow, n = i % CornerLabels::kFoursPerRow;
+    const CornerSource source =
+        unitSource({4 * n - CornerLabels::kMoreAlongX, row % CornerLabels::kSide - 1,
+                    row / CornerLabels::kSide - 1});
+    const UnitLabels* labels = shared.labels_around[source.block];
+    shared.labels.four[row][n] =
+        labels == nullptr ? 0 : *reinterpret_cast<const uint64_t*>(labels + source.voxel);
   }
   __syncthreads();
 }
 
-/// Regularises this thread's units, except loose ones, and adds their edges. @return their number
-/// of triangles.
-__device__ uint32_t regulariseUnits(const MeshView& mesh, MeshBlockShared& shared,
+/// Decides which corners are behind the surface. All threads of the thread block must call it.
+__device__ void decideCorners(MeshBlockShared& shared) {
+  for (int i = threadIdx.x; i < kGridCorners; i += blockDim.x) {
+    shared.behind[i] = isMajorityBehind(cornerBalance(shared.labels, cornerAt(i))) ? 1 : 0;
+  }
+  __syncthreads();
+}
+
+/// Regularises this thread's units and adds their edges. @return their number of triangles.
+__device__ uint32_t regulariseUnits(MeshBlockShared& shared,
                                     UnitIndices (&regular)[kUnitsPerThread]) {
   uint32_t triangles = 0;
   for (int k = 0; k < kUnitsPerThread; ++k) {
     const Vec3i unit = voxelOffset(static_cast<int>(threadIdx.x * kUnitsPerThread + k));
-    regular[k] = {{0, 0}};
-    if (isLoose(shared.window.pieces, unit)) continue;
     unsigned behind = 0;
     for (int c = 0; c < kCubeCorners; ++c) {
       const Vec3i at = unit + cornerOffset(c);
       behind |= (shared.behind[cornerIndex(at.x, at.y, at.z)] ? 1u : 0u) << c;
     }
-    regular[k] = regularise(shared.window.labels(unit), behind);
+    regular[k] = regularise(shared.labels(unit), behind);
     triangles += countTriangles(kTables, regular[k]);
     visitTriangleEdges(kTables, regular[k], unit, [&](int edge) { shared.edges.add(edge); });
   }
@@ -115,7 +135,7 @@ __device__ uint32_t countMidpoints(const UnitIndices (&regular)[kUnitsPerThread]
                                    MeshBlockShared& shared, uint32_t& before) {
   uint32_t own = 0, count;
   for (const UnitIndices& indices : regular) own += sidesOfUnit(kRefineTablesHere, indices);
-  __syncthreads();  // the window is no longer read
+  __syncthreads();  // labels are no longer read
   Scan(shared.listing.scan).ExclusiveSum(own, before, count);
   return count;
 }
@@ -128,7 +148,7 @@ __device__ uint32_t reserveSpace(const MeshView& mesh, uint32_t own_triangles, u
   constexpr uint32_t kLow = 0xffff;
   static_assert(kGridEdges <= kLow && kVoxelsPerBlock * kMaxSheets * kMaxTriangles <= kLow,
                 "one scan counts both, in half a word each");
-  __syncthreads();  // edges are set; the window and the last scan are no longer used
+  __syncthreads();  // edges are set; labels and the last scan are no longer used
   const int t = threadIdx.x;
   const uint32_t in_word = t < kEdgeWords ? __popc(shared.edges.bits[t]) : 0;
   uint32_t before, total;
@@ -262,10 +282,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
       continue;
     }
     gatherBlock(map, keyOfSlot(map, slot), mesh.min_evidence, shared);
-    const uint32_t surface = takeLabels(shared.labels_around, shared.window.labels);
-    findLoosePieces(shared.labels_around, surface, mesh.rules.max_loose_units, shared.window.warps,
-                    shared.window.pieces);
-    __syncthreads();
+    copyLabels(shared);
     if (threadIdx.x == 0) {
       shared.record.key = map.slots[slot].key;
       shared.record.slot = slot;
@@ -273,7 +290,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
     }
     decideCorners(shared);
     UnitIndices regular[kUnitsPerThread];
-    const uint32_t own_triangles = regulariseUnits(mesh, shared, regular);
+    const uint32_t own_triangles = regulariseUnits(shared, regular);
     uint32_t middles = 0, middles_before = 0;
     if (kRefined) middles = countMidpoints(regular, shared, middles_before);
     const uint32_t first_triangle =

@@ -6,7 +6,7 @@
 #include "kernels/colour/colour_rules.h"
 #include "kernels/core/voxel.h"
 #include "kernels/fusion/fusion_rules.h"
-#include "kernels/meshing/loose_pieces.h"
+#include "kernels/meshing/mesh_rules.h"
 #include "kernels/poses/alignment_rules.h"
 #include "kernels/surfels/sensing.h"
 
@@ -55,8 +55,7 @@ inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules
 }
 
 inline MeshSettings makeMeshSettings(const MapperParams& params, const Rules& rules) {
-  static_assert(kMaxLooseUnits == 4, "the maximum of mesh/loose_voxels");
-  return {rules.mesh, castsSurfels(params), params.mesh.loose_voxels};
+  return {rules.mesh, castsSurfels(params)};
 }
 
 inline AlignmentSettings makeAlignmentSettings(const MapperParams& params, const Rules& rules) {

@@ -195,7 +195,7 @@ bool BlockMesher::makeSurface(int32_t slot, BlockSurface& surface, bool refined,
     labels[n] = empty ? nullptr : state_[around[n]].labels.data();
   }
   const ArraysAround arrays = arraysAround(map_, around, min_evidence_);
-  surface.regularise(labels, rules_.max_loose_units);
+  surface.regularise(labels);
   surface.emit(rules_, arrays, state.vertices, directional_, mesh);
   if (refined) surface.refine(rules_, arrays, state.vertices, state.normals, directional_, mesh);
   return true;

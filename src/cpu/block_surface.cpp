@@ -67,35 +67,26 @@ void BlockSurface::addTriangles(const UnitIndices& regular, const Vec3i& unit) {
   edges_.addUnit(regular, unit);
 }
 
-void BlockSurface::addUnits(const UnitLabels* labels, const BlockBits& loose) {
+void BlockSurface::regularise(const LabelNeighbourhood& labels) {
+  computeBalances(labels);
   edges_.clear();
   surface_units_.clear();
-  holding_surface_ = {};
+  const UnitLabels* own = labels[aroundNumber({0, 0, 0})];
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    if (i % kBlockSide == 0 && !anySpeaks(labels + i)) {
+    if (i % kBlockSide == 0 && !anySpeaks(own + i)) {
       i += kBlockSide - 1;
       continue;
     }
-    if (isEmpty(labels[i])) continue;
+    if (isEmpty(own[i])) continue;
     const Vec3i unit = voxelOffset(i);
-    if (hasUnit(loose, unit)) continue;
-    if (holdsSurface(labels[i])) addUnit(holding_surface_, unit);
     unsigned behind = 0;
     for (int c = 0; c < kCubeCorners; ++c) {
       const Vec3i corner = unit + cornerOffset(c);
       const int balance = balance_[cornerIndex(corner.x, corner.y, corner.z)];
       behind |= isMajorityBehind(balance) ? 1u << c : 0u;
     }
-    addTriangles(dtsdf::regularise(labels[i], behind), unit);
+    addTriangles(dtsdf::regularise(own[i], behind), unit);
   }
-}
-
-void BlockSurface::regularise(const LabelNeighbourhood& labels, int max_loose_units) {
-  computeBalances(labels);
-  const UnitLabels* own = labels[aroundNumber({0, 0, 0})];
-  addUnits(own, {});
-  const BlockBits loose = looseUnits(holding_surface_, labels, max_loose_units);
-  if (loose != BlockBits{}) addUnits(own, loose);  // few blocks have any
 }
 
 void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "cpu/block_indexer.h"
-#include "cpu/loose_units.h"
 #include "dtsdf_mapping/block_mesh.h"
 #include "kernels/meshing/gap.h"
 #include "kernels/meshing/refine.h"
@@ -22,9 +21,9 @@ std::vector<Vec3f> vertexNormals(const ArraysAround& arrays,
 /// Meshes blocks one by one. Each thread needs its own, as it holds buffers.
 class BlockSurface {
  public:
-  /// Regularises the block's units and finds the edges of their triangles. Leaves out loose pieces
-  /// of at most max_loose_units along each axis. @pre Some unit of the block is not empty.
-  void regularise(const LabelNeighbourhood& labels, int max_loose_units);
+  /// Regularises the block's units and finds the edges of their triangles.
+  /// @pre Some unit of the block is not empty.
+  void regularise(const LabelNeighbourhood& labels);
 
   /// Makes the vertices and triangles of the regularised units. Marks triangles that span a gap.
   /// @param known Vertices that were made while indexing, sorted by edge; any others are made here.
@@ -40,14 +39,12 @@ class BlockSurface {
  private:
   void computeBalances(const LabelNeighbourhood& labels);
   void addSides(const UnitLabels& labels, const Vec3i& unit);
-  void addUnits(const UnitLabels* labels, const BlockBits& loose);
   void addTriangles(const UnitIndices& regular, const Vec3i& unit);
   void findNormals(const ArraysAround& arrays, const std::vector<BlockVertex>& known,
                    const std::vector<Vec3f>& normals, bool directional, const BlockMesh& mesh);
   void addMidpoints(const Vec3i& unit, const UnitIndices& indices, BlockMesh& mesh) const;
 
   int8_t balance_[kGridCorners];  ///< Per corner, see cornerBalance().
-  BlockBits holding_surface_;     ///< Units that hold a surface before regularisation.
   /// Units with triangles, and their indices after regularisation.
   std::vector<std::pair<Vec3i, UnitIndices>> surface_units_;
   EdgeSet edges_;  ///< Edges that carry a vertex.

@@ -94,9 +94,7 @@ TEST_P(FusionModeParity, OtherMeshRules) {
   rules.mesh.min_weight_share = 0.2f;
   rules.mesh.nearness_voxels = 1.0f;
   rules.mesh.measured_reach = 0.25f;
-  MapperParams params = makeParams(mode, directional, 0.04f);
-  params.mesh.loose_voxels = 2;
-  BackendPair pair(params, candidate, rules);
+  BackendPair pair(makeParams(mode, directional, 0.04f), candidate, rules);
   ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames({}), 2));
   expectSurface(pair.candidate());
   pair.compareMaps();

@@ -17,10 +17,8 @@ enum class MeshColour {
 /// How a mesh looks.
 struct MeshParams {
   MeshColour colour = MeshColour::kAuto;  ///< Colour of the vertices, in RViz and in saved files.
-  int min_support = 2;   ///< Frames that must support a surface; fewer in a map of fewer frames.
-  int loose_voxels = 4;  ///< Loose pieces up to this size, and no farther than this from a larger
-                         ///< piece, are left out; 0: none.
-  int refine = 0;        ///< 1: splits each triangle into four on the curved surface.
+  int min_support = 2;  ///< Frames that must support a surface; fewer in a map of fewer frames.
+  int refine = 0;       ///< 1: splits each triangle into four on the curved surface.
 };
 
 /// Visits each member with its key and its rule.
@@ -34,7 +32,6 @@ void visitParams(MeshParams& p, Visitor& visit) {
                               {"height", MeshColour::kHeight},
                               {"plain", MeshColour::kPlain}});
   visit("mesh/min_support", p.min_support, Range{1, 10});
-  visit("mesh/loose_voxels", p.loose_voxels, Range{0, 4});
   visit("mesh/refine", p.refine, Range{0, 1});
 }
 

@@ -44,15 +44,12 @@ struct MeshRules {
   float max_stretch = 0.3f;
 };
 
-/// The constants, and two settings that the rules of meshing also take.
+/// The constants, and a setting that the rules of meshing also take.
 struct MeshSettings : MeshRules {
   /// Whether voxels hold distances to planes: true except for voxel projection, whose distances are
   /// differences of depth along the optical axis and may grow faster than the distance to the
   /// surface.
   bool distances_to_planes = true;
-  /// Largest length of a loose piece that is left out, in units along each axis, at most
-  /// kMaxLooseUnits; 0 keeps all.
-  int max_loose_units = 0;
 };
 
 }  // namespace dtsdf

@@ -53,4 +53,8 @@ DTSDF_HD CornerSource unitSource(const Vec3i& unit) {
   return {blockAround(unit), indexInBlock(unit)};
 }
 
+/// Labels of the units in a block and in the blocks around it, in the order of aroundOffset(); null
+/// for a missing block, or one whose units are all empty.
+using LabelNeighbourhood = const UnitLabels* [kBlocksAround];
+
 }  // namespace dtsdf

@@ -8,8 +8,7 @@
 ///           vote.h               on which side of a sheet each corner is
 ///           crossings.h          which crossings are too poorly known
 ///           sheets.h             marching cubes indices, without impossible components
-///   make    loose_pieces.h       small pieces near a larger one, which are left out
-///           regularisation.h     corners that the units around them disagree about
+///   make    regularisation.h     corners that the units around them disagree about
 ///           edge_vertex.h        where the surface crosses an edge
 ///           anchoring.h          vertices pulled towards measured points
 ///           gap.h                triangles across gaps, which are left out

@@ -34,7 +34,8 @@ struct VertexColour {
 /// midpoint on the face between two units is listed by both, with the same `edge` and bits.
 struct BlockMesh {
   BlockKey key;                       ///< Key of the block.
-  std::vector<BlockVertex> vertices;  ///< First those on edges, sorted by `edge`, each once.
+  std::vector<BlockVertex> vertices;  ///< First those on edges, sorted by `edge`, each once;
+                                      ///< some may belong to no triangle.
   std::vector<uint16_t> triangles;    ///< Three indices into `vertices` each, in canonical order.
   std::vector<VertexColour> colours;  ///< One per vertex; empty before the map is first painted.
 };

@@ -69,7 +69,7 @@ class MeshStore {
   std::array<double, 3> positionInMap(const BlockKey& key, const BlockVertex& vertex) const;
 
   /// Joins all blocks into one mesh: vertices that neighbouring blocks share appear once. Small
-  /// holes are closed, and borders are smoothed.
+  /// pieces are left out, small holes and cracks are closed, and borders are smoothed.
   Mesh assemble() const;
 
   /// The triangles of assemble() whose corners all lie in a box, with unchanged normals.

@@ -225,7 +225,7 @@ void MeshStream::takeWritten(Triangles& triangles, const Take& take) {
 /// Continues each step up to this vertex.
 void MeshStream::process(const std::array<uint32_t, kSteps>& ends) {
   outline_.link(done_[0], ends[0], triangles_);
-  outline_.removeCrumbs(done_[1], ends[1]);
+  outline_.removeCrumbs(done_[1], ends[1], window_.vertices_m, positions_.voxelSize());
   outline_.close(done_[2], ends[2], window_.vertices_m, window_.normals, positions_.voxelSize(),
                  [this](const Outline::Triangle& t) { patches_.push_back(t); });
   write(done_[3], ends[3]);

@@ -139,7 +139,7 @@ class MeshStream {
   /// A step processes a block's vertices once all blocks up to this many beyond were added: blocks
   /// next to it may list its vertices, and each step reads what the one before did up to one or two
   /// blocks away. Triangles over holes may wait two blocks longer for vertices to be written.
-  static constexpr std::array<int32_t, kSteps> kBlocksBehind = {1, 2, 4, 5, 7};
+  static constexpr std::array<int32_t, kSteps> kBlocksBehind = {1, 3, 5, 6, 8};
 
   struct AddedBlock {
     BlockKey key;

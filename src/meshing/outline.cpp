@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 
 #include "kernels/core/grid.h"
@@ -17,8 +18,10 @@ constexpr int kStepsAlong = 2;
 /// something narrow, which smoothing would shorten.
 constexpr float kMinExtent = 0.4f;
 
-/// Pieces of more triangles stay. (If refined, of four times as many.)
+/// Pieces of more triangles are no crumbs. (If refined, of four times as many.)
 constexpr size_t kMaxCrumb = 16;
+/// A crumb stays if no larger piece is this near along each axis, in voxels.
+constexpr float kCrumbReach = 4.0f;
 
 /// Holes with more edges, which are over two voxels across, stay open.
 constexpr int kMaxEdgesOfHole = 8;
@@ -35,6 +38,13 @@ Vec3i cellOf(const Vec3f& position, float side) {
 uint32_t hash(uint32_t number) {
   const uint32_t product = number * 0x9e3779b9u;
   return product ^ (product >> 15);
+}
+
+/// A number for a cell; cells far apart may have the same.
+uint64_t hashOf(const Vec3i& cell) {
+  constexpr uint64_t kFactor = 0x9e3779b97f4a7c15u;
+  return ((static_cast<uint64_t>(cell.x) * kFactor + static_cast<uint64_t>(cell.y)) * kFactor) +
+         static_cast<uint64_t>(cell.z);
 }
 
 /// The same triangle, listed from its lowest vertex.
@@ -174,10 +184,10 @@ uint32_t Outline::alongHole(uint32_t before, uint32_t vertex, size_t way) const 
   return kNone;
 }
 
-/// Adds the triangles that share sides with those of a piece. @return whether it is a crumb, and
+/// Adds the triangles that share sides with those of a piece. @return whether it is small, and
 /// `first` the lowest of its vertices on outlines. Each side needs a vertex with a rim, which lists
 /// the triangles at it.
-bool Outline::growCrumb(uint32_t first, std::vector<Triangle>& crumb) const {
+bool Outline::growPiece(uint32_t first, std::vector<Triangle>& crumb) const {
   size_t most = kMaxCrumb;
   for (size_t i = 0; i < crumb.size(); ++i) {
     const Triangle t = crumb[i];
@@ -215,22 +225,76 @@ void Outline::removeTriangle(const Triangle& triangle) {
   }
 }
 
-void Outline::removeCrumbs(uint32_t first, uint32_t end) {
-  std::vector<Triangle> crumb;
-  for (uint32_t i = first; i < end; ++i) {
+/// The pieces that are small enough for crumbs.
+std::vector<std::vector<Outline::Triangle>> Outline::smallPieces() const {
+  std::vector<std::vector<Triangle>> pieces;
+  std::vector<Triangle> piece;
+  for (uint32_t i = first_; i < first_ + vertices_.size(); ++i) {
     if (!hasRim(i) || at(i).sum == 0) continue;
-    const Rim& rim = rimOf(i);
-    for (int k = 0; k < rim.own;) {
-      const Link& link = rim.links[k];
-      crumb = {fromLowest({i, link.next, link.previous})};
-      if (growCrumb(i, crumb)) {
-        for (const Triangle& t : crumb) removeTriangle(t);
+    const size_t first = pieces.size();
+    for (int k = 0; k < rimOf(i).own; ++k) {
+      const Link& link = rimOf(i).links[static_cast<size_t>(k)];
+      piece = {fromLowest({i, link.next, link.previous})};
+      const auto has_triangle = [&](const std::vector<Triangle>& known) {
+        return std::find(known.begin(), known.end(), piece[0]) != known.end();
+      };
+      if (std::any_of(pieces.begin() + first, pieces.end(), has_triangle)) continue;
+      if (growPiece(i, piece)) {
+        pieces.push_back(piece);
       } else if (fansOf(i).count == 1) {
         break;  // The other triangles belong to the same piece.
-      } else {
-        ++k;
       }
     }
+  }
+  return pieces;
+}
+
+void Outline::removeCrumbs(uint32_t first, uint32_t end, const std::vector<Vec3f>& positions,
+                           float voxel) {
+  if (first == end) return;
+  const float reach = kCrumbReach * voxel;
+  const std::vector<std::vector<Triangle>> pieces = smallPieces();
+  std::vector<uint8_t> is_small(vertices_.size()), is_crumb(pieces.size());
+  /// What is within reach of each piece, and the pieces by cells that this overlaps.
+  std::vector<std::array<Vec3f, 2>> boxes;
+  std::unordered_map<uint64_t, std::vector<size_t>> pieces_at;
+  for (size_t n = 0; n < pieces.size(); ++n) {
+    Vec3f low = positions[pieces[n][0][0] - first_], high = low;
+    uint32_t lowest = end;
+    for (const Triangle& triangle : pieces[n]) {
+      for (const uint32_t v : triangle) {
+        is_small[v - first_] = 1;
+        if (at(v).sum != 0) lowest = std::min(lowest, v);
+        low = minOf(low, positions[v - first_]);
+        high = maxOf(high, positions[v - first_]);
+      }
+    }
+    boxes.push_back({low - Vec3f{reach, reach, reach}, high + Vec3f{reach, reach, reach}});
+    if (lowest < first || lowest >= end) continue;
+    const Vec3i begin = cellOf(boxes[n][0], reach), last = cellOf(boxes[n][1], reach);
+    for (Vec3i cell = begin; cell.z <= last.z; ++cell.z) {
+      for (cell.y = begin.y; cell.y <= last.y; ++cell.y) {
+        for (cell.x = begin.x; cell.x <= last.x; ++cell.x) {
+          pieces_at[hashOf(cell)].push_back(n);
+        }
+      }
+    }
+  }
+  if (pieces_at.empty()) return;
+  for (uint32_t i = first_; i < first_ + vertices_.size(); ++i) {
+    if (is_small[i - first_] != 0 || isUnused(i)) continue;
+    const Vec3f& p = positions[i - first_];
+    const auto found = pieces_at.find(hashOf(cellOf(p, reach)));
+    if (found == pieces_at.end()) continue;
+    for (const size_t n : found->second) {
+      const Vec3f above = p - boxes[n][0], below = boxes[n][1] - p;
+      const Vec3f inside = minOf(above, below);
+      if (std::min({inside.x, inside.y, inside.z}) >= 0.0f) is_crumb[n] = 1;
+    }
+  }
+  for (size_t n = 0; n < pieces.size(); ++n) {
+    if (is_crumb[n] == 0) continue;
+    for (const Triangle& triangle : pieces[n]) removeTriangle(triangle);
   }
 }
 
@@ -399,7 +463,7 @@ bool Outline::cutCorner(Loop& loop, const Surface& surface,
 void Outline::mend(Mesh& mesh, float voxel) {
   const auto count = static_cast<uint32_t>(mesh.vertices_m.size());
   link(0, count, mesh.triangles);
-  removeCrumbs(0, count);
+  removeCrumbs(0, count, mesh.vertices_m, voxel);
   close(0, count, mesh.vertices_m, mesh.normals, voxel,
         [&](const Triangle& triangle) { mesh.triangles.push_back(triangle); });
   std::vector<std::pair<uint32_t, Vec3f>> moved;

@@ -1,6 +1,6 @@
 /// Outlines: the boundary lines of a mesh, which are mended and smoothed.
 ///
-/// - A **crumb** is a piece of a few triangles. It is left out.
+/// - A **crumb** is a piece of a few triangles near a larger piece, mostly noise. It is left out.
 /// - A short outline surrounds a **hole**, left by units in which no direction speaks. It is
 ///   closed.
 /// - A **crack** lies between two outlines, or two parts of one, that face each other. Bridges from
@@ -22,11 +22,12 @@
 
 namespace dtsdf {
 
-/// Mends the outlines of a mesh whose vertices and triangles are added one by one, and vertices
-/// numbered from 0. mend() processes a whole mesh. Else the steps link(), removeCrumbs(), close()
-/// and smoothed() follow each other, for some vertices at a time; vertices can be forgotten from
-/// the front, and `positions` and `normals` then start at the first that is left. A step reads what
-/// the one before did to vertices up to a block's length away, close() up to two.
+/// Mends the outlines of a mesh. Its vertices, numbered from 0, and its triangles are added one by
+/// one. mend() processes the whole mesh. Otherwise call link(), removeCrumbs(), close() and
+/// smoothed() in this order, each for any number of vertices at a time. Vertices can be forgotten
+/// from the front; `positions` and `normals` then start at the first one kept. A step reads what
+/// the previous one did to vertices up to a block's length away, removeCrumbs() and close() up to
+/// two.
 class Outline {
  public:
   using Triangle = std::array<uint32_t, 3>;
@@ -48,12 +49,13 @@ class Outline {
   /// Forgets the vertices before number `first`.
   void forget(uint32_t first);
 
-  /// Links the vertices [first, end) that lie on outlines to their triangles. @pre All triangles
-  /// around them were added. @param triangles At least all around these vertices.
+  /// Lists the triangles around each of the vertices [first, end) that lies on an outline or is a
+  /// midpoint. @pre All of these were added. @param triangles At least these.
   void link(uint32_t first, uint32_t end, const std::vector<Triangle>& triangles);
 
-  /// Removes the crumbs whose first vertex on an outline is in [first, end).
-  void removeCrumbs(uint32_t first, uint32_t end);
+  /// Removes the crumbs whose first vertex on an outline is in [first, end). @param positions,
+  /// voxel See close().
+  void removeCrumbs(uint32_t first, uint32_t end, const std::vector<Vec3f>& positions, float voxel);
   /// Whether a triangle belongs to a crumb.
   bool isCrumb(const Triangle& triangle) const;
   /// Whether a vertex belongs to no triangles but those of crumbs.
@@ -118,7 +120,8 @@ class Outline {
   uint32_t beside(uint32_t vertex, size_t way) const;
   uint32_t nextOnEdge(uint32_t vertex, size_t way) const;
   uint32_t alongHole(uint32_t before, uint32_t vertex, size_t way) const;
-  bool growCrumb(uint32_t first, std::vector<Triangle>& crumb) const;
+  std::vector<std::vector<Triangle>> smallPieces() const;
+  bool growPiece(uint32_t first, std::vector<Triangle>& crumb) const;
   void removeTriangle(const Triangle& triangle);
   int halvesOf(uint32_t vertex, uint32_t next) const;
   bool leads(uint32_t from, uint32_t to, size_t way, int max_edges) const;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <tuple>
 
 #include "dtsdf_mapping/mesh.h"
 #include "kernels/core/vec.h"
@@ -79,7 +80,7 @@ struct Sheet {
       for (const uint32_t v : t) mesh.normals[v] = mesh.normals[v] + n;
     }
     Outline outline = this->outline();
-    outline.removeCrumbs(0, kVertices);
+    outline.removeCrumbs(0, kVertices, positions, 1.0f);
     for (const Triangle& t : triangles) {
       if (!outline.isCrumb(t)) mesh.triangles.push_back(t);
     }
@@ -211,13 +212,20 @@ TEST(Outline, MiddlesAreNoEdgesOfAHole) {
   EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim);
 }
 
-/// A crumb has an outline as short as that of a hole.
-TEST(Outline, LeavesOutCrumbsOfUpToSixteenTriangles) {
-  for (const size_t count : {1u, 2u, 9u, 16u, 17u}) {
+/// Strips at the sheet's end: they stay if they have 17 triangles, or lie more than four voxels
+/// away.
+TEST(Outline, LeavesOutSmallPiecesNearLargerOnes) {
+  for (const auto& [columns, distance, stay] :
+       {std::tuple{8u, 3.0f, false}, {8u, 4.5f, true}, {9u, 3.0f, true}}) {
     Sheet sheet;
-    sheet.triangles.resize(count);
-    sheet.positions[sheet.at(1, 1)].z = 0.7f;
-    EXPECT_EQ(sheet.mended().triangles.size(), count == 17 ? count : 0) << count;
+    sheet.cut({0, 1}, {columns, 4});
+    sheet.cut({columns, 0}, {columns + 1, 4});
+    for (const uint32_t y : {0u, 1u}) {
+      for (uint32_t x = 0; x <= columns; ++x) sheet.positions[sheet.at(x, y)].z = distance;
+    }
+    const size_t sheet_triangles = 2 * 4 * (kColumns - 2 - columns);
+    EXPECT_EQ(sheet.mended().triangles.size(), sheet_triangles + (stay ? 2 * columns : 0))
+        << columns << " " << distance;
   }
 }
 

@@ -22,6 +22,8 @@ constexpr float kMinExtent = 0.4f;
 constexpr size_t kMaxCrumb = 16;
 /// A crumb stays if no larger piece is this near along each axis, in voxels.
 constexpr float kCrumbReach = 4.0f;
+/// It also stays if small pieces this near, in voxels, make it larger, as along a narrow slat.
+constexpr float kNextPiece = 1.5f;
 
 /// Holes with more edges, which are over two voxels across, stay open.
 constexpr int kMaxEdgesOfHole = 8;
@@ -184,31 +186,31 @@ uint32_t Outline::alongHole(uint32_t before, uint32_t vertex, size_t way) const 
   return kNone;
 }
 
-/// Adds the triangles that share sides with those of a piece. @return whether it is small, and
+/// Adds the triangles that share vertices with those of a piece. @return whether it is small, and
 /// `first` the lowest of its vertices on outlines. Each side needs a vertex with a rim, which lists
 /// the triangles at it.
-bool Outline::growPiece(uint32_t first, std::vector<Triangle>& crumb) const {
+bool Outline::growPiece(uint32_t first, std::vector<Triangle>& piece) const {
   size_t most = kMaxCrumb;
-  for (size_t i = 0; i < crumb.size(); ++i) {
-    const Triangle t = crumb[i];
+  for (size_t i = 0; i < piece.size(); ++i) {
+    const Triangle t = piece[i];
+    int without_rim = 0;
     for (const uint32_t v : t) {
       if (v < first_ || at(v).kind == Kind::kFixed || (v < first && at(v).sum != 0)) return false;
       if (at(v).kind == Kind::kMiddle) most = 4 * kMaxCrumb;
+      if (!hasRim(v) && ++without_rim == 2) return false;
     }
-    for (int k = 0; k < 3; ++k) {
-      const uint32_t a = t[k], b = t[(k + 1) % 3];
-      const bool from_a = hasRim(a);
-      if (!from_a && !hasRim(b)) return false;
-      const Rim& rim = rimOf(from_a ? a : b);
+    for (const uint32_t v : t) {
+      if (!hasRim(v)) continue;
+      const Rim& rim = rimOf(v);
       for (int n = 0; n < rim.own; ++n) {
         const Link& link = rim.links[static_cast<size_t>(n)];
-        if (from_a ? link.previous != b : link.next != a) continue;
-        const Triangle beside =
-            fromLowest(from_a ? Triangle{a, link.next, b} : Triangle{b, a, link.previous});
-        if (std::find(crumb.begin(), crumb.end(), beside) == crumb.end()) crumb.push_back(beside);
+        const Triangle at_vertex = fromLowest({v, link.next, link.previous});
+        if (std::find(piece.begin(), piece.end(), at_vertex) == piece.end()) {
+          piece.push_back(at_vertex);
+        }
       }
     }
-    if (crumb.size() > most) return false;
+    if (piece.size() > most) return false;
   }
   return true;
 }
@@ -230,21 +232,10 @@ std::vector<std::vector<Outline::Triangle>> Outline::smallPieces() const {
   std::vector<std::vector<Triangle>> pieces;
   std::vector<Triangle> piece;
   for (uint32_t i = first_; i < first_ + vertices_.size(); ++i) {
-    if (!hasRim(i) || at(i).sum == 0) continue;
-    const size_t first = pieces.size();
-    for (int k = 0; k < rimOf(i).own; ++k) {
-      const Link& link = rimOf(i).links[static_cast<size_t>(k)];
-      piece = {fromLowest({i, link.next, link.previous})};
-      const auto has_triangle = [&](const std::vector<Triangle>& known) {
-        return std::find(known.begin(), known.end(), piece[0]) != known.end();
-      };
-      if (std::any_of(pieces.begin() + first, pieces.end(), has_triangle)) continue;
-      if (growPiece(i, piece)) {
-        pieces.push_back(piece);
-      } else if (fansOf(i).count == 1) {
-        break;  // The other triangles belong to the same piece.
-      }
-    }
+    if (!hasRim(i) || at(i).sum == 0 || rimOf(i).own == 0) continue;
+    const Link& link = rimOf(i).links[0];
+    piece = {fromLowest({i, link.next, link.previous})};
+    if (growPiece(i, piece)) pieces.push_back(piece);
   }
   return pieces;
 }
@@ -254,7 +245,9 @@ void Outline::removeCrumbs(uint32_t first, uint32_t end, const std::vector<Vec3f
   if (first == end) return;
   const float reach = kCrumbReach * voxel;
   const std::vector<std::vector<Triangle>> pieces = smallPieces();
-  std::vector<uint8_t> is_small(vertices_.size()), is_crumb(pieces.size());
+  std::vector<size_t> piece_of(vertices_.size(), pieces.size());
+  std::vector<uint8_t> is_near_larger(pieces.size());
+  std::vector<std::vector<size_t>> next_to(pieces.size());
   /// What is within reach of each piece, and the pieces by cells that this overlaps.
   std::vector<std::array<Vec3f, 2>> boxes;
   std::unordered_map<uint64_t, std::vector<size_t>> pieces_at;
@@ -263,7 +256,7 @@ void Outline::removeCrumbs(uint32_t first, uint32_t end, const std::vector<Vec3f
     uint32_t lowest = end;
     for (const Triangle& triangle : pieces[n]) {
       for (const uint32_t v : triangle) {
-        is_small[v - first_] = 1;
+        piece_of[v - first_] = n;
         if (at(v).sum != 0) lowest = std::min(lowest, v);
         low = minOf(low, positions[v - first_]);
         high = maxOf(high, positions[v - first_]);
@@ -282,18 +275,26 @@ void Outline::removeCrumbs(uint32_t first, uint32_t end, const std::vector<Vec3f
   }
   if (pieces_at.empty()) return;
   for (uint32_t i = first_; i < first_ + vertices_.size(); ++i) {
-    if (is_small[i - first_] != 0 || isUnused(i)) continue;
+    if (isUnused(i)) continue;
     const Vec3f& p = positions[i - first_];
     const auto found = pieces_at.find(hashOf(cellOf(p, reach)));
     if (found == pieces_at.end()) continue;
+    const size_t own = piece_of[i - first_];
     for (const size_t n : found->second) {
-      const Vec3f above = p - boxes[n][0], below = boxes[n][1] - p;
-      const Vec3f inside = minOf(above, below);
-      if (std::min({inside.x, inside.y, inside.z}) >= 0.0f) is_crumb[n] = 1;
+      const Vec3f inside = minOf(p - boxes[n][0], boxes[n][1] - p);
+      const float depth = std::min({inside.x, inside.y, inside.z});
+      if (own == pieces.size()) {
+        if (depth >= 0.0f) is_near_larger[n] = 1;
+      } else if (own != n && depth >= reach - kNextPiece * voxel) {
+        std::vector<size_t>& others = next_to[n];
+        if (std::find(others.begin(), others.end(), own) == others.end()) others.push_back(own);
+      }
     }
   }
   for (size_t n = 0; n < pieces.size(); ++n) {
-    if (is_crumb[n] == 0) continue;
+    size_t together = pieces[n].size();
+    for (const size_t other : next_to[n]) together += pieces[other].size();
+    if (is_near_larger[n] == 0 || together > kMaxCrumb) continue;
     for (const Triangle& triangle : pieces[n]) removeTriangle(triangle);
   }
 }

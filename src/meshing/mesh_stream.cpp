@@ -141,9 +141,9 @@ template <class Blocks>
 uint32_t dropPassedBlocks(Blocks& blocks, int32_t distance, const Vec3i& last, PackedKey key,
                           uint32_t before) {
   const Vec3i beyond{distance, distance, distance};
-  const auto farthest = [&] { return packKey(minOf(blocks.front().key + beyond, last)); };
+  const auto farthest = [&] { return packKey(minOf(blocks.front().first + beyond, last)); };
   for (; !blocks.empty() && farthest() < key; blocks.pop_front()) {
-    before = blocks.front().end;
+    before = blocks.front().second;
   }
   return before;
 }
@@ -181,7 +181,7 @@ void MeshStream::add(const BlockMesh& block) {
     triangles_.push_back(triangle);
   }
   for (size_t i = 0; i < kSteps; ++i) {
-    ahead_[i].push_back({block.key, end()});
+    ahead_[i].emplace_back(block.key, end());
     passed_[i] =
         dropPassedBlocks(ahead_[i], kBlocksBehind[i], last_block_, packKey(block.key), passed_[i]);
   }

@@ -141,10 +141,8 @@ class MeshStream {
   /// blocks away. Triangles over holes may wait two blocks longer for vertices to be written.
   static constexpr std::array<int32_t, kSteps> kBlocksBehind = {1, 3, 5, 6, 8};
 
-  struct AddedBlock {
-    BlockKey key;
-    uint32_t end;  ///< Number of vertices up to the end of this block.
-  };
+  /// A block, and the number of vertices up to its end.
+  using AddedBlock = std::pair<BlockKey, uint32_t>;
   using Triangles = std::vector<Outline::Triangle>;
 
   uint32_t end() const { return first_ + static_cast<uint32_t>(window_.vertices_m.size()); }

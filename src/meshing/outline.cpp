@@ -161,7 +161,7 @@ const Outline::Fans& Outline::fansOf(uint32_t vertex, bool is_closed) const {
   return fans;
 }
 
-/// The next vertex on the closed mesh's outline; kNone: it ends there, or meets another one.
+/// The next vertex on the outline after close(); kNone: it ends there, or meets another one.
 uint32_t Outline::beside(uint32_t vertex, size_t way) const {
   if (vertex < first_ || at(vertex).kind == Kind::kFixed) return kNone;
   const Fans& fans = fansOf(vertex, true);
@@ -174,7 +174,7 @@ uint32_t Outline::nextOnEdge(uint32_t vertex, size_t way) const {
   return next != kNone && at(next).kind == Kind::kMiddle ? beside(next, way) : next;
 }
 
-/// The vertex after `vertex` around a hole of the clean mesh, coming from `before`. Where two fans
+/// The vertex after `vertex` around a hole before close(), coming from `before`. Where two fans
 /// meet, a hole lies between them. kNone: fixed, or more fans meet.
 uint32_t Outline::alongHole(uint32_t before, uint32_t vertex, size_t way) const {
   if (vertex < first_ || at(vertex).kind == Kind::kFixed) return kNone;
@@ -215,6 +215,15 @@ bool Outline::growPiece(uint32_t first, std::vector<Triangle>& piece) const {
   return true;
 }
 
+bool Outline::hasMidpoint(const std::vector<Triangle>& piece) const {
+  for (const Triangle& triangle : piece) {
+    for (const uint32_t v : triangle) {
+      if (at(v).kind == Kind::kMiddle) return true;
+    }
+  }
+  return false;
+}
+
 void Outline::removeTriangle(const Triangle& triangle) {
   for (int k = 0; k < 3; ++k) {
     at(triangle[k]).is_used = false;
@@ -227,7 +236,7 @@ void Outline::removeTriangle(const Triangle& triangle) {
   }
 }
 
-/// The pieces that are small enough for crumbs.
+/// The pieces of few triangles.
 std::vector<std::vector<Outline::Triangle>> Outline::smallPieces() const {
   std::vector<std::vector<Triangle>> pieces;
   std::vector<Triangle> piece;
@@ -248,7 +257,7 @@ void Outline::removeCrumbs(uint32_t first, uint32_t end, const std::vector<Vec3f
   std::vector<size_t> piece_of(vertices_.size(), pieces.size());
   std::vector<uint8_t> is_near_larger(pieces.size());
   std::vector<std::vector<size_t>> next_to(pieces.size());
-  /// What is within reach of each piece, and the pieces by cells that this overlaps.
+  // What is within reach of each piece, and the pieces by the cells that this overlaps.
   std::vector<std::array<Vec3f, 2>> boxes;
   std::unordered_map<uint64_t, std::vector<size_t>> pieces_at;
   for (size_t n = 0; n < pieces.size(); ++n) {
@@ -294,7 +303,8 @@ void Outline::removeCrumbs(uint32_t first, uint32_t end, const std::vector<Vec3f
   for (size_t n = 0; n < pieces.size(); ++n) {
     size_t together = pieces[n].size();
     for (const size_t other : next_to[n]) together += pieces[other].size();
-    if (is_near_larger[n] == 0 || together > kMaxCrumb) continue;
+    const size_t most = hasMidpoint(pieces[n]) ? 4 * kMaxCrumb : kMaxCrumb;
+    if (is_near_larger[n] == 0 || together > most) continue;
     for (const Triangle& triangle : pieces[n]) removeTriangle(triangle);
   }
 }

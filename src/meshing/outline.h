@@ -122,6 +122,7 @@ class Outline {
   uint32_t alongHole(uint32_t before, uint32_t vertex, size_t way) const;
   std::vector<std::vector<Triangle>> smallPieces() const;
   bool growPiece(uint32_t first, std::vector<Triangle>& crumb) const;
+  bool hasMidpoint(const std::vector<Triangle>& piece) const;
   void removeTriangle(const Triangle& triangle);
   int halvesOf(uint32_t vertex, uint32_t next) const;
   bool leads(uint32_t from, uint32_t to, size_t way, int max_edges) const;

@@ -215,9 +215,12 @@ TEST(Outline, MiddlesAreNoEdgesOfAHole) {
 /// Strips at the sheet's end: they stay if they have 17 triangles, or lie more than four voxels
 /// away.
 TEST(Outline, LeavesOutSmallPiecesNearLargerOnes) {
-  for (const auto& [columns, distance, stay] :
-       {std::tuple{8u, 3.0f, false}, {8u, 4.5f, true}, {9u, 3.0f, true}}) {
+  for (const auto& [columns, distance, kind, stay] : {std::tuple{8u, 3.0f, Kind::kPlain, false},
+                                                      {8u, 4.5f, Kind::kPlain, true},
+                                                      {9u, 3.0f, Kind::kPlain, true},
+                                                      {9u, 3.0f, Kind::kMiddle, false}}) {
     Sheet sheet;
+    sheet.kinds[sheet.at(1, 0)] = kind;  // refined pieces have four times as many triangles
     sheet.cut({0, 1}, {columns, 4});
     sheet.cut({columns, 0}, {columns + 1, 4});
     for (const uint32_t y : {0u, 1u}) {

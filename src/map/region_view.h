@@ -15,9 +15,9 @@ RegionView makeRegionView(const Region& region, double unit_m);
 /// lie there, or affect the outlines there.
 inline bool mayAffectMeshIn(const RegionView& region, const BlockKey& block) {
   constexpr double kMiddle = 4.0;
-  // Vertices lie in [-2, 10] from the first voxel. What closes a crack depends on vertices up to
-  // two blocks away.
-  constexpr double kReach = (6.0 + 16.0) * 1.7321;  // from the centre to the farthest corner
+  // Vertices lie in [-2, 10] from the first voxel. What closes a crack depends on crumbs up to two
+  // blocks away, and whether a piece is a crumb on others up to two blocks from it.
+  constexpr double kReach = (6.0 + 32.0) * 1.7321;  // from the centre to the farthest corner
   const Vec3i first = firstVoxelOfBlock(block);
   return isInside(region, Vec3d{first.x + kMiddle, first.y + kMiddle, first.z + kMiddle}, kReach);
 }

@@ -125,7 +125,7 @@ TEST_P(PackedBall, IsHalfAStepFromTheMeshAtMost) {
 INSTANTIATE_TEST_SUITE_P(, PackedBall, testing::Values(0, 1),
                          [](const auto& info) { return info.param == 0 ? "plain" : "refined"; });
 
-/// Mends what spans several chunks, which these leave.
+/// Mends holes and cracks that cross chunk faces.
 Mesh mended(Mesh mesh) {
   const auto count = static_cast<uint32_t>(mesh.vertices_m.size());
   Outline outline;

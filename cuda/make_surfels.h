@@ -9,8 +9,8 @@ namespace gpu {
 
 struct DeviceSurfels {
   const Surfel* surfels;
-  uint32_t room;          ///< Upper bound of their number.
-  const uint32_t* count;  ///< Their number, including those that did not fit; null: `room`.
+  uint32_t room;          ///< Capacity of the list; surfels beyond it are missing.
+  const uint32_t* count;  ///< Number made, including those beyond `room`; null: `room`.
 
 #ifdef __CUDACC__
   __device__ __forceinline__ uint32_t size() const {
@@ -23,10 +23,11 @@ class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, const Stream& stream);
 
-  /// Enqueues the stage. For casting, it lists a surfel per merged square, unmerged pixel or
-  /// subpixel; a few have no weight. If `count` exceeds `room`, the rest are missing. For voxel
-  /// projection, it makes one per pixel, in row-major order, and counts those with a weight.
-  /// @param count On the device; must be 0.
+  /// Enqueues the stage. For casting, it lists a surfel for each merged square with a weight, and
+  /// one for each measured unmerged pixel or each of its subpixels; a few of these have no weight.
+  /// If `count` exceeds `room`, the rest are missing. For voxel projection, it makes one per pixel,
+  /// in row-major order, and counts those with a weight.
+  /// @param count Counter on the device, with the value 0.
   DeviceSurfels makeSurfels(const DeviceSensing& sensing, uint32_t* count);
 
   /// Repeats the stage for the same frame with room for `surfels` surfels.

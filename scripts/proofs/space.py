@@ -1,7 +1,7 @@
 """Compares a map's free cells and distances with the truth of an analytic scene, at several cell sizes.
 
-Fills space.md. Exits 0 only if no free cell is occupied or unseen, the RMSE of distances is at most half a
-cell, and no distance is off by more than one and a half cells.
+Fills space.md. Exits 0 only if no sampled free cell is occupied or unseen, and distances at the middles of cells
+have an RMSE of at most half a cell and no error above one and a half cells.
 """
 import json
 
@@ -10,8 +10,8 @@ from .common import fill_page, made_by, make_parser, markdown_table, number, run
 # Edge of a cell in mm -> voxel size in m, voxels along an edge of a cell, reach of distances in m.
 CELLS = {50: (0.025, 2, 2.0), 100: (0.025, 4, 2.0), 200: (0.025, 8, 2.0), 20: (0.02, 1, 0.3)}
 HEADER = ["cell mm", "reach m", "RMSE", "mean", "least to greatest",
-          "off by more than 1.5", "RMSE anywhere", "free, but taken", "free, but not seen",
-          "of what is seen free"]
+          "off by more than 1.5", "RMSE anywhere", "free, but occupied", "free, but not seen",
+          "found, of free cells seen"]
 
 
 def measure(options, cell_mm):

@@ -20,7 +20,8 @@ class ProbedMapper : public Mapper {
   virtual void profileTo(Profile* profile) = 0;
 
   /// Fills the map with contents. @pre The head was checked, and the map is empty.
-  /// @throws std::exception if memory runs out; the mapper is then unusable.
+  /// @throws std::exception if memory runs out, blocks cannot be paged to disk, or the parts cannot
+  /// be read; the mapper is then unusable.
   virtual void restore(const MapParts& parts) = 0;
 
   /// Restricts the map to an extent. Blocks outside are ignored, and do not count as refused.

@@ -50,7 +50,7 @@ class DistanceGrid {
 };
 
 /// Judges the voxels of an array, a row at a time, in loops that compilers vectorise. The results
-/// are those of judge().
+/// equal those of judge() in free_space.h.
 class RowJudge {
  public:
   // cppcheck-suppress uninitMemberVar  ; set for each row

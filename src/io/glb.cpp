@@ -21,9 +21,9 @@ constexpr int kUnsignedInt = 5125, kFloat = 5126;
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 constexpr uint64_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
 
-// A vertex has a position, a normal and a colour, of three floats each; a triangle has three 32-bit
-// indices. Colours are floats because 8 bits of linear light are too few in dark areas, and trimesh
-// reads only the lower 8 of 16 bits.
+// Without textures, a vertex has a position, a normal and a colour, of three floats each; a
+// triangle has three 32-bit indices. Colours are floats because 8 bits of linear light are too few
+// in dark areas, and trimesh reads only the lower 8 of 16 bits.
 constexpr uint64_t kVectorBytes = 12, kTriangleBytes = 12;
 constexpr uint64_t kMaxJsonBytes = 4096;
 

@@ -181,7 +181,8 @@ void saveMesh(const Mesh& mesh, MeshColour colour, const std::string& path) {
 void saveTexturedMesh(const TexturedMesh& textured, const std::string& path) {
   const std::string format = meshFormatOf(path);
   if (format != ".obj" && format != ".glb") {
-    throw std::runtime_error("cannot save '" + path + "': textures are saved as .obj or .glb");
+    throw std::runtime_error("cannot save '" + path +
+                             "': a textured mesh can only be saved as .obj or .glb");
   }
   checkMeshSize(textured.mesh.vertices_m.size(), textured.mesh.triangles.size(), path);
   AtomicFile file(path);

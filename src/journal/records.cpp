@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-// The content of each record, to read or write.
+// The fields of regions, images and corrections in file order, for reading and writing.
 
 template <class Io>
 void fields(Io& io, BoxRegion& box) {
@@ -133,7 +133,7 @@ Image readImage(ByteReader& in, bool is_depth) {
                 maxImagePixels()) {
           return;
         }
-        throw std::runtime_error("an image of the journal has an invalid size");
+        throw std::runtime_error("an image in the journal has an invalid size");
       },
       image.frame);
   return image;

@@ -1,5 +1,5 @@
-/// Subscribers to every topic of the mesh stop reading: the node's memory stays bounded, other
-/// subscribers are still served, and the stalled ones get everything once they read again.
+/// Subscribers to every topic of the mesh do not read: the node's memory stays bounded, other
+/// subscribers are still served, and one of mesh_blocks gets everything once it reads.
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -109,7 +109,7 @@ TEST_F(StalledListener, TakesLittleMemoryAndDelaysNobody) {
       << late.triangles() << " of " << saved.triangles << " triangles";
 }
 
-/// Needs the map of the test above, which exceeds the kernel's buffers of a connection.
+/// Needs the map of the test above: its messages must not fit into a connection's socket buffers.
 TEST_F(StalledListener, DisconnectingMidMessageHarmsNobody) {
   const MeshWatcher mesh(nh_);
   ASSERT_TRUE(waitUntil([&] { return mesh.triangles() > 100000; }));
@@ -130,7 +130,7 @@ TEST_F(StalledListener, DisconnectingMidMessageHarmsNobody) {
     EXPECT_TRUE(waitUntil([&] { return listeners(topic) == before; }));
     fuseNextPlace();
   }
-  // The permanent subscribers have everything.
+  // The permanent subscriber has the whole mesh.
   const auto saved = saveMesh("mesh.ply");
   EXPECT_TRUE(waitUntil([&] { return mesh.triangles() == saved.triangles; }));
 }

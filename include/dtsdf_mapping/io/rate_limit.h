@@ -6,8 +6,8 @@
 namespace dtsdf {
 
 /// Decides by stamps which images of a stream are taken: on average, at most a given number per
-/// second. An image that is early by less than a tenth of the interval is still taken. If stamps
-/// jump back by more than an interval, the limit starts over.
+/// second. An image that is early by less than a tenth of the interval is still taken. If a stamp
+/// is more than two intervals before the next image is due, the limit starts over.
 class RateLimit {
  public:
   /// @param max_rate_hz Images per second; 0: all are taken.
@@ -25,7 +25,7 @@ class RateLimit {
 
  private:
   double interval_s_;
-  /// Stamp of the next image; infinity: any.
+  /// When the next image is due; infinity: the first is taken, whatever its stamp.
   double due_s_ = std::numeric_limits<double>::infinity();
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "map/region_view.h"
@@ -13,35 +12,17 @@ namespace {
 
 /// Drops triangles with a corner outside the region, which is in metres, and unused vertices.
 void crop(const RegionView& region, Mesh& mesh) {
-  constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max(), kInside = kUnused - 1;
-  std::vector<uint32_t> number(mesh.vertices_m.size(), kUnused);
-  for (size_t i = 0; i < number.size(); ++i) {
+  std::vector<uint8_t> is_inside(mesh.vertices_m.size());
+  for (size_t i = 0; i < is_inside.size(); ++i) {
     const std::array<double, 3> p_W = positionInMap(mesh, i);
-    if (isInside(region, Vec3d{p_W[0], p_W[1], p_W[2]})) number[i] = kInside;
+    is_inside[i] = isInside(region, Vec3d{p_W[0], p_W[1], p_W[2]}) ? 1 : 0;
   }
   const auto leaves = [&](const std::array<uint32_t, 3>& t) {
-    return number[t[0]] == kUnused || number[t[1]] == kUnused || number[t[2]] == kUnused;
+    return (is_inside[t[0]] & is_inside[t[1]] & is_inside[t[2]]) == 0;
   };
   mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), leaves),
                        mesh.triangles.end());
-  std::replace(number.begin(), number.end(), kInside, kUnused);
-  for (const auto& t : mesh.triangles) {
-    for (const uint32_t v : t) number[v] = kInside;
-  }
-  uint32_t count = 0;
-  for (size_t i = 0; i < number.size(); ++i) {
-    if (number[i] == kUnused) continue;
-    mesh.vertices_m[count] = mesh.vertices_m[i];
-    mesh.normals[count] = mesh.normals[i];
-    if (!mesh.colours.empty()) mesh.colours[count] = mesh.colours[i];
-    number[i] = count++;
-  }
-  mesh.vertices_m.resize(count);
-  mesh.normals.resize(count);
-  if (!mesh.colours.empty()) mesh.colours.resize(count);
-  for (auto& t : mesh.triangles) {
-    for (uint32_t& v : t) v = number[v];
-  }
+  dropUnusedVertices(mesh);
 }
 
 uint8_t toByte(float share) {

@@ -283,10 +283,14 @@ void Outline::removeCrumbs(uint32_t first, uint32_t end, const std::vector<Vec3f
     }
   }
   if (pieces_at.empty()) return;
+  Vec3i cell{0, 0, 0};
+  auto found = pieces_at.find(hashOf(cell));
   for (uint32_t i = first_; i < first_ + vertices_.size(); ++i) {
     if (isUnused(i)) continue;
     const Vec3f& p = positions[i - first_];
-    const auto found = pieces_at.find(hashOf(cellOf(p, reach)));
+    const Vec3i next = cellOf(p, reach);
+    if (!(next == cell)) found = pieces_at.find(hashOf(next));  // seldom: neighbours share cells
+    cell = next;
     if (found == pieces_at.end()) continue;
     const size_t own = piece_of[i - first_];
     for (const size_t n : found->second) {
@@ -471,6 +475,28 @@ bool Outline::cutCorner(Loop& loop, const Surface& surface,
   return true;
 }
 
+void dropUnusedVertices(Mesh& mesh) {
+  constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max();
+  std::vector<uint32_t> number(mesh.vertices_m.size(), kUnused);
+  for (const auto& triangle : mesh.triangles) {
+    for (const uint32_t v : triangle) number[v] = 0;
+  }
+  uint32_t count = 0;
+  for (size_t i = 0; i < number.size(); ++i) {
+    if (number[i] == kUnused) continue;
+    mesh.vertices_m[count] = mesh.vertices_m[i];
+    mesh.normals[count] = mesh.normals[i];
+    if (!mesh.colours.empty()) mesh.colours[count] = mesh.colours[i];
+    number[i] = count++;
+  }
+  mesh.vertices_m.resize(count);
+  mesh.normals.resize(count);
+  if (!mesh.colours.empty()) mesh.colours.resize(count);
+  for (auto& triangle : mesh.triangles) {
+    for (uint32_t& v : triangle) v = number[v];
+  }
+}
+
 void Outline::mend(Mesh& mesh, float voxel) {
   const auto count = static_cast<uint32_t>(mesh.vertices_m.size());
   link(0, count, mesh.triangles);
@@ -482,24 +508,10 @@ void Outline::mend(Mesh& mesh, float voxel) {
     if (hasRim(i)) moved.emplace_back(i, smoothed(i, mesh.vertices_m));
   }
   for (const auto& [i, position] : moved) mesh.vertices_m[i] = position;
-  std::vector<uint32_t> number(count);
-  uint32_t kept = 0;
-  for (uint32_t i = 0; i < count; ++i) {
-    if (isUnused(i)) continue;
-    mesh.vertices_m[kept] = mesh.vertices_m[i];
-    mesh.normals[kept] = mesh.normals[i];
-    if (!mesh.colours.empty()) mesh.colours[kept] = mesh.colours[i];
-    number[i] = kept++;
-  }
-  mesh.vertices_m.resize(kept);
-  mesh.normals.resize(kept);
-  if (!mesh.colours.empty()) mesh.colours.resize(kept);
   const auto is_crumb = [this](const Triangle& triangle) { return isCrumb(triangle); };
   mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), is_crumb),
                        mesh.triangles.end());
-  for (Triangle& triangle : mesh.triangles) {
-    for (uint32_t& v : triangle) v = number[v];
-  }
+  dropUnusedVertices(mesh);
 }
 
 void Outline::close(uint32_t first, uint32_t end, const std::vector<Vec3f>& positions,

@@ -22,6 +22,9 @@
 
 namespace dtsdf {
 
+/// Drops vertices that no triangle has.
+void dropUnusedVertices(Mesh& mesh);
+
 /// Mends the outlines of a mesh. Its vertices, numbered from 0, and its triangles are added one by
 /// one. mend() processes the whole mesh. Otherwise call link(), removeCrumbs(), close() and
 /// smoothed() in this order, each for any number of vertices at a time. Vertices can be forgotten

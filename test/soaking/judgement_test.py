@@ -13,25 +13,25 @@ from soaking import judgement  # noqa: E402
 CYCLE_S = 300.0
 
 
-def records(kept_mb, cycles=12, rest_mb=1.0):
-    """The record of a process that uses kept_mb(t), up to rest_mb more in each cycle, and up to 200 MB
-    more at varying times."""
-    chance, found = random.Random(7), []
+def records(kept_mb, cycles=12, spread_mb=1.0):
+    """A simulated record of a soak. The process keeps kept_mb(t), plus an amount of up to spread_mb that
+    differs between cycles, and uses up to 200 MB more for a while in each cycle."""
+    rng, record = random.Random(7), []
     for cycle in range(cycles):
         begin = cycle * CYCLE_S
-        found.append(dict(kind="event", what="cycle", t=begin))
-        busy_s = chance.uniform(30.0, 250.0)
-        rest = rest_mb * chance.random()
+        record.append(dict(kind="event", what="cycle", t=begin))
+        busy_s = rng.uniform(30.0, 250.0)
+        extra_mb = spread_mb * rng.random()
         for k in range(60):
             t = begin + 5.0 * k
-            more = 200.0 * chance.random() if 5.0 * k < busy_s else 0.0
-            found.append(dict(kind="sample", t=t, rss_mb=kept_mb(t) + more + rest))
-    return found
+            busy_mb = 200.0 * rng.random() if 5.0 * k < busy_s else 0.0
+            record.append(dict(kind="sample", t=t, rss_mb=kept_mb(t) + busy_mb + extra_mb))
+    return record
 
 
 class JudgementTest(unittest.TestCase):
-    def verdict(self, kept_mb, **more):
-        return judgement.judge_memory(records(kept_mb, **more))["verdict"]
+    def verdict(self, kept_mb, **options):
+        return judgement.judge_memory(records(kept_mb, **options))["verdict"]
 
     def test_temporary_memory_is_flat(self):
         self.assertEqual(self.verdict(lambda t: 150.0), "flat")
@@ -42,14 +42,14 @@ class JudgementTest(unittest.TestCase):
     def test_a_leak_grows(self):
         self.assertEqual(self.verdict(lambda t: 150.0 + 25.0 * t / 3600.0), "grows")
 
-    def test_a_leak_behind_pools_that_fill_grows(self):
+    def test_a_leak_grows_even_while_pools_fill(self):
         self.assertEqual(self.verdict(
             lambda t: 150.0 - 60.0 * math.exp(-t / 400.0) + 25.0 * t / 3600.0), "grows")
 
-    def test_a_doubtful_leak_is_not_flat(self):
-        for rest_mb in (1.0, 2.0, 5.0, 10.0):
+    def test_a_leak_hidden_by_noise_is_not_flat(self):
+        for spread_mb in (1.0, 2.0, 5.0, 10.0):
             self.assertNotEqual(
-                self.verdict(lambda t: 350.0 + 40.0 * t / 3600.0, rest_mb=rest_mb), "flat")
+                self.verdict(lambda t: 350.0 + 40.0 * t / 3600.0, spread_mb=spread_mb), "flat")
 
     def test_few_cycles_give_no_verdict(self):
         self.assertEqual(self.verdict(lambda t: 150.0, cycles=4), "too short to tell")

@@ -1,4 +1,5 @@
-/// Tests how far an image follows its alignment, depending on the noise of poses and alignments.
+/// Tests how far refined poses follow alignments, depending on the noise of given poses and
+/// alignments.
 #include "dtsdf_mapping/alignment_gain.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// The pose of a hand-held camera at an image.
+/// The true pose of a hand-held camera for an image.
 Isometry3d truthAt(int image) {
   const double t = 0.1 * image;
   Isometry3d T = Isometry3d::Identity();
@@ -27,13 +28,13 @@ class Noise {
 
   /// Adds noise to a pose: a shift in metres and a turn in radians, per axis.
   Isometry3d operator()(const Isometry3d& pose) {
-    Isometry3d off = pose;
-    off.translation() += vector();
+    Isometry3d noisy = pose;
+    noisy.translation() += vector();
     const Vector3d turn = vector();
     if (turn.norm() > 0.0) {
-      off.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * off.linear();
+      noisy.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * noisy.linear();
     }
-    return off;
+    return noisy;
   }
 
  private:
@@ -68,14 +69,14 @@ TEST(AlignmentGain, FollowsAlignmentsFullyIfPosesAreNoisy) {
   EXPECT_EQ(shareOfStep(after(100, 0.02, 0.01), 0.01), 1.0);
 }
 
-/// The share is that of a Kalman filter, 2^2 / (2^2 + 20^2) = 0.01 with deviations in mm.
+/// The share is the gain of a Kalman filter for noise of 2 and 20 mm: 2^2 / (2^2 + 20^2) = 0.01.
 TEST(AlignmentGain, FollowsNoisyAlignmentsSlowlyIfPosesAreSmooth) {
   const double share = shareOfStep(after(100, 0.002, 0.02), 0.01);
   EXPECT_GT(share, 0.0);
   EXPECT_NEAR(share, 0.01, 0.02);
 }
 
-/// Up to 3 sqrt(3) deviations of 10 mm count as noise, that is 52 mm.
+/// With noise of 10 mm per axis, steps of up to 3 sqrt(3) 10 mm = 52 mm count as noise.
 TEST(AlignmentGain, FollowsStepsLargerThanNoise) {
   const AlignmentGain gain = after(200, 0.0, 0.01);
   EXPECT_LT(shareOfStep(gain, 0.03), 0.05);

@@ -23,9 +23,9 @@ void addViewOptions(CommandLine& line, PictureRequest& request) {
         request.azimuth_deg = angles[0];
         request.elevation_deg = angles[1];
       });
-  line.add({"--eye", "X,Y,Z", "view from this point instead, towards --target, in metres"},
+  line.add({"--eye", "X,Y,Z", "camera position in metres, in place of --view; looks at --target"},
            [&](const std::string& text) { request.eye = readPoint(text); });
-  line.add({"--target", "X,Y,Z", "the point that --eye looks at, in metres"},
+  line.add({"--target", "X,Y,Z", "point in metres that the camera at --eye looks at"},
            [&](const std::string& text) { request.target = readPoint(text); });
   line.onlyWith("--eye", "--target");
   line.onlyWith("--target", "--eye");

@@ -50,7 +50,7 @@ ParamValue namesOf(const YAML::Node& sequence, const std::string& key, const std
   return names;
 }
 
-/// Limit of nesting, since nodes may contain themselves.
+/// Limit of nesting, since a YAML alias may make a node contain itself.
 constexpr std::ptrdiff_t kMaxLevels = 8;
 
 /// Adds the contents of a node under `prefix` ("" or "section/").
@@ -61,7 +61,7 @@ void flatten(const YAML::Node& node, const std::string& prefix, const std::strin
     const std::string key = prefix + entry.first.Scalar();
     const YAML::Node& value = entry.second;
     if (std::count(key.begin(), key.end(), '/') > kMaxLevels) {
-      throwAt(name, entry.first.Mark(), "too many levels");
+      throwAt(name, entry.first.Mark(), "too many levels of nested keys");
     }
     if (value.IsMap()) {
       flatten(value, key + "/", name, tree);
@@ -107,11 +107,11 @@ void setParam(const std::string& assignment, ParamTree& tree) {
   try {
     const YAML::Node node = loadYaml(value);
     if (!node.IsScalar() && !node.IsSequence()) {
-      throw std::runtime_error(key + ": '" + value + "' is not a single value");
+      throw std::runtime_error(key + ": '" + value + "' is neither a value nor a list");
     }
     tree[key] = node.IsSequence() ? namesOf(node, key, assignment) : valueOf(node);
-  } catch (const YAML::Exception&) {
-    throw std::runtime_error(key + ": '" + value + "' is not a single value");
+  } catch (const YAML::Exception& e) {
+    throw std::runtime_error(key + ": '" + value + "' is not valid YAML: " + e.msg);
   }
 }
 

@@ -22,8 +22,8 @@ namespace {
 /// Number of images that are inspected, and the grid of pixels in each.
 constexpr size_t kInspectedFrames = 5;
 constexpr int kColumns = 64, kRows = 48;
-/// If a smaller fraction of the pixels is measured, the images probably do not show depth.
-constexpr double kFewPixels = 0.05;
+/// Minimum fraction of measured pixels; with fewer, the images probably do not show depth.
+constexpr double kMinMeasuredShare = 0.05;
 
 BagOptions bagOptions(const RunOptions& options, const NodeParams& node) {
   BagOptions bag = options.recording;
@@ -96,19 +96,19 @@ void reportOn(const std::deque<SourceFrame>& frames, const FrameSource& source,
               depths_m.empty() ? "unknown" : formatted("%.4g m", median_m).c_str(), 100.0 * share);
   const std::string assumed = recording.format != "bag" ? assumptionsOf(recording) : "";
   if (!assumed.empty()) std::printf("assumed: %s\n", assumed.c_str());
-  static_cast<void>(std::fflush(stdout));  // before a long run, also to a file or a pipe
+  static_cast<void>(std::fflush(stdout));  // files and pipes are buffered, and the run is long
   const auto warn = [](const std::string& what) {
     if (!what.empty()) std::fprintf(stderr, "reconstruct: warning: %s\n", what.c_str());
   };
   warn(doubtAbout(first.intrinsics, first.width, first.height));
   const double min_m = fusion.min_depth_m, max_m = fusion.max_depth_m;
-  if (share < kFewPixels) {
-    warn("hardly any pixel of the first images is measured: are these depth images?");
+  if (share < kMinMeasuredShare) {
+    warn("the first images have almost no measured pixels: are these depth images?");
   } else if (median_m < min_m || median_m > max_m) {
     warn(formatted(
-        "median depth %.4g m: is the scale %.6g units per metre? The mapped range is %g to %g m "
-        "(fusion/min_depth_m, fusion/max_depth_m)",
-        median_m, 1.0 / double{first.unit_m}, min_m, max_m));
+        "median depth %.4g m is outside the mapped range, %g to %g m (fusion/min_depth_m, "
+        "fusion/max_depth_m): are %.6g units per metre the right scale?",
+        median_m, min_m, max_m, 1.0 / double{first.unit_m}));
   }
 }
 
@@ -163,7 +163,7 @@ std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeP
 
 namespace {
 
-/// Frames that are searched for the floor: ten seconds at 30 Hz.
+/// Maximum number of frames that are searched for the floor: ten seconds at 30 Hz.
 constexpr size_t kFramesSearched = 300;
 
 Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {
@@ -177,10 +177,11 @@ Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {
   }
   search.finish();
   if (search.floor()) return levelPose(*search.floor());
-  throw std::runtime_error("map/level is floor, but the first " + std::to_string(looked_at) +
-                           " images of '" + path + "' show none (" + search.problem() +
-                           "); start where it is in view, with --frames FIRST:, or set map/level "
-                           "to none");
+  throw std::runtime_error("map/level is floor, but no floor was found in the first " +
+                           std::to_string(looked_at) + " images of '" + path + "' (" +
+                           search.problem() +
+                           "); start where the floor is in view, with --frames FIRST:, or set "
+                           "map/level to none");
 }
 
 }  // namespace

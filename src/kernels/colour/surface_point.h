@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// A voxel's foot as seen in the image.
+/// A voxel's foot, its nearest point on the surface, as seen in the image.
 struct SurfacePoint {
   float depth_m;
   float cosine;  ///< Between the normal and the ray to the camera; negative if seen from behind.
@@ -28,12 +28,12 @@ DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel) {
          (fabsf(sdfOf(voxel)) <= view.rules.surface_distance);
 }
 
-/// Radius around the middle of a block that holds its surface points: 7 voxels for the block, plus
-/// the distance to a surface.
+/// Radius in voxels of a ball around a block's middle that contains the block's surface points: 7
+/// for the block itself, plus the distance to a surface.
 DTSDF_HD float pointRadius(const ColourRules& rules) { return 7.0f + rules.surface_distance; }
 
-/// Whether a voxel with this normal has a surface point in a direction: the normal must belong to
-/// it. A zero normal belongs to none.
+/// Whether a voxel with this normal has a surface point in a direction. The normal must belong to
+/// the direction; in the undirected map, it must not be zero.
 DTSDF_HD bool hasPoint(const PointView& view, const Vec3f& normal, int direction) {
   return view.directional ? directionWeight(normal, direction) > 0.0f : dot(normal, normal) > 0.0f;
 }
@@ -89,8 +89,8 @@ DTSDF_HD float voxelWidth(const FrameView& frame, const SurfacePoint& point) {
   return frame.intrinsics.fx * frame.voxel_size_m / point.depth_m;
 }
 
-/// Depth in metres of the point's plane, (du, dv) pixels from the point; at most 100 times the
-/// point's.
+/// Depth in metres of the plane through a point, (du, dv) pixels from that point; limited to 100
+/// times the point's depth.
 DTSDF_HD float depthBeside(const SurfacePoint& point, float du, float dv) {
   const float inverse_depth = point.inverse_depth + du * point.per_u + dv * point.per_v;
   return 1.0f / maximum(inverse_depth, 0.01f * point.inverse_depth);

@@ -11,7 +11,7 @@ struct FusionRules {
   /// Distance from the measured plane, in voxels, within which samples are updated and a frame
   /// supports a surface (in voxel projection, this is the truncation). A mesh unit reaches no
   /// farther than sqrt(3) voxels from a surface in it; farther samples would only blur other
-  /// surfaces (docs/results/ablation.md, Support from near).
+  /// surfaces (docs/results/ablation.md, Support only from near surfaces).
   float sample_reach = 1.75f;
   /// Distance within which the samples of noisy points are updated, in standard deviations of their
   /// depth, if that is more than sample_reach; beyond sample_reach they support no surface. Without

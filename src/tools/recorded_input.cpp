@@ -177,9 +177,8 @@ Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {
   }
   search.finish();
   if (search.floor()) return levelPose(*search.floor());
-  throw std::runtime_error("map/level is floor, but no floor was found in the first " +
-                           std::to_string(looked_at) + " images of '" + path + "' (" +
-                           search.problem() +
+  throw std::runtime_error("map/level is floor, but the first " + std::to_string(looked_at) +
+                           " images of '" + path + "' show no floor (" + search.problem() +
                            "); start where the floor is in view, with --frames FIRST:, or set "
                            "map/level to none");
 }

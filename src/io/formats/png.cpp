@@ -54,7 +54,7 @@ std::string posesPath(const fs::path& folder) {
 /// Reads transforms.json. Its principal point is relative to the corner of the first pixel, not to
 /// that pixel's centre.
 std::optional<CameraInfo> cameraOfTransforms(const std::string& path, const DepthImage& size) try {
-  const nlohmann::json root = readJsonFile(path, "the camera's intrinsics are expected there");
+  const nlohmann::json root = readJsonFile(path, "intrinsics are expected there");
   for (const char* const list : {"depth_frames", "frames", ""}) {
     const nlohmann::json frames = root.value(list, nlohmann::json::array());
     const nlohmann::json& camera = frames.empty() ? root : frames.front();
@@ -77,9 +77,8 @@ std::optional<CameraInfo> readCamera(const fs::path& folder,
   const std::string transforms = (folder / "transforms.json").string();
   const DepthImage size = readDepthPngSize(images.front().path);
   if (fs::exists(matrix)) {
-    return cameraOfMatrix(
-        readMatrixFile(matrix, 3, 3, "the camera's intrinsics are expected there"), size.width,
-        size.height, matrix);
+    return cameraOfMatrix(readMatrixFile(matrix, 3, 3, "intrinsics are expected there"), size.width,
+                          size.height, matrix);
   }
   if (!fs::exists(yaml) && fs::exists(transforms)) {
     if (const auto camera = cameraOfTransforms(transforms, size)) return camera;

@@ -27,7 +27,7 @@ class PoseRefiner {
   Alignment refine(Mapper& mapper, const DepthFrame& frame);
 
   /// Whether to fuse a frame with this result of refine().
-  bool isToBeFused(const Alignment& alignment) const {
+  bool shouldFuse(const Alignment& alignment) const {
     return alignment.status != AlignmentStatus::kMisfit || !params_.drop_misfits;
   }
 

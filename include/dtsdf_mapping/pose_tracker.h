@@ -13,8 +13,8 @@ namespace dtsdf {
 /// Each image is aligned to the map, starting from the pose that the motion of the last two images
 /// predicts. If an image does not fit, the camera is lost: nothing is fused, and each image is
 /// aligned from guesses around earlier poses, until several images in a row fit. After two seconds,
-/// or if the camera was never found in the map, the whole map is searched (place_search.h). Not
-/// thread safe.
+/// or at once if the camera was never found in the map, the whole map is searched (place_search.h).
+/// Not thread safe.
 class PoseTracker {
  public:
   /// @param params The sigmas are the expected errors of predicted poses.
@@ -24,7 +24,7 @@ class PoseTracker {
 
   /// Finds the pose of a frame. The frame's own pose is used only for the first frame, as the start
   /// of the track.
-  /// @param mapper Has the map that the frame is aligned to; nothing is fused.
+  /// @param mapper Aligns the frame to its map; nothing is fused.
   /// @param frame Depth image, in the camera's optical frame.
   /// @param stamp_s Stamp of the frame in seconds; motion is extrapolated only while stamps rise.
   /// @throws std::exception when the backend fails.
@@ -32,7 +32,7 @@ class PoseTracker {
 
   /// Whether to fuse the last frame of track() at the pose found: only if it fits, or if its pose
   /// was given and the map is still empty there.
-  bool isToBeFused(const Alignment& alignment) const;
+  bool shouldFuse(const Alignment& alignment) const;
 
   /// Continues from a known pose: that of the next frame, in the map frame.
   void setPose(const Eigen::Isometry3d& T_W_C);
@@ -73,13 +73,14 @@ class PoseTracker {
   PoseParams params_;
   int threads_;
   std::optional<Eigen::Isometry3d> given_T_W_C_;  ///< Pose of the next frame, if known.
-  bool may_begin_ = false;  ///< The last frame's pose was given and may begin a map.
-  std::optional<StampedPose> last_, before_;     ///< The newest frames that fitted.
+  bool may_begin_ = false;  ///< Whether the last frame may be fused where the map is still empty.
+  /// The two newest poses that fitted; `last_` may also be a given pose, or where a search began.
+  std::optional<StampedPose> last_, before_;
   std::vector<Eigen::Isometry3d> places_T_W_C_;  ///< Earlier poses, the newest last.
   std::optional<double> lost_since_s_;
   bool was_found_ = false;                ///< Whether the camera was ever found in this map.
   std::optional<double> searched_map_s_;  ///< Stamp of the last search of the whole map.
-  double reach_m_ = 0.0;                  ///< Alignment::reach_m.
+  double reach_m_ = 0.0;                  ///< Alignment::reach_m of the last alignment.
   int fits_in_a_row_ = 0;                 ///< Images that fitted in a row while lost.
   size_t guesses_made_ = 0;               ///< Guesses tried since the camera was lost.
 };

@@ -82,7 +82,7 @@ Alignment PoseTracker::track(Mapper& mapper, const DepthFrame& frame, double sta
   return isLost() ? search(mapper, frame, stamp_s) : follow(mapper, frame, stamp_s);
 }
 
-bool PoseTracker::isToBeFused(const Alignment& alignment) const {
+bool PoseTracker::shouldFuse(const Alignment& alignment) const {
   return alignment.status == AlignmentStatus::kAligned ||
          (alignment.status == AlignmentStatus::kUnmapped && may_begin_);
 }

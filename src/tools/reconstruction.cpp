@@ -116,7 +116,7 @@ class Reconstruction {
     ++result_.aligned[is_first ? "first image" : toString(alignment.status)];
     if (refiner_ && alignment.status == AlignmentStatus::kAligned) noteMove(depth, alignment);
     depth.T_W_C = alignment.T_W_C;
-    if (refiner_ ? refiner_->isToBeFused(alignment) : tracker_->isToBeFused(alignment)) return true;
+    if (refiner_ ? refiner_->shouldFuse(alignment) : tracker_->shouldFuse(alignment)) return true;
     ++result_.skipped[toString(alignment.status)];
     recordLoss(alignment, stamp_s);
     return false;

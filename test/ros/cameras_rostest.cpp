@@ -83,7 +83,7 @@ class Cameras : public testing::Test {
   ros::NodeHandle nh_;
   const std::map<std::string, CameraTopics> topics_{{"front", {nh_, "/front/depth"}},
                                                     {"rear", {nh_, "/rear/depth"}}};
-  ros::Publisher tf_ = advertiseKept<tf2_msgs::TFMessage>(nh_, "/tf");
+  ros::Publisher tf_ = advertiseUntilExit<tf2_msgs::TFMessage>(nh_, "/tf");
   StatusWatcher status_{nh_};
 };
 

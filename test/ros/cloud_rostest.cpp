@@ -29,8 +29,9 @@ class Clouds : public testing::Test {
   static void TearDownTestSuite() { removeOutputFolder(); }
 
   ros::NodeHandle nh_;
-  ros::Publisher clouds_ = advertiseKept<sensor_msgs::PointCloud2>(nh_, "/camera/depth/image_rect");
-  ros::Publisher transforms_ = advertiseKept<tf2_msgs::TFMessage>(nh_, "/tf");
+  ros::Publisher clouds_ =
+      advertiseUntilExit<sensor_msgs::PointCloud2>(nh_, "/camera/depth/image_rect");
+  ros::Publisher transforms_ = advertiseUntilExit<tf2_msgs::TFMessage>(nh_, "/tf");
   StatusWatcher status_{nh_};
 };
 

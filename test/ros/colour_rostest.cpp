@@ -123,7 +123,7 @@ class Colour : public testing::Test {
 
   ros::NodeHandle nh_;
   const CameraTopics depth_{nh_, "/camera/depth"}, colour_{nh_, "/camera/color"};
-  ros::Publisher tf_ = advertiseKept<tf2_msgs::TFMessage>(nh_, "/tf");
+  ros::Publisher tf_ = advertiseUntilExit<tf2_msgs::TFMessage>(nh_, "/tf");
   StatusWatcher status_{nh_};
   ros::Time start_;
 };

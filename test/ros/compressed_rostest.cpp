@@ -51,9 +51,10 @@ class Compressed : public testing::Test {
 
   ros::NodeHandle nh_;
   FakeCamera camera_{nh_};
-  ros::Publisher images_ =
-      advertiseKept<sensor_msgs::CompressedImage>(nh_, "/camera/depth/image_rect/compressedDepth");
-  ros::Publisher infos_ = advertiseKept<sensor_msgs::CameraInfo>(nh_, "/camera/depth/camera_info");
+  ros::Publisher images_ = advertiseUntilExit<sensor_msgs::CompressedImage>(
+      nh_, "/camera/depth/image_rect/compressedDepth");
+  ros::Publisher infos_ =
+      advertiseUntilExit<sensor_msgs::CameraInfo>(nh_, "/camera/depth/camera_info");
   StatusWatcher status_{nh_};
 };
 

@@ -50,7 +50,7 @@ class Input : public WallCamera {
     EXPECT_TRUE(waitUntil([&] { return status_.status().last_fused_stamp == stamp; }));
   }
 
-  ros::Publisher tf_ = advertiseKept<tf2_msgs::TFMessage>(nh_, "/tf");
+  ros::Publisher tf_ = advertiseUntilExit<tf2_msgs::TFMessage>(nh_, "/tf");
 };
 
 /// Must be the first test, because no image has been received yet.

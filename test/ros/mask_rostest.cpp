@@ -31,8 +31,8 @@ class Mask : public testing::Test {
 
   ros::NodeHandle nh_;
   FakeCamera camera_{nh_};
-  ros::Publisher depths_ = advertiseKept<sensor_msgs::Image>(nh_, "/camera/depth/image_rect");
-  ros::Publisher masks_ = advertiseKept<sensor_msgs::Image>(nh_, "/camera/mask/image");
+  ros::Publisher depths_ = advertiseUntilExit<sensor_msgs::Image>(nh_, "/camera/depth/image_rect");
+  ros::Publisher masks_ = advertiseUntilExit<sensor_msgs::Image>(nh_, "/camera/mask/image");
   StatusWatcher status_{nh_};
 };
 

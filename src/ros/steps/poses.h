@@ -106,7 +106,7 @@ class PosesStep : public Step {
     found_ = tracks() ? track(frame, *depth) : refine(frame, *depth);
     depth->T_W_C = found_.T_W_C;
     note(frame, found_);
-    if (tracks() ? tracker_.isToBeFused(found_) : refiner.isToBeFused(found_)) return std::nullopt;
+    if (tracks() ? tracker_.shouldFuse(found_) : refiner.shouldFuse(found_)) return std::nullopt;
     const std::string text =
         formatted("%s: %ld %% of the image is near surfaces of the map, and %ld %% of that fits",
                   toString(found_.status), std::lround(100.0 * found_.matched_share),

@@ -14,8 +14,8 @@ class CameraTopics {
  public:
   /// Publishes `ns`/image_rect and `ns`/camera_info.
   CameraTopics(ros::NodeHandle nh, const std::string& ns)
-      : images_(advertiseKept<sensor_msgs::Image>(nh, ns + "/image_rect")),
-        infos_(advertiseKept<sensor_msgs::CameraInfo>(nh, ns + "/camera_info")) {}
+      : images_(advertiseUntilExit<sensor_msgs::Image>(nh, ns + "/image_rect")),
+        infos_(advertiseUntilExit<sensor_msgs::CameraInfo>(nh, ns + "/camera_info")) {}
 
   /// Whether this many mappers have subscribed.
   bool isConnected(uint32_t mappers = 1) const {

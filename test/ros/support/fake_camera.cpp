@@ -8,7 +8,8 @@
 namespace dtsdf {
 
 FakeCamera::FakeCamera(ros::NodeHandle nh)
-    : images_(nh, "/camera/depth"), transforms_(advertiseKept<tf2_msgs::TFMessage>(nh, "/tf")) {}
+    : images_(nh, "/camera/depth"),
+      transforms_(advertiseUntilExit<tf2_msgs::TFMessage>(nh, "/tf")) {}
 
 bool FakeCamera::connect() const {
   return waitUntil([&] { return images_.isConnected() && transforms_.getNumSubscribers() > 0; });
@@ -16,8 +17,8 @@ bool FakeCamera::connect() const {
 
 ros::Time FakeCamera::nextStamp() {
   const ros::Time now = ros::Time::now();
-  const ros::Time soonest = last_stamp_ + ros::Duration(0.01);
-  last_stamp_ = now > soonest ? now : soonest;
+  const ros::Time earliest = last_stamp_ + ros::Duration(0.01);
+  last_stamp_ = now > earliest ? now : earliest;
   return last_stamp_;
 }
 

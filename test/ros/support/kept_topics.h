@@ -16,9 +16,9 @@ ros::Publisher keepTopic(const ros::Publisher& publisher);
 /// Call it before ROS shuts down.
 void releaseKeptTopics();
 
-/// A publisher of a kept topic.
+/// Advertises a topic that stays until the program ends.
 template <class Message>
-ros::Publisher advertiseKept(ros::NodeHandle nh, const std::string& topic) {
+ros::Publisher advertiseUntilExit(ros::NodeHandle nh, const std::string& topic) {
   return keepTopic(nh.advertise<Message>(topic, 100));
 }
 

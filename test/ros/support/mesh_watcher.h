@@ -1,4 +1,4 @@
-/// The content of the mesh topic as RViz would show it, with counts of changed markers.
+/// What RViz would display of the mesh topic, and how many markers were added and deleted.
 #pragma once
 
 #include <ros/node_handle.h>

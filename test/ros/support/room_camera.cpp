@@ -14,7 +14,7 @@ const Intrinsics kRoomIntrinsics{138.0f, 138.0f, 79.5f, 59.5f};
 RoomCamera::RoomCamera(ros::NodeHandle nh)
     : room_(makeRoomScene()),
       images_(nh, "/camera/depth"),
-      transforms_(advertiseKept<tf2_msgs::TFMessage>(nh, "/tf")) {}
+      transforms_(advertiseUntilExit<tf2_msgs::TFMessage>(nh, "/tf")) {}
 
 bool RoomCamera::connect(uint32_t mappers) const {
   return waitUntil([&] {

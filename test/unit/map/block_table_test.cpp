@@ -162,7 +162,8 @@ TEST(BlockTable, VacatingUnderRandomLoadLosesNothing) {
   EXPECT_EQ(table.bytesInUse(), 0u);
 }
 
-/// A block that no extraction has seen can be removed at once; others have to be reported first.
+/// A vacated block that was in no extraction can be released at once; others wait for a mesh
+/// update.
 TEST(BlockTable, DistinguishesUnmeshedVacantBlocks) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x01}});
@@ -241,7 +242,7 @@ TEST(BlockTable, PoolsStayWithinThePredictedSizes) {
   }
 }
 
-/// Bit of a brick in direction 0.
+/// Bit of a brick in a ColourRequest: direction number / 8, brick number % 8.
 constexpr uint64_t brick(int number) { return uint64_t{1} << number; }
 
 TEST(BlockTableColours, AreReleasedWithTheirVoxels) {

@@ -331,10 +331,10 @@ TEST(PoseRefiner, DropsMisfitsOnRequest) {
   misfit.status = AlignmentStatus::kMisfit;
   Alignment unmapped;
   PoseParams params;
-  EXPECT_TRUE(PoseRefiner(params).isToBeFused(misfit));
+  EXPECT_TRUE(PoseRefiner(params).shouldFuse(misfit));
   params.drop_misfits = true;
-  EXPECT_FALSE(PoseRefiner(params).isToBeFused(misfit));
-  EXPECT_TRUE(PoseRefiner(params).isToBeFused(unmapped));
+  EXPECT_FALSE(PoseRefiner(params).shouldFuse(misfit));
+  EXPECT_TRUE(PoseRefiner(params).shouldFuse(unmapped));
 }
 
 }  // namespace

@@ -61,7 +61,7 @@ class Tracking {
     DepthFrame frame = image.view();
     frame.T_W_C = given;
     const Alignment found = tracker_.track(session_.mapper(), frame, stamp_s);
-    if (!tracker_.isToBeFused(found)) return found;
+    if (!tracker_.shouldFuse(found)) return found;
     frame.T_W_C = found.T_W_C;
     fused_ += session_.mapper().integrate(frame).status == FrameStatus::kFused ? 1 : 0;
     return found;
@@ -78,7 +78,7 @@ void follow(Tracking& tracking, const Scene& scene, int frames) {
     const double time_s = kPeriod_s * i;
     const Alignment found =
         tracking.see(scene, handAt(time_s), time_s, i == 0 ? handAt(0.0) : Isometry3d::Identity());
-    ASSERT_TRUE(tracking.tracker().isToBeFused(found)) << i;
+    ASSERT_TRUE(tracking.tracker().shouldFuse(found)) << i;
     ASSERT_LT(shiftBetween_m(found.T_W_C, handAt(time_s)), 5e-3) << i;
     ASSERT_LT(turnBetween_rad(found.T_W_C, handAt(time_s)), 4e-3) << i;
   }
@@ -104,7 +104,7 @@ TEST(PoseTracker, ExtrapolatesAcrossOneMissingImage) {
   Tracking tracking;
   for (int i = 0; i < kImages; ++i) {
     const Alignment found = tracking.see(furnishedRoom(), poseAt(i), kPeriod_s * i, poseAt(0));
-    ASSERT_TRUE(tracking.tracker().isToBeFused(found)) << i;
+    ASSERT_TRUE(tracking.tracker().shouldFuse(found)) << i;
     ASSERT_LT(shiftBetween_m(found.T_W_C, poseAt(i)), 5e-3) << i;
   }
   const Isometry3d last = *tracking.tracker().lastPose();
@@ -136,7 +136,7 @@ TEST_P(AfterTheDark, TheCameraIsFoundAgainNearby) {
   int frame = 30;
   for (; frame < 90; ++frame) {
     const Alignment found = tracking.seeNothing(kPeriod_s * frame);
-    EXPECT_FALSE(tracking.tracker().isToBeFused(found));
+    EXPECT_FALSE(tracking.tracker().shouldFuse(found));
     EXPECT_FALSE(tracking.tracker().poseAt(kPeriod_s * frame));
   }
   EXPECT_EQ(tracking.fused(), 30u);
@@ -151,7 +151,7 @@ TEST_P(AfterTheDark, TheCameraIsFoundAgainNearby) {
   for (const int last = frame + 12; frame < last; ++frame) {
     found = tracking.see(scene, truth, kPeriod_s * frame);
     unsure += found.status == AlignmentStatus::kUnsure;
-    if (tracking.tracker().isToBeFused(found)) {
+    if (tracking.tracker().shouldFuse(found)) {
       EXPECT_LT(shiftBetween_m(found.T_W_C, truth), 4e-3);
       EXPECT_LT(turnBetween_rad(found.T_W_C, truth), 4e-3);
     }
@@ -178,7 +178,7 @@ TEST(PoseTracker, NeverFusesImagesOfAnotherPlace) {
   tracking.seeNothing(30 * kPeriod_s);
   for (int frame = 31; frame < 61; ++frame) {
     const Alignment found = tracking.see(other, handAt(kPeriod_s * frame), kPeriod_s * frame);
-    EXPECT_FALSE(tracking.tracker().isToBeFused(found)) << frame;
+    EXPECT_FALSE(tracking.tracker().shouldFuse(found)) << frame;
   }
   EXPECT_EQ(tracking.fused(), 30u);
   EXPECT_TRUE(tracking.tracker().isLost());
@@ -195,7 +195,7 @@ TEST(PoseTracker, ResumesFromASetPose) {
   about.translation() += Vector3d(0.03, 0.02, -0.02);
   tracking.tracker().setPose(about);
   const Alignment found = tracking.see(scene, truth, 31 * kPeriod_s);
-  EXPECT_TRUE(tracking.tracker().isToBeFused(found));
+  EXPECT_TRUE(tracking.tracker().shouldFuse(found));
   EXPECT_LT(shiftBetween_m(found.T_W_C, truth), 5e-3);
 }
 
@@ -235,7 +235,7 @@ TEST(PoseTracker, FusesNothingUntilLocalised) {
   EXPECT_LT(shiftBetween_m(*tracking.tracker().lastPose(), near), 1e-12);
   for (int i = 0; i < 3; ++i) {
     const Alignment found = tracking.see(scene, truth, (31 + i) * kPeriod_s);
-    EXPECT_EQ(tracking.tracker().isToBeFused(found), i == 2) << i;
+    EXPECT_EQ(tracking.tracker().shouldFuse(found), i == 2) << i;
     EXPECT_LT(shiftBetween_m(found.T_W_C, truth), 4e-3) << i;
   }
   EXPECT_FALSE(tracking.tracker().isLost());
@@ -253,7 +253,7 @@ TEST(PoseTracker, FindsALostCameraAnywhereInTheMap) {
   int image = 0;
   for (; image < 40 && tracking.tracker().isLost(); ++image) {
     const Alignment found = tracking.see(scene, truth, 4.1 + kPeriod_s * image);
-    if (tracking.tracker().isToBeFused(found)) {
+    if (tracking.tracker().shouldFuse(found)) {
       EXPECT_LT(shiftBetween_m(found.T_W_C, truth), 5e-3);
     }
   }
@@ -284,7 +284,7 @@ TEST(PoseTracker, DoesNotFuseAnUnmappedSecondImage) {
   ASSERT_EQ(tracking.fused(), 1u);
   const Alignment found = tracking.see(far, T_W_C, kPeriod_s);
   EXPECT_EQ(found.status, AlignmentStatus::kUnmapped);
-  EXPECT_FALSE(tracking.tracker().isToBeFused(found));
+  EXPECT_FALSE(tracking.tracker().shouldFuse(found));
   EXPECT_TRUE(tracking.tracker().isLost());
   EXPECT_EQ(tracking.fused(), 1u);
 }
@@ -302,7 +302,7 @@ TEST(PoseTracker, ACorridorLeavesItsAxisUnconstrained) {
     const Vector3d eye(0.01 * i, 0.05 * std::sin(0.3 * i), 1.2);
     const Isometry3d truth = lookAt(eye, eye + Vector3d(1.0, 0.2, -0.3), Vector3d::UnitZ());
     const Alignment found = tracking.see(corridor, truth, kPeriod_s * i, truth);
-    ASSERT_TRUE(tracking.tracker().isToBeFused(found)) << i;
+    ASSERT_TRUE(tracking.tracker().shouldFuse(found)) << i;
     if (found.status != AlignmentStatus::kAligned) continue;
     const Vector3d error = found.T_W_C.translation() - truth.translation();
     EXPECT_LT(error.tail<2>().norm(), 3e-3) << i;

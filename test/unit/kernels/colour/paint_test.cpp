@@ -25,7 +25,7 @@ TEST(PaintedColour, AdaptsToNewSamples) {
   VoxelColour colour = painted({0, 0, 0, 0}, {200, 0, 0, 0.5f}, 1000);
   EXPECT_NEAR(colourWeight(colour.weight), 0.5f * kRules.max_views, 0.2f);
   colour = painted(colour, {0, 0, 0, 0.5f}, 60);
-  EXPECT_LT(colour.red, 10);  // a step below half a level changes nothing
+  EXPECT_LT(colour.red, 10);  // steps below half a grey level are lost
 }
 
 TEST(PaintedColour, BetterViewsReplaceManyBadOnes) {
@@ -34,7 +34,7 @@ TEST(PaintedColour, BetterViewsReplaceManyBadOnes) {
   EXPECT_NEAR(colour.red, 103, 1);
   const VoxelColour after = painted(colour, {200, 0, 0, 0.002f}, 100);
   EXPECT_LT(after.red, 125);
-  EXPECT_EQ(after.weight, colour.weight);  // many bad samples do not make a good one
+  EXPECT_EQ(after.weight, colour.weight);  // worse samples add no weight
 }
 
 TEST(PaintedColour, SamplesAreCorrectedForExposure) {
@@ -68,8 +68,8 @@ TEST(Exposure, IsOneIfFixed) {
   }
 }
 
-/// The image shows voxels of level 100 multiplied by `factor`, alternately brighter and darker by
-/// `spread`.
+/// The image shows voxels of grey level 100 at `factor` times that, alternately `spread` brighter
+/// and darker.
 TEST(Exposure, DifferencesWithinTheSpreadAreIgnored) {
   const auto gain = [](double factor, int spread) {
     ExposureSums sums = {};

@@ -71,7 +71,8 @@ struct NodeParams {
   double status_rate_hz = 1.0;   ///< Rate of `status` and the diagnostics, in wall time.
   double space_rate_hz = 1.0;    ///< Maximum rate of grid updates and the slice, in wall time.
   double mesh_refresh_s = 60.0;  ///< Interval at which the whole mesh is published again; 0: never.
-  double stale_s = 5.0;  ///< Silence of an input before a warning; three times that is an error.
+  double stale_s = 5.0;  ///< Longest time without a fused depth image before a warning; an error
+                         ///< after three times that.
 
   // What is published of space. Heights are along z of the map frame, which must be level.
   double min_height_m = 0.1;     ///< Lower end of a column of the grid.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <numeric>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -31,42 +30,35 @@ Intrinsics flippedIntrinsics(const Intrinsics& K, int height) {
   return {K.fx, -K.fy, K.cx, static_cast<float>(height - 1) - K.cy};
 }
 
-/// Depth images in the recording's order, or colour images sorted by stamp.
 template <class Image>
 class RecordedSource : public ImageSource<Image> {
  public:
   RecordedSource(RecordedImages recorded, const RecordingOptions& options)
-      : recorded_(std::move(recorded)), options_(options), order_(recorded_.images.size()) {
-    std::iota(order_.begin(), order_.end(), size_t{0});
-    if (!kIsColour) return;
-    std::stable_sort(order_.begin(), order_.end(), [this](size_t a, size_t b) {
-      return recorded_.images[a].stamp_s < recorded_.images[b].stamp_s;
-    });
-  }
+      : recorded_(std::move(recorded)), options_(options) {}
 
   std::optional<size_t> size() const override {
     if (kIsColour) return std::nullopt;
-    return options_.selection.countIn(order_.size());
+    return options_.selection.countIn(recorded_.images.size());
   }
 
   std::optional<size_t> posed() const override {
     if (kIsColour) return std::nullopt;
     size_t count = 0;
-    for (size_t i = 0; i < order_.size(); ++i)
+    for (size_t i = 0; i < recorded_.images.size(); ++i)
       count += isSelected(options_, kIsColour, i) && recorded_.images[i].T_W_C.has_value();
     return count;
   }
 
   std::optional<Image> next() override {
-    while (next_ < order_.size()) {
-      const size_t place = next_++, index = order_[place];
-      if (!isSelected(options_, kIsColour, place)) continue;
+    while (next_ < recorded_.images.size()) {
+      const size_t index = next_++;
+      if (!isSelected(options_, kIsColour, index)) continue;
       std::string problem = skipReason(index);
       try {
         if (problem.empty()) {
           Image image = withoutPixels(index);
           image.stamp_s = recorded_.images[index].stamp_s;
-          image.index = place;
+          image.index = index;
           if (!options_.poses_only) problem = read(recorded_.images[index].path, image);
           if (problem.empty()) return image;
         }
@@ -151,8 +143,7 @@ class RecordedSource : public ImageSource<Image> {
 
   const RecordedImages recorded_;
   const RecordingOptions options_;
-  std::vector<size_t> order_;  ///< Indices of the images, in reading order.
-  size_t next_ = 0;            ///< Index in `order_`.
+  size_t next_ = 0;
 };
 
 bool hasPose(const StampedImage& image) { return image.T_W_C.has_value(); }

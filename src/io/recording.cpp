@@ -68,9 +68,17 @@ void requireFolder(const std::string& path) {
   }
 }
 
+/// Sorts images by their stamps, since lists may be in any order.
+void sortByStamp(std::vector<StampedImage>& images) {
+  std::stable_sort(images.begin(), images.end(), [](const StampedImage& a, const StampedImage& b) {
+    return a.stamp_s < b.stamp_s;
+  });
+}
+
 /// @throws std::runtime_error if there are none.
 std::vector<StampedImage> listDepth(const std::string& folder, const FolderFormat& format) {
   std::vector<StampedImage> images = format.listDepth(folder);
+  sortByStamp(images);
   if (!images.empty()) return images;
   throw std::runtime_error("'" + folder + "' has no depth images; expected " + format.marks);
 }
@@ -195,6 +203,7 @@ std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& optio
   const CameraInfo depth_camera = cameraOf(options, format, listDepth(options.path, format));
   RecordedImages recorded = format.findColours(options.path, depth_camera);
   if (recorded.images.empty()) return nullptr;
+  sortByStamp(recorded.images);
   if (!options.first_pose_only) findPoses(options, format, recorded.images);
   for (StampedImage& image : recorded.images) {
     if (options.first_pose_only) image.T_W_C = Eigen::Isometry3d::Identity();

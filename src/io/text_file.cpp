@@ -48,8 +48,12 @@ void requireRegularFile(const std::string& path, const std::string& advice) {
 std::string readTextFile(const std::string& path, const std::string& advice) {
   requireRegularFile(path, advice);
   std::string text;
-  if (readWhole(path, text)) return text;
-  throw std::runtime_error("cannot read '" + path + "': read error; " + advice);
+  if (!readWhole(path, text)) {
+    throw std::runtime_error("cannot read '" + path + "': read error; " + advice);
+  }
+  constexpr char kByteOrderMark[] = "\xef\xbb\xbf";  // text from Windows may begin with it
+  if (text.rfind(kByteOrderMark, 0) == 0) text.erase(0, sizeof(kByteOrderMark) - 1);
+  return text;
 }
 
 std::vector<std::string> splitWords(const std::string& text) {

@@ -73,7 +73,9 @@ TEST_F(TumFramesTest, FramesOutliveTheirSource) {
   EXPECT_EQ(*static_cast<const uint16_t*>(second->depth.data), 2000);
 }
 
-TEST_F(TumFramesTest, SelectsByIndex) {
+TEST_F(TumFramesTest, SelectsByIndexInTheOrderOfStamps) {
+  writeBytes(folder_ / "depth.txt",
+             "100.3 depth/3.png\n100.0 depth/0.png\n100.2 depth/2.png\n100.1 depth/1.png\n");
   options_.selection = {1, 4, 2, {}};
   const auto source = openRecording(options_);
   EXPECT_EQ(source->size(), 2u);
@@ -101,7 +103,6 @@ TEST_F(TumFramesTest, ErrorsNameTheInvalidImage) {
     EXPECT_NE(error().find(path), std::string::npos) << error();
     EXPECT_NE(error().find(expected), std::string::npos) << error();
   };
-  const std::string whole = readBytes(path);
   cv::imwrite(path, cv::Mat(kTumHeight, kTumWidth, CV_8UC1, cv::Scalar(7)));
   expectError("not a 16-bit grey image");
   cv::imwrite(path, cv::Mat(kTumHeight, kTumWidth, CV_16UC3, cv::Scalar(7, 8, 9)));
@@ -110,10 +111,6 @@ TEST_F(TumFramesTest, ErrorsNameTheInvalidImage) {
   expectError("9 x 6 pixels");
   writeBytes(path, "this is no image");
   expectError("cannot decode");
-  for (size_t bytes = 0; bytes + 12 < whole.size(); ++bytes) {  // the end chunk may be missing
-    writeBytes(path, whole.substr(0, bytes));
-    expectError("cannot decode");
-  }
   std::filesystem::remove(path);
   expectError("no such file");
 }

@@ -36,7 +36,8 @@ TEST_F(TumListsTest, ReadsListsPosesAndCamera) {
 
 TEST_F(TumListsTest, ReadsPosesAsCameraToWorldWithTheScalarLast) {
   // A quarter turn about z maps the camera's x axis to the map's y axis.
-  writeBytes(folder_ / "groundtruth.txt", "100.0 1 2 3 0 0 0.7071 0.7071\r\n");
+  writeBytes(folder_ / "groundtruth.txt",
+             "\xef\xbb\xbf# Windows\r\n100 1 2 3 0 0 0.7071 0.7071\r\n");
   const Trajectory trajectory = readTumTrajectory(folder_.path());
   const Eigen::Vector3d p_W = trajectory.poses().at(0).T_W_C * Eigen::Vector3d::UnitX();
   EXPECT_TRUE(p_W.isApprox(Eigen::Vector3d(1, 3, 3), 1e-9)) << p_W;

@@ -52,7 +52,7 @@ struct NodeParams {
   std::string map_frame = "map";  ///< Frame of the poses, and of a map that is not levelled.
   LevelChoice level = LevelChoice::kNone;
   std::string level_frame;  ///< Frame of a levelled map; empty: map_frame and "_level".
-  std::string load_file;    ///< Map to load at the start; empty: none. "~/" is the home folder.
+  std::string load_file;    ///< Map to load at the start, as in load_map; empty: none.
   std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files.
   std::vector<std::string> cameras;  ///< Namespaces of cameras; empty: one camera, in the node's.
   std::string keep_frame;  ///< Frame at the centre of map/keep_radius_m; empty: the camera.

@@ -35,6 +35,7 @@ TEST(OutputPath, ExpandsTheHomeFolder) {
   if (home == nullptr) GTEST_SKIP() << "HOME is not set";
   EXPECT_EQ(resolve("~/meshes", "mesh.ply"),
             fs::weakly_canonical(home).string() + "/meshes/mesh.ply");
+  EXPECT_EQ(resolve("~/", "~/mesh.ply"), fs::weakly_canonical(home).string() + "/mesh.ply");
   EXPECT_EQ(expandHome("~/map.dtsdf", "it"), std::string(home) + "/map.dtsdf");
   EXPECT_EQ(expandHome("/a/~/b", "it"), "/a/~/b");
 }

@@ -96,7 +96,7 @@ std::string resolveOutputPath(const std::string& output_directory, const std::st
   fs::path directory = resolved(expandHome(output_directory, "output_directory"));
   if (!directory.has_filename()) directory = directory.parent_path();  // "a/" -> "a"
   // An absolute file_name replaces the directory here, and is checked like any other.
-  const fs::path path = resolved(directory / file_name);
+  const fs::path path = resolved(directory / expandHome(file_name, "file_name"));
   if (!is_read && !liesIn(path, directory)) {
     throw std::runtime_error("'" + printable(file_name) + "' is outside output_directory (" +
                              printable(directory.string()) + "); give a name under it");

@@ -31,7 +31,7 @@ Region readRegion(const dtsdf_mapping::Box& box, const dtsdf_mapping::Sphere& sp
 /// @throws std::runtime_error if HOME is not set; `name` is the setting, for the text.
 std::string expandHome(const std::string& path, const std::string& name);
 
-/// The absolute path of a file under `output_directory`, which may start with "~/". `extensions`
+/// The absolute path of a file under `output_directory`; both may start with "~/". `extensions`
 /// are the allowed ones in lower case, such as {".ply", ".obj"}; that of the name may be in upper
 /// case. If `is_read`, the file may lie anywhere.
 /// @throws std::runtime_error if the name is empty, has control characters or another extension, or

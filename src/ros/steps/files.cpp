@@ -79,7 +79,8 @@ class FilesStep : public Step {
 
   void begin() override {
     if (host_.params.load_file.empty()) return;
-    const std::string path = expandHome(host_.params.load_file, "map/load_file");
+    const std::string path = resolveOutputPath(host_.params.output_directory,
+                                               host_.params.load_file, {kMapExtension}, true);
     const size_t blocks = loadMap(path);
     ROS_INFO_STREAM_NAMED("dtsdf_mapping",
                           "loaded " << blocks << " blocks from " << printable(path));

@@ -71,7 +71,10 @@ class Transforms {
       received_at_ = clock_();
     }
     try {
-      if (is_named && core_->setTransform(transform, publisher, is_static)) return;
+      if (is_named && core_->setTransform(transform, publisher, is_static)) {
+        is_any_accepted_ = true;
+        return;
+      }
     } catch (const std::exception&) {  // a stamp at the end of ROS time, or no memory
     }
     ++refused_;
@@ -121,11 +124,16 @@ class Transforms {
     core_ = makeCore();
   }
 
-  /// The frame's parent, if it has one other than `parent`; else empty.
-  std::string otherParentOf(const std::string& frame, const std::string& parent) const {
+  /// The frame's parent at a stamp, if it has one other than `parent`; else empty. A parent whose
+  /// transform is on /tf no longer counts once the transform is over five seconds old.
+  std::string otherParentOf(const std::string& frame, const std::string& parent,
+                            const ros::Time& stamp) const {
+    constexpr double kGone_s = 5.0;
     std::string other;
-    const bool has_parent = core()->_getParent(frame, ros::Time(0), other);
-    return has_parent && other != parent ? other : "";
+    const Core core = this->core();
+    if (!core->_getParent(frame, ros::Time(0), other) || other == parent) return "";
+    const ros::Time newest = findNewest(*core, other, frame).value_or(ros::Time());  // 0: static
+    return !newest.isZero() && newest.toSec() < stamp.toSec() - kGone_s ? "" : other;
   }
 
   void fill(dtsdf_mapping::MapStatus& status) const {
@@ -201,6 +209,7 @@ class Transforms {
              "; start the publisher that connects the two, or set map_frame to one of these";
     }
     const std::lock_guard<std::mutex> lock(mutex_);
+    if (is_any_accepted_) return "all transforms were discarded, and none has been received since";
     return refused_ > 0
                ? "all transforms received were refused: NaN, an invalid rotation, or no frame name"
                : "nothing has been received on /tf or /tf_static";
@@ -217,6 +226,7 @@ class Transforms {
   std::optional<SteadyTime> missing_since_;  ///< When images stopped finding their poses.
   SteadyTime next_restart_;
   SteadyDuration wait_after_restart_ = std::chrono::seconds(5);
+  bool is_any_accepted_ = false;
   uint64_t refused_ = 0;   ///< Transforms without usable name, rotation or stamp.
   uint64_t restarts_ = 0;  ///< How often the buffer was replaced.
   ros::Time last_now_;

@@ -337,11 +337,14 @@ class PosesStep : public Step {
   /// Sends a transform, unless another publisher gives the child a different parent.
   void sendTransform(const std::string& parent, const std::string& child,
                      const Eigen::Isometry3d& T, const ros::Time& stamp) {
-    const std::string other = host_.transforms.otherParentOf(child, parent);
-    if (other.empty()) {
-      return broadcaster_->sendTransform(makeTransform(parent, child, T, stamp));
-    }
+    const std::string other = host_.transforms.otherParentOf(child, parent, stamp);
+    if (other.empty()) broadcaster_->sendTransform(makeTransform(parent, child, T, stamp));
     const std::lock_guard<std::mutex> lock(mutex_);
+    if (other.empty()) {
+      if (blocked_frame_ == child) problem_.clear();
+      return;
+    }
+    blocked_frame_ = child;
     problem_ =
         "poses are not published in TF, where '" + printable(child) + "' already has the parent '" +
         printable(other) +
@@ -374,7 +377,8 @@ class PosesStep : public Step {
 
   mutable std::mutex mutex_;                       ///< Guards the members below.
   std::vector<dtsdf_mapping::PoseStatus> report_;  ///< One for each camera.
-  std::string problem_;  ///< Why a transform is not published; empty: all are.
+  std::string problem_;        ///< Why a transform is not published; empty: all are.
+  std::string blocked_frame_;  ///< Child of that transform.
 };
 
 }  // namespace dtsdf

@@ -166,6 +166,8 @@ TEST_F(InputStatusTest, UnexpectedDropsAreReportedForAWhile) {
   statusAfter(300, drop::kPaused, 0);
   statusAfter(300, drop::kPaused, 0);
   EXPECT_EQ(statusAfter(300, drop::kPaused, 0), MapStatus::MAPPING) << "the drops are long ago";
+  drop(drop::kNoMask, 100);
+  EXPECT_EQ(update().message.find("no_mask: "), std::string::npos) << "the last drop was another";
 }
 
 TEST_F(InputStatusTest, SilenceIsAWarningThenAnError) {
@@ -178,8 +180,9 @@ TEST_F(InputStatusTest, SilenceIsAWarningThenAnError) {
   depth().received_age_s = 0.1;
   depth().fused_age_s = 16.0;
   drop(drop::kNoTransform, 1);
+  depth().waiting_for = "no mask";
   expect(MapStatus::ERROR, MapStatus::NOT_FUSED,
-         "no frame is fused: frame stamped 1 dropped; last image 0 s ago, last transform never, "
+         "no frame is fused: no mask; last image 0 s ago, last transform never, "
          "last fused frame 16 s ago");
   paused_ = true;
   EXPECT_EQ(update().code, MapStatus::PAUSED);
@@ -255,6 +258,11 @@ TEST_F(InputStatusTest, StoppedTimeIsNoFault) {
   EXPECT_EQ(status_.level, MapStatus::OK);
   depth().received_age_s = depth().fused_age_s = 16.0;
   EXPECT_EQ(update().code, MapStatus::MAPPING) << "the waiting time starts again";
+  for (int i = 0; i < 3; ++i) {  // /use_sim_time without /clock
+    status_ = MapStatus();
+    input_status_.fill(streams_, false, at_ += std::chrono::seconds(1), ros::Time(), status_);
+  }
+  EXPECT_EQ(status_.code, MapStatus::MAPPING);
 }
 
 TEST(Status, TheMostImportantProblemIsReported) {

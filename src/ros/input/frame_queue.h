@@ -218,13 +218,14 @@ class FrameQueue {
     const std::lock_guard<std::mutex> lock(mutex_);
     const StreamState& state = streams_[stream];
     if (!state.waiting_for.empty()) return state.waiting_for;
-    const size_t images = countOf([&](const Entry& entry) {
+    const auto waits = [&](const Entry& entry) {
       return entry.stream == stream && entry.state == State::kIncomplete && entry.hasImage();
-    });
-    if (images == 0) return "";
-    const std::string also = state.no_mask ? " or mask: " : ": ";
-    return (images == 1 ? "1 image waits" : std::to_string(images) + " images wait") +
-           std::string(" for camera_info") + also + state.no_info;
+    };
+    const auto first = std::find_if(entries_.begin(), entries_.end(), waits);
+    if (first == entries_.end()) return "";
+    const size_t images = countOf(waits);
+    return (images == 1 ? "1 image waits: " : std::to_string(images) + " images wait: ") +
+           missingOf(*first)->text;
   }
 
  private:

@@ -131,7 +131,9 @@ std::string findProblem(const sensor_msgs::CameraInfo& info) {
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
                                     const sensor_msgs::CameraInfo& info, size_t pixel_bytes) {
   if (image.header.stamp.isZero()) {
-    return Rejection{drop::kNoStamp, "the image has no stamp, so its pose is unknown"};
+    return Rejection{drop::kNoStamp,
+                     "the image has no stamp, so its pose is unknown; drivers stamp 0 while "
+                     "/use_sim_time is true and nothing publishes /clock"};
   }
   if (auto rejection = checkPixels(image, pixel_bytes)) return rejection;
   if (auto rejection = checkSize(image, info)) return rejection;

@@ -113,8 +113,9 @@ class InputStatus {
   void updateClock(SteadyTime at, const ros::Time& now, bool paused) {
     if (history_.empty() || now != now_) changed_at_ = at;
     now_ = now;
-    // A slow simulator advances time in steps, which do not count as a standstill.
-    is_time_stopped_ = at - changed_at_ >= std::chrono::seconds(1);
+    // A slow simulator advances time in steps, which do not count as a standstill. Time is 0 until
+    // the first message on /clock, which never comes if /use_sim_time is left from an earlier bag.
+    is_time_stopped_ = !now.isZero() && at - changed_at_ >= std::chrono::seconds(1);
     if (history_.empty() || paused || is_time_stopped_) begun_ = at;
     expected_s_ = toSeconds(at - begun_);
   }
@@ -154,11 +155,13 @@ class InputStatus {
     const uint64_t received = depth.received - first.received;
     const double share = static_cast<double>(dropped) / static_cast<double>(received);
     if (received >= kMinImages && share > kReportedShare) {
-      const std::string remedy = most_common.remedy;
+      const std::string reason = most_common.name;
+      std::string remedy = most_common.remedy;
+      const bool is_last = depth.last_drop.find("(" + reason + ")") != std::string::npos;
+      if (remedy.empty() && is_last) remedy = depth.last_drop;
       warn(MapStatus::SOME_DROPPED, std::to_string(std::lround(100.0 * share)) +
                                         " % of the latest depth images were dropped, most as " +
-                                        most_common.name + ": " +
-                                        (remedy.empty() ? depth.last_drop : remedy));
+                                        reason + (remedy.empty() ? "" : ": " + remedy));
     }
     if (index + 1 == streams.size() || !streams[index + 1].isColour()) return;
     // Reports colour that is required but missing, or that cannot be used.
@@ -192,7 +195,7 @@ class InputStatus {
     if (has_images && is_lost) return false;
     const std::string publisher = depth.image_publishers == 0 ? " (its publisher is gone)" : "";
     const std::string what =
-        has_images ? "no frame is fused: " + depth.last_drop
+        has_images ? "no frame is fused: " + whyNotFused(depth)
                    : "no depth image is received on '" + depth.topic + "'" + publisher;
     constexpr double kErrorAfter = 3.0;
     report(status, silent_s < kErrorAfter * stale_s_ ? MapStatus::WARN : MapStatus::ERROR,
@@ -202,9 +205,13 @@ class InputStatus {
     return true;
   }
 
+  static std::string whyNotFused(const StreamReport& depth) {
+    return depth.waiting_for.empty() ? depth.last_drop : depth.waiting_for;
+  }
+
   /// Reports why no frame has been fused yet.
   void reportNoFrame(const StreamReport& depth, const std::string& name, MapStatus& status) const {
-    const std::string why = depth.waiting_for.empty() ? depth.last_drop : depth.waiting_for;
+    const std::string why = whyNotFused(depth);
     if (depth.received == 0) {
       report(status, MapStatus::WARN, MapStatus::NO_IMAGES,
              name + "no depth image received on '" + depth.topic + "': " +

@@ -205,15 +205,19 @@ class CorrectStep : public Step {
       if (result.success && result.moved > 0) {
         ROS_INFO_STREAM_NAMED("dtsdf_mapping", "corrected_path: " << result.message);
       } else if (!result.success && result.message != kReplaced) {
-        ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping",
-                                       "corrected_path is refused: " << result.message);
+        logRefusal(result.message);
       }
     };
     submit({{0, cameraPoses(poses, path.header.frame_id, host_.params.path_frame)},
             host_.params.min_correction_m,
             log});
   } catch (const std::exception& error) {
+    logRefusal(errorText(error));
     setOutcome(false, errorText(error));
+  }
+
+  static void logRefusal(const std::string& text) {
+    ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping", "corrected_path is refused: " << text);
   }
 
   /// Waits until the map thread has queued the request.

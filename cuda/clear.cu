@@ -151,14 +151,14 @@ __device__ uint32_t clearBlock(const FrameSensing& sensing, const FusionSettings
 
 /// Lists an untouched block if the frame checks it, and counts it in FrameCounters. A block that
 /// the host has released meanwhile has no arrays, so nothing changes.
-__device__ void findLook(const FrameView& frame, const FusionRules& rules, const MapView& map,
-                         const TouchedView& touched, uint64_t frame_number, int32_t slot,
-                         int32_t* looks) {
+__device__ void findUntouched(const FrameView& frame, const FusionRules& rules, const MapView& map,
+                              const TouchedView& touched, uint64_t frame_number, int32_t slot,
+                              int32_t* untouched) {
   const PackedKey key = map.slots[slot].key;
   if (key == kNoKey || !isInTurn(key, frame_number, rules)) return;
   if (!mayBeInView(frame, unpackKey(key) - blockOfVoxel(frame.origin_voxel))) return;
   if (findTouched(touched, key) >= 0) return;
-  looks[atomicAdd(&touched.counters->looks, 1u)] = slot;
+  untouched[atomicAdd(&touched.counters->untouched, 1u)] = slot;
 }
 
 /// One thread per block that may be in view. May overlap the previous kernel, which folds sums into
@@ -166,9 +166,10 @@ __device__ void findLook(const FrameView& frame, const FusionRules& rules, const
 __global__ void findBlocksToCheckKernel(FrameView frame, FusionRules rules, MapView map,
                                         TouchedView touched, uint64_t frame_number,
                                         const int32_t* in_view, uint32_t in_view_count,
-                                        int32_t* looks) {
+                                        int32_t* untouched) {
   const auto i = static_cast<uint32_t>(globalThread());
-  if (i < in_view_count) findLook(frame, rules, map, touched, frame_number, in_view[i], looks);
+  if (i < in_view_count)
+    findUntouched(frame, rules, map, touched, frame_number, in_view[i], untouched);
   waitAtEnd();
 }
 
@@ -189,7 +190,7 @@ __device__ VisitedBlock visitTouched(const MapView& map, const TouchedView& touc
 }
 
 /// An untouched block that the frame checks.
-__device__ VisitedBlock visitLook(const MapView& map, const FrameView& frame, int32_t slot) {
+__device__ VisitedBlock visitUntouched(const MapView& map, const FrameView& frame, int32_t slot) {
   const Vec3i block_L = unpackKey(map.slots[slot].key) - blockOfVoxel(frame.origin_voxel);
   return {slot, false, 0, toFloat(firstVoxelOfBlock(block_L)), true, nullptr, 0};
 }
@@ -207,16 +208,16 @@ __device__ void dropArrays(SlotEntry& entry, uint32_t directions) {
 __global__ void __launch_bounds__(kClearThreads, 3)
     clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, MapView map,
                       TouchedView touched, const uint32_t* covered, uint64_t frame_number,
-                      const int32_t* looks, EmptyBlock* empty_blocks, uint32_t* empty_count) {
+                      const int32_t* untouched, EmptyBlock* empty_blocks, uint32_t* empty_count) {
   waitForPreviousKernel();
   __shared__ JudgedVoxels list;
   FrameCounters* counters = touched.counters;
   const FrameSensing sensing = on_device.load();
-  const uint32_t touched_count = counters->touched, count = touched_count + counters->looks;
+  const uint32_t touched_count = counters->touched, count = touched_count + counters->untouched;
   for (uint32_t i = blockIdx.x; i < count; i += gridDim.x) {
     const VisitedBlock block =
         i < touched_count ? visitTouched(map, touched, covered, fusion.rules, frame_number, i)
-                          : visitLook(map, sensing.image.frame, looks[i - touched_count]);
+                          : visitUntouched(map, sensing.image.frame, untouched[i - touched_count]);
     if (block.slot < 0) continue;
     bool changed = false;
     uint32_t directions = block.empty;
@@ -303,8 +304,8 @@ void Clearing::findBlocksToCheck(const DeviceSensing& sensing, const MapView& ma
 void Clearing::clear(const DeviceSensing& sensing, const MapView& map, const TouchedView& touched,
                      const FrameCounters& counters, const uint32_t* covered,
                      uint64_t frame_number) {
-  const uint32_t looks = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
-  const uint32_t blocks = std::max(counters.touched + looks, 1u);  // one to write the count
+  const uint32_t untouched = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
+  const uint32_t blocks = std::max(counters.touched + untouched, 1u);  // one to write the count
   launchOverlapped("clearBlocksKernel", clearBlocksKernel, blocks, kClearThreads, 0, stream_,
                    sensing, fusion_, map, touched, covered, frame_number, looks_.data(),
                    empty_blocks_.data(), empty_count_.data());

@@ -145,10 +145,10 @@ class CudaBackend : public MapBackend {
   }
 
   void takeColours(const ColourFrame& frame) override { painter_.takeImage(frame); }
-  SeenColours look(const FrameView& view, int32_t min_evidence,
-                   const std::vector<int32_t>& in_view) override {
-    painter_.look(view, min_evidence, in_view, table_.paintedExtent(), map_.view());
-    const LookCounters& seen = painter_.counters();
+  SeenColours findColours(const FrameView& view, int32_t min_evidence,
+                          const std::vector<int32_t>& in_view) override {
+    painter_.findColours(view, min_evidence, in_view, table_.paintedExtent(), map_.view());
+    const PaintCounters& seen = painter_.counters();
     if (seen.seen == 0) return {};
     return {true, seen.sums, painter_.fetchRequests()};
   }

@@ -19,7 +19,7 @@ struct FrameCounters {
   uint32_t requested_arrays;
   /// Not 0: the table was too small, and only usable_surfels is exact.
   uint32_t table_full;
-  uint32_t looks;              ///< Untouched blocks that the frame checks.
+  uint32_t untouched;          ///< Untouched blocks that the frame checks.
   uint32_t empty_blocks;       ///< Blocks with empty arrays.
   uint32_t compared, cleared;  ///< Thread blocks that have finished these stages.
 };

@@ -65,8 +65,8 @@ struct UnitOfGrid {
   __device__ __forceinline__ bool isObserved(int d) const {
     return (observedDirections(sides) >> d & 1) != 0;
   }
-  __device__ __forceinline__ bool maySpeak(int d) const {
-    return (possibleSpeakers(sides) >> d & 1) != 0;
+  __device__ __forceinline__ bool mayBeActive(int d) const {
+    return (possiblyActive(sides) >> d & 1) != 0;
   }
 };
 

@@ -251,9 +251,9 @@ __device__ uint32_t writeRefined(const MeshView& mesh,
   return kRefinedTriangles * gaps;
 }
 
-/// Whether a direction speaks in any unit of a block. If not, the block has no mesh, like most
+/// Whether any unit of a block has a surface. If not, the block has no mesh, like most
 /// blocks that only adjoin a change. All threads of the thread block must call it.
-__device__ bool anyUnitSpeaks(const UnitLabels* labels) {
+__device__ bool hasSurface(const UnitLabels* labels) {
   static_assert(sizeof(uint32_t) == kUnitsPerThread * sizeof(UnitLabels), "a word for a thread");
   return __syncthreads_or(reinterpret_cast<const uint32_t*>(labels)[threadIdx.x] != 0) != 0;
 }
@@ -277,7 +277,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
   const uint32_t count = mesh.totals->reached + mesh.totals->adjoining;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const int32_t slot = mesh.slots[b];
-    if (!anyUnitSpeaks(map.unit_labels.record(slot))) {
+    if (!hasSurface(map.unit_labels.record(slot))) {
       if (threadIdx.x == 0) mesh.records[b] = {map.slots[slot].key, slot, 0, 0, 0, 0, 0};
       continue;
     }

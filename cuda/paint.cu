@@ -53,19 +53,19 @@ __global__ void clearHidingKernel(float* depth_m, size_t cells) {
 }
 
 /// One thread per candidate: lists the voxel arrays in view.
-__global__ void findArraysInViewKernel(PointView view, MapView map, LookView look) {
+__global__ void findArraysInViewKernel(PointView view, MapView map, PaintView paint) {
   const size_t i = globalThread();
-  if (i >= look.candidate_count) return;
-  const int32_t slot = look.candidates[i];
+  if (i >= paint.candidate_count) return;
+  const int32_t slot = paint.candidates[i];
   const SlotEntry& entry = map.slots[slot];
   if (entry.key == kNoKey) return;
   const BlockKey origin = blockOfVoxel(view.frame.origin_voxel);
   if (!mayBeInView(view.frame, unpackKey(entry.key) - origin, pointRadius(view.rules))) return;
-  atomicAdd(&look.counters->blocks, 1u);
+  atomicAdd(&paint.counters->blocks, 1u);
   const uint32_t directions = directionsOfSlot(entry);
-  uint32_t n = atomicAdd(&look.counters->arrays, static_cast<uint32_t>(__popc(directions)));
+  uint32_t n = atomicAdd(&paint.counters->arrays, static_cast<uint32_t>(__popc(directions)));
   for (int d = 0; d < kDirectionCount; ++d) {
-    if (directions >> d & 1u) look.arrays[n++] = kDirectionCount * slot + d;
+    if (directions >> d & 1u) paint.arrays[n++] = kDirectionCount * slot + d;
   }
 }
 
@@ -86,12 +86,12 @@ struct ArrayInView {
 
 /// Calls visit(ArrayInView) for this thread block's share of the arrays in view.
 template <class Visit>
-__device__ void visitArrays(const FrameView& frame, const MapView& map, const LookView& look,
+__device__ void visitArrays(const FrameView& frame, const MapView& map, const PaintView& paint,
                             const Visit& visit) {
-  const uint32_t count = look.counters->arrays;
+  const uint32_t count = paint.counters->arrays;
   for (uint32_t n = blockIdx.x; n < count; n += gridDim.x) {
-    const int32_t slot = look.arrays[n] / kDirectionCount;
-    const int32_t direction = look.arrays[n] % kDirectionCount;
+    const int32_t slot = paint.arrays[n] / kDirectionCount;
+    const int32_t direction = paint.arrays[n] % kDirectionCount;
     const SlotEntry& entry = map.slots[slot];
     const int32_t array = entry.array[direction];
     visit(
@@ -146,10 +146,10 @@ __device__ void lowerTo(float* depth_m, float value) {
 
 /// One thread block per array in view, in a grid-stride loop.
 __global__ void __launch_bounds__(kArrayThreads, 8)
-    drawHidingKernel(PointView view, MapView map, LookView look, float* depth_m) {
+    drawHidingKernel(PointView view, MapView map, PaintView paint, float* depth_m) {
   waitForPreviousKernel();
   __shared__ VoxelList list;
-  visitArrays(view.frame, map, look, [&](const ArrayInView& array) {
+  visitArrays(view.frame, map, paint, [&](const ArrayInView& array) {
     listNearSurface(
         view, array, [&](int i) { return hides(view, array.voxels, i, array.direction); }, list);
     for (uint32_t n = threadIdx.x; n < list.count; n += kArrayThreads) {
@@ -169,7 +169,7 @@ __device__ void addAtomically(int64_t* sum, int64_t value) {
 }
 
 /// What a thread block finds in one array.
-struct ArrayLook {
+struct SeenArray {
   ExposureSums sums;
   unsigned long long lacking;  ///< Bits of the bricks that are to be painted but are missing.
   uint32_t samples;
@@ -195,32 +195,33 @@ __device__ void addWarpSums(ExposureSums& sums, const ExposureSums& part) {
 }
 
 /// Adds what was found in an array to the image's counters. One thread calls it.
-__device__ void report(const LookView& look, PackedKey key, const ArrayLook& found) {
+__device__ void report(const PaintView& paint, PackedKey key, const SeenArray& found) {
   if (found.samples == 0) return;
-  LookCounters& counters = *look.counters;
+  PaintCounters& counters = *paint.counters;
   atomicAdd(&counters.seen, 1u);
   if (found.sums.voxels != 0) {
     visitSums(counters.sums, found.sums,
               [](int64_t& sum, int64_t of_array) { addAtomically(&sum, of_array); });
   }
   if (found.lacking == 0) return;
-  look.requests[atomicAdd(&counters.requests, 1u)] = {key, found.lacking};
+  paint.requests[atomicAdd(&counters.requests, 1u)] = {key, found.lacking};
 }
 
 /// Counts a sample, and stores it if there is room.
-__device__ void keepSample(const LookView& look, const FoundSample& found) {
+__device__ void keepSample(const PaintView& paint, const FoundSample& found) {
   const unsigned long long n =
-      atomicAdd(reinterpret_cast<unsigned long long*>(&look.counters->samples), 1ull);
-  if (n < look.max_samples) look.samples[n] = found;
+      atomicAdd(reinterpret_cast<unsigned long long*>(&paint.counters->samples), 1ull);
+  if (n < paint.max_samples) paint.samples[n] = found;
 }
 
-__device__ void lookAt(const ColourSensing& sensing, const MapView& map, const LookView& look,
-                       const ArrayInView& array, int voxel, ExposureSums& sums, ArrayLook& found) {
+__device__ void inspectVoxel(const ColourSensing& sensing, const MapView& map,
+                             const PaintView& paint, const ArrayInView& array, int voxel,
+                             ExposureSums& sums, SeenArray& found) {
   const ColourSample sample =
       sampleColour(sensing, array.first_voxel_L, array.voxels, voxel, array.direction);
   if (!(sample.weight > 0.0f)) return;
-  keepSample(
-      look, {array.slot, static_cast<uint16_t>(array.direction * kVoxelsPerBlock + voxel), sample});
+  keepSample(paint, {array.slot, static_cast<uint16_t>(array.direction * kVoxelsPerBlock + voxel),
+                     sample});
   atomicAdd(&found.samples, 1u);
   const VoxelColour* colour = colourOf(map, array.array, voxel);
   if (colour == nullptr) {
@@ -235,24 +236,24 @@ __device__ void lookAt(const ColourSensing& sensing, const MapView& map, const L
 
 /// One thread block per array in view, in a grid-stride loop.
 __global__ void __launch_bounds__(kArrayThreads, 8)
-    lookKernel(ColourSensing sensing, MapView map, LookView look) {
+    findColoursKernel(ColourSensing sensing, MapView map, PaintView paint) {
   waitForPreviousKernel();
-  __shared__ ArrayLook found;
+  __shared__ SeenArray found;
   __shared__ VoxelList list;
   const PointView& view = sensing.view;
-  visitArrays(view.frame, map, look, [&](const ArrayInView& array) {
-    if (!look.painted.contains(unpackKey(array.key))) return;  // the same for all threads
+  visitArrays(view.frame, map, paint, [&](const ArrayInView& array) {
+    if (!paint.painted.contains(unpackKey(array.key))) return;  // the same for all threads
     if (threadIdx.x == 0) found = {};
     listNearSurface(
         view, array, [](int) { return true; }, list);
     ExposureSums sums = {};
     for (uint32_t n = threadIdx.x; n < list.count; n += kArrayThreads) {
-      lookAt(sensing, map, look, array, list.voxel[n], sums, found);
+      inspectVoxel(sensing, map, paint, array, list.voxel[n], sums, found);
     }
     __syncwarp();
     addWarpSums(found.sums, sums);
     __syncthreads();
-    if (threadIdx.x == 0) report(look, array.key, found);
+    if (threadIdx.x == 0) report(paint, array.key, found);
     __syncthreads();
   });
 }
@@ -294,8 +295,8 @@ void Painter::reserveImages(int32_t width, int32_t height) {
 /// Kernels no longer read the previous image, since findSamples() has waited for its counters. If
 /// that failed, this waits instead.
 void Painter::takeImage(const ColourFrame& frame) {
-  if (is_looking_) stream_.synchronize();
-  is_looking_ = false;
+  if (is_finding_) stream_.synchronize();
+  is_finding_ = false;
   reserveImages(frame.width, frame.height);
   const size_t cells = static_cast<size_t>(cellsFor(frame.width)) * cellsFor(frame.height);
   launch("clearHidingKernel", clearHidingKernel, blocksFor(cells), kThreads, 0, image_stream_,
@@ -313,8 +314,9 @@ void Painter::takeImage(const ColourFrame& frame) {
   image_stream_.record(taken_);
 }
 
-void Painter::look(const FrameView& view, int32_t min_evidence, const std::vector<int32_t>& in_view,
-                   const BlockExtent& painted, const MapView& map) {
+void Painter::findColours(const FrameView& view, int32_t min_evidence,
+                          const std::vector<int32_t>& in_view, const BlockExtent& painted,
+                          const MapView& map) {
   painted_ = painted;
   sensing_.view = {settings_, view, min_evidence};
   takeCandidates(in_view);
@@ -338,7 +340,7 @@ void Painter::takeCandidates(const std::vector<int32_t>& in_view) {
 }
 
 void Painter::findHiding(const MapView& map) {
-  is_looking_ = true;
+  is_finding_ = true;
   counters_.zero(stream_);
   if (candidate_count_ > 0) {
     launch("findArraysInViewKernel", findArraysInViewKernel, blocksFor(candidate_count_), kThreads,
@@ -349,12 +351,12 @@ void Painter::findHiding(const MapView& map) {
 }
 
 void Painter::findSamples(const MapView& map) {
-  launchOverlapped("lookKernel", lookKernel, thread_blocks_, kArrayThreads, 0, stream_, sensing_,
-                   map, view());
+  launchOverlapped("findColoursKernel", findColoursKernel, thread_blocks_, kArrayThreads, 0,
+                   stream_, sensing_, map, view());
   counters_.download(pinned_counters_.data(), 1, stream_);
-  stream_.record(looked_);
-  looked_.wait();
-  is_looking_ = false;
+  stream_.record(found_);
+  found_.wait();
+  is_finding_ = false;
 }
 
 std::vector<ColourRequest> Painter::fetchRequests() {

@@ -16,7 +16,7 @@ namespace dtsdf {
 namespace gpu {
 
 /// Counters of what an image shows of the map, for the host.
-struct LookCounters {
+struct PaintCounters {
   uint32_t blocks, arrays;  ///< Numbers of blocks in view and of their arrays.
   uint32_t seen;            ///< Arrays with voxels to be painted.
   uint32_t requests;        ///< Arrays that lack bricks for these voxels.
@@ -31,9 +31,9 @@ struct FoundSample {
   ColourSample sample;
 };
 
-/// What kernels of Painter::look() need, passed by value.
-struct LookView {
-  LookCounters* counters;
+/// What kernels of Painter::findColours() need, passed by value.
+struct PaintView {
+  PaintCounters* counters;
   FoundSample* samples;  ///< Those that do not fit are only counted.
   uint64_t max_samples;
   const int32_t* candidates;  ///< Slots of blocks that may be in view, and possibly others.
@@ -43,8 +43,8 @@ struct LookView {
   BlockExtent painted;  ///< Blocks outside are not painted, but hide others.
 };
 
-/// Paints an image in steps: takeImage(), look(), and paint() when the bricks for its colours
-/// exist. Images are uploaded on a separate stream, while a depth image may still be fused.
+/// Paints an image in steps: takeImage(), findColours(), and paint() when the bricks for its
+/// colours exist. Images are uploaded on a separate stream, while a depth image may still be fused.
 class Painter {
  public:
   Painter(const PaintSettings& settings, const Stream& stream);
@@ -55,14 +55,14 @@ class Painter {
 
   /// Finds the surfaces in `painted` that the image shows, and waits for the result.
   /// @throws BackendError if memory runs out; the map is not changed.
-  void look(const FrameView& view, int32_t min_evidence, const std::vector<int32_t>& in_view,
-            const BlockExtent& painted, const MapView& map);
-  const LookCounters& counters() const { return pinned_counters_[0]; }
+  void findColours(const FrameView& view, int32_t min_evidence, const std::vector<int32_t>& in_view,
+                   const BlockExtent& painted, const MapView& map);
+  const PaintCounters& counters() const { return pinned_counters_[0]; }
 
   /// The missing bricks of colours; waits for them.
   std::vector<ColourRequest> fetchRequests();
 
-  /// Enqueues the painting of the surfaces that look() found, where bricks exist.
+  /// Enqueues the painting of the surfaces that findColours() found, where bricks exist.
   void paint(const Exposure& exposure, const MapView& map);
 
   void addMemory(MapperMemory& memory) const;
@@ -72,7 +72,7 @@ class Painter {
   void takeCandidates(const std::vector<int32_t>& in_view);
   void findHiding(const MapView& map);
   void findSamples(const MapView& map);
-  LookView view() const {
+  PaintView view() const {
     return {counters_.data(), samples_.data(), samples_.capacity(), candidates_.data(),
             candidate_count_, arrays_.data(),  requests_.data(),    painted_};
   }
@@ -82,19 +82,19 @@ class Painter {
   const Stream& stream_;
   const int thread_blocks_;  ///< Enough to fill the device; kernels use grid-stride loops.
   Stream image_stream_;
-  Event taken_, looked_;
+  Event taken_, found_;
   ColourSensing sensing_ = {};
   RawImage raw_image_;
   DeviceBuffer<ColourPixel> pixels_;
   DeviceBuffer<float> hiding_m_;
   DeviceBuffer<FoundSample> samples_;
-  bool is_looking_ = false;  ///< Whether look() has enqueued work and not waited for it.
+  bool is_finding_ = false;  ///< Whether findColours() has enqueued work and not waited for it.
   uint32_t candidate_count_ = 0;
   PinnedBuffer<int32_t> candidates_;  ///< Read in place by kernels.
   DeviceBuffer<int32_t> arrays_;
   DeviceBuffer<ColourRequest> requests_;
-  DeviceBuffer<LookCounters> counters_;
-  PinnedBuffer<LookCounters> pinned_counters_;
+  DeviceBuffer<PaintCounters> counters_;
+  PinnedBuffer<PaintCounters> pinned_counters_;
   PinnedBuffer<ColourRequest> pinned_requests_;
 };
 

@@ -150,10 +150,10 @@ class MapBackend {
   /// Finds which surfaces the image of takeColours() shows.
   /// @param min_evidence Evidence that a surface needs.
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
-  virtual SeenColours look(const FrameView& view, int32_t min_evidence,
-                           const std::vector<int32_t>& in_view) = 0;
+  virtual SeenColours findColours(const FrameView& view, int32_t min_evidence,
+                                  const std::vector<int32_t>& in_view) = 0;
 
-  /// Paints the surfaces of look() that have bricks.
+  /// Paints the surfaces of findColours() that have bricks.
   virtual void paint(const Exposure& exposure) = 0;
 
   // ---- Views.

@@ -21,7 +21,7 @@ struct UnitsOfRow {
   const float (*sdf_at)[kGridCorners];
   const float (*weight_at)[kGridCorners];
   int first_corner;
-  uint32_t observed, speaking;  ///< Bit d: d is observed, or may speak, in some unit.
+  uint32_t observed, active;  ///< Bit d: d is observed, or may be active, in some unit.
 
   static int offset(int c) { return cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1); }
   LaneFloats sdf(int d, int c) const {
@@ -31,7 +31,7 @@ struct UnitsOfRow {
     return LaneFloats::load(&weight_at[d][first_corner + offset(c)]);
   }
   bool isObserved(int d) const { return observed >> d & 1; }
-  bool maySpeak(int d) const { return speaking >> d & 1; }
+  bool mayBeActive(int d) const { return active >> d & 1; }
 };
 
 const Voxel kNothing[kVoxelsPerBlock] = {};
@@ -124,7 +124,7 @@ inline void BlockIndexer::labelRows(const MeshSettings& rules, bool directional,
     for (int k = 0; k < kLanes; ++k) {
       if (!candidate_[corner + k]) continue;
       units.observed |= observedDirections(unit_sides_[corner + k]);
-      units.speaking |= possibleSpeakers(unit_sides_[corner + k]);
+      units.active |= possiblyActive(unit_sides_[corner + k]);
     }
     UnitLabels of_row[kLanes];
     labelUnits(kMeshTables, rules, units, directional, of_row);
@@ -151,7 +151,7 @@ uint32_t BlockIndexer::directionsOn(int edge) const {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const uint32_t crossing =
       crossingDirections(sides_[corner], sides_[corner + cornerStride(axis)], axis, facing);
-  return crossing != 0 ? crossing : speakingOnEdge(axis, facing);
+  return crossing != 0 ? crossing : directionsOnEdge(axis, facing);
 }
 
 void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, bool directional,

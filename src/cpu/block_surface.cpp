@@ -8,7 +8,7 @@ namespace {
 
 static_assert(kGridEdges <= 65536, "edge numbers must fit in 16 bits");
 
-bool anySpeaks(const UnitLabels* row) {
+bool hasSurface(const UnitLabels* row) {
   uint64_t words[2];
   static_assert(sizeof(words) == kBlockSide * sizeof(UnitLabels), "");
   std::memcpy(words, row, sizeof(words));
@@ -31,7 +31,7 @@ void BlockSurface::computeBalances(const LabelNeighbourhood& labels) {
     for (int z = firstSharedUnit(at.z); z < endSharedUnit(at.z); ++z) {
       for (int y = firstSharedUnit(at.y); y < endSharedUnit(at.y); ++y) {
         const UnitLabels* row = labels[n] + voxelIndex(0, y, z);
-        if (!anySpeaks(row)) continue;
+        if (!hasSurface(row)) continue;
         for (int x = firstSharedUnit(at.x); x < endSharedUnit(at.x); ++x) {
           if (isEmpty(row[x])) continue;
           addSides(row[x], {x + kBlockSide * at.x, y + kBlockSide * at.y, z + kBlockSide * at.z});
@@ -73,7 +73,7 @@ void BlockSurface::regularise(const LabelNeighbourhood& labels) {
   surface_units_.clear();
   const UnitLabels* own = labels[aroundNumber({0, 0, 0})];
   for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    if (i % kBlockSide == 0 && !anySpeaks(own + i)) {
+    if (i % kBlockSide == 0 && !hasSurface(own + i)) {
       i += kBlockSide - 1;
       continue;
     }
@@ -97,7 +97,7 @@ void BlockSurface::emit(const MeshSettings& rules, const ArraysAround& arrays,
     vertex_of_edge_[edge] = static_cast<uint16_t>(mesh.vertices.size());
     while (next != known.end() && next->edge < static_cast<uint32_t>(edge)) ++next;
     const bool is_known = next != known.end() && next->edge == static_cast<uint32_t>(edge);
-    const uint32_t may_cross = speakingOnEdge(edgeAxis(edge), edgeFacing(edge));
+    const uint32_t may_cross = directionsOnEdge(edgeAxis(edge), edgeFacing(edge));
     BlockVertex& vertex = mesh.vertices.emplace_back();
     vertex.edge = static_cast<uint32_t>(edge);
     vertex.position =

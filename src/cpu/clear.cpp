@@ -172,20 +172,20 @@ class RowJudge {
 
 /// Finds the voxels of an array that lose evidence, before any of them changes, as feet depend on
 /// neighbours. @return their number.
-int findContradicted(const BlockCheck& look, int direction, const FrameSensing& sensing,
+int findContradicted(const BlockCheck& check, int direction, const FrameSensing& sensing,
                      const FusionRules& rules, const Voxel* voxels,
                      std::optional<DistanceGrid>& distances,
                      ContradictedVoxel (&found)[kVoxelsPerBlock]) {
-  const bool has_sums = look.sums != nullptr && (look.directions >> direction & 1);
-  const Facing facing = facingOf(look.directional ? direction : kAnyDirection);
+  const bool has_sums = check.sums != nullptr && (check.directions >> direction & 1);
+  const Facing facing = facingOf(check.directional ? direction : kAnyDirection);
   int count = 0;
   withWidestVectors([&] {
-    RowJudge judge(sensing, facing, toFloat(firstVoxelOfBlock(look.block_L)), look.in_turn, rules,
+    RowJudge judge(sensing, facing, toFloat(firstVoxelOfBlock(check.block_L)), check.in_turn, rules,
                    distances);
     if (distances) distances->take(voxels);
     for (int row = 0; row < kRows; ++row) {
-      const uint32_t covered = has_sums ? look.sums->covered[direction].row(row) : 0u;
-      if (covered == 0 && !look.in_turn) continue;
+      const uint32_t covered = has_sums ? check.sums->covered[direction].row(row) : 0u;
+      if (covered == 0 && !check.in_turn) continue;
       judge.judge(voxels, row, covered, [&](int index, bool is_covered, Observation observation) {
         found[count++] = {index, is_covered, observation};
       });
@@ -196,18 +196,18 @@ int findContradicted(const BlockCheck& look, int direction, const FrameSensing& 
 
 }  // namespace
 
-ClearedBlock clearBlock(const BlockCheck& look, const BlockEntry& entry,
+ClearedBlock clearBlock(const BlockCheck& check, const BlockEntry& entry,
                         const FrameSensing& sensing, const FusionRules& rules, VoxelStore& voxels) {
   ClearedBlock result{false, 0, 0};
   std::optional<DistanceGrid> distances;  // large, and most blocks need none
-  if (look.in_turn) distances.emplace();
+  if (check.in_turn) distances.emplace();
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;
-    const bool has_sums = look.sums != nullptr && (look.directions >> d & 1);
-    if (!has_sums && !look.in_turn) continue;
+    const bool has_sums = check.sums != nullptr && (check.directions >> d & 1);
+    if (!has_sums && !check.in_turn) continue;
     Voxel* array = voxels.array(entry.array[d]);
     ContradictedVoxel found[kVoxelsPerBlock];
-    const int count = findContradicted(look, d, sensing, rules, array, distances, found);
+    const int count = findContradicted(check, d, sensing, rules, array, distances, found);
     if (count == 0) continue;
     bool has_emptied = false;
     for (int i = 0; i < count; ++i) {

@@ -25,7 +25,7 @@ struct ClearedBlock {
   uint32_t empty_directions;    ///< Bit d: the array of direction d has become empty.
 };
 
-ClearedBlock clearBlock(const BlockCheck& look, const BlockEntry& entry,
+ClearedBlock clearBlock(const BlockCheck& check, const BlockEntry& entry,
                         const FrameSensing& sensing, const FusionRules& rules, VoxelStore& voxels);
 
 }  // namespace dtsdf

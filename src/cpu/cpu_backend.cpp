@@ -162,7 +162,7 @@ class CpuBackend : public MapBackend {
       if (block.directions != 0) outcome_.empty.push_back(block);
     }
     if (!free_cubes_.empty()) outcome_.free = std::exchange(free_cubes_, {});
-    if (clearsFreeSpace(params_)) lookAround(frame_number, in_view);
+    if (clearsFreeSpace(params_)) clearUntouched(frame_number, in_view);
   }
 
   FrameOutcome takeOutcome() override { return std::exchange(outcome_, FrameOutcome()); }
@@ -172,10 +172,10 @@ class CpuBackend : public MapBackend {
     painter_.takeImage(frame);
   }
 
-  SeenColours look(const FrameView& view, int32_t min_evidence,
-                   const std::vector<int32_t>& in_view) override {
+  SeenColours findColours(const FrameView& view, int32_t min_evidence,
+                          const std::vector<int32_t>& in_view) override {
     const StageTimer timer(profile_, Stage::kPaint);
-    SeenColours seen = painter_.look(view, min_evidence, in_view, map_);
+    SeenColours seen = painter_.findColours(view, min_evidence, in_view, map_);
     seen.requests = painter_.requests(map_);
     return seen;
   }
@@ -324,16 +324,16 @@ class CpuBackend : public MapBackend {
     const float depth_weight = blockDepthWeight(frame, block.block_L, rules_.fusion);
     uint32_t empty = fold(sums, directions, entry, depth_weight, fusion_, map_.voxels);
     if (clearsFreeSpace(params_)) {
-      const BlockCheck look{block.block_L, isInTurn(block.key, frame_number, rules_.fusion), &sums,
-                            directions, params_.map.directional};
-      empty |= clear(look, entry).empty_directions;
+      const BlockCheck check{block.block_L, isInTurn(block.key, frame_number, rules_.fusion), &sums,
+                             directions, params_.map.directional};
+      empty |= clear(check, entry).empty_directions;
     }
     return empty;
   }
 
   /// Thread-safe for different blocks.
-  ClearedBlock clear(const BlockCheck& look, const BlockEntry& entry) {
-    const ClearedBlock cleared = clearBlock(look, entry, sensing_, rules_.fusion, map_.voxels);
+  ClearedBlock clear(const BlockCheck& check, const BlockEntry& entry) {
+    const ClearedBlock cleared = clearBlock(check, entry, sensing_, rules_.fusion, map_.voxels);
     if (cleared.emptied_directions != 0 && map_.table.coloursInUse() > 0) {
       forgetColours(entry, cleared.emptied_directions, map_);
     }
@@ -341,7 +341,7 @@ class CpuBackend : public MapBackend {
   }
 
   /// Clears blocks that the frame does not touch, if it is their turn.
-  void lookAround(uint64_t frame_number, const std::vector<int32_t>& in_view) {
+  void clearUntouched(uint64_t frame_number, const std::vector<int32_t>& in_view) {
     std::vector<int32_t> slots;
     for (const int32_t slot : in_view) {
       if (last_touched_[slot] == frame_number) continue;
@@ -353,8 +353,8 @@ class CpuBackend : public MapBackend {
     const BlockKey origin = blockOfVoxel(sensing_.image.frame.origin_voxel);
     parallelFor(slots.size(), threads_, [&](size_t i) {
       const BlockEntry& entry = map_.table.block(slots[i]);
-      const BlockCheck look{entry.key - origin, true, nullptr, 0, params_.map.directional};
-      cleared[i] = clear(look, entry);
+      const BlockCheck check{entry.key - origin, true, nullptr, 0, params_.map.directional};
+      cleared[i] = clear(check, entry);
     });
     for (size_t i = 0; i < slots.size(); ++i) {
       if (cleared[i].changed) mesher_.markDirty(slots[i]);

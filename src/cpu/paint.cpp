@@ -297,8 +297,8 @@ void Painter::prefetchNext(CpuMap& map, size_t i) const {
   prefetchColours(map.table.block(blocks_[next].slot), map);
 }
 
-SeenColours Painter::look(const FrameView& view, int32_t min_evidence,
-                          const std::vector<int32_t>& in_view, CpuMap& map) {
+SeenColours Painter::findColours(const FrameView& view, int32_t min_evidence,
+                                 const std::vector<int32_t>& in_view, CpuMap& map) {
   sensing_.view = {settings_, view, min_evidence};
   findBlocksInView(in_view, map.table);
   findPoints(map);

@@ -17,8 +17,8 @@ namespace dtsdf {
 /// surfaces do not inherit them.
 void forgetColours(const BlockEntry& entry, uint32_t directions, CpuMap& map);
 
-/// Paints an image in steps: takeImage(), look(), and paint() when the bricks for its colours
-/// exist.
+/// Paints an image in steps: takeImage(), findColours(), and paint() when the bricks for its
+/// colours exist.
 class Painter {
  public:
   Painter(const PaintSettings& settings, int threads) : settings_(settings), threads_(threads) {}
@@ -27,13 +27,13 @@ class Painter {
   void takeImage(const ColourFrame& frame);
 
   /// Finds the map's surfaces that the image shows.
-  SeenColours look(const FrameView& view, int32_t min_evidence, const std::vector<int32_t>& in_view,
-                   CpuMap& map);
+  SeenColours findColours(const FrameView& view, int32_t min_evidence,
+                          const std::vector<int32_t>& in_view, CpuMap& map);
 
   /// The bricks that painting the image needs.
   std::vector<ColourRequest> requests(CpuMap& map) const;
 
-  /// Paints the surfaces that look() found, where bricks exist.
+  /// Paints the surfaces that findColours() found, where bricks exist.
   /// @return the slots of the blocks that look different now.
   std::vector<int32_t> paint(const Exposure& exposure, CpuMap& map);
 

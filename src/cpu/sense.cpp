@@ -25,36 +25,6 @@ void invertRow(const void* __restrict__ row, const PixelSpan& span, const DepthR
   }
 }
 
-/// Links the pixels of a row. Calls linksOf() only for the image's last column and where
-/// linkByStep() cannot decide.
-void linkRow(const FrameView& frame, const float* inverse_depth, int v, const PixelSpan& span,
-             const LinkLimits& limits, PixelLinks* links) {
-  const float* row = inverse_depth + pixelIndex(frame, {0, v});
-  const int last = std::min(span.end, frame.width - 1);
-  int32_t right[kStretch], down[kStretch] = {};  // linkByStep() to the next pixels
-  for (int first = span.begin; first < last; first += kStretch) {
-    const int count = std::min(kStretch, last - first);
-    const float* const pixels = row + first;
-    for (int i = 0; i < count; ++i) right[i] = linkByStep(pixels[i], pixels[i + 1], limits);
-    if (v + 1 < frame.height) {
-      const float* const below = pixels + frame.width;
-      for (int i = 0; i < count; ++i) down[i] = linkByStep(pixels[i], below[i], limits);
-    }
-    int32_t steps = 0;
-    for (int i = 0; i < count; ++i) {
-      steps |= right[i] | down[i];
-      links[first + i] = static_cast<PixelLinks>((right[i] & kLinked) * kLinkRight |
-                                                 (down[i] & kLinked) * kLinkDown);
-    }
-    if (!(steps & kOpenStep)) continue;
-    for (int i = 0; i < count; ++i) {
-      if (!((right[i] | down[i]) & kOpenStep)) continue;
-      links[first + i] = linksOf(frame, inverse_depth, {first + i, v}, limits);
-    }
-  }
-  if (span.end == frame.width) links[last] = linksOf(frame, inverse_depth, {last, v}, limits);
-}
-
 void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& span,
                          const FusionSettings& settings, float* __restrict__ free_depth) {
   const FrameSensing sensing = of_frame;  // copies, as stores may alias references
@@ -218,8 +188,9 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
     float* const values = row_value_.newRow(v, span);
     float* const slopes = row_slope_.newRow(v, span);
     if (span.isEmpty()) return;
-    withWidestVectors(
-        [&] { linkRow(view, inverse_depth_.data(), static_cast<int>(v), span, limits, links); });
+    for (int u = span.begin; u < span.end; ++u) {
+      links[u] = linksOf(view, inverse_depth_.data(), {u, static_cast<int>(v)}, limits);
+    }
     // Pixels in the margin are unmeasured, so a walk ends there as it does at the image's border.
     std::vector<float> padded(width + 2 * margin, 0.0f);
     std::vector<PixelLinks> padded_links(width + 2 * margin, 0);

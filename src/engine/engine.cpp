@@ -335,7 +335,7 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
     state_.refused += pager_->countPaged(seen);
     in_view = table_.slotsInView(view, radius);
   }
-  SeenColours seen = backend_->look(view, minEvidenceNow(), in_view);
+  SeenColours seen = backend_->findColours(view, minEvidenceNow(), in_view);
   state_.exposure = exposureOf(seen.sums, state_.exposure, paint_settings_);
   if (!seen.any) return nothingToPaint();
   admitColours(std::move(seen.requests));

@@ -1,7 +1,7 @@
 /// Outlines: the boundary lines of a mesh, which are mended and smoothed.
 ///
 /// - A **crumb** is a piece of a few triangles near a larger piece, mostly noise. It is left out.
-/// - A short outline surrounds a **hole**, left by units in which no direction speaks. It is
+/// - A short outline surrounds a **hole**, left by units in which no direction is active. It is
 ///   closed.
 /// - A **crack** lies between two outlines, or two parts of one, that face each other. Bridges from
 ///   vertex to vertex divide it into holes.

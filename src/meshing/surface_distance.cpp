@@ -117,7 +117,7 @@ template <class MayCount, class Counts>
 double SurfaceTree::search(const Vec3f& p, double limit_m, const MayCount& may_count,
                            const Counts& counts, Hint& hint) const {
   double nearest = limit_m * limit_m;
-  const auto look = [&](uint32_t triangle) {
+  const auto test = [&](uint32_t triangle) {
     const Triangle& t = triangles_[triangle];
     const Vec3f &a = vertices_m_[t[0]], &b = vertices_m_[t[1]], &c = vertices_m_[t[2]];
     if (!counts(a, b, c)) return;
@@ -126,7 +126,7 @@ double SurfaceTree::search(const Vec3f& p, double limit_m, const MayCount& may_c
     nearest = of_triangle;
     hint = triangle;
   };
-  if (hint < triangles_.size()) look(hint);
+  if (hint < triangles_.size()) test(hint);
   // Halving gives at most 32 levels, and each of them adds one waiting node.
   std::array<std::pair<double, uint32_t>, 64> waiting;
   size_t count = 0;
@@ -139,7 +139,7 @@ double SurfaceTree::search(const Vec3f& p, double limit_m, const MayCount& may_c
     const auto [distance, at] = waiting[--count];
     if (distance >= nearest) continue;
     const Node& node = nodes_[at];
-    for (uint32_t i = 0; i < node.triangles; ++i) look(node.first + i);
+    for (uint32_t i = 0; i < node.triangles; ++i) test(node.first + i);
     if (node.triangles > 0) continue;
     put(node.first);
     put(node.first + 1);

@@ -42,7 +42,7 @@ constexpr int kMargin_cells = 16;
 constexpr int kOrientations = 2048;
 
 /// Numbers of image points: compared from a standpoint, and used to fit a pose.
-constexpr int kLookPoints = 64, kFitPoints = 512;
+constexpr int kMatchedPoints = 64, kFitPoints = 512;
 
 /// Poses that are fitted to the coarse map; of these, the poses that are aligned; and of these, the
 /// poses from which the map is rendered.
@@ -213,15 +213,15 @@ std::optional<Isometry3d> slidPose(const Alignment& alignment) {
 }
 
 /// Alignments of an image, sorted by the share of its depths that match the map.
-using Looks = std::multimap<double, const Alignment*, std::greater<>>;
+using Matches = std::multimap<double, const Alignment*, std::greater<>>;
 
 /// Chooses the place that looks most like the image, and reports another that looks as good.
-FoundPlace choose(const Looks& looks, double same_place_m) {
-  const auto& [best_share, first] = *looks.begin();
+FoundPlace choose(const Matches& matches, double same_place_m) {
+  const auto& [best_share, first] = *matches.begin();
   const Isometry3d there = first->T_W_C;
   const Alignment* best = first;
   FoundPlace found;
-  for (const auto& [share, other] : looks) {
+  for (const auto& [share, other] : matches) {
     constexpr double kSame = 0.01, kLever_m = 1.5;
     const bool is_there = apart(there, other->T_W_C, kLever_m) < same_place_m;
     if (is_there && share > best_share - kSame && explainedBy(*other) > explainedBy(*best)) {
@@ -254,7 +254,7 @@ struct CoarseMap {
 
   /// The orientations to try; for each, the rays of the image's first points; and for each point,
   /// the score for each distance along its ray.
-  struct LookTable {
+  struct RayTable {
     size_t points = 0;
     std::vector<Matrix3f> R_W_C;
     std::vector<uint16_t> rays;  ///< Ray of each point, orientation by orientation.
@@ -273,7 +273,7 @@ struct CoarseMap {
     Isometry3d T_W_C = Isometry3d::Identity();  ///< In cells.
     float score = -std::numeric_limits<float>::infinity();
   };
-  using BestLooks = std::array<Candidate, 3>;  ///< The candidates kept for a standpoint.
+  using BestMatches = std::array<Candidate, 3>;  ///< The candidates kept for a standpoint.
 
   static bool isBetter(const Candidate& a, const Candidate& b) { return a.score > b.score; }
 
@@ -292,13 +292,13 @@ struct CoarseMap {
   void addPoint(const Vector3d& p_voxels, const Vector3f& normal, unsigned faces);
   void measureDistances();
   float distanceAt(const Vector3f& p, Vector3f& gradient) const;
-  bool look(const Vector3f& from, std::array<Octaves, kRays>& view) const;
+  bool castRays(const Vector3f& from, std::array<Octaves, kRays>& view) const;
   float castRay(const Vector3f& from, const Vector3f& way, Octaves& seen) const;
   float scoreOfPose(const Isometry3d& T_W_C, const std::vector<Vector3f>& points) const;
   bool isSeenFrom(const Vector3f& way, uint8_t facing) const;
-  static LookTable makeLookTable(const std::vector<Vector3f>& points);
-  void lookFrom(const Vector3f& from, const LookTable& table, BestLooks& best) const;
-  std::vector<Candidate> lookAround(const std::vector<Vector3f>& points) const;
+  static RayTable makeRayTable(const std::vector<Vector3f>& points);
+  void matchFrom(const Vector3f& from, const RayTable& table, BestMatches& best) const;
+  std::vector<Candidate> matchAround(const std::vector<Vector3f>& points) const;
   std::vector<Isometry3d> candidatePoses(const std::vector<Vector3f>& points) const;
   void refinePose(Candidate& candidate, const std::vector<Vector3f>& points) const;
 };
@@ -485,7 +485,7 @@ float CoarseMap::castRay(const Vector3f& from, const Vector3f& way, Octaves& see
 
 /// The view from a standpoint. @return false if it shows hardly anything, or mostly the backs of
 /// surfaces, as from outside a building.
-bool CoarseMap::look(const Vector3f& from, std::array<Octaves, kRays>& view) const {
+bool CoarseMap::castRays(const Vector3f& from, std::array<Octaves, kRays>& view) const {
   static const std::vector<Vector3f> ways = [] {
     std::vector<Vector3f> all(kRays);
     for (int i = 0; i < kRays; ++i) all[static_cast<size_t>(i)] = directionOfRay(i);
@@ -504,9 +504,9 @@ bool CoarseMap::look(const Vector3f& from, std::array<Octaves, kRays>& view) con
   return true;
 }
 
-CoarseMap::LookTable CoarseMap::makeLookTable(const std::vector<Vector3f>& points) {
-  LookTable table;
-  table.points = std::min<size_t>(points.size(), kLookPoints);
+CoarseMap::RayTable CoarseMap::makeRayTable(const std::vector<Vector3f>& points) {
+  RayTable table;
+  table.points = std::min<size_t>(points.size(), kMatchedPoints);
   table.says.resize(table.points);
   for (size_t k = 0; k < table.points; ++k) {
     const Octaves measured = octavesOf(points[k].norm());
@@ -524,11 +524,11 @@ CoarseMap::LookTable CoarseMap::makeLookTable(const std::vector<Vector3f>& point
 }
 
 /// Finds the best orientations at a standpoint, the best first.
-void CoarseMap::lookFrom(const Vector3f& from, const LookTable& table, BestLooks& best) const {
+void CoarseMap::matchFrom(const Vector3f& from, const RayTable& table, BestMatches& best) const {
   const Vector3i cell = from.array().floor().cast<int>();
   constexpr float kMinRoom_cells = 1.5f;
   std::array<Octaves, kRays> view;
-  if (!holds(cell) || distance[indexOf(cell)] < kMinRoom_cells || !look(from, view)) return;
+  if (!holds(cell) || distance[indexOf(cell)] < kMinRoom_cells || !castRays(from, view)) return;
   for (size_t i = 0; i < table.R_W_C.size(); ++i) {
     const uint16_t* const ray = table.rays.data() + i * table.points;
     constexpr size_t kFirstPoints = 16;
@@ -548,18 +548,19 @@ void CoarseMap::lookFrom(const Vector3f& from, const LookTable& table, BestLooks
 }
 
 /// The best poses at all standpoints.
-std::vector<CoarseMap::Candidate> CoarseMap::lookAround(const std::vector<Vector3f>& points) const {
-  const LookTable table = makeLookTable(points);
+std::vector<CoarseMap::Candidate> CoarseMap::matchAround(
+    const std::vector<Vector3f>& points) const {
+  const RayTable table = makeRayTable(points);
   const Vector3i steps = (size.cast<double>() / kStep_cells).array().ceil().cast<int>();
   const auto nx = static_cast<size_t>(steps.x()), ny = static_cast<size_t>(steps.y());
-  std::vector<BestLooks> kept(nx * ny * static_cast<size_t>(steps.z()));
+  std::vector<BestMatches> kept(nx * ny * static_cast<size_t>(steps.z()));
   parallelFor<int, 16>(kept.size(), threads, [&](size_t number, int&) {
     const Vector3f at(static_cast<float>(number % nx), static_cast<float>(number / nx % ny),
                       static_cast<float>(number / nx / ny));
-    lookFrom((at.array() + 0.5f) * static_cast<float>(kStep_cells), table, kept[number]);
+    matchFrom((at.array() + 0.5f) * static_cast<float>(kStep_cells), table, kept[number]);
   });
   std::vector<Candidate> best;
-  for (const BestLooks& from : kept) {
+  for (const BestMatches& from : kept) {
     for (const Candidate& candidate : from) {
       if (candidate.score > 0.0f) best.push_back(candidate);
     }
@@ -625,7 +626,7 @@ float CoarseMap::scoreOfPose(const Isometry3d& T_W_C, const std::vector<Vector3f
 
 /// Distinct poses that fit the coarse map best, in W.
 std::vector<Isometry3d> CoarseMap::candidatePoses(const std::vector<Vector3f>& points) const {
-  std::vector<Candidate> candidates = lookAround(points);
+  std::vector<Candidate> candidates = matchAround(points);
   parallelFor<int, 8>(candidates.size(), threads,
                       [&](size_t i, int&) { refinePose(candidates[i], points); });
   std::stable_sort(candidates.begin(), candidates.end(), isBetter);
@@ -655,7 +656,7 @@ FoundPlace findPlace(Mapper& mapper, const DepthFrame& frame, int threads) {
   map.read(mapper);
   if (map.surfaces.empty()) return found;
   const std::vector<Vector3f> points = imagePoints(frame, map.cell_m);
-  if (points.size() < kLookPoints) return found;
+  if (points.size() < kMatchedPoints) return found;
   std::vector<Alignment> aligned;
   DepthFrame at = frame;
   PosePrior prior;
@@ -668,15 +669,15 @@ FoundPlace findPlace(Mapper& mapper, const DepthFrame& frame, int threads) {
   std::stable_sort(aligned.begin(), aligned.end(), [](const Alignment& a, const Alignment& b) {
     return explainedBy(a) > explainedBy(b);
   });
-  Looks looks;
+  Matches matches;
   RenderedView view;
   for (const Alignment& alignment : aligned) {
-    if (looks.size() >= kRenderedPoses || !(explainedBy(alignment) > 0.0)) break;
+    if (matches.size() >= kRenderedPoses || !(explainedBy(alignment) > 0.0)) break;
     const float tolerance_m = 2.5f * static_cast<float>(map.voxel_m);
-    looks.emplace(matchingShare(mapper, frame, alignment.T_W_C, tolerance_m, view), &alignment);
+    matches.emplace(matchingShare(mapper, frame, alignment.T_W_C, tolerance_m, view), &alignment);
   }
-  if (looks.empty()) return found;
-  return choose(looks, std::max(3.0 * map.cell_m, 0.25));
+  if (matches.empty()) return found;
+  return choose(matches, std::max(3.0 * map.cell_m, 0.25));
 }
 
 }  // namespace dtsdf

@@ -15,7 +15,7 @@ struct UnitSamples {
   float sdf(int direction, int c) const { return corner[direction][c].sdf; }
   float weight(int direction, int c) const { return corner[direction][c].weight; }
   bool isObserved(int) const { return true; }
-  bool maySpeak(int) const { return true; }
+  bool mayBeActive(int) const { return true; }
 };
 
 inline UnitLabels labelUnit(const MeshTables& tables, const MeshRules& rules,

@@ -109,7 +109,7 @@ DTSDF_HD void findPaintedRow(ColouredCorners& corners, int number) {
 }
 
 /// The mean colour of painted voxels up to `reach` voxels around an edge's ends, among the corners
-/// of the block's units, in directions with a say on the edge.
+/// of the block's units, in directions that count on the edge.
 DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, bool directional,
                                    int reach) {
   const int axis = edgeAxis(edge);
@@ -121,7 +121,7 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, boo
   const Vec3i first{from(at.x), from(at.y), from(at.z)}, last{to(end.x), to(end.y), to(end.z)};
   const uint32_t kept = directionsIn(corners, first, last);
   ColourMean mean;
-  visitDirections(directional ? kept & speakingOnEdge(axis, edgeFacing(edge)) : kept, [&](int d) {
+  visitDirections(directional ? kept & directionsOnEdge(axis, edgeFacing(edge)) : kept, [&](int d) {
     for (int z = first.z; z <= last.z; ++z) {
       for (int y = first.y; y <= last.y; ++y) {
         const uint32_t painted = corners.painted_rows[d][z][y] & ((2u << last.x) - 1u);
@@ -147,7 +147,7 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, boo
 template <class ColourAt, class SampleAt>
 DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colour,
                                const SampleAt& sample) {
-  ColourMean crossing, speaking;
+  ColourMean crossing, others;
   visitDirections(asked, [&](int d) {
     const VoxelColour lower_colour = colour(d, false), upper_colour = colour(d, true);
     if (!isPainted(lower_colour) && !isPainted(upper_colour)) return;
@@ -161,10 +161,10 @@ DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colou
       addTo(crossing, upper_colour, weight * maximum(at, least));
     }
     if (crossing.weight > 0.0f) return;  // the other directions do not count
-    addTo(speaking, lower_colour, lower.weight);
-    addTo(speaking, upper_colour, upper.weight);
+    addTo(others, lower_colour, lower.weight);
+    addTo(others, upper_colour, upper.weight);
   });
-  return crossing.weight > 0.0f ? crossing : speaking;  // most vertices have a crossing
+  return crossing.weight > 0.0f ? crossing : others;  // most vertices have a crossing
 }
 
 /// The colour of a vertex whose own voxels are not painted. @pre findPaintedRow() was called for
@@ -178,14 +178,14 @@ DTSDF_HD VertexColour colourNearEdge(const ColouredCorners& corners, int edge, b
 }
 
 /// The colour of the vertex on an edge of a block, from the voxels at its ends, in the directions
-/// that have colours there and a say on the edge. The array of an undirected map always has a say.
+/// that have colours there and count on the edge. The array of an undirected map always counts.
 DTSDF_HD VertexColour colourOnEdge(const ColouredCorners& corners, int edge, bool directional) {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const CornerSource lower = cornerSource(corner),
                      upper = cornerSource(corner + cornerStride(axis));
   const uint32_t kept = corners.directionsAt(lower) | corners.directionsAt(upper);
   return colourOf(meanOnEdge(
-      directional ? kept & speakingOnEdge(axis, facing) : kept, facing,
+      directional ? kept & directionsOnEdge(axis, facing) : kept, facing,
       [&](int d, bool is_upper) { return corners.colourAt(is_upper ? upper : lower, d); },
       [&](int d, bool is_upper) { return corners.voxels.sample(is_upper ? upper : lower, d); }));
 }

@@ -173,7 +173,7 @@ DTSDF_HD Vec3f placeOf(const Voxel* voxels, int index, int direction, bool is_co
 /// Spacing in pixels of the 3 x 3 points at which a frame must look through a place: one; if the
 /// voxel is empty, the width of a voxel, rounded down to at least one, as an empty voxel represents
 /// all mesh units around it.
-DTSDF_HD int lookSpacing(const FrameView& frame, const Voxel& voxel, float depth_m) {
+DTSDF_HD int probeSpacing(const FrameView& frame, const Voxel& voxel, float depth_m) {
   if (!isEmpty(voxel)) return 1;
   const float cell_px = frame.voxel_size_m * frame.intrinsics.fx / depth_m;
   return cell_px < 1.0f ? 1 : floorToInt(minimum(cell_px, 1000.0f));
@@ -230,7 +230,7 @@ DTSDF_HD Observation judgeFree(const FrameSensing& sensing, const Voxel& voxel,
                                const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
   const float depth_m = judgedDepth(frame, isEmpty(voxel), at);
-  return seesThroughAround(sensing, {depth_m, at.u, at.v}, lookSpacing(frame, voxel, at.depth_m))
+  return seesThroughAround(sensing, {depth_m, at.u, at.v}, probeSpacing(frame, voxel, at.depth_m))
              ? Observation::kFree
              : Observation::kAtOutline;
 }

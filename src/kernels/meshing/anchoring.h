@@ -68,13 +68,13 @@ DTSDF_HD float roundShift(float shift) {
 }
 
 /// Shift of the vertex at `edge_offset` on an edge, in voxels; 0 if its gap is small. If no
-/// direction crosses the edge, the anchors of all directions with a say are used.
+/// direction crosses the edge, the anchors of all directions that count are used.
 template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                               const Anchors& anchors, int axis, int facing, float edge_offset) {
   const float gap = measuredGap(rules, edge, crossing, anchors, edge_offset);
   if (!(gap > rules.measured_gap)) return {0.0f, 0.0f, 0.0f};  // most vertices
-  const uint32_t telling = crossing != 0 ? crossing : speakingOnEdge(axis, facing);
+  const uint32_t telling = crossing != 0 ? crossing : directionsOnEdge(axis, facing);
   const Vec3f along = toFloat(unitStep(axis));
   Vec3f nearest{0.0f, 0.0f, 0.0f};  // from the vertex to the anchor
   float min_distance = -1.0f;       // negative: no anchor yet

@@ -10,25 +10,25 @@
 
 namespace dtsdf {
 
-/// Whether a direction has a say on a crossing: all have except the one whose axis points along the
+/// Whether a direction counts on a crossing: all do except the one whose axis points along the
 /// edge from in front to behind. `behind_below` is true if the edge's lower end is behind.
 template <class Mask>
-DTSDF_HD Mask speaksOnCrossing(int direction, int axis, const Mask& behind_below) {
+DTSDF_HD Mask countsOnCrossing(int direction, int axis, const Mask& behind_below) {
   const Mask any_facing = behind_below == behind_below;
   if (directionAxis(direction) != axis) return any_facing;
   return (direction & 1) == 0 ? behind_below : behind_below != any_facing;
 }
 
 /// How well a crossing is known: the greatest product of the weights at the edge's two ends, over
-/// the directions with a say that cross zero there; 0 if there are none. The edge's lower end is
+/// the directions that count and cross zero there; 0 if there are none. The edge's lower end is
 /// corner `c`.
 template <class Real, class Samples, class Mask>
 DTSDF_HD Real crossingWeight(const Samples& samples, int c, int axis, const Mask& behind_below) {
   const Real zero{0.0f};
   Real greatest = zero;
   for (int d = 0; d < kDirectionCount; ++d) {
-    if (!samples.maySpeak(d)) continue;  // it cannot cross zero
-    const auto crosses = speaksOnCrossing(d, axis, behind_below) &
+    if (!samples.mayBeActive(d)) continue;  // it cannot cross zero
+    const auto crosses = countsOnCrossing(d, axis, behind_below) &
                          ((samples.sdf(d, c) < zero) == behind_below) &
                          ((samples.sdf(d, c | 1 << axis) < zero) != behind_below);
     const Real product = samples.weight(d, c) * samples.weight(d, c | 1 << axis);
@@ -37,16 +37,16 @@ DTSDF_HD Real crossingWeight(const Samples& samples, int c, int axis, const Mask
   return greatest;
 }
 
-/// The product of two sums, one for each end of the edge: the weights of all directions with a say.
+/// The product of two sums, one for each end of the edge: the weights of all directions that count.
 template <class Real, class Samples, class Mask>
 DTSDF_HD Real votedWeight(const Samples& samples, int c, int axis, const Mask& behind_below) {
   const Real zero{0.0f};
   Real lower = zero, upper = zero;
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!samples.isObserved(d)) continue;
-    const auto speaks = speaksOnCrossing(d, axis, behind_below);
-    lower = lower + select(speaks, samples.weight(d, c), zero);
-    upper = upper + select(speaks, samples.weight(d, c | 1 << axis), zero);
+    const auto counts = countsOnCrossing(d, axis, behind_below);
+    lower = lower + select(counts, samples.weight(d, c), zero);
+    upper = upper + select(counts, samples.weight(d, c | 1 << axis), zero);
   }
   return lower * upper;
 }

@@ -17,13 +17,13 @@ DTSDF_HD int facingDirection(int axis, int facing) { return 2 * axis + facing; }
 // An Edge has lower[d] and upper[d], the samples of direction d at its two ends, and beyond(end,
 // d), the sample one voxel beyond the lower (0) or upper (1) end.
 
-/// The directions with a say on an edge: all but the one whose axis points along it from in front
+/// The directions that count on an edge: all but the one whose axis points along it from in front
 /// to behind.
-DTSDF_HD uint32_t speakingOnEdge(int axis, int facing) {
+DTSDF_HD uint32_t directionsOnEdge(int axis, int facing) {
   return kAllDirections & ~(1u << facingDirection(axis, 1 - facing));
 }
-DTSDF_HD bool speaksOnEdge(int direction, int axis, int facing) {
-  return (speakingOnEdge(axis, facing) >> direction & 1u) != 0;
+DTSDF_HD bool countsOnEdge(int direction, int axis, int facing) {
+  return (directionsOnEdge(axis, facing) >> direction & 1u) != 0;
 }
 
 /// Offset of a vertex on an edge that no direction crosses by itself: it divides the edge in the
@@ -31,7 +31,7 @@ DTSDF_HD bool speaksOnEdge(int direction, int axis, int facing) {
 template <class Edge>
 DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearness) {
   CornerVote<float> lower, upper;
-  visitDirections(speakingOnEdge(axis, facing), [&](int d) {
+  visitDirections(directionsOnEdge(axis, facing), [&](int d) {
     const Sample a = edge.lower[d], b = edge.upper[d];
     castVote(lower, a.sdf, a.weight, true, nearness);
     castVote(upper, b.sdf, b.weight, true, nearness);
@@ -48,14 +48,14 @@ DTSDF_HD bool crosses(const Sample& lower, const Sample& upper, int facing) {
          (lower.weight > 0.0f) & (upper.weight > 0.0f);
 }
 
-/// The directions with a say that cross an edge by themselves, bit d for direction d. The sides are
+/// The directions that count and cross an edge by themselves, bit d for direction d. The sides are
 /// those of sidesOfCorner() for the edge's two ends (possible_leaders.h).
 DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides, int axis,
                                      int facing) {
   const uint32_t behind = facing == 0 ? lower_sides : upper_sides;
   const uint32_t in_front = facing == 0 ? upper_sides : lower_sides;
   return (behind & ~in_front) >> kNegativeBit & observedDirections(in_front) &
-         speakingOnEdge(axis, facing);
+         directionsOnEdge(axis, facing);
 }
 
 /// Second difference of the distance along an edge: the mean of those known at its two ends; 0 if

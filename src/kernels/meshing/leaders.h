@@ -1,4 +1,4 @@
-/// Finds which directions speak for a surface in a unit, and which of them lead its sheets.
+/// Finds which directions are active in a unit, and which of these lead its sheets.
 #pragma once
 
 #include "kernels/meshing/unit_samples.h"
@@ -25,7 +25,7 @@ DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const R
   return select(total > zero, rise / total, zero);
 }
 
-/// How strongly a direction speaks for a surface in the unit; 0 if it does not. It must see both
+/// Confidence in a direction's surface in a unit; 0 if it is not active. It must have seen both
 /// sides of the surface (or a surface that touches a corner), and the gradient of its distance must
 /// lie less than 67.5 degrees from its axis (the gradient check of the paper's intra-directional
 /// filter). The gradient's length is ignored, as noise shortens it.
@@ -53,22 +53,22 @@ DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const R
 }
 
 /// Finds the directions that lead the unit's sheets; -1: no sheet. The strongest direction (the
-/// lowest of equally strong ones) leads the first sheet; its opposite leads the second if it speaks
-/// as well.
-/// @return The speaking directions, bit d for direction d.
+/// lowest of equally strong ones) leads the first sheet; its opposite leads the second if it is
+/// active as well.
+/// @return The active directions, bit d for direction d.
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits findLeaders(const Samples& samples, const Real& min_weight,
                           Bits (&leader)[kMaxSheets]) {
   const Real zero{0.0f};
   const Bits none{0};
-  Bits speaking = none;
+  Bits active = none;
   Real confidence[kDirectionCount], greatest = zero;
   leader[0] = leader[1] = Bits{-1};
   for (int d = 0; d < kDirectionCount; ++d) {
     confidence[d] = zero;  // not `? :`, which copies vectors in halves and stalls
-    if (samples.maySpeak(d)) confidence[d] = directionConfidence(samples, d, min_weight);
+    if (samples.mayBeActive(d)) confidence[d] = directionConfidence(samples, d, min_weight);
     const auto leads = confidence[d] > greatest;
-    speaking = speaking | select(confidence[d] > zero, Bits{1 << d}, none);
+    active = active | select(confidence[d] > zero, Bits{1 << d}, none);
     leader[0] = select(leads, Bits{d}, leader[0]);
     greatest = select(leads, confidence[d], greatest);
   }
@@ -76,7 +76,7 @@ DTSDF_HD Bits findLeaders(const Samples& samples, const Real& min_weight,
     const auto opposes = (confidence[d] > zero) & (leader[0] == Bits{d ^ 1});
     leader[1] = select(opposes, Bits{d}, leader[1]);
   }
-  return speaking;
+  return active;
 }
 
 }  // namespace dtsdf

@@ -32,7 +32,7 @@ struct EdgeSamples {
 /// Position of an edge's vertex, in voxels from the block's first voxel; anchored in a directional
 /// map.
 /// @param read Mask of directions whose samples are read in a directional map. It must include
-/// those with a say that cross the edge or, if there are none, all with a say.
+/// those that count and cross the edge or, if there are none, all that count.
 DTSDF_HD Vec3f placeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
                            bool directional, uint32_t read) {
   const int axis = edgeAxis(edge), facing = edgeFacing(edge);
@@ -56,7 +56,7 @@ DTSDF_HD Vec3f placeVertex(const MeshSettings& rules, const ArraysAround& arrays
     samples.upper[d] = b;
     crossing |= (crosses(a, b, facing) ? 1u : 0u) << d;
   });
-  crossing &= speakingOnEdge(axis, facing);
+  crossing &= directionsOnEdge(axis, facing);
   const float offset = edgeOffset(rules, samples, crossing, axis, facing);
   const Vec3f on_edge = vertexPosition(edge, offset);
   if (!directional) return on_edge;

@@ -19,7 +19,7 @@ struct MeshRules {
   float min_crossing_share = 0.015f;
 
   /// A crossing is also strong if the geometric mean of the summed weights at its ends, over all
-  /// directions with a say, times this share exceeds the same limit; in [0, 1]. At borders such
+  /// directions that count, times this share exceeds the same limit; in [0, 1]. At borders such
   /// crossings are off by half a voxel, but where noise scatters a surface over several directions
   /// they prevent holes.
   float voted_crossing_share = 0.05f;

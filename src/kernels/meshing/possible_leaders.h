@@ -3,7 +3,7 @@
 ///
 /// This rejects only directions that the other rules would reject, whatever the MeshRules. The
 /// leader of a sheet meets two conditions:
-/// - It speaks, so it has observed corners on both sides of a surface (directionConfidence()).
+/// - It is active, so it has observed corners on both sides of a surface (directionConfidence()).
 /// - Each corner has the vote of some direction other than the leader's opposite, which does not
 ///   vote (voteOnCorners()). So no corner was observed by the opposite alone, or by no direction.
 ///
@@ -32,8 +32,8 @@ DTSDF_HD uint32_t observedDirections(uint32_t sides) {
   return (sides | sides >> kBehindBit) & kAllDirections;
 }
 
-/// Directions that have observed both sides of a surface; no others can speak.
-DTSDF_HD uint32_t possibleSpeakers(uint32_t sides) {
+/// Directions that have observed both sides of a surface; no others can be active.
+DTSDF_HD uint32_t possiblyActive(uint32_t sides) {
   return sides & sides >> kBehindBit & kAllDirections;
 }
 
@@ -54,7 +54,7 @@ DTSDF_HD uint32_t sidesOfCorner(uint32_t sides_of_samples) {
 
 /// Directions that can lead a sheet of a unit, from the sides of its corners; 0: the unit is empty.
 DTSDF_HD uint32_t possibleLeaders(uint32_t sides_of_unit) {
-  return possibleSpeakers(sides_of_unit) & ~(sides_of_unit >> kExcludedBit);
+  return possiblyActive(sides_of_unit) & ~(sides_of_unit >> kExcludedBit);
 }
 
 }  // namespace dtsdf

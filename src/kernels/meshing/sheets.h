@@ -8,16 +8,16 @@
 
 namespace dtsdf {
 
-/// Marching cubes index of a sheet: its labels without the components that none of its speaking
+/// Marching cubes index of a sheet: its labels without the components that none of its active
 /// directions can see. kNotKnown if a component has a weak crossing.
-DTSDF_HD int sheetIndex(const MeshTables& tables, unsigned labels, unsigned speaking,
+DTSDF_HD int sheetIndex(const MeshTables& tables, unsigned labels, unsigned active,
                         unsigned weak_crossings) {
   uint8_t index = static_cast<uint8_t>(labels);
   for (int i = 0; i < tables.component_count[labels]; ++i) {
     const uint8_t component = tables.component[labels][i];
     const uint64_t crossings = tables.crossings[component];
     if (((crossings | crossings >> kFallingBit) & weak_crossings) != 0) return kNotKnown;
-    if ((tables.seen_from[component] & speaking) == 0) index = removeComponent(index, component);
+    if ((tables.seen_from[component] & active) == 0) index = removeComponent(index, component);
   }
   return index;
 }
@@ -49,7 +49,7 @@ DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samp
 template <class Samples, class Real, class Bits>
 DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, const Samples& samples,
                            const Real& greatest_weight, const Real& min_weight, const Bits& leader,
-                           const Bits& speaking, int (&result)[Samples::kUnits]) {
+                           const Bits& active, int (&result)[Samples::kUnits]) {
   for (int& index : result) index = kNotKnown;
   const auto has_leader = leader != Bits{-1};
   if (!any(has_leader)) return;
@@ -60,7 +60,7 @@ DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, con
   const Bits opposite = leader ^ Bits { 1 };
   for (int k = 0; k < Samples::kUnits; ++k) {
     if (lane(labels, k) == kNotKnown) continue;
-    const unsigned all = static_cast<unsigned>(lane(speaking, k));
+    const unsigned all = static_cast<unsigned>(lane(active, k));
     result[k] =
         sheetIndex(tables, static_cast<unsigned>(lane(labels, k)),
                    all & ~(1u << (lane(opposite, k) & 7)), static_cast<unsigned>(lane(weak, k)));
@@ -90,10 +90,10 @@ DTSDF_HD void labelUnits(const MeshTables& tables, const MeshRules& rules, const
   const auto greatest = maxWeight(samples);
   const auto least = typename Samples::Real{rules.min_weight_share} * greatest;
   typename Samples::Bits leader[kMaxSheets];
-  const auto speaking = findLeaders(samples, least, leader);
+  const auto active = findLeaders(samples, least, leader);
   int first[kUnits], second[kUnits];
-  sheetIndices(tables, rules, samples, greatest, least, leader[0], speaking, first);
-  sheetIndices(tables, rules, samples, greatest, least, leader[1], speaking, second);
+  sheetIndices(tables, rules, samples, greatest, least, leader[0], active, first);
+  sheetIndices(tables, rules, samples, greatest, least, leader[1], active, second);
   for (int k = 0; k < kUnits; ++k) result[k] = joinSheets(tables, first[k], second[k]);
 }
 

@@ -4,7 +4,7 @@
 /// The files of this folder are the stages of directional marching cubes (paper, Sec. V):
 ///
 ///   index   possible_leaders.h   which units can hold a surface at all
-///           leaders.h            which directions speak for a surface, and which lead its sheets
+///           leaders.h            which directions are active, and which of these lead its sheets
 ///           vote.h               on which side of a sheet each corner is
 ///           crossings.h          which crossings are too poorly known
 ///           sheets.h             marching cubes indices, without impossible components
@@ -77,11 +77,11 @@ DTSDF_HD UnitIndices indicesOf(const UnitLabels& labels) {
 // observed if its weight is positive. The rules take any type with the members of UnitOfGrid
 // (cuda/index_blocks.cu). If its Real holds values of several neighbouring units, the rules work on
 // all of these at once (UnitsOfRow, src/cpu/block_indexer.cpp). isObserved() may be false for a
-// direction without weight, maySpeak() for one that does not see both sides of a surface.
+// direction without weight, mayBeActive() for one that does not see both sides of a surface.
 
 /// A surface nearer to a corner than this, in voxels, touches it: its direction counts as having
 /// seen both sides there, as the vote may reverse the sign of such small distances (vote.h).
-/// Without this, a unit whose only corner behind the surface was reversed might have no speaking
+/// Without this, a unit whose only corner behind the surface was reversed might have no active
 /// direction, and leave a hole.
 constexpr float kTouching = 0.25f * MeshRules().nearness_voxels;
 

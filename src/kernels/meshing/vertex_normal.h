@@ -65,7 +65,7 @@ DTSDF_HD Vec3f vertexNormal(const Corners& corners, int edge, const Vec3f& posit
   const float t = minimum(maximum(offset, 0.0f), 1.0f);
   Vec3f sum{0.0f, 0.0f, 0.0f};
   for (int d = 0; d < (directional ? kDirectionCount : 1); ++d) {
-    if (directional && !speaksOnEdge(d, axis, facing)) continue;
+    if (directional && !countsOnEdge(d, axis, facing)) continue;
     const auto at = [&](const Vec3i& place) { return corners.sample(place, d); };
     const Sample lower = at(corner), upper = at(corner + unitStep(axis));
     if (!crosses(lower, upper, facing)) continue;

@@ -84,25 +84,13 @@ DTSDF_HD bool curvesOutOfSight(const LineInImage& line, float step, const LinkLi
   return fabsf(step) <= limits.rim_share * (minimum(*a, *b) - maximum(behind, 0.0f));
 }
 
-/// Results of linkByStep() other than 0 (no link): a link, or a step that is decided by the pixels
-/// around it.
-constexpr int32_t kLinked = 1, kOpenStep = 2;
-
-/// Classifies the step between two neighbours. Branch-free, so that the CPU can test several at
-/// once.
-DTSDF_HD int32_t linkByStep(float a, float b, const LinkLimits& limits) {
-  const auto is_small = static_cast<int32_t>(isPredicted(a, b, 0.0f, limits));
-  const int32_t are_measured = static_cast<int32_t>(a > 0.0f) & static_cast<int32_t>(b > 0.0f);
-  return are_measured * (kOpenStep - is_small);
-}
-
 /// Whether a pixel and the next in line lie on one surface.
 DTSDF_HD bool areLinked(const LineInImage& line, const LinkLimits& limits) {
   if (line.at + 1 >= line.count) return false;
   const float a = *line.inverse_depth, b = line.inverse_depth[line.stride];
-  const int32_t link = linkByStep(a, b, limits);
-  return link == kLinked || (link == kOpenStep && (goesOn(line, b - a, limits) ||
-                                                   curvesOutOfSight(line, b - a, limits)));
+  if (!(a > 0.0f && b > 0.0f)) return false;
+  return isPredicted(a, b, 0.0f, limits) || goesOn(line, b - a, limits) ||
+         curvesOutOfSight(line, b - a, limits);
 }
 
 /// The links of a pixel in an image of inverse depths.

@@ -95,17 +95,17 @@ class LevelStep : public Step {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (!frame_.isLevelled()) return std::nullopt;
     // The frame in which the floor is found is dropped, too.
-    const bool looks = !isKnown() && depth != nullptr;
-    if (looks && !isByImu()) lookForFloor(*depth);
+    const bool searches = !isKnown() && depth != nullptr;
+    if (searches && !isByImu()) findFloor(*depth);
     const std::optional<Eigen::Isometry3d> T_W_M = frame_.level();
-    if (looks || !T_W_M) {
+    if (searches || !T_W_M) {
       return Rejection{drop::kNotLevel, "the map is not level yet: " + frame_.levelProblem()};
     }
     frame.move(*T_W_M);
     return std::nullopt;
   }
 
-  void lookForFloor(const DepthFrame& frame) {
+  void findFloor(const DepthFrame& frame) {
     if (!floor_.add(frame)) return;
     if (floor_.floor()) return set(levelPose(*floor_.floor()));
     frame_.setLevelProblem(floor_.problem() +

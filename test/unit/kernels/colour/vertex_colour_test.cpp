@@ -16,7 +16,7 @@ struct Ends {
 
   VertexColour colour(int facing) const {
     return colourOf(meanOnEdge(
-        speakingOnEdge(0, facing), facing,
+        directionsOnEdge(0, facing), facing,
         [&](int d, bool is_upper) { return (is_upper ? upper : lower)[d].colour; },
         [&](int d, bool is_upper) { return (is_upper ? upper : lower)[d].sample; }));
   }

@@ -20,7 +20,7 @@ struct EdgeSamples {
 
 float offsetOn(const EdgeSamples& edge, int axis, int facing) {
   uint32_t crossing = 0;
-  visitDirections(speakingOnEdge(axis, facing), [&](int d) {
+  visitDirections(directionsOnEdge(axis, facing), [&](int d) {
     crossing |= (crosses(edge.lower[d], edge.upper[d], facing) ? 1u : 0u) << d;
   });
   return edgeOffset(MeshRules(), edge, crossing, axis, facing);

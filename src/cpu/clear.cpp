@@ -10,13 +10,6 @@
 namespace dtsdf {
 namespace {
 
-/// A voxel that loses evidence, and what the frame sees at its place.
-struct ContradictedVoxel {
-  int index;
-  bool is_covered;
-  Observation observation;
-};
-
 constexpr int kRows = kBlockSide * kBlockSide;
 
 /// The distances of an array, and whether each voxel has one (1) or not (0). A border of voxels
@@ -170,12 +163,12 @@ class RowJudge {
   float pixel_depth_m_[kBlockSide];
 };
 
-/// Finds the voxels of an array that lose evidence, before any of them changes, as feet depend on
-/// neighbours. @return their number.
+/// Finds the voxels of an array that lose evidence, and what becomes of them. None is changed yet,
+/// as feet depend on neighbours. @return their number.
 int findContradicted(const BlockCheck& check, int direction, const FrameSensing& sensing,
                      const FusionRules& rules, const Voxel* voxels,
-                     std::optional<DistanceGrid>& distances,
-                     ContradictedVoxel (&found)[kVoxelsPerBlock]) {
+                     std::optional<DistanceGrid>& distances, int (&index)[kVoxelsPerBlock],
+                     Voxel (&result)[kVoxelsPerBlock]) {
   const bool has_sums = check.sums != nullptr && (check.directions >> direction & 1);
   const Facing facing = facingOf(check.directional ? direction : kAnyDirection);
   int count = 0;
@@ -186,8 +179,10 @@ int findContradicted(const BlockCheck& check, int direction, const FrameSensing&
     for (int row = 0; row < kRows; ++row) {
       const uint32_t covered = has_sums ? check.sums->covered[direction].row(row) : 0u;
       if (covered == 0 && !check.in_turn) continue;
-      judge.judge(voxels, row, covered, [&](int index, bool is_covered, Observation observation) {
-        found[count++] = {index, is_covered, observation};
+      judge.judge(voxels, row, covered, [&](int i, bool is_covered, Observation observation) {
+        const int32_t frames = contradictionWeight(observation, is_covered, rules);
+        index[count] = i;
+        result[count++] = contradictedVoxel(voxels[i], frames, is_covered, rules);
       });
     }
   });
@@ -206,15 +201,16 @@ ClearedBlock clearBlock(const BlockCheck& check, const BlockEntry& entry,
     const bool has_sums = check.sums != nullptr && (check.directions >> d & 1);
     if (!has_sums && !check.in_turn) continue;
     Voxel* array = voxels.array(entry.array[d]);
-    ContradictedVoxel found[kVoxelsPerBlock];
-    const int count = findContradicted(check, d, sensing, rules, array, distances, found);
+    int index[kVoxelsPerBlock];
+    Voxel contradicted[kVoxelsPerBlock];
+    const int count =
+        findContradicted(check, d, sensing, rules, array, distances, index, contradicted);
     if (count == 0) continue;
     bool has_emptied = false;
     for (int i = 0; i < count; ++i) {
-      Voxel& voxel = array[found[i].index];
+      Voxel& voxel = array[index[i]];
       const bool was_empty = isEmpty(voxel);
-      const int32_t frames = contradictionWeight(found[i].observation, found[i].is_covered, rules);
-      voxel = contradictedVoxel(voxel, frames, found[i].is_covered, rules);
+      voxel = contradicted[i];
       result.changed |= !was_empty;
       has_emptied |= !was_empty && isEmpty(voxel);
     }

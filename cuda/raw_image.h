@@ -1,4 +1,4 @@
-/// The stages "copy" and "upload": copy a frame's raw image to the device.
+/// Uploads a frame's raw image to the device.
 #pragma once
 
 #include <cstring>
@@ -16,10 +16,11 @@ namespace gpu {
 class RawImage {
  public:
   /// Copies an image to pinned memory and enqueues its upload, band by band: each is uploaded while
-  /// the host copies the next one. The image may be freed on return. @pre The last upload is done.
+  /// the host copies the next one. The image may be freed on return. @pre The previous upload has
+  /// finished.
   template <class Frame>
   void upload(const Frame& frame, const Stream& stream) {
-    constexpr int kBandEnds[] = {3, 5, 6};  // in sixths; the device waits only for the last band
+    constexpr int kBandEnds[] = {3, 5, 6};  // in sixths; no copy hides the last upload
     const size_t row = packedRowBytes(frame);
     bytes_ = row * frame.height;
     pinned_raw_.reserve(bytes_);

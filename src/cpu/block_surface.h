@@ -1,4 +1,5 @@
-/// The stage "make" for one block on the CPU: makes its mesh from the labels in and around it.
+/// The stage "make" for one block on the CPU: makes its mesh from the labels of its units and of
+/// those around it.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +19,7 @@ namespace dtsdf {
 std::vector<Vec3f> vertexNormals(const ArraysAround& arrays,
                                  const std::vector<BlockVertex>& vertices, bool directional);
 
-/// Meshes blocks one by one. Each thread needs its own, as it holds buffers.
+/// Meshes blocks one by one. Each thread needs its own instance, since it holds buffers.
 class BlockSurface {
  public:
   /// Regularises the block's units and finds the edges of their triangles.
@@ -26,12 +27,12 @@ class BlockSurface {
   void regularise(const LabelNeighbourhood& labels);
 
   /// Makes the vertices and triangles of the regularised units. Marks triangles that span a gap.
-  /// @param known Vertices that were made while indexing, sorted by edge; any others are made here.
+  /// @param known Vertices made by the index stage, sorted by edge; missing ones are made here.
   void emit(const MeshSettings& rules, const ArraysAround& arrays,
             const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);
 
   /// Refines the mesh from emit(): each triangle becomes four.
-  /// @param normals Those of the known vertices.
+  /// @param normals The normals of `known`, in the same order.
   void refine(const MeshSettings& rules, const ArraysAround& arrays,
               const std::vector<BlockVertex>& known, const std::vector<Vec3f>& normals,
               bool directional, BlockMesh& mesh);
@@ -49,7 +50,7 @@ class BlockSurface {
   std::vector<std::pair<Vec3i, UnitIndices>> surface_units_;
   EdgeSet edges_;  ///< Edges that carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
-  bool is_pulled_far_[kGridEdges];  ///< isPulledFar() of each vertex.
+  bool is_pulled_far_[kGridEdges];  ///< By vertex, see isPulledFar().
   std::vector<Vec3f> normals_;      ///< One per edge vertex, if meshes are refined.
 };
 

@@ -14,7 +14,8 @@
 namespace dtsdf {
 namespace {
 
-/// Checks the size. @return an image of this size, still without pixels. @throws std::runtime_error
+/// @return an image of this size, without pixels yet. @throws std::runtime_error if it is too
+/// large.
 RgbImage emptyImage(size_t width, size_t height, const std::string& name) {
   if (width > 0 && height > 0 && width <= static_cast<size_t>(kMaxPixels) / height) {
     return {static_cast<int>(width), static_cast<int>(height), {}};
@@ -22,7 +23,7 @@ RgbImage emptyImage(size_t width, size_t height, const std::string& name) {
   throw std::runtime_error(name + " has more than " + std::to_string(kMaxPixels) + " pixels");
 }
 
-/// Converts a PNG to 8-bit RGB. @return the problem, or an empty text.
+/// Decodes a PNG to 8-bit RGB. @return the problem, or an empty string.
 std::string readPng(const uint8_t* data, size_t bytes, const std::string& name, RgbImage& image) {
   PngReader png(data, bytes);
   if (!png.isPng()) return png.problem();
@@ -44,7 +45,7 @@ std::string readPng(const uint8_t* data, size_t bytes, const std::string& name, 
   return "";
 }
 
-/// @return the problem, or an empty text.
+/// Decodes a JPEG to 8-bit RGB. @return the problem, or an empty string.
 std::string readJpeg(const uint8_t* data, size_t bytes, const std::string& name, RgbImage& image) {
   const std::unique_ptr<void, decltype(&tjDestroy)> jpeg(tjInitDecompress(), &tjDestroy);
   int width = 0, height = 0, sampling = 0, space = 0;

@@ -39,8 +39,8 @@ bool CameraView::maySee(const MetricBox& box, double depth_m) const {
          !isBeyond(0.0, -K.fy, bottom);
 }
 
-/// A frame changes voxels up to the truncation distance from its measurements, or from the surfaces
-/// that it looks through.
+/// A frame changes voxels within the truncation distance of its measurements, and of the surfaces
+/// that it sees through.
 bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperParams& params) {
   const auto voxel_m = static_cast<double>(params.map.voxel_size_m);
   const double margin_m =
@@ -51,7 +51,8 @@ bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperPar
 
 namespace {
 
-/// A voxel is painted at its surface, at most surface_distance away.
+/// A voxel takes the colour of the nearest point on its surface, which is at most surface_distance
+/// away.
 MetricBox pointsOf(const BlockExtent& blocks, double voxel_m, const ColourRules& rules) {
   const auto painted = static_cast<double>(rules.surface_distance);
   return boxOf(blocks, voxel_m * kBlockSide, voxel_m * (painted + kRounding_voxels));
@@ -64,9 +65,9 @@ bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperPa
   return image.maySee(pointsOf(blocks, params.map.voxel_size_m, rules), params.max_paint_depth_m);
 }
 
-/// Pieces of surface hide a point if they are on its ray to the camera, or no farther from it than
-/// the radius of a piece plus a cell of the image. pieceOf() computes the radius in pixels from fx,
-/// but uses it along both axes.
+/// A piece of surface may hide a point if it lies on the ray from the point to the camera, or is no
+/// farther from that ray than the radius of a piece plus a cell of the image. pieceOf() computes
+/// the radius in pixels from fx, but uses it along both axes.
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
                            const MapperParams& params, const ColourRules& rules) {
   const double voxel_m = params.map.voxel_size_m, block_m = voxel_m * kBlockSide;

@@ -1,4 +1,4 @@
-/// Casts one surfel into a frame's sums: the paper's modes with rays.
+/// Casts one surfel into a frame's sums, for the paper's two modes of ray casting.
 #pragma once
 
 #include "kernels/core/direction.h"
@@ -7,20 +7,20 @@
 
 namespace dtsdf {
 
-/// The unit vector along which a point's error most likely lies, if its surface is displaced along
-/// the normal n. It has the direction of C n, where C = I + sigma^2 r r^T is the point's covariance
-/// in voxels: a point may represent any place within a voxel, and its depth has the error sigma,
-/// `noise_voxels`, along the unit ray r. `ray` is r at any positive length.
+/// The unit vector along which a point's error most likely lies, given how far the point is off its
+/// surface along the normal n. It has the direction of C n, where C = I + sigma^2 r r^T is the
+/// point's covariance in voxels: a point may represent any place within a voxel, and its depth has
+/// the error sigma, `noise_voxels`, along the unit ray r. `ray` is a multiple of r.
 ///
-/// So an exact point is cast along its normal, and a very noisy one along its ray, where errors
-/// average out even if the normal is wrong, as at an edge smoothed by a wide window.
+/// So an exact point is cast along its normal, and a very noisy one along its ray. Along the ray,
+/// errors average out even if the normal is wrong, as at an edge smoothed by a wide window.
 DTSDF_HD Vec3f castDirection(const Vec3f& normal, const Vec3f& ray, float noise_voxels) {
   const float along_ray = noise_voxels * noise_voxels * dot(normal, ray) / dot(ray, ray);
   const Vec3f C_n = normal + along_ray * ray;
   return (1.0f / norm(C_n)) * C_n;
 }
 
-/// The line that a surfel is cast along, up to sampleReach() to each side.
+/// The line along which a surfel is cast, up to sampleReach() in both directions.
 DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const FrameSensing& sensing,
                                  const FusionSettings& fusion) {
   const float noise_voxels = noiseInVoxels(sensing, surfel.depth_m);
@@ -36,7 +36,8 @@ DTSDF_HD Vec3f permute(const Vec3f& v, int axis) {
   return axis == 0 ? v : (axis == 1 ? Vec3f{v.y, v.z, v.x} : Vec3f{v.z, v.x, v.y});
 }
 
-/// The vector on a surfel's plane, in voxels, for a step of `pixels` along the image axis `axis_C`.
+/// The vector in a surfel's plane, in voxels, that a step of `pixels` along the image axis `axis_C`
+/// corresponds to.
 DTSDF_HD Vec3f stepOnPlane(const Surfel& surfel, const FrameView& frame, const Vec3f& axis_C,
                            float focal_px, float pixels) {
   const Vec3f ray = surfel.p_L - frame.T_L_C.t, axis_L = rotate(frame.T_L_C, axis_C);
@@ -111,9 +112,8 @@ DTSDF_HD void castPlanes(const SampleLine& line, const MeasuredSides& sides,
   }
 }
 
-/// Calls add(voxel, sample, sdf) for each sample of a surfel whose weight is positive, with the
-/// voxel in local coordinates and its distance in fixed point. Consecutive samples are often in the
-/// same block.
+/// Calls add(voxel, sample, sdf) for each of a surfel's samples with a positive weight: `voxel` is
+/// in local coordinates, `sdf` in fixed point. Consecutive samples are often in the same block.
 template <class Add>
 DTSDF_HD void castSurfel(const SampleLine& line, const MeasuredSides& sides,
                          const FusionSettings& fusion, Add& add) {

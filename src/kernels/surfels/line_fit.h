@@ -1,5 +1,4 @@
-/// Straight lines fitted to inverse depths along a row or down a column, as far as pixels are
-/// linked.
+/// Fits straight lines to inverse depths along a row or down a column, as far as pixels are linked.
 ///
 /// On a curved surface, a line fitted to one side of a pixel would have the slope at the middle of
 /// that side. So both sides end where the shorter one does, unless the noise requires more pixels.
@@ -11,11 +10,11 @@ namespace dtsdf {
 
 /// Parameters of windowRadius().
 struct FitWindow {
-  float voxels_px_m;  ///< Half width that the voxels require, in pixels at 1 m.
-  float max_px;
+  float voxels_px_m;  ///< Half width for the voxel size, in pixels at 1 m depth.
+  float max_px;       ///< Largest half width.
   DepthNoise noise;
   float focal_px;
-  float turn;  ///< 1.155 times the angle by which noise may turn a normal.
+  float turn;  ///< 1.155 times the largest standard deviation of a normal's angle.
 };
 
 /// With noise sigma, the slope of a plane fitted over a square of half width r has the standard
@@ -30,8 +29,8 @@ DTSDF_HD FitWindow fitWindow(const FrameView& frame, const DepthNoise& noise,
 
 /// Half widths of a window, in pixels.
 struct WindowRadius {
-  int32_t both;      ///< To both sides: what the voxels or the noise require, within the limits.
-  int32_t one_side;  ///< After the other side has ended: what the noise requires.
+  int32_t both;      ///< While both sides continue: for voxel size and noise, within limits.
+  int32_t one_side;  ///< After the other side has ended: for noise only, at least 1.
 };
 
 DTSDF_HD WindowRadius windowRadius(float inverse_depth, const FitWindow& window) {
@@ -46,12 +45,12 @@ DTSDF_HD WindowRadius windowRadius(float inverse_depth, const FitWindow& window)
 /// A line of pixels around a centre.
 struct PixelLine {
   int64_t stride;     ///< Between neighbours in the image arrays.
-  PixelLinks link;    ///< The link that a pixel has to the next: kLinkRight or kLinkDown.
-  int before, after;  ///< Maximum number of pixels to each side.
-  int one_side;       ///< The same after the other side has ended.
+  PixelLinks link;    ///< Links a pixel to the next one: kLinkRight or kLinkDown.
+  int before, after;  ///< Maximum number of pixels on each side.
+  int one_side;       ///< Maximum after the other side has ended.
 };
 
-/// The line of pixels around number `at` of `count`, as far as it lies in the image.
+/// The line around pixel number `at` of a row or column of `count` pixels.
 DTSDF_HD PixelLine lineAround(int at, int count, int64_t stride, PixelLinks link,
                               const WindowRadius& radius) {
   const int last = count - 1 - at;
@@ -59,17 +58,18 @@ DTSDF_HD PixelLine lineAround(int at, int count, int64_t stride, PixelLinks link
           last < radius.both ? last : radius.both, radius.one_side};
 }
 
-/// The pixels of a row around column u.
+/// The pixels around column u in a row.
 DTSDF_HD PixelLine rowAround(int u, int width, const WindowRadius& radius) {
   return lineAround(u, width, 1, kLinkRight, radius);
 }
 
-/// The pixels of a column around row v.
+/// The pixels around row v in a column.
 DTSDF_HD PixelLine columnAround(int v, const FrameView& frame, const WindowRadius& radius) {
   return lineAround(v, frame.height, frame.width, kLinkDown, radius);
 }
 
-/// A straight line fitted to inverse depths; see LineWalk for companions.
+/// A straight line fitted to inverse depths. A companion is a second value of each pixel, which is
+/// averaged over the same samples.
 struct LineFit {
   float value;           ///< At the centre.
   float slope;           ///< Per pixel.
@@ -79,8 +79,8 @@ struct LineFit {
 
 DTSDF_HD LineFit noFit() { return {0.0f, 0.0f, 0.0f, 0}; }
 
-/// A walk from the centre to both sides, with sums over its samples: y is the value at offset k
-/// less that at the centre; the companion is another value of the same pixel.
+/// A walk from the centre in both directions, with sums over its samples: y is the value at offset
+/// k minus the value at the centre.
 struct LineWalk {
   int32_t before_open, after_open;  ///< 1 until that side ends, then 0.
   float before, after;              ///< Samples taken.
@@ -94,9 +94,9 @@ struct SideSample {
   float y, companion;
 };
 
-/// Takes the samples `step` pixels to each side, unless the walk has ended there. If `may_diverge`
-/// is 1, one side may continue without the other. Branch-free, so that the CPU can walk from
-/// several pixels at once.
+/// Adds the samples `step` pixels away on both sides, unless the walk has ended on that side. If
+/// `may_diverge` is 1, one side may continue without the other. Branch-free, so that the CPU can
+/// walk from several pixels at once.
 DTSDF_HD void takeStep(LineWalk& walk, float step, int32_t may_diverge, const SideSample& before,
                        const SideSample& after) {
   walk.before_open &= before.continues;
@@ -114,8 +114,8 @@ DTSDF_HD void takeStep(LineWalk& walk, float step, int32_t may_diverge, const Si
   walk.companion += takes_before * before.companion + takes_after * after.companion;
 }
 
-/// Whether a walk continues to a pixel (1 or 0): it has a value, and is linked to the pixel before.
-/// `links` belongs to whichever of the two pixels comes first in the image.
+/// Whether a walk continues to a pixel (1 or 0): it has a value, and is linked to the last pixel of
+/// the walk. `links` belongs to whichever of the two pixels comes first in the image.
 DTSDF_HD int32_t continuesWalk(float current, PixelLinks links, PixelLinks link) {
   return static_cast<int32_t>(current > 0.0f) & static_cast<int32_t>((links & link) != 0);
 }
@@ -166,7 +166,7 @@ DTSDF_HD LineFit fitLine(const LineSamples& centre, const PixelLine& line) {
   return finishLine(*centre.value, walk);
 }
 
-/// A row's fit as the column pass uses it: none if it has no slope.
+/// The fit of a row for the column fits to use: none if it has no slope.
 DTSDF_HD LineFit rowFitOf(const LineFit& fit) { return fit.count < 2 ? noFit() : fit; }
 
 /// The fit around pixel u of a row of inverse depths.

@@ -12,7 +12,8 @@ namespace noise_test {
 
 const SurfelSettings kSurfels{16, 0.03f, SurfelRules(), 0};
 
-/// Time of flight: 3 mm at 2 m is a deviation of 3 mm * (0.5 1/m)^2 in inverse depth there.
+/// The noise of time of flight is uniform in depth: 3 mm at a depth of 2 m, an inverse depth of
+/// 0.5/m, is 3 mm * (0.5/m)^2 in inverse depth.
 TEST(Noise, IsInDepthForTimeOfFlight) {
   const SurfelSettings flight{16, 0.03f, SurfelRules(), 1};
   float line[kNoiseLength];
@@ -44,7 +45,7 @@ TEST(Noise, LinesAcrossEdgesDoNotCount) {
   }
 }
 
-/// The window is the smallest in which the normal scatters by at most the limit, give or take 5 %.
+/// The window is the smallest in which the normal scatters by at most the limit, to within 5 %.
 TEST(Noise, WindowLimitsNormalScatter) {
   constexpr float kNoise = 0.0019f, kDepth_m = 2.0f, kFocal = 525.0f;
   FrameView frame{};
@@ -53,12 +54,12 @@ TEST(Noise, WindowLimitsNormalScatter) {
   const WindowRadius found = windowRadius(1.0f / kDepth_m, window);
   const int radius = found.both;
   EXPECT_EQ(found.one_side, radius);
-  const auto slopeDeviation = [](int r) {  // of the slope along a row, for a noise of 1
+  const auto slopeDeviation = [](int r) {  // along a row, for a noise of 1
     double spread = 0.0;
     for (int k = -r; k <= r; ++k) spread += static_cast<double>(k) * k * (2 * r + 1);
     return 1.0 / std::sqrt(spread);
   };
-  const double turn = kNoise * kDepth_m * kFocal;  // of the normal, per unit of slopeDeviation
+  const double turn = kNoise * kDepth_m * kFocal;  // angle of the normal per slope
   EXPECT_LE(turn * slopeDeviation(radius), 1.05 * kSurfels.rules.largest_noise_turn);
   EXPECT_GT(turn * slopeDeviation(radius - 1), kSurfels.rules.largest_noise_turn);
 }

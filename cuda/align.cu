@@ -24,7 +24,7 @@ constexpr int kSums = sizeof(AlignmentSums) / sizeof(int64_t);
 static_assert(sizeof(AlignmentSums) % sizeof(int64_t) == 0, "nothing but 64-bit integers");
 static_assert(kSums <= kAlignThreads, "one thread per sum");
 
-/// findSurface() by the kLanes threads of a point: each tries another place along the normal.
+/// findSurface() by the kLanes threads of a point: each tries a different place along the normal.
 template <class VoxelAt>
 __device__ FieldSample findSurfaceInLanes(const Vec3f& p_L, const Vec3f& normal, bool directional,
                                           float reach, VoxelAt& voxel) {

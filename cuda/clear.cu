@@ -287,7 +287,7 @@ void Clearing::reserve(const FrameCounters& counters, size_t in_view) {
   empty_blocks_.reserve(counters.touched + in_view);
 }
 
-/// The previous frame is done, so no kernel reads its list any more.
+/// The previous frame is done, so no kernel still reads its list.
 void Clearing::storeInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view) {
   in_view_count_ = sensing.hasFreeDepth() ? static_cast<uint32_t>(in_view.size()) : 0;
   std::copy_n(in_view.begin(), in_view_count_, in_view_.data());

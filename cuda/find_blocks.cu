@@ -10,7 +10,7 @@ namespace gpu {
 namespace {
 
 constexpr size_t kFirstCapacity = 8192;
-/// A longer search means that the table, which should be at most half full, is too full.
+/// Longer searches mean that the table, which should be at most half full, is too full.
 constexpr int kMaxProbes = 1024;
 
 /// One thread per entry of the hash table.

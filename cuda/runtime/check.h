@@ -11,7 +11,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Whether a process cannot use the GPU any more after this error, and has to be restarted.
+/// Whether a process can no longer use the GPU after this error, and has to be restarted.
 bool isLost(cudaError_t code);
 
 /// For tests: makes the n-th checked call from now on, counted from 1, fail with `code`, and all

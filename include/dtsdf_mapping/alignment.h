@@ -6,7 +6,7 @@
 
 namespace dtsdf {
 
-/// The pose of a camera at a time.
+/// The pose of a camera at one time.
 struct StampedPose {
   double stamp_s;           ///< Time, in seconds.
   Eigen::Isometry3d T_W_C;  ///< Optical frame to map frame, in metres.
@@ -15,8 +15,8 @@ struct StampedPose {
 /// Expected error of a pose: standard deviations per axis. Directions that the image does not
 /// constrain, such as along a plain corridor, stay at the prior.
 struct PosePrior {
-  double sigma_m = 0.05;     ///< Of the position, in metres.
-  double sigma_rad = 0.035;  ///< Of the orientation, in radians.
+  double sigma_m = 0.05;     ///< For the position, in metres.
+  double sigma_rad = 0.035;  ///< For the orientation, in radians.
   /// Where the search starts, if not at the frame's pose: an image may fit at several poses.
   std::optional<Eigen::Isometry3d> start_T_W_C = std::nullopt;
   /// Pose for which Alignment::compared_share is computed, if any.
@@ -28,7 +28,7 @@ enum class AlignmentStatus {
   kAligned,    ///< The image fits the map at `T_W_C`.
   kUnmapped,   ///< The map contains too little of what the image shows.
   kMisfit,     ///< The image does not fit the map: wrong place, or a pose too far off.
-  kAmbiguous,  ///< Several places of the map look like it (place_search.h).
+  kAmbiguous,  ///< Several places in the map look like the image (place_search.h).
   kUnsure,     ///< Fits again after tracking was lost, but not for enough images yet.
 };
 

@@ -63,7 +63,8 @@ struct PageStats {
 struct MapStats {
   size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels, in memory.
   size_t voxel_arrays = 0;  ///< Directional arrays in use, over all these blocks.
-  /// Bytes of blocks, arrays and colours in memory. At most max_map_bytes, but see there.
+  /// Bytes of blocks, arrays and colours in memory. At most max_map_bytes; see there for an
+  /// exception.
   size_t map_bytes = 0;
   uint64_t refused_blocks = 0;  ///< Requests refused since the start or the last clear().
   size_t colour_bytes = 0;      ///< Part of map_bytes that holds colour; 0 before any painting.

@@ -46,7 +46,7 @@ class PoseRefiner {
   double variance_m2_ = 0.0, variance_rad2_ = 0.0;  ///< Variances of T_W_O, at the camera.
   std::optional<Eigen::Isometry3d> last_T_O_C_;
   std::optional<Eigen::Isometry3d> last_T_W_C_;  ///< Best fit of the last image, if it was aligned.
-  double last_share_ = 0.0;                      ///< Share of that image's points on surfaces.
+  double last_share_ = 0.0;                      ///< Share of that image's points that fit the map.
   AlignmentGain gain_;
   bool has_aligned_ = false;
 };

@@ -65,7 +65,7 @@ struct SpaceCube {
   }
 };
 
-/// Changes of space.
+/// Changes to space.
 struct SpaceChanges {
   bool begins_anew = false;      ///< Discard all earlier cubes first.
   std::vector<SpaceCube> cubes;  ///< They replace earlier ones; a cube of zeros is unknown again.

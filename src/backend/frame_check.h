@@ -59,7 +59,7 @@ IntegrationResult refuse(FrameStatus status, const std::string& message);
 
 IntegrationResult noMeasurement(const DepthFrame& frame, const MapperParams& params);
 
-/// Result for a colour frame that sees no surface of the map.
+/// Result for a colour frame that sees no surface of the map well enough to paint it.
 IntegrationResult nothingToPaint();
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// Dropping triangles that span gaps, the same for both backends.
+/// Drops triangles that span gaps, for both backends.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"

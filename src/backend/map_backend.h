@@ -45,7 +45,7 @@ struct SeenColours {
 /// A view of the map to render.
 struct ViewRequest {
   FrameView frame;
-  int32_t min_evidence;  ///< Evidence that a surface needs.
+  int32_t min_evidence;  ///< Minimum evidence of a surface.
   bool has_colours;
 };
 
@@ -148,7 +148,7 @@ class MapBackend {
   virtual void takeColours(const ColourFrame& frame) = 0;
 
   /// Finds which surfaces the image of takeColours() shows.
-  /// @param min_evidence Evidence that a surface needs.
+  /// @param min_evidence Minimum evidence of a surface.
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
   virtual SeenColours findColours(const FrameView& view, int32_t min_evidence,
                                   const std::vector<int32_t>& in_view) = 0;
@@ -166,7 +166,8 @@ class MapBackend {
   /// Marks all blocks. Once they are marked as painted, all meshes have colours.
   virtual void markAll(const MeshMarks& marks) = 0;
 
-  /// Starts to mesh the marked blocks. @param min_evidence Evidence that a voxel needs.
+  /// Starts to mesh the marked blocks. @param min_evidence Voxels with less evidence count as
+  /// unknown.
   virtual void beginMesh(int32_t min_evidence) = 0;
 
   /// Waits until an extraction under way has read the map, so that the map may change.

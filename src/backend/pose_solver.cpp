@@ -16,8 +16,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // Unknowns of the normal equations: a rotation about the camera, along the axes of the map, then a
 // translation in voxels.
 
-/// Smallest residual assumed: the map's surfaces are not more exact, and a scene without noise
-/// would outweigh any prior.
+/// Smallest residual to assume: the map's surfaces are no more exact than this, and without noise
+/// they would outweigh any prior.
 constexpr double kMinResidual_voxels = 0.05;
 
 constexpr double kUnit = 1.0 / kAlignmentScale;

@@ -41,7 +41,7 @@ constexpr int kRows = kBlockSide * kBlockSide;
 /// The first corner of a row.
 int cornerOfRow(int row) { return cornerIndex(0, row % kBlockSide, row / kBlockSide); }
 
-/// Splits a row of voxels into distances and weights; the same as sampleOf().
+/// Splits a row of voxels into distances and weights, as sampleOf() does for one voxel.
 void copyRow(const Voxel* from, int32_t min_evidence, float* sdf, float* weight) {
   const VoxelRow row(from);
   row.sdf().store(sdf);

@@ -48,7 +48,7 @@ class EdgeSet {
   uint64_t bits_[kWords] = {};
 };
 
-/// Indexes blocks one by one. Each thread needs its own, as it holds buffers.
+/// Indexes blocks one by one. Each thread needs its own instance, since it holds buffers.
 class BlockIndexer {
  public:
   /// Labels a block's units, before regularisation.

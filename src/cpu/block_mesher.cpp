@@ -145,7 +145,7 @@ void BlockMesher::select(const BlockKey& key, std::vector<int32_t>& slots) {
   slots.push_back(slot);
 }
 
-/// Vertices that were made while indexing need no voxels; colours do.
+/// Vertices made by the index stage need no voxels; colours do.
 bool BlockMesher::willReadVoxels(int32_t slot) const {
   const SlotState& state = state_[slot];
   return !state.labels.empty() && (has_colours_ || state.vertices.empty());

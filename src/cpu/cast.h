@@ -40,7 +40,7 @@ void findCovered(BlockSums& sums, int direction);
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums);
 
-/// The same for voxel projection: each voxel takes the surfel of the pixel that it projects to.
+/// Like cast(), for voxel projection: each voxel takes the surfel of the pixel that it projects to.
 void project(const TouchedBlock& block, const std::vector<Surfel>& surfels, const FrameView& frame,
              const FusionSettings& fusion, BlockSums& sums);
 

@@ -378,7 +378,7 @@ class CpuBackend : public MapBackend {
   FreeCellFinder free_cell_finder_;
   FrameSensing sensing_ = {};           ///< From the last depth image.
   std::vector<uint64_t> last_touched_;  ///< Per slot, the last frame that touched it; 0: none.
-  std::vector<CubeMask> free_cubes_;    ///< Cells seen free by an image not yet fused.
+  std::vector<CubeMask> free_cubes_;    ///< Cells that an image not yet fused sees through.
   FrameOutcome outcome_;
   MeshUpdate meshes_;
   Profile* profile_ = nullptr;

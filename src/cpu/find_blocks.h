@@ -11,7 +11,8 @@
 
 namespace dtsdf {
 
-/// What casting needs of a surfel, in one cache line: a block's surfels are scattered in memory.
+/// What casting needs of a surfel, in one cache line, since a block's surfels are scattered in
+/// memory.
 struct alignas(64) StoredLine {
   SampleLine line;
   float weight[3];     ///< One per direction.

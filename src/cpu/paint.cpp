@@ -97,7 +97,7 @@ void drawRows(const SurfacePiece* pieces, int count, int32_t width, float* hidin
   }
 }
 
-/// The same as drawSurface() for each piece. May rewrite up to kCells cells after the image.
+/// Draws each piece as drawSurface() does. May rewrite up to kCells cells after the image.
 void drawPieces(const SurfacePiece* pieces, int count, int32_t width, float* hiding_m) {
   withWidestVectors([&] { drawRows(pieces, count, width, hiding_m); });
 }
@@ -137,8 +137,8 @@ void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixe
   }
 }
 
-/// The same as halvedPixel() for a row. Only if the finer level is one pixel wide does a pixel
-/// reach beyond it.
+/// Computes halvedPixel() for a row. Only if the finer level is one pixel wide does a pixel reach
+/// beyond it.
 void halveRow(const ColourImage& image, int level, int32_t v, ColourPixel* __restrict__ row) {
   const ColourLevel& finer = image.level[level - 1];
   const int32_t inside = finer.width / 2;

@@ -1,4 +1,4 @@
-/// The stage "see free" on the CPU: finds the cells of space that a depth image sees free.
+/// The stage "see free" on the CPU: finds the cells of space that a depth image sees through.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ class FreeCellFinder {
         threads_(threads),
         levels_(kFreeLevels) {}
 
-  /// The cells seen free, for those cubes that have any.
+  /// The cells that the image sees through, for the cubes that have any.
   /// @pre The frame has free depths.
   std::vector<CubeMask> find(const FrameSensing& sensing, const std::vector<Vec3i>& cubes) {
     const FrameView& frame = sensing.image.frame;

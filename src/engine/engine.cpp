@@ -146,8 +146,8 @@ std::vector<int32_t> Engine::prepareForFrame(const FrameView& view) {
   return blocksInView(view);
 }
 
-/// Blocks in view, which a frame may clear without touching them; none without a clearing stage.
-/// Called before applyPendingWork(), to overlap with the work of a device.
+/// Blocks in view, which a frame may clear without touching them; none without a clearing stage. A
+/// frame first calls this before applyPendingWork(), to overlap with the work of a device.
 std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
   if (!clearsFreeSpace(params_)) return {};
   const StageTimer timer(profile_, Stage::kClear);

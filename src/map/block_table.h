@@ -151,7 +151,7 @@ class BlockTable {
   /// @return whether the block has no arrays left.
   bool vacate(int32_t slot, uint32_t directions);
 
-  /// Notes that an extraction of the meshes of all blocks begins.
+  /// Notes that an extraction of meshes begins.
   void noteExtraction() { ++extractions_; }
   uint32_t extractions() const { return extractions_; }  ///< Number of extractions begun so far.
 
@@ -168,7 +168,8 @@ class BlockTable {
   /// update has reported that their meshes are gone.
   std::vector<int32_t> takeVacant();
 
-  /// Blocks with arrays that may have voxels in a region, which is in units of voxels; by slot.
+  /// Blocks with arrays that may have voxels in a region, which is in units of voxels; in the order
+  /// of their slots.
   std::vector<int32_t> slotsIn(const RegionView& region) const;
 
   /// Blocks in view of a frame, each taken as a ball of `radius` voxels, and others near them, in

@@ -1,5 +1,5 @@
 /// Allocates the space of a file in runs of units. A run is taken from the shortest free run that
-/// is long enough (of several, the first); if there is none, the file grows.
+/// is long enough (the first, if several are equally short); if there is none, the file grows.
 #pragma once
 
 #include <cstddef>

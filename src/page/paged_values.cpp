@@ -9,7 +9,8 @@ namespace {
 /// need not make room.
 constexpr size_t kFreedShare = 8;
 
-/// After a failure, the number of values that are kept before the disk is tried again.
+/// After a failure, the number of values that are added or read back before the disk is tried
+/// again.
 constexpr size_t kKeptBetweenTries = 64;
 
 /// Memory of an entry and its node in a table, including the allocator's overhead.

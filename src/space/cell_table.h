@@ -28,7 +28,7 @@ class CellTable {
     return sectors_.open(packKey(sectorOfCube(cube))).make(cubeInSector(cube));
   }
 
-  /// Removes a cube if none of its cells is known any more.
+  /// Removes a cube if it has no known cells left.
   void removeIfEmpty(const Vec3i& cube) {
     const PackedKey key = packKey(sectorOfCube(cube));
     const std::shared_ptr<const CellSector> sector = sectors_.find(key);

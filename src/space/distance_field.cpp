@@ -14,14 +14,14 @@ namespace {
 /// vector register holds more of them.
 constexpr int kMaxReachOf16Bits = 127;
 
-/// Sectors computed at once: 16 MiB of values in addition to the stored ones, fewer for a long
-/// reach.
+/// Maximum number of sectors computed at once: their values take 16 MiB in addition to the stored
+/// ones. With a long reach, kMaxPlanesAtOnce allows fewer.
 constexpr size_t kMaxSectorsAtOnce = 256;
 constexpr int kMaxPlanesAtOnce = 1 << 15;
-/// Sectors in the box around these, extended by the reach.
+/// Maximum number of sectors in the box around these, extended by the reach.
 constexpr uint64_t kMaxPlaces = uint64_t{1} << 15;
 
-/// Changed cubes that are processed at once, to limit memory.
+/// Approximate number of changed cubes that are processed at once, to limit memory.
 constexpr int kMaxCubesAtOnce = 1 << 16;
 
 /// Swaps x and z, because packed keys sort by z first.

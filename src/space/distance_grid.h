@@ -36,8 +36,8 @@ struct GridDistances {
 GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
                           const Eigen::Matrix3d& R_F_W);
 
-/// Space in a box, as if all cells with centres in `cleared` were free; unknown elsewhere. @pre The
-/// regions are valid, see findProblem().
+/// Space in and around a box, as if all cells with centres in `cleared` were free. Far from the
+/// box, all is unknown. @pre The regions are valid, see findProblem().
 /// @throws std::runtime_error for a box that is too large, or beyond the coordinates of a map.
 SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared,
                         const SpaceSnapshot& space);

@@ -151,7 +151,7 @@ void SpaceMap::recountAfterLoss() {
   });
 }
 
-/// Forgets free cells of a cube, and removes it if no cell of it is known any more.
+/// Forgets free cells of a cube, and removes it if it has no known cells left.
 void SpaceMap::forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells) {
   if (!overlap(known.free, cells)) return;
   CubeCells& cube = table_.at(key);

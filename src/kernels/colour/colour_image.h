@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// An RGB pixel; `unused` fills it up to a word.
+/// An RGB pixel, padded to a word by `unused`.
 struct ColourPixel {
   uint8_t red, green, blue, unused;
 };
@@ -23,7 +23,7 @@ DTSDF_HD ColourPixel takePixel(const uint8_t* pixel, const PixelLayout& layout) 
   return {pixel[layout.red], pixel[layout.green], pixel[layout.blue], 0};
 }
 
-/// Number of levels: the full image, then copies half as wide and high as the one before.
+/// Number of levels: the full image, then copies, each half as wide and high as the previous one.
 constexpr int kColourLevels = 4;
 
 struct ColourLevel {
@@ -88,7 +88,7 @@ DTSDF_HD ColourPixel meanOf(const ColourPixel& a, const ColourPixel& b, const Co
   return mean;
 }
 
-/// A pixel of a level, computed from the level before.
+/// A pixel of a level, computed from the previous level.
 DTSDF_HD ColourPixel halvedPixel(const ColourImage& image, int level, int32_t u, int32_t v) {
   const ColourLevel& finer = image.level[level - 1];
   return meanOf(pixelAt(image, finer, 2 * u, 2 * v), pixelAt(image, finer, 2 * u + 1, 2 * v),
@@ -96,15 +96,15 @@ DTSDF_HD ColourPixel halvedPixel(const ColourImage& image, int level, int32_t u,
                 pixelAt(image, finer, 2 * u + 1, 2 * v + 1));
 }
 
-/// The coarsest level whose pixels are at most `width_px` pixels of the full image wide; 0 if there
-/// is none.
+/// The coarsest level at which a pixel spans at most `width_px` pixels of the full image; 0 if
+/// there is none.
 DTSDF_HD int levelOfWidth(float width_px) {
   int level = 0;
   for (int l = 1; l < kColourLevels; ++l) level += width_px >= static_cast<float>(1 << l) ? 1 : 0;
   return level;
 }
 
-/// Each from 0 to 255.
+/// A colour; each channel is from 0 to 255.
 struct Rgb {
   float red, green, blue;
 };

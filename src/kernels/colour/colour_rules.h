@@ -24,7 +24,7 @@ struct ColourRules {
   int32_t min_overlap = 256;
 };
 
-/// The settings that the rules of painting need.
+/// Settings of the painting rules.
 struct PaintSettings {
   int32_t directional;
   int32_t fixed_exposure;     ///< 1: the image's values are used unchanged.

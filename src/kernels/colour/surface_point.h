@@ -22,7 +22,7 @@ struct PointView : PaintSettings {
   int32_t min_evidence;  ///< Minimum evidence of a known voxel, as in the mesh.
 };
 
-/// Whether a voxel is known and near its surface. A cheap test, which rules most voxels out.
+/// Whether a voxel is known and near its surface. A cheap test that rules out most voxels.
 DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel) {
   return (evidenceOf(voxel) >= view.min_evidence) &
          (fabsf(sdfOf(voxel)) <= view.rules.surface_distance);

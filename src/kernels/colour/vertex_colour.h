@@ -71,11 +71,11 @@ struct ColouredCorners {
 };
 
 /// Distance in voxels within which an unpainted vertex takes the colour of painted voxels. (For a
-/// house in waves of colour, with voxels of 25 mm, the RMSE in CIE Lab is 6.5 with 1, 6.1 with 2
-/// and 6.0 with 3.)
+/// house coloured in waves, at 25 mm, the root mean square colour error in CIE Lab is 6.5 with 1,
+/// 6.1 with 2 and 6.0 with 3.)
 constexpr int kFillReach = 2;
 
-/// The directions with bricks of colours for the corners in a box.
+/// The directions that have bricks of colours at corners in a box.
 DTSDF_HD uint32_t directionsIn(const ColouredCorners& corners, const Vec3i& first,
                                const Vec3i& last) {
   uint32_t directions = 0;

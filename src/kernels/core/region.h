@@ -1,4 +1,4 @@
-/// Tests of points and voxels against a region of space. They use doubles, which hold voxel
+/// Tests whether points and voxels lie in a region of space. All use doubles, which hold voxel
 /// coordinates exactly anywhere in a map.
 #pragma once
 

@@ -1,4 +1,4 @@
-/// Functions in place of branches. A rule written with them works on single values (here) or on
+/// Functions that replace branches. A rule written with them works on single values (here) or on
 /// vectors of several voxels or mesh units (src/cpu/lanes.h).
 #pragma once
 

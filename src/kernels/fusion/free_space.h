@@ -6,9 +6,9 @@
 ///
 /// A voxel is tested at its place: its foot; its anchor, if the frame covers the voxel (without an
 /// anchor it is not tested); or the voxel itself, if it has no distance. The frame contradicts the
-/// voxel if it sees free space there at all of the 3 x 3 points around that are in the image. So it
-/// contradicts nothing next to an outline or a thin object, nor where the free depth is unknown. At
-/// an outline it may take back a support (contradicts()).
+/// voxel if it sees free space there at all of the 3 x 3 points around it that are in the image. So
+/// it contradicts nothing next to an outline or a thin object, or where the free depth is unknown.
+/// At an outline it may take back a support (contradicts()).
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -208,8 +208,8 @@ enum class Observation : uint32_t {
   kFree,       ///< All pixels around look through the place.
 };
 
-/// The depth beyond which a frame must see to look through a voxel's place. For an empty voxel it
-/// is a voxel farther than the place. Infinite outside the image.
+/// The depth that must be free for a frame to look through a voxel's place: that of the place or,
+/// for an empty voxel, one voxel more. Infinite outside the image.
 DTSDF_HD float judgedDepth(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
   constexpr float kInfiniteDepth_m = 1e30f;
   const float depth_m = is_empty ? at.depth_m + frame.voxel_size_m : at.depth_m;

@@ -47,7 +47,7 @@ struct FusionRules {
   int32_t look_turns = 4;
 };
 
-/// The settings that the rules of fusion need.
+/// Settings of the fusion rules.
 struct FusionSettings {
   int32_t cast_along_normal;  ///< 0: along the view ray.
   int32_t directional;

@@ -1,4 +1,4 @@
-/// Fusion by projecting voxels into the image: the paper's mode without rays.
+/// Fusion by projecting voxels into the image: the paper's mode without ray casting.
 #pragma once
 
 #include "kernels/core/direction.h"

@@ -45,8 +45,8 @@ DTSDF_HD bool spansGap(const MeshRules& rules, const BlockVertex& a, const Block
          stretchOf(c, a) > rules.max_stretch;
 }
 
-/// A triangle that spans a gap has this vertex three times in its block's list, until it is
-/// dropped; no other triangle repeats a vertex.
+/// Until it is dropped, a triangle that spans a gap has this vertex at all three corners; no other
+/// triangle repeats a vertex.
 constexpr uint16_t kGapVertex = 0;
 DTSDF_HD bool isMarkedGap(const uint16_t* triangle) { return triangle[0] == triangle[1]; }
 

@@ -44,7 +44,7 @@ struct MeshRules {
   float max_stretch = 0.3f;
 };
 
-/// The constants, and a setting that the rules of meshing also take.
+/// The constants, and a setting that the meshing rules also use.
 struct MeshSettings : MeshRules {
   /// Whether voxels hold distances to planes: true except for voxel projection, whose distances are
   /// differences of depth along the optical axis and may grow faster than the distance to the

@@ -9,7 +9,7 @@ struct AlignmentRules {
   /// Minimum number of pixels in the grid of points, if the image has that many; with more, the
   /// map's own error dominates.
   int32_t points = 4800;
-  /// Half width of the window that a point's plane is fitted in, in pixels.
+  /// Half width of the window in which a point's plane is fitted, in pixels.
   int32_t window_px = 3;
   /// Distance from a point, along its normal, within which its surface is searched for at first, in
   /// voxels. (In front of a corner 2 m away, at 20 mm, with poses off by 10 cm and 8 degrees at
@@ -17,17 +17,16 @@ struct AlignmentRules {
   float reach = 12.0f;
   /// Residual, in voxels, at or above which a point does not count in the last iterations.
   float cutoff = 1.0f;
-  /// Number of points that count as one with an independent error, as points on a surface share the
-  /// errors of the map and of the sensor there.
+  /// Number of points that together count as one with an independent error, since points on a
+  /// surface share the errors of the map and of the sensor there.
   float points_per_witness = 100.0f;
   /// Minimum share of points that meet a surface; with less, alignment fails.
   float min_matched = 0.15f;
   /// Minimum share of inliers among the points that meet a surface; with less, alignment fails.
   float min_inliers = 0.5f;
-  /// Minimum share of inliers of an image that is not taken to have slipped: a camera slides along
-  /// featureless surfaces with most points still fitting. (A phone that turned fast had 0.74 to
-  /// 0.84 while it slipped by 5 degrees, and 0.90 to 1 otherwise; a Kinect never had less than
-  /// 0.95.)
+  /// Minimum share of inliers; with less, the pose is taken to have slipped: along featureless
+  /// surfaces it can slide while most points still fit. (A phone that turned fast had 0.74 to 0.84
+  /// while it slipped by 5 degrees, and 0.90 to 1 otherwise; a Kinect never had less than 0.95.)
   float held_inliers = 0.85f;
   /// Largest root mean square distance of an image from the map, in voxels along its normals, that
   /// is within the map's own error. That error was up to 0.17 with exact poses, and 0.4 to 0.6 in
@@ -35,7 +34,7 @@ struct AlignmentRules {
   float min_misplacement = 0.2f;
 };
 
-/// The settings of other stages that the rules of alignment need.
+/// Settings of the alignment rules, some of them from other stages.
 struct AlignmentSettings {
   /// FusionRules::full_weight_depth_m: the weight of farther points falls as z^-2.
   float full_weight_depth_m;

@@ -175,7 +175,7 @@ DTSDF_HD int32_t searchOffsetCount(float reach) { return 2 * static_cast<int32_t
 /// Minimum cosine between the map's gradient and a point's normal: cos(pi/4).
 constexpr float kMinAgreement = 0.70710678f;
 
-/// The distance of a point to the plane that the map holds `away` voxels along the point's normal;
+/// The distance from a point to the plane that the map has `away` voxels along the point's normal;
 /// unknown if the plane faces another way.
 template <class VoxelAt>
 DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
@@ -190,7 +190,7 @@ DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
   return field;
 }
 
-/// The distance of a point to the surface, in voxels. If findPlane() finds none at the point, the
+/// The distance from a point to the surface, in voxels. If findPlane() finds none at the point, the
 /// nearest plane along the point's normal is used, up to `reach` voxels away.
 template <class VoxelAt>
 DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool directional,
@@ -214,7 +214,7 @@ struct AlignmentSums {
   int64_t squares;             ///< Sum of weight * residual^2.
   int64_t weight;
   int64_t points;            ///< Points of the image.
-  int64_t matched, inliers;  ///< Points that meet a surface; those of them that fit it.
+  int64_t matched, inliers;  ///< Points that meet a surface; those that also fit it.
 };
 
 /// Units of the sums. A lever is at most 2^12 voxels long and a point's weight at most 1, so a term
@@ -226,8 +226,8 @@ DTSDF_HD int64_t toAlignmentUnits(float value) {
   return static_cast<int64_t>(value * kAlignmentScale);
 }
 
-/// Adds a point at the frame's pose. A residual of `cutoff` voxels or more is no inlier, and adds
-/// nothing to the equations. `find(p_L, normal)` is findSurface() within a reach.
+/// Adds a point at the frame's pose. A point with a residual of `cutoff` voxels or more is not an
+/// inlier, and adds nothing to the equations. `find(p_L, normal)` is findSurface() within a reach.
 template <class Find>
 DTSDF_HD void addPoint(AlignmentSums& sums, const FrameView& frame, const AlignedPoint& point,
                        float cutoff, Find&& find) {

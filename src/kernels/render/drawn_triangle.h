@@ -103,7 +103,8 @@ DTSDF_HD VertexColour colourOf(ViewKey key) {
 
 /// Largest distance of a vertex from its block's middle, in voxels; see BlockVertex.
 constexpr float kDrawnReach = 11.3f;
-/// The same for the voxels that the labels of the units around it depend on: one block more.
+/// Largest distance, from a block's middle, of a vertex that depends on the labels of the block's
+/// units: one block more.
 constexpr float kLabelledReach = kDrawnReach + 13.9f;
 
 /// Whether anything within `reach` of a block's middle may be in view; false only if nothing is.

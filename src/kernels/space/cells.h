@@ -56,8 +56,8 @@ DTSDF_HD Vec3i firstCellOfCube(const Vec3i& cube) {
   return {cube.x * kCubeSide, cube.y * kCubeSide, cube.z * kCubeSide};
 }
 
-/// A sector has 32 x 32 x 32 cells. The longer it is compared with the reach of distances, the less
-/// work the window around it adds.
+/// A sector has 32 x 32 x 32 cells. The longer its side compared with the reach of distances, the
+/// less work the window around it adds.
 constexpr int kSectorSideLog2 = 5;
 constexpr int kSectorSide = 1 << kSectorSideLog2;  ///< In cells.
 constexpr int kCubesAlong = kSectorSide / kCubeSide;

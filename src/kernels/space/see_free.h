@@ -89,7 +89,7 @@ DTSDF_HD bool isCellSeenFree(const FreePyramid& free,
   const Vec3i at = voxelOffset(cell);
   const VoxelInImage* first = corners + at.x + kCornersAlong * (at.y + kCornersAlong * at.z);
   ProjectedBounds bounds = boundsOf(*first);
-  if (!isSeenFree(free, bounds)) return false;  // a single pixel rules most cells out
+  if (!isSeenFree(free, bounds)) return false;  // a single pixel rules out most cells
   for (int i = 1; i < 8; ++i) {
     const int step = (i & 1) + kCornersAlong * ((i >> 1 & 1) + kCornersAlong * (i >> 2));
     bounds = unite(bounds, boundsOf(first[step]));

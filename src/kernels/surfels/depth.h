@@ -12,9 +12,9 @@ struct DepthRange {
   float rounded_to_m;  ///< Unit of integer depths; 0 for floats.
 };
 
-/// Inverse depth of a raw value, in 1/m: positive if it is fused; negative beyond the fused range,
-/// where it makes no surface but the space in front of it is free; 0 if nothing is measured, or
-/// something too near.
+/// Inverse depth of a raw value, in 1/m: positive if it is fused; negative beyond the fused range:
+/// there it makes no surface, but the space in front of it is free; 0 if nothing was measured, or
+/// the depth is too small.
 DTSDF_HD float inverseDepth(float raw, const DepthRange& range) {
   const float depth_m = raw * range.unit_m;
   // Branch-free, for vectorisation. Comparisons with NaN are false.
@@ -31,8 +31,8 @@ DTSDF_HD bool isEdgeBetween(float a, float b, float depth_jump) {
   return fabsf(b - a) > depth_jump * maximum(fabsf(a), fabsf(b));
 }
 
-/// How far a gap may be off the plane beside it, in 1/m: the noise of a difference, and the errors
-/// that rounding to integer depths and to floats cause in predictsGap().
+/// How far the value of a gap may be off the plane beside it, in 1/m: the noise of a difference,
+/// and the errors that rounding to integer depths and to floats cause in predictsGap().
 DTSDF_HD float gapTolerance(const SurfelSettings& surfels, const DepthNoise& noise,
                             float rounded_to_m, float inverse_depth) {
   constexpr float kUnits = 1.5f, kRounding = 2e-6f;

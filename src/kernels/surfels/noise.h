@@ -46,7 +46,7 @@ DTSDF_HD NoiseLinePlace noiseLinePlace(int column, int row, const Pixel& middle,
   return {middle, step_px, odd == 1, step < 2 ? 2 * step + odd : kShortLines};
 }
 
-/// The same, from the grid point's index, 0 to kNoisePoints - 1.
+/// Takes the index of the grid point, from 0 to kNoisePoints - 1.
 DTSDF_HD NoiseLinePlace noiseLinePlace(int index, int step, int width, int height) {
   const int column = index % kNoiseColumns, row = index / kNoiseColumns;
   return noiseLinePlace(column, row, noisePoint(column, row, width, height), step);

@@ -47,7 +47,7 @@ struct FrameSensing {
   const float* max_free = nullptr;  ///< Largest free depth per patch (free_patches.h); CPU only.
 };
 
-/// The settings that the rules of surfels need.
+/// Settings of the surfel rules.
 struct SurfelSettings {
   int32_t normal_radius_px;  ///< Largest half width of a window; 0: no normals are needed.
   float depth_jump;  ///< Largest share by which neighbouring depths on one surface may differ.

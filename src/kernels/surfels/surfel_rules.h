@@ -19,7 +19,7 @@ struct SurfelRules {
   /// neighbouring pixels share. Averaging depth over seven pixels gives a ratio of two.
   float largest_shared_noise = 3.0f;
 
-  /// Half width of the window that normals are fitted in, in voxels. Finer detail is lost in the
+  /// Half width of the window in which normals are fitted, in voxels. Finer detail is lost in the
   /// map anyway, and more samples mean less noise.
   float window_voxels = 0.75f;
   /// Largest standard deviation of a normal's angle due to noise, in radians. The window grows to

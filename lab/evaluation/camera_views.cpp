@@ -28,7 +28,7 @@ ViewAngles viewAngles(OrbitShape shape, size_t i, size_t count) {
     case OrbitShape::kSphere: break;
   }
   // Equal steps in height divide the sphere into rings of equal area. With this number of turns,
-  // turns are about as far apart as neighbours on a turn.
+  // adjacent turns are about as far apart as adjacent views.
   const double turns = std::max(1.0, std::round(std::sqrt(static_cast<double>(count) / M_PI)));
   return {2.0 * M_PI * turns * middle, std::asin(2.0 * middle - 1.0)};
 }

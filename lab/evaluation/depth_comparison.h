@@ -9,13 +9,14 @@
 
 namespace dtsdf {
 
-/// Collects the differences between measured depth and a mesh's, pixel by pixel.
+/// Collects the differences between measured depth and the depth of a mesh, pixel by pixel.
 class DepthComparison {
  public:
   /// Compares every `stride`-th pixel of every `stride`-th row.
   explicit DepthComparison(int stride) : stride_(stride) {}
 
-  /// Adds one image and the mesh's depth there: row-major, in metres, 0 for no depth.
+  /// Adds a depth image, and the mesh's depth as seen from the same pose; both row-major, in
+  /// metres, 0 for no depth.
   void add(const std::vector<float>& measured_m, const std::vector<float>& predicted_m,
            const ViewCamera& camera);
 
@@ -23,8 +24,8 @@ class DepthComparison {
   void merge(const DepthComparison& other);
 
   /// The figures as a JSON object: shares of the measured pixels, and distances over those that the
-  /// mesh covers, in millimetres. Depths in front come from skirts and floaters; a hole shows what
-  /// is behind it, or nothing.
+  /// mesh covers, in millimetres. Skirts and floaters of the mesh give depths in front of the
+  /// measured ones. Through a hole in the mesh, a ray meets a surface behind, or none.
   std::string toJson() const;
 
  private:

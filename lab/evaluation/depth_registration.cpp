@@ -63,7 +63,7 @@ double biweight(double difference, double reach) {
   return rest * rest;
 }
 
-/// Largest difference that still counts.
+/// Differences of this size or more do not count.
 double reachAt(double depth_m, double reach) {
   return reach * std::min(kFarthestShare * depth_m, kFarthest_m);
 }

@@ -29,8 +29,8 @@ std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m);
 /// Several threads may call write() and writeColours() at once.
 class TumWriter {
  public:
-  /// Creates the folder, for images at `rate_hz`. For each colour pose, it also has a colour image,
-  /// taken half a period after the depth image of the same index.
+  /// Creates the folder, for images at `rate_hz`. Each colour pose adds a colour image, taken half
+  /// a period after the depth image of the same index.
   /// @throws std::runtime_error if it cannot be created.
   TumWriter(const std::string& directory, const ViewCamera& camera,
             const std::vector<Eigen::Isometry3d>& poses_W_C, double rate_hz = 10.0,

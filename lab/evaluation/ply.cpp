@@ -116,7 +116,7 @@ class NumberReader {
  private:
   double text() {
     char* after = nullptr;
-    // std::string ends with a null character, so the conversion stops there at the latest.
+    // std::string ends with a null character, so the conversion never runs past it.
     const double number = std::strtod(position_, &after);
     if (after == position_) {
       throw std::runtime_error("it ends too early or contains something that is not a number");

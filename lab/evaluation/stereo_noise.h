@@ -1,18 +1,18 @@
 /// Noise of an active stereo camera that matches windows of pixels, like the RealSense D400 series.
 ///
 /// The error of the disparity has a standard deviation of 0.08 pixels, the value that the
-/// manufacturer recommends, and the baseline is 50 mm (Grunnet-Jepsen, Sweetser and Woodfill,
-/// "Tuning depth cameras for best performance", Intel RealSense documentation: RMS = z^2 * subpixel
-/// / (focal length * baseline)), and steps of 1/32 pixel (Grunnet-Jepsen, Sweetser, Khuong, Tong
-/// and Woodfill, "Subpixel linearity improvement for Intel RealSense depth camera D400 series").
-/// Errors of neighbours are correlated, since their windows of 7 x 7 pixels overlap (the R200 sums
-/// matching costs over that size: Keselman, Woodfill, Grunnet-Jepsen and Bhowmik, "Intel RealSense
-/// stereoscopic depth cameras", CVPR workshops 2017; later cameras of the manufacturer smooth in
-/// other ways). What the second camera does not see is lost, as after a left-right check. The share
-/// of the image with too little texture is not published; it is set to about 3 %, in patches of
-/// some ten pixels. Unlike real ones, these do not stay on the surface from frame to frame. Objects
-/// keep their outlines: depth does not spread beyond them by half a window, as it may with block
-/// matching.
+/// manufacturer recommends, for a baseline of 50 mm (Grunnet-Jepsen, Sweetser and Woodfill, "Tuning
+/// depth cameras for best performance", Intel RealSense documentation: RMS = z^2 * subpixel /
+/// (focal length * baseline)). Disparities are rounded to 1/32 pixel (Grunnet-Jepsen, Sweetser,
+/// Khuong, Tong and Woodfill, "Subpixel linearity improvement for Intel RealSense depth camera D400
+/// series"). Errors of neighbours are correlated, since their windows of 7 x 7 pixels overlap (the
+/// R200 sums matching costs over that size: Keselman, Woodfill, Grunnet-Jepsen and Bhowmik, "Intel
+/// RealSense stereoscopic depth cameras", CVPR workshops 2017; later cameras of the manufacturer
+/// smooth in other ways). What the second camera does not see is lost, as after a left-right check.
+/// The share of the image with too little texture is not published; it is set to about 3 %, in
+/// patches of some ten pixels. Unlike real ones, these do not stay on the surface from frame to
+/// frame. Objects keep their outlines: depth does not spread beyond them by half a window, as it
+/// may with block matching.
 #pragma once
 
 #include <cstdint>

@@ -17,7 +17,7 @@ namespace dtsdf {
 struct SceneSetup {
   MapperParams params;
   Rules rules;
-  int image_width = 320;  ///< Of the room camera, whose focal length is fixed.
+  int image_width = 320;  ///< Width of the room camera's images; its focal length is fixed.
 
   double voxel() const { return static_cast<double>(params.map.voxel_size_m); }
   std::unique_ptr<ProbedMapper> makeMapper() const { return makeProbedMapper(params, rules); }

@@ -8,8 +8,8 @@ import numpy as np
 # Student's t for 95 % (two-sided), by degrees of freedom; T_95_MANY for more of them.
 T_95 = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13]
 T_95_MANY = 2.0
-# Growth per hour that counts as flat: in MB, or as a share of resident memory if that is greater. A run is
-# conclusive only if its bound rules out growth by more than DOUBT_SHARE_H.
+# Growth per hour that counts as flat: in MiB, or as a share of resident memory if that is greater.
+# A run is conclusive only if its bound rules out growth by more than DOUBT_SHARE_H.
 FLAT_MB_H, FLAT_SHARE_H, DOUBT_SHARE_H = 10.0, 0.05, 0.2
 
 

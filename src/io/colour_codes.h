@@ -16,7 +16,7 @@ namespace dtsdf {
 RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name);
 
 /// Decodes a file like decodeColour().
-/// @throws std::runtime_error that names the file, also if it is missing.
+/// @throws std::runtime_error that names the file, including if it is missing.
 RgbImage readColourImage(const std::string& path);
 
 /// Encodes an image as a PNG file in memory. @throws std::runtime_error if libpng fails.

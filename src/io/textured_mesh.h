@@ -26,7 +26,7 @@ struct TexturedMesh {
 };
 
 /// Saves OUT.obj with OUT.mtl and OUT_0.png, OUT_1.png ... in the same folder, or OUT.glb, which
-/// contains everything. @throws std::runtime_error as saveMesh(), also for another format.
+/// contains everything. @throws std::runtime_error as saveMesh(), and for other formats.
 void saveTexturedMesh(const TexturedMesh& textured, const std::string& path);
 
 }  // namespace dtsdf

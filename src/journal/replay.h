@@ -1,4 +1,4 @@
-/// Reads a journal, also while it is being written: the images that were fused, each at its
+/// Reads a journal, even while it is being written: the images that were fused, each at its
 /// corrected pose, and the calls between them.
 #pragma once
 

@@ -30,7 +30,7 @@ struct JournalReport {
 
 /// Each writer creates one file and changes no other file in the folder. If it cannot write or
 /// reaches a limit, it stops and reports this; the next begin() tries again, unless the file may be
-/// damaged.
+/// damaged or has no room for more records.
 ///
 /// Thread safe. Errors while writing are reported, not thrown.
 class JournalWriter {
@@ -57,7 +57,7 @@ class JournalWriter {
   /// Adds a change of the map.
   void add(journal::Call call);
 
-  /// Number of calls added since begin().
+  /// Number of calls added since begin(), without lost ones.
   uint64_t count() const;
   /// Resolves when all entries so far are processed: true unless writing has stopped.
   std::future<bool> written();
@@ -94,7 +94,7 @@ class JournalWriter {
   size_t waiting_bytes_ = 0;
   bool is_ending_ = false;
   bool is_stopped_ = false;  ///< New entries are lost until begin().
-  bool can_resume_ = true;   ///< False once the file may be damaged.
+  bool can_resume_ = true;   ///< False once the file may be damaged or is full of records.
   uint64_t count_ = 0;
   JournalReport report_;
   std::thread thread_;

@@ -41,8 +41,8 @@ Eigen::Isometry3d axesOf(size_t way) {
   return T;
 }
 
-/// Of the points that an image has in view, the share that lie on the surfaces it shows; 0 if
-/// hardly any are in view.
+/// The share of points that lie on the surfaces shown by an image, among those that project onto
+/// measured pixels; 0 if there are hardly any.
 /// @param motion From the points' frame to the image's.
 double inlierShare(const std::vector<Eigen::Vector3d>& points, const Eigen::Isometry3d& motion,
                    const DepthFrame& frame) {

@@ -20,8 +20,8 @@ class StillGravity {
   static constexpr double kSpan_s = 1.0;
 
   /// Adds a sample. @return the unit vector that points up, in the sensor's frame, if the last
-  /// second was still. Samples that are not finite are ignored, and once there are 20, also those
-  /// within half a millisecond of the one before; a stamp that goes back starts over.
+  /// second was still. Samples that are not finite are ignored. Once there are 20, so are those
+  /// within half a millisecond of the one before. A stamp that goes back starts over.
   std::optional<Eigen::Vector3d> add(const InertialSample& sample);
 
  private:

@@ -47,6 +47,7 @@ inline uint64_t volumeOf(const BlockExtent& box) {
          static_cast<uint64_t>(edges.z);
 }
 
+/// noBlocks() is empty along every axis, so containsNothing() looks at one axis only.
 inline BlockExtent noBlocks() { return {BlockExtent().last, BlockExtent().first}; }
 inline bool containsNothing(const BlockExtent& box) { return box.first.x > box.last.x; }
 
@@ -54,7 +55,7 @@ inline bool containsNothing(const BlockExtent& box) { return box.first.x > box.l
 struct MapExtent {
   BlockExtent blocks;   ///< Blocks that may be created.
   BlockExtent painted;  ///< Blocks that take colour; the others only hide what is behind them.
-  BlockExtent cubes;    ///< Cubes of cells of space, by their keys.
+  BlockExtent cubes;    ///< Cubes of space cells, as a box of cube keys.
 };
 
 }  // namespace dtsdf

@@ -84,8 +84,8 @@ inline std::string shortestText(double number, int digits = 6) {
   return formatted("%.*g", digits, number);
 }
 
-/// Parses the whole text as a number. @return false unless the whole text is one number that is not
-/// too large.
+/// Parses a text that holds nothing but a number. @return false if it holds anything else, or the
+/// number is too large.
 template <class Number>
 bool parseNumber(const std::string& text, Number& number) {
   std::istringstream in(text);

@@ -1,4 +1,5 @@
-/// Random numbers that are the same on every machine and standard library.
+/// Random numbers that do not depend on the machine or standard library, except for rounding in
+/// normal().
 #pragma once
 
 #include <cmath>

@@ -62,7 +62,7 @@ void parallelFor(size_t count, int threads, const Body& body) {
   if (error != nullptr) std::rethrow_exception(error);
 }
 
-/// The same without scratch: calls body(i).
+/// Calls body(i), without scratch, for each i below `count`.
 template <size_t kGrain = 1, class Body>
 void parallelFor(size_t count, int threads, const Body& body) {
   using NoScratch = char;

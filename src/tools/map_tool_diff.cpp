@@ -18,7 +18,7 @@
 namespace dtsdf {
 namespace {
 
-/// What a map has at a surface of the other map.
+/// What a map shows at a point of the other map's surface.
 enum Kind : uint8_t { kSame, kChanged, kUnseen };
 
 /// A map, with its mesh to find the surface near a point.
@@ -40,7 +40,8 @@ class ComparedMap {
   const Mesh& mesh() const { return mesh_; }
   float voxelSize_m() const { return loaded_.first.params.mapper.map.voxel_size_m; }
 
-  /// What the map has at a point in its frame. @param hint Kept from one point to the next.
+  /// What the map shows at a point in its frame. @param hint Speeds up successive calls; keep it
+  /// between them.
   Kind at(const Eigen::Vector3d& p_W, double near_m, SurfaceTree::Hint& hint) const {
     const Vec3f p{static_cast<float>(p_W.x() - mesh_.origin_m[0]),
                   static_cast<float>(p_W.y() - mesh_.origin_m[1]),
@@ -136,7 +137,8 @@ void dropSmallPieces(const Mesh& mesh, double min_m2, std::vector<Kind>& kinds) 
   }
 }
 
-/// What another map has at each triangle of a mesh; T_O_W maps the mesh's frame to the other map's.
+/// What another map shows at each triangle of a mesh; T_O_W maps the mesh's frame to the other
+/// map's.
 /// @param near_m A surface of the other map within this distance counts as the same.
 /// @param min_m2 Smaller connected changed pieces count as unchanged.
 std::vector<Kind> compare(const Mesh& mesh, const ComparedMap& other,

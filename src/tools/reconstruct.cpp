@@ -182,7 +182,7 @@ void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
              const MapperParams& params, const ReconstructOptions& options,
              const MapBox* box = nullptr) {
   origin.stamp_s = result.stamp_s;
-  // If the map cannot be saved, the rest still is.
+  // If the map cannot be saved, the other files still are.
   std::exception_ptr failure;
   try {
     if (!options.save_map_path.empty()) saveAndPrint(mapper, origin, box, options.save_map_path);
@@ -261,7 +261,7 @@ void runJournal(const ReconstructOptions& options) {
   saveAll(result, *mapper, {begin.map_frame, journal.level(), 0.0, begin.poses}, params, options);
 }
 
-/// By default, the poses of a recording are refined. Those of --poses are used unchanged, as are
+/// The poses of a recording are refined by default. Those of --poses are used unchanged, as are
 /// those for a box: refining them needs the whole map.
 ParamTree defaultsFor(const ReconstructOptions& options) {
   if (!options.recording.poses_path.empty() || !options.only.empty()) return {};

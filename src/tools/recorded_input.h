@@ -32,7 +32,7 @@ Eigen::Vector3d measuredUp(const RunOptions& options, const NodeParams& node);
 std::string nameOfFrame(const RunOptions& options, const RunSettings& settings);
 
 /// Opens the colour images; null if there are none, or none are wanted.
-/// @throws std::runtime_error, also if they are required and missing.
+/// @throws std::runtime_error, for example if they are required and missing.
 std::unique_ptr<ColourSource> openColours(const RunOptions& options, const NodeParams& node);
 
 /// Finds T_W_M, from the frame M of the poses to the level frame W; none if the settings ask for no

@@ -49,7 +49,7 @@ def figures(tool, backend, path, folder):
 
 
 def figures_of_readers(tool, backend, path, folder):
-    """The figures of readers in Python, as far as their modules are installed."""
+    """The figures of the readers in Python whose modules are installed."""
     found = {}
     read = subprocess.run([sys.executable, "-B", str(READ_MAP), str(path)], capture_output=True)
     if read.returncode == 0:

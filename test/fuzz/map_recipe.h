@@ -88,7 +88,7 @@ class MapRecipe {
 
   // ---- Consistency between records ----
 
-  /// More blocks take long under a sanitizer and find nothing new.
+  /// With more blocks, an input takes too long under a sanitizer, and finds nothing new.
   static constexpr size_t kMaxBlocks = 12;
 
   void makeConsistent() {

@@ -72,8 +72,8 @@ size_t countCells(Mapper& mapper, CellState state);
 /// Checks that free cells and surface cells exist, so that equal does not just mean empty.
 void expectSpace(Mapper& mapper);
 
-/// Whether the failed call allocates memory. Tests also let other calls fail, which do not run out
-/// of memory in practice: the state after these is not compared.
+/// Whether the failed call allocates memory. Tests make other calls fail, too, although these do
+/// not run out of memory in practice: the state after them is not compared.
 bool isAllocation(const std::string& message);
 
 }  // namespace dtsdf

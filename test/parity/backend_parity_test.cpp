@@ -114,8 +114,8 @@ TEST_P(FusionModeParity, RefinedMeshes) {
   pair.compareMaps();
 }
 
-/// Each backend continues from the other's map, with depth, colour and space; also during a mesh
-/// update, and before blocks that the last frame left empty are freed.
+/// Each backend continues from the other's map, with depth, colour and space, even during a mesh
+/// update and before blocks that the last frame left empty are freed.
 TEST_P(FusionModeParity, EachContinuesFromTheOthersMap) {
   const auto [candidate, mode, directional] = GetParam();
   BackendPair pair(withSpace(makeParams(mode, directional, 0.04f)), candidate);
@@ -292,8 +292,8 @@ TEST_P(BackendParity, ACameraFoundInTheMap) {
   EXPECT_EQ(found.explained_share, expected.explained_share);
 }
 
-/// Views of growing maps, painted later, from cameras of odd sizes, also inside and behind
-/// surfaces.
+/// Views of growing maps, painted later, from cameras with images of odd sizes, some of them inside
+/// or behind surfaces.
 TEST_P(BackendParity, RenderedViews) {
   for (const bool directional : {true, false}) {
     BackendPair pair(makeParams(FusionMode::kNormalRayCasting, directional, 0.03f), GetParam());
@@ -351,7 +351,7 @@ TEST_P(BackendParity, PaintedLaterAndInOtherSizes) {
   pair.compareMaps();
 }
 
-/// Colours compete with voxels for the budget, also after clear().
+/// Colours compete with voxels for the budget, before and after clear().
 TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
   MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.02f);
   params.map.max_memory_mb = 6;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kFrames = 3;
 
-/// Lets the n-th CUDA call fail, until it goes out of scope.
+/// While in scope, makes the n-th CUDA call fail.
 struct Failure {
   Failure(uint64_t n, cudaError_t code) { gpu::failCall(n, code); }
   ~Failure() { gpu::failCall(0, cudaSuccess); }

@@ -59,8 +59,9 @@ class CudaPagingFaults : public testing::Test {
     return result;
   }
 
-  /// Fuses the rooms `before`, then lets each call of the next frame fail. If an allocation failed
-  /// and the frame was not fused, compares the maps with those of a run without failures.
+  /// Fuses the rooms `before`, then makes each call of the next frame fail in turn. If an
+  /// allocation failed and the frame was not fused, compares the maps with those of a run without
+  /// failures.
   void compare(const std::vector<size_t>& before, size_t room, const std::vector<size_t>& after) {
     const auto mapper = makeProbedMapper(params_);
     ASSERT_NO_FATAL_FAILURE(fuse(*mapper, before));

@@ -1,4 +1,4 @@
-// Writes frames of a TUM folder in the form of lab/benchmark/raw_frames.h:
+// Converts frames of a TUM folder to the format described in lab/benchmark/raw_frames.h:
 //   pack_frames TUM_DIR FIRST LAST STEP OUT_WITHOUT_SUFFIX [UNITS_PER_METRE]
 #include <cstdlib>
 #include <fstream>

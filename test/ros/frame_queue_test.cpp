@@ -145,7 +145,7 @@ TEST_F(FrameQueueTest, TheOldestFramesAreDroppedWhenFull) {
   EXPECT_EQ(taken(), (Stamps{3.0, 4.0, 5.0}));
 }
 
-/// Pixels, distortion coefficients and names are counted, also those of incomplete frames.
+/// Pixels, distortion coefficients and names are counted, even those of incomplete frames.
 TEST_F(FrameQueueTest, AllWaitingDataCountsTowardsTheLimit) {
   make({100, 4000, 0.1});
   const auto large = makeCameraInfo(1.0);

@@ -1,4 +1,5 @@
-/// Tests map/level. The frame `map` is that of the first camera, the frame `map_level` is level.
+/// Tests the setting map/level. The frame `map` is tilted: it is the room camera's frame at time 0.
+/// The frame `map_level` is level.
 #include <dtsdf_mapping/CorrectPoses.h>
 #include <dtsdf_mapping/GetDistances.h>
 #include <dtsdf_mapping/LoadMap.h>
@@ -27,14 +28,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// The pose of the level room in the frame of its first camera.
+/// The pose of the room, whose z axis is vertical, in the frame `map`.
 Eigen::Isometry3d roomInMap() { return roomCameraPose(0.0).inverse(); }
 
 class LevelTest : public WallCamera {
  protected:
   void SetUp() override {
     WallCamera::SetUp();
-    listener_.emplace(transforms_);  // after SetUp(), which would take it for the node
+    listener_.emplace(transforms_);  // after SetUp(), which waits for the node to subscribe to /tf
   }
 
   /// Sends the view of the room camera at `time_s`, and waits until it is fused or dropped.
@@ -110,7 +111,8 @@ class LevelTest : public WallCamera {
 
   std::string lastDrop() const { return status_.status().cameras.at(0).streams.at(0).last_drop; }
 
-  /// Corrects the poses to those that were sent, in `map`, which must not move the levelled map.
+  /// Passes the poses of the sent images, in `map`, as corrections. They must not move the levelled
+  /// map.
   void expectNothingIsCorrected() {
     saveTrajectory(sent_, outputFolder() + "/sent.txt");
     dtsdf_mapping::CorrectPoses call;
@@ -140,7 +142,9 @@ TEST_F(LevelTest, floor) {
   EXPECT_NE(early.message.find("not level yet"), std::string::npos) << early.message;
   EXPECT_FALSE(savedMap().T_W_M) << "an empty map has no level";
 
-  // A search takes ten images: first two of the wall and eight of the room, then ten of the room.
+  // Each search takes ten images. The first has failed on ten images of the wall. The second gets
+  // two of the wall and eight of the room, and may fail, too; the third gets only images of the
+  // room.
   for (int i = 0; i < 18 && status_.status().frames_fused == 0; ++i) sendRoom(0.1 * i);
   sendRoom(1.8);
   EXPECT_GE(status_.status().frames_fused, 1u);
@@ -150,7 +154,7 @@ TEST_F(LevelTest, floor) {
   EXPECT_EQ(status_.dropped("not_level"), dropped) << "all later frames are fused";
   expectNothingIsCorrected();
 
-  // The distance at the same place, by its coordinates in both frames.
+  // A place has the same distance, whichever frame its coordinates are given in.
   const Vector3d p_R(1.2, 0.9, 0.3);
   const auto in_level = ask("map_level", roomInLevel() * p_R),
              in_map = ask("map", roomInMap() * p_R);

@@ -1,6 +1,6 @@
-"""Stubs of camera drivers that see a wall. They have the drivers' names of packages, launch files,
-arguments, managers, topics and frames, and the same encodings and distortion. An unknown argument in one
-of our launch files fails as with the driver."""
+"""Stubs of camera drivers that see a wall. Their packages, launch files, arguments, managers, topics
+and frames have the drivers' names; encodings and distortion are the drivers', too. An unknown argument in
+one of our launch files fails, as it would with the driver."""
 import os
 import stat
 

@@ -379,7 +379,7 @@ class BagImages : public ImageSource<Frame> {
   }
 
   /// Applies the mask that has the image's stamp and was recorded within 5 s of it. @return why
-  /// that is impossible; nothing on success.
+  /// that failed; nothing on success.
   std::optional<Rejection> applyMaskTo(sensor_msgs::ImageConstPtr& image,
                                        const ros::Time& recorded) const {
     if (options_.mask_topic.empty()) return std::nullopt;

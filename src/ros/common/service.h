@@ -37,7 +37,7 @@ ros::ServiceServer serve(ros::NodeHandle nh, const std::string& name, ServiceWor
           return true;
         } catch (const std::exception& error) {
           problem = errorText(error);
-        } catch (...) {  // an exception that leaves a callback ends every nodelet
+        } catch (...) {  // if it escaped the callback, it would end every nodelet
         }
         response = Response();
         response.message = problem;

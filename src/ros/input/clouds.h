@@ -22,7 +22,7 @@ class CloudImages {
   explicit CloudImages(std::string topic) : topic_(std::move(topic)) {}
 
   /// The depth image, with the fitted camera unless `has_info`; or what is wrong with the cloud.
-  /// `max_bytes`: see checkArrival().
+  /// `max_bytes` is the size of the queue, as in checkArrival().
   std::variant<CameraImage, Rejection> convert(const sensor_msgs::PointCloud2& cloud, bool has_info,
                                                size_t max_bytes);
 

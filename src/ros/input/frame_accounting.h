@@ -59,7 +59,7 @@ inline constexpr DropReason kLongName{"long_name"};
 /// No transform within the timeout, or no frame_id to look up.
 inline constexpr DropReason kNoTransform{
     "no_transform", true, "raise input/tf_timeout_s, or check what publishes the poses"};
-/// Older than the known transforms, so its pose can no longer come.
+/// Older than the known transforms, so its pose can no longer arrive.
 inline constexpr DropReason kBeforeTransforms{"before_transforms", false};
 /// The oldest waiting frame, dropped to make room or to shorten a backlog.
 inline constexpr DropReason kQueueFull{

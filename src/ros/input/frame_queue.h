@@ -183,7 +183,7 @@ class FrameQueue {
   }
 
   bool hasTurn() const { return idleTime() == SteadyDuration::zero(); }
-  /// Time until the next frame's turn if no message comes; the maximum if no frame has a pose.
+  /// Time until the next frame's turn if no message arrives; the maximum if no frame has a pose.
   SteadyDuration idleTime() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return timeToTurn();

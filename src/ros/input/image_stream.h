@@ -93,7 +93,7 @@ class ImageStream {
     }
   }
 
-  /// Gives frames their poses, and drops those whose pose cannot come any more. @return whether one
+  /// Gives frames their poses, and drops those whose pose can no longer arrive. @return whether one
   /// still waits for its pose.
   bool step() {
     bool waits = false;
@@ -148,7 +148,8 @@ class ImageStream {
     });
   }
 
-  /// If nobody publishes camera_info when the first cloud comes, the fitted camera is always used.
+  /// If nobody publishes camera_info when the first cloud arrives, the fitted camera is always
+  /// used.
   void onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
     guarded("cloud", [&] {
       const ros::Time stamp = cloud->header.stamp;

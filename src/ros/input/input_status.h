@@ -230,7 +230,7 @@ class InputStatus {
     }
   }
 
-  /// Why no depth images come.
+  /// Why no depth images arrive.
   std::string whyNoPublisher(const StreamReport& depth) const {
     const PublishedTopics topics = find_topics_();
     const std::string image = withoutTransport(depth.topic);

@@ -21,7 +21,7 @@ inline std::optional<std::string> findJump(
   if (!last || stamp_s < last->first) return std::nullopt;
   const double interval_s = stamp_s - last->first;
   const Eigen::Isometry3d& last_T_W_C = last->second;
-  constexpr double kMinInterval_s = 1e-3;  // no speed can be measured over less
+  constexpr double kMinInterval_s = 1e-3;  // shorter intervals give no usable speed
   const double dt = std::max(interval_s, kMinInterval_s);
   const double distance_m = (T_W_C.translation() - last_T_W_C.translation()).norm();
   const double turn_deg =

@@ -32,7 +32,7 @@ namespace dtsdf {
 
 struct PoseAnswer {
   std::optional<Eigen::Isometry3d> T_W_C = std::nullopt;  ///< Nothing if unknown.
-  bool may_come = false;  ///< No known transform reaches the stamp, but one may come.
+  bool may_come = false;  ///< No known transform reaches the stamp, but one may still arrive.
   std::string text = {};  ///< What is missing.
 };
 

@@ -1,4 +1,4 @@
-/// The loop of the output thread: applies changes of the mesh and lets the steps publish them.
+/// The loop of the output thread: applies changes of the mesh and has the steps publish them.
 #pragma once
 
 #include <algorithm>

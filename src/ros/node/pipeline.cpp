@@ -137,7 +137,7 @@ class Pipeline {
     }
   }
 
-  /// Called on the input thread. @return the time until the next call, unless a message comes.
+  /// Called on the input thread. @return the time until the next call, unless a message arrives.
   std::chrono::milliseconds poseFrames() noexcept {
     bool waits = false;
     guarded("input", [&] {
@@ -152,7 +152,7 @@ class Pipeline {
     if (!ros::Time::isSimTime()) transforms_.clear();
   }
 
-  /// Lets calls that wait for a loop fail, and drops waiting frames.
+  /// Makes calls that wait for a loop fail, and drops waiting frames.
   void stop() {
     rates_server_.reset();
     status_.reset();

@@ -70,8 +70,8 @@ class StatusPublisher {
     ROS_WARN_STREAM_NAMED("dtsdf_mapping", status_.message);
   }
 
-  /// Adds the fields of the status, from its printed lines. Fields of nested messages are indented
-  /// below a line with a name and no value.
+  /// Adds each field of the status, parsed from the message's printed form. There, fields of nested
+  /// messages are indented below a line with a name and no value.
   static void addFields(const MapStatus& status,
                         diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
     std::stringstream text;

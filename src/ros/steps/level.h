@@ -127,8 +127,9 @@ class LevelStep : public Step {
   MapFrame& frame_;
   FloorSearch floor_;
   StillGravity gravity_;
-  std::optional<Eigen::Vector3d> up_I_;  ///< In the sensor's frame, kept until its transform comes.
-  std_msgs::Header measured_;            ///< Frame and stamp of up_I_.
+  std::optional<Eigen::Vector3d>
+      up_I_;                   ///< In the sensor's frame, kept until its transform arrives.
+  std_msgs::Header measured_;  ///< Frame and stamp of up_I_.
   ros::Subscriber imu_;
 
   std::optional<tf2_ros::StaticTransformBroadcaster> broadcaster_;

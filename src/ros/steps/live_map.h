@@ -28,7 +28,7 @@
 
 namespace dtsdf {
 
-/// While frames come, answers to planners should be at most a second old; mesh and distances may
+/// While frames arrive, answers to planners should be at most a second old; mesh and distances may
 /// take half of that.
 constexpr double kMinSpaceRate_hz = 2.0;
 
@@ -413,7 +413,7 @@ class LiveMap {
     fused_since_mesh_ = report_outdated_ = true;
   }
 
-  /// After an extraction, waits until blocks have moved to disk. While frames come, it is
+  /// After an extraction, waits until blocks have moved to disk. While frames arrive, it is
   /// therefore called after fusing a frame, which has already waited for that, or while no frame is
   /// ready.
   void updateReport() {

@@ -369,7 +369,7 @@ class SpaceStep : public Step {
   // costmap_2d's StaticLayer applies an update to its last grid without checking bounds, and gets
   // both on separate connections. If several messages arrive in one of its cycles, only the last
   // one's region takes effect. So an update follows a moment after its grid, and covers all of it
-  // for some cycles.
+  // for several cycles.
   static constexpr std::chrono::milliseconds kUpdateGap{200}, kSettling{2000};
 
   std_msgs::Header headerOf(const ros::Time& stamp) const {
@@ -388,7 +388,7 @@ class SpaceStep : public Step {
   std::unique_ptr<SpaceFollower> follower_;
   std::optional<GroundGrid> grid_;  ///< Set while somebody listens.
   bool is_grid_due_ = false, is_outdated_ = false;
-  bool publish_now_ = false;  ///< Whether not to wait for pace_: for a new map or new listeners.
+  bool publish_now_ = false;  ///< Publishes without waiting for pace_: for a new map or listener.
   SteadyTime grid_at_{};
   bool is_update_due_ = false;  ///< Listeners need an update.
   Pace pace_;

@@ -106,7 +106,7 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileBeingWritten) {
   EXPECT_TRUE(mapOf(again, journaledParams()) == corrected);
 }
 
-/// Of a path of a million poses, only the images' poses are kept.
+/// A path may have a million poses: only those of images are kept.
 TEST_F(CorrectedJournal, KeepsOnlyPosesOfImages) {
   std::vector<StampedPose> poses = truePoses();
   for (int i = 0; i < 1000000; ++i) poses.push_back({1000.0 + i, Eigen::Isometry3d::Identity()});

@@ -1,5 +1,5 @@
-// A wall up to 100 km from the map's origin gets as good a mesh as near it, also in the chunks that
-// are published.
+// A wall up to 100 km from the map's origin gets as good a mesh as one near it. This holds for the
+// published chunks, too.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -61,9 +61,10 @@ void expectNormalsFaceFreeSpace(const Mesh& mesh, const Scene& scene) {
 }
 
 /// Six views of a tilted plane, up to 1.6 m away. Point-to-plane distances are exact, so only
-/// rounding remains; in a directional map, also that of anchors, which attract vertices at the end
-/// of a view. Projective distances are off by up to half a pixel's step in depth, 8 mm for pixels
-/// 6 mm wide and a plane inclined by 60 degrees. Bounds leave room for the interpolation.
+/// rounding remains. In a directional map, that includes the rounding of anchors, which attract
+/// vertices at the end of a view. Projective distances are off by up to half a pixel's step in
+/// depth, 8 mm for pixels 6 mm wide and a plane inclined by 60 degrees. Bounds leave room for the
+/// interpolation.
 TEST_P(AnalyticScenes, TiltedPlane) {
   Scene scene;
   scene.add(Plane{Vector3d(0.1, 0.05, 0.02), Vector3d(0.3, -0.4, 1.0).normalized()});

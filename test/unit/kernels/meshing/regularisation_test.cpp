@@ -40,7 +40,7 @@ UnitLabels single(int index) {
   return labelsOfSheets(static_cast<unsigned>(index), static_cast<unsigned>(index));
 }
 
-/// Of the units around a corner, `behind` have it behind the surface, `in_front` have it in front,
+/// Around a corner, `behind` units have it behind the surface, `in_front` units have it in front,
 /// and the others have no index. Each unit with an index takes the decision of the majority; a tie
 /// counts as in front.
 TEST(Regularisation, TheMajorityDecidesACorner) {

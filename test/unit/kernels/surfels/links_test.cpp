@@ -70,7 +70,7 @@ TEST(Links, SteepSidesAreOneSurface) {
   }
 }
 
-/// The same side, but the row above or below has other depths.
+/// The pixels of a steep side are not linked if the row above or below has other depths.
 TEST(Links, SteepSidesMustMatchAdjacentRows) {
   const std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
   const std::vector<float> other{1.0f, 1.0f, 0.99f, 0.90f, 0.875f, 0.87f, 0.87f};

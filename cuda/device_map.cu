@@ -7,7 +7,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Initial capacities, large enough that few frames have to grow the map: that takes longer than
+/// Initial capacities, large enough that few frames have to grow the map, which takes longer than
 /// the rest of an admission.
 constexpr size_t kFirstHash = 1 << 17, kFirstSlots = 1 << 15;
 constexpr size_t kFirstUpdates = 1 << 13, kFirstNewArrays = 1 << 14;

@@ -140,8 +140,8 @@ __device__ uint32_t countMidpoints(const UnitIndices (&regular)[kUnitsPerThread]
   return count;
 }
 
-/// Counts a block's vertices on edges and its triangles. Reserves space for all vertices and for
-/// `refined_triangles` per triangle; blocks get space in arbitrary order.
+/// Counts a block's vertices on edges and its triangles. Reserves space for all vertices, and for
+/// `refined_triangles` triangles per counted one; blocks get space in arbitrary order.
 /// @return this thread's first triangle in the block, before refinement.
 __device__ uint32_t reserveSpace(const MeshView& mesh, uint32_t own_triangles, uint32_t middles,
                                  uint32_t refined_triangles, MeshBlockShared& shared) {

@@ -64,7 +64,7 @@ struct MeshStates {
   PlainArray<UnitLabels> labels;
 };
 
-/// Upper bounds of the memory that a change of the table needs.
+/// Upper bounds of the memory that a change to the table needs.
 struct MemoryDemand {
   size_t new_blocks = 0, new_arrays = 0;  ///< Created by an admission.
   size_t new_bricks = 0;
@@ -181,7 +181,7 @@ class MapBackend {
   /// Reserves memory. @throws BackendError if memory runs out; the map is unchanged.
   virtual void reserve(const MemoryDemand& demand) = 0;
 
-  /// Applies changes of the table. Call waitForMeshes() before adding arrays or bricks; other
+  /// Applies changes to the table. Call waitForMeshes() before adding arrays or bricks; other
   /// changes may wait until an extraction under way has read the map.
   virtual void follow(const TableChanges& changes) = 0;
 

@@ -35,7 +35,7 @@ namespace {
 
 constexpr size_t kArraysAtATime = 64;  ///< Arrays that a thread clears or copies at a time.
 
-/// Empties the voxels of a block that lie in a region. Their colours stay.
+/// Empties those voxels of a block that lie in a region, but keeps their colours.
 EmptiedBlock emptyBlock(const BlockEntry& entry, const RegionView& region, VoxelStore& voxels) {
   const Vec3i first = firstVoxelOfBlock(entry.key);
   bool inside[kVoxelsPerBlock];

@@ -32,7 +32,7 @@ std::vector<VertexColour> vertexColours(ColouredCorners corners,
     return colourNearEdge(corners, edge, directional);
   };
   std::vector<VertexColour> colours(vertices.size());
-  uint16_t vertex_of[kGridEdges] = {};  // edge vertices come before middles
+  uint16_t vertex_of[kGridEdges] = {};  // edge vertices come before midpoints
   const auto colourOfEnd = [&](int edge) {
     const size_t i = vertex_of[edge];
     const bool is_known = vertices[i].edge == static_cast<uint32_t>(edge);

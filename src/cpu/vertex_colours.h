@@ -13,7 +13,7 @@ namespace dtsdf {
 /// `min_evidence` count as unknown.
 ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t min_evidence);
 
-/// The colours of a block's vertices; the middle of a side gets the mean of its ends.
+/// The colours of a block's vertices; the midpoint of a side gets the mean of its ends.
 std::vector<VertexColour> vertexColours(ColouredCorners corners,
                                         const std::vector<BlockVertex>& vertices, bool directional);
 

@@ -44,7 +44,7 @@ using DistanceWork =
 class DistanceField {
  public:
   /// @param reach Largest distance in cells, at most 255: squares are stored in 16 bits.
-  /// @param pages Null: all stays in memory.
+  /// @param pages Null: everything stays in memory.
   DistanceField(int reach, int threads, const SharedPagedValues& pages = nullptr)
       : reach_(reach), threads_(threads), pages_(pages) {}
 

@@ -21,7 +21,7 @@ using Sectors = std::unordered_map<PackedKey, Paged<T>>;
 template <class T>
 class SectorTable {
  public:
-  /// @param pages Null: all stay in memory.
+  /// @param pages Null: everything stays in memory.
   explicit SectorTable(SharedPagedValues pages) : pages_(std::move(pages)) {}
 
   /// A sector in its current state. @return null if there is none, or it cannot be read.

@@ -52,7 +52,7 @@ class SpaceFollower {
  public:
   /// @param max_distance_m See SpaceParams.
   /// @param threads Number of threads that compute distances.
-  /// @param pages Null: all stays in memory.
+  /// @param pages Null: everything stays in memory.
   SpaceFollower(double max_distance_m, int threads, SharedPagedValues pages = nullptr)
       : max_distance_m_(max_distance_m),
         threads_(threads),

@@ -94,8 +94,8 @@ std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
   return keys;
 }
 
-/// Bounds of the pyramid that the image sees, limited to kMaxAside, since that of a very wide image
-/// would be huge.
+/// Bounds of the pyramid that the image sees. They are limited by kMaxAside, since those of a very
+/// wide image would be huge.
 BlockExtent SpaceMap::boundsOfView(const FrameView& frame) const {
   const float range = max_range_m_ / frame.voxel_size_m;
   const Vec3f& eye = frame.T_L_C.t;

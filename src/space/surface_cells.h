@@ -32,7 +32,7 @@ struct SurfaceSector {
 
 class SurfaceCells {
  public:
-  /// @param pages Null: all stays in memory.
+  /// @param pages Null: everything stays in memory.
   SurfaceCells(int32_t cell_log2, int threads, SharedPagedValues pages = nullptr)
       : cell_log2_(cell_log2), threads_(threads), sectors_(std::move(pages)) {}
 

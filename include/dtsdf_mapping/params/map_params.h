@@ -15,7 +15,7 @@ struct MapParams {
   /// Memory budget of the map in MiB; when it is full, new blocks are refused. With space/enabled,
   /// free cells get an eighth of it.
   int max_memory_mb = 4096;
-  float keep_radius_m = 0.0f;  ///< Blocks entirely farther from the camera, or from
+  float keep_radius_m = 0.0f;  ///< Blocks entirely farther than this from the camera, or from
                                ///< DepthFrame::keep_center_W if set, are dropped; 0: off.
   /// Folder for the least recently used blocks: they are written when the budget is full and read
   /// back when needed. Empty: off; the map is limited to the budget.

@@ -11,7 +11,7 @@ namespace dtsdf {
 constexpr int kVoxelsPerBlock = kBlockSide * kBlockSide * kBlockSide;
 
 /// Block coordinates lie in [-kMaxBlockCoordinate, kMaxBlockCoordinate]: 21 bits per axis, or 42 km
-/// to each side at 5 mm voxels.
+/// in each direction at 5 mm voxels.
 constexpr int32_t kMaxBlockCoordinate = (1 << 20) - 1;
 
 DTSDF_HD bool isRepresentable(const BlockKey& key) {

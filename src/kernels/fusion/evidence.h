@@ -5,9 +5,9 @@
 /// surface: below zero, the counter is evidence of free space.
 ///
 /// The counter saturates at both ends. So the number of frames after which a removed object
-/// disappears, or a new one appears, is limited, however long the time before. (Similar to the
-/// inlier ratio of Dong et al., "PSDF Fusion", ECCV 2018, and the clamped log-odds of Hornung et
-/// al., "OctoMap", 2013, but it counts whole frames.)
+/// disappears, or a new one appears, is limited, however long frames saw the opposite before.
+/// (Similar to the inlier ratio of Dong et al., "PSDF Fusion", ECCV 2018, and the clamped log-odds
+/// of Hornung et al., "OctoMap", 2013, but it counts whole frames.)
 #pragma once
 
 #include "kernels/core/voxel.h"

@@ -9,8 +9,8 @@ namespace dtsdf {
 
 struct FusionRules {
   /// Distance from the measured plane, in voxels, within which samples are updated and a frame
-  /// supports a surface (in voxel projection, this is the truncation). A mesh unit reaches no
-  /// farther than sqrt(3) voxels from a surface in it; farther samples would only blur other
+  /// supports a surface; in voxel projection, the truncation takes its place. A mesh unit reaches
+  /// no farther than sqrt(3) voxels from a surface in it; farther samples would only blur other
   /// surfaces (docs/results/ablation.md, Support only from near surfaces).
   float sample_reach = 1.75f;
   /// Distance within which the samples of noisy points are updated, in standard deviations of their

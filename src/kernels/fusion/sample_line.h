@@ -1,12 +1,12 @@
 /// Finds the samples that a surfel updates when it is cast into the grid, their blocks, and their
 /// distances and weights.
 ///
-/// The line runs through the surfel's point to both sides, along the view ray or the normal (turned
-/// towards the ray if the depth is noisy). It is intersected with each grid plane across its
-/// dominant axis, and the four corners around the intersection are updated; no corner is visited
-/// twice. Weights fall with the distance from the line (squared bilinear) and from the surfel's
-/// plane (linear). Departure: the paper updates the nearest corner at each step (Amanatides and Woo
-/// 1987).
+/// The line runs through the surfel's point in both directions, along the view ray or the normal
+/// (turned towards the ray if the depth is noisy). It is intersected with each grid plane across
+/// its dominant axis, and the four corners around the intersection are updated; no corner is
+/// visited twice. Weights fall with the distance from the line (squared bilinear) and from the
+/// surfel's plane (linear). Departure: the paper updates the nearest corner at each step
+/// (Amanatides and Woo 1987).
 ///
 /// Each plane is computed independently, so a block can process just the part of a line inside it.
 #pragma once

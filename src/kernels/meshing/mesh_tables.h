@@ -3,11 +3,11 @@
 /// Corner c of a mesh unit lies at (c & 1, c >> 1 & 1, c >> 2 & 1). Bit c of an index is set if the
 /// corner is behind the surface (negative distance). Edge e runs along axis e / 4.
 ///
-/// On each face, the contour cuts off each run of corners behind separately. This depends on the
-/// face alone, so neighbouring units agree. The contours of all faces join into closed loops, the
-/// components of an index. Each loop is triangulated as a fan that starts where none of its
-/// diagonals lies on a face of the cube: a diagonal on a face could coincide with a neighbour's
-/// side or diagonal, and four triangles would share it.
+/// On each face, the contour cuts off each run of corners behind the surface separately. This
+/// depends on the face alone, so neighbouring units agree. The contours of all faces join into
+/// closed loops, the components of an index. Each loop is triangulated as a fan that starts where
+/// none of its diagonals lies on a face of the cube: a diagonal on a face could coincide with a
+/// neighbour's side or diagonal, and four triangles would share it.
 #pragma once
 
 #include <cstdint>
@@ -113,8 +113,8 @@ constexpr int fanStart(const int (&loop)[kCubeEdges], int length) {
   return 0;
 }
 
-/// Index of a single loop: the corners on its behind side, found by flooding over the cube's edges
-/// that the loop does not cross.
+/// Index of a single loop: the corners behind it, found by flooding over the cube's edges that the
+/// loop does not cross.
 constexpr int componentIndex(int index, unsigned loop_edges) {
   int behind = 0;
   for (int e = 0; e < kCubeEdges; ++e) {

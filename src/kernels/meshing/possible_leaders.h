@@ -16,8 +16,8 @@
 namespace dtsdf {
 
 /// Sides of a corner. Direction d sets bit d if it sees the corner in front of its surface, bit 8 +
-/// d if behind it, bit 16 + d if it can lead no sheet around the corner, and bit 24 + d if it has a
-/// negative distance there. The sides of a unit are the bitwise or of its corners' sides.
+/// d if behind it, bit 16 + d if it cannot lead any sheet around the corner, and bit 24 + d if it
+/// has a negative distance there. The sides of a unit are the bitwise or of its corners' sides.
 constexpr int kBehindBit = 8, kExcludedBit = 16, kNegativeBit = 24;
 
 /// The sides that one direction's sample sees; both if the surface touches the corner.
@@ -37,7 +37,8 @@ DTSDF_HD uint32_t possiblyActive(uint32_t sides) {
   return sides & sides >> kBehindBit & kAllDirections;
 }
 
-/// Directions that can lead no sheet around a corner, given the directions that have observed it.
+/// Directions that cannot lead any sheet around a corner, given the directions that have observed
+/// it.
 DTSDF_HD uint32_t excludedLeaders(uint32_t observed) {
   constexpr uint32_t kPositive = 0x15, kNegative = 0x2A;
   const uint32_t opposite = (observed & kPositive) << 1 | (observed & kNegative) >> 1;

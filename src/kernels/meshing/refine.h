@@ -1,10 +1,10 @@
-/// Refinement (optional): each triangle becomes four, with new vertices at the middles of its
+/// Refinement (optional): each triangle becomes four, with new vertices at the midpoints of its
 /// sides, on the curved surface.
 ///
-/// The middle of a side is that of the cubic that leaves each end of the side in its tangent plane
-/// (Vlachos et al., Curved PN Triangles, 2001). It depends only on the two ends and their normals,
-/// so all triangles with this side share it, across units and blocks. A side is identified by the
-/// grid edges of its two ends.
+/// The midpoint of a side is that of the cubic curve that leaves each end of the side in its
+/// tangent plane (Vlachos et al., Curved PN Triangles, 2001). It depends only on the two ends and
+/// their normals, so all triangles with this side share it, across units and blocks. A side is
+/// identified by the grid edges of its two ends.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -70,7 +70,7 @@ constexpr int kRefinedTriangles = 4;
 static_assert(kGridEdges + kVoxelsPerBlock * kMaxSheets * kMaxSides <= 65536,
               "a block's vertex indices must fit in 16 bits");
 
-/// BlockVertex::edge of the middle between the vertices of two edges, given in either order.
+/// BlockVertex::edge of the midpoint between the vertices of two edges, given in either order.
 constexpr uint32_t kFirstMiddle = kGridEdges;
 DTSDF_HD uint32_t midpointNumber(int edge_a, int edge_b) {
   const uint32_t a = static_cast<uint32_t>(edge_a < edge_b ? edge_a : edge_b);
@@ -79,7 +79,7 @@ DTSDF_HD uint32_t midpointNumber(int edge_a, int edge_b) {
 }
 DTSDF_HD bool isMidpoint(uint32_t number) { return number >= kFirstMiddle; }
 
-/// The edges at the two ends of a middle's side, the lower number first.
+/// The edges at the two ends of a midpoint's side, the lower number first.
 DTSDF_HD int midpointFirstEnd(uint32_t number) {
   return static_cast<int>((number - kFirstMiddle) / kGridEdges);
 }
@@ -87,7 +87,7 @@ DTSDF_HD int midpointSecondEnd(uint32_t number) {
   return static_cast<int>((number - kFirstMiddle) % kGridEdges);
 }
 
-/// Step along which a vertex's edge faces; for a middle, the sum of the steps of both ends.
+/// Step along which a vertex's edge faces; for a midpoint, the sum of the steps of both ends.
 DTSDF_HD Vec3i facingSteps(uint32_t number) {
   if (!isMidpoint(number)) return facingStep(static_cast<int>(number));
   return facingStep(midpointFirstEnd(number)) + facingStep(midpointSecondEnd(number));
@@ -99,15 +99,15 @@ struct SideEnd {
 };
 
 /// Rounds to a multiple of 2^-16, so that blocks on both sides of a face, whose positions differ by
-/// whole blocks, put the middle at exactly the same place.
+/// whole blocks, put the midpoint at exactly the same place.
 DTSDF_HD float roundedShift(float shift) {
   constexpr float kSteps = 65536.0f;
   return static_cast<float>(floorToInt(shift * kSteps + 0.5f)) / kSteps;
 }
 
-/// The middle of the curved side between two vertices; an end without a normal counts as straight.
-/// Swapping the ends gives exactly the same point. The middle is off the straight side by at most a
-/// quarter of its length.
+/// The midpoint of the curved side between two vertices; an end without a normal counts as
+/// straight. Swapping the ends gives exactly the same point. The midpoint is off the straight side
+/// by at most a quarter of its length.
 DTSDF_HD Vec3f midpointOfSide(const SideEnd& a, const SideEnd& b) {
   const Vec3f way = b.position - a.position;
   const Vec3f at_a = dot(way, a.normal) * a.normal, at_b = dot(way, b.normal) * b.normal;
@@ -137,7 +137,7 @@ DTSDF_HD void visitSides(const RefineTables& tables, const UnitIndices& indices,
   }
 }
 
-/// Calls visit(vertex) for the corners of the four triangles that replace one; middle i follows
+/// Calls visit(vertex) for the corners of the four triangles that replace one; midpoint i follows
 /// corner i.
 template <class Visit>
 DTSDF_HD void visitFour(const uint32_t (&corner)[3], const uint32_t (&middle)[3],
@@ -151,7 +151,7 @@ DTSDF_HD void visitFour(const uint32_t (&corner)[3], const uint32_t (&middle)[3]
 }
 
 /// Calls visit(vertex) for the corners of a unit's refined triangles, three per triangle, in
-/// canonical order. `vertexOf` gives the vertex of an edge; the unit's middles start at
+/// canonical order. `vertexOf` gives the vertex of an edge; the unit's midpoints start at
 /// first_middle. If isGap() holds for a triangle's corners, its four triangles are marked as gaps.
 template <class VertexOf, class IsGap, class Visit>
 DTSDF_HD void visitRefinedTriangles(const MeshTables& tables, const RefineTables& refine_tables,

@@ -35,8 +35,8 @@ DTSDF_HD int cornerBalance(const At& at, const Vec3i& corner) {
 DTSDF_HD bool isMajorityBehind(int balance) { return balance > 0; }
 
 /// A unit's indices after regularisation (paper, Sec. V-F). Corners that its sheets agree about
-/// take the side that most units around give them (`majority_behind`). Other corners stay, as they
-/// are between the two sides of something thin.
+/// take the side that most units around give them (`majority_behind`). Other corners are not
+/// changed, since they lie between the two sides of something thin.
 DTSDF_HD UnitIndices regularise(const UnitLabels& own, unsigned majority_behind) {
   const UnitIndices indices = indicesOf(own);
   const unsigned agreed = cornersBehind(own) | cornersInFront(own);

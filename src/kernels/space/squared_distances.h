@@ -43,7 +43,7 @@ struct DistanceTask {
   const CellMask* cubes;
 };
 
-/// Number of sectors to each side that are within reach.
+/// Number of sectors on each side that are within reach.
 DTSDF_HD int32_t sectorsInReach(int32_t reach) {
   return (reach + kSectorSide - 1) >> kSectorSideLog2;
 }

@@ -51,7 +51,7 @@ DTSDF_HD bool isLinked(const ImageView& image, const PixelSquare& square) {
   return true;
 }
 
-/// Whether a square and a margin of its own side all around lie in the image.
+/// Whether a square lies in the image, with a margin as wide as itself on all sides.
 DTSDF_HD bool hasSurroundings(const FrameView& frame, const PixelSquare& square) {
   const auto& [u, v] = square.first;
   const int beside = square.side, beyond = square.side + beside;

@@ -75,8 +75,8 @@ struct ReconstructionResult {
 
 /// Fuses all frames of a source and paints the images between them in the order of stamps; at equal
 /// stamps the frame comes first. RecordedInput says which images before the first frame and after
-/// the last are painted. Unless the map is a box, the mesh is updated every `mesh_every` frames (0:
-/// never) and at the end. `show_progress` is called with the number of frames done.
+/// the last are painted. The mesh is updated every `mesh_every` frames (0: never) and, unless the
+/// map is a box, at the end. `show_progress` is called with the number of frames done.
 /// @throws std::runtime_error if the source or the backend fails, or if no frame was fused and the
 /// map is not a box.
 ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, const MapParams& map,

@@ -108,8 +108,8 @@ class InputStatus {
     status.dropped = dropCounts(sum);
   }
 
-  /// While mapping is paused or simulated time stands still, no images are expected; afterwards,
-  /// silence is measured from zero.
+  /// While mapping is paused or simulated time stands still, no images are expected. Silence is
+  /// measured from the end of that time.
   void updateClock(SteadyTime at, const ros::Time& now, bool paused) {
     if (history_.empty() || now != now_) changed_at_ = at;
     now_ = now;

@@ -24,9 +24,9 @@ class SurfelMaker {
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, const Stream& stream);
 
   /// Enqueues the stage. For casting, it lists a surfel for each merged square with a weight, and
-  /// one for each measured unmerged pixel or each of its subpixels; a few of these have no weight.
-  /// If `count` exceeds `room`, the rest are missing. For voxel projection, it makes one per pixel,
-  /// in row-major order, and counts those with a weight.
+  /// one for each unmerged pixel with a plane, or for each of its subpixels; a few of these have no
+  /// weight. If `count` exceeds `room`, the rest are missing. For voxel projection, it makes one
+  /// per pixel, in row-major order, and counts those with a weight.
   /// @param count Counter on the device, with the value 0.
   DeviceSurfels makeSurfels(const DeviceSensing& sensing, uint32_t* count);
 

@@ -1,4 +1,4 @@
-/// Anchors: points near the corners of the grid where a corner's surface was measured.
+/// An anchor is a point near a corner of the grid, where the corner's surface was measured.
 ///
 /// In one frame, the anchor is the measured point that is nearest, along the surface, to the
 /// corner's foot; over frames, it is the weighted mean of these points. The distance alone would

@@ -257,8 +257,8 @@ Paint basePaint(const Shape& shape, const Eigen::Vector3d& p_W) {
   return kFacePaint[faceOf(p_W - (room->min() + half), half)];
 }
 
-/// Whether a point lies in a dark cube of a 3D chequerboard. The cubes are shifted, so that none of
-/// their faces lies on a surface: many surfaces are at multiples of 0.25 m.
+/// Whether a point lies in a dark cube of a 3D chequerboard. The cubes are shifted to keep their
+/// faces off surfaces, many of which lie at multiples of 0.25 m.
 bool isDark(const Eigen::Vector3d& p_W) {
   const Eigen::Vector3d square = ((p_W / kSquare_m).array() + 0.37).floor();
   return static_cast<long>(square.sum()) % 2 != 0;

@@ -55,8 +55,8 @@ class ComparedMap {
   }
 
  private:
-  /// Noise leaves cells in front of a surface unknown, up to half a metre above a floor seen from 5
-  /// m, since rays must pass a free cell with a margin.
+  /// Rays must pass a free cell with a margin, so noise leaves cells in front of a surface unknown:
+  /// up to half a metre above a floor seen from 5 m.
   static constexpr double kReach_m = 0.5;
 
   /// Whether a point is free although its cell is not. It must lie in front of the nearest triangle

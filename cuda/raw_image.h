@@ -1,4 +1,4 @@
-/// Uploads a frame's raw image to the device.
+/// The stages "copy" and "upload": copies a frame's raw image to pinned memory and uploads it.
 #pragma once
 
 #include <cstring>

@@ -17,12 +17,11 @@ void crop(const RegionView& region, Mesh& mesh) {
     const std::array<double, 3> p_W = positionInMap(mesh, i);
     is_inside[i] = isInside(region, Vec3d{p_W[0], p_W[1], p_W[2]}) ? 1 : 0;
   }
-  const auto leaves = [&](const std::array<uint32_t, 3>& t) {
-    return (is_inside[t[0]] & is_inside[t[1]] & is_inside[t[2]]) == 0;
-  };
-  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), leaves),
-                       mesh.triangles.end());
-  dropUnusedVertices(mesh);
+  std::vector<uint8_t> is_kept(mesh.vertices_m.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    if ((is_inside[a] & is_inside[b] & is_inside[c]) == 1) is_kept[a] = is_kept[b] = is_kept[c] = 1;
+  }
+  keepVertices(mesh, is_kept);
 }
 
 uint8_t toByte(float share) {
@@ -123,7 +122,7 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
     }
   }
   if (!mesh.colours.empty()) mesh.colours.resize(mesh.vertices_m.size());
-  outline.mend(mesh, voxel_size_m_);
+  mendMesh(mesh, outline, voxel_size_m_);
   makeUnit(mesh.normals);
   return mesh;
 }

@@ -9,116 +9,66 @@
 namespace dtsdf {
 namespace {
 
-constexpr uint32_t kNone = UINT32_MAX;
+constexpr int kInside = -1;  ///< The voxel of corners whose edges only one block lists.
 
-/// The owner of an edge of a block's corner grid, and the edge's place in it. The owner is the
-/// block of the edge's lower corner: corners on the grid's far faces belong to upper neighbours.
-struct OwnedEdge {
-  uint8_t owner;   ///< See cornerBlockOffset().
-  uint16_t place;  ///< Index among the edges on the owner's lower faces; kInside if on none.
-};
-
-/// Marks an edge that is on none of its owner's lower faces: only the owner lists it.
-constexpr uint16_t kInside = UINT16_MAX;
-constexpr int kFaceCorners = kBlockSide * kBlockSide, kSharedPlaces = 3 * kFaceCorners * 6;
-
-OwnedEdge ownedEdge(int edge) {
-  const CornerSource source = cornerSource(edgeCorner(edge));
-  const Vec3i at = voxelOffset(source.voxel);
-  const auto place = [&](int face, int u, int v) {
-    const int corner = face * kFaceCorners + u + kBlockSide * v;
-    return static_cast<uint16_t>(edgeNumber(corner, edgeAxis(edge), edgeFacing(edge)));
-  };
-  const auto owner = static_cast<uint8_t>(source.block);
-  if (at.x == 0) return {owner, place(0, at.y, at.z)};
-  if (at.y == 0) return {owner, place(1, at.x, at.z)};
-  if (at.z == 0) return {owner, place(2, at.x, at.y)};
-  return {owner, kInside};
-}
-
-/// The owners of all edges of the corner grid.
-const std::array<OwnedEdge, kGridEdges>& ownedEdges() {
-  static const std::array<OwnedEdge, kGridEdges> edges = [] {
-    std::array<OwnedEdge, kGridEdges> all;
-    for (int edge = 0; edge < kGridEdges; ++edge) all[edge] = ownedEdge(edge);
-    return all;
-  }();
-  return edges;
+std::array<CornerSource, kGridCorners> cornerSources() {
+  std::array<CornerSource, kGridCorners> sources;
+  for (int corner = 0; corner < kGridCorners; ++corner) {
+    sources[corner] = cornerSource(corner);
+    const Vec3i at = voxelOffset(sources[corner].voxel);
+    if (at.x != 0 && at.y != 0 && at.z != 0) sources[corner].voxel = kInside;
+  }
+  return sources;
 }
 
 }  // namespace
 
 BlockJoiner::BlockJoiner() {
-  for (Owner& owner : owners_) owner.number.resize(kSharedPlaces, kNone);
+  static const std::array<CornerSource, kGridCorners> sources = cornerSources();
+  sources_ = sources.data();
 }
 
 const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
-  // Only an edge's owner and the owner's lower neighbours list the edge, so no later block does.
-  const PackedKey key = packKey(block.key);
-  shared_edges_.erase(shared_edges_.begin(), shared_edges_.lower_bound(key));
-  shared_sides_.erase(shared_sides_.begin(), shared_sides_.lower_bound(key));
-  open(block.key);
+  // Only an edge's owner and the owner's lower neighbours list the edge.
+  if (block.key.z != layer_) {
+    std::swap(shared_[0], shared_[1]);
+    if (block.key.z != layer_ + 1) shared_[0].clear();
+    shared_[1].clear();
+    layer_ = block.key.z;
+  }
+  for (int n = 0; n < kCornerBlocks; ++n) {
+    constexpr PackedKey kInLayer = (PackedKey{1} << 42) - 1;
+    owners_[n] = packKey(block.key + cornerBlockOffset(n)) & kInLayer;
+  }
   joined_.fresh.clear();
   joined_.number.resize(block.vertices.size());
   joined_.faced.resize(block.vertices.size());
   for (size_t i = 0; i < block.vertices.size(); ++i) {
     const uint32_t edge = block.vertices[i].edge;
     joined_.faced[i] = toFloat(facingSteps(edge));
-    joined_.number[i] = numberOf(block, edge);
+    joined_.number[i] = numberOf(edge);
     if (joined_.number[i] != next_) continue;
     joined_.fresh.push_back(static_cast<uint32_t>(i));
     ++next_;
   }
-  close(block.key);
   return joined_;
 }
 
-/// Sets the numbers that earlier blocks gave to edges that this block may list.
-void BlockJoiner::open(const BlockKey& block) {
-  for (int n = 0; n < kCornerBlocks; ++n) {
-    Owner& owner = owners_[n];
-    const auto shared = shared_edges_.find(packKey(block + cornerBlockOffset(n)));
-    if (shared != shared_edges_.end()) owner.known = shared->second;
-    owner.entered = owner.known.size();
-    for (const auto& [place, number] : owner.known) owner.number[place] = number;
+/// The number of a vertex in the joined mesh; next_ if it is new. The owner of an edge is the block
+/// of its lower corner: corners on the grid's far faces belong to upper neighbours.
+uint32_t BlockJoiner::numberOf(uint32_t edge) {
+  constexpr uint64_t kMidpoint = uint64_t{1} << 63;
+  if (isMidpoint(edge)) {
+    const int first = midpointFirstEnd(edge), second = midpointSecondEnd(edge);
+    const auto [low, high] = std::minmax(number_of_edge_[first], number_of_edge_[second]);
+    NumberTable& shared = shared_[sources_[edgeCorner(first)].block >> 2];
+    // Midpoints inside the block are included, as both units that share the side list them.
+    return shared.findOrAdd(kMidpoint | uint64_t{low} << 32 | high, next_);
   }
-}
-
-/// Saves edges that this block was the first to list. No later block lists its own edges (n = 0).
-void BlockJoiner::close(const BlockKey& block) {
-  for (int n = 0; n < kCornerBlocks; ++n) {
-    Owner& owner = owners_[n];
-    for (const auto& [place, number] : owner.known) owner.number[place] = kNone;
-    if (owner.known.size() > owner.entered && n != 0) {
-      shared_edges_[packKey(block + cornerBlockOffset(n))] = owner.known;
-    }
-    owner.known.clear();
-  }
-}
-
-/// The number of a block's vertex in the joined mesh; next_ if it is new.
-uint32_t BlockJoiner::numberOf(const BlockMesh& block, uint32_t edge) {
-  if (!isMidpoint(edge)) return number_of_edge_[edge] = numberOfEdge(edge);
-  const int first = midpointFirstEnd(edge), second = midpointSecondEnd(edge);
-  const auto [low, high] = std::minmax(number_of_edge_[first], number_of_edge_[second]);
-  const auto ownerOf = [&](int end) {
-    return packKey(block.key + cornerBlockOffset(ownedEdges()[end].owner));
-  };
-  const PackedKey last = std::min(ownerOf(first), ownerOf(second));
-  // Midpoints inside the block are included, as both units that share the side list them.
-  return shared_sides_[last].emplace(uint64_t{low} << 32 | high, next_).first->second;
-}
-
-uint32_t BlockJoiner::numberOfEdge(uint32_t edge) {
-  const auto [block, place] = ownedEdges()[edge];
-  if (place == kInside) return next_;
-  Owner& owner = owners_[block];
-  uint32_t& number = owner.number[place];
-  if (number == kNone) {
-    number = next_;
-    owner.known.emplace_back(place, next_);
-  }
-  return number;
+  const auto [owner, voxel] = sources_[edge / 6];
+  if (voxel == kInside) return number_of_edge_[edge] = next_;
+  const uint64_t name = owners_[owner] << 12 | static_cast<uint64_t>(voxel) << 3 | edge % 6;
+  return number_of_edge_[edge] = shared_[owner >> 2].findOrAdd(name, next_);
 }
 
 Outline::Kind outlineKind(const BlockVertex& vertex) {
@@ -216,7 +166,7 @@ void MeshStream::takeWritten(Triangles& triangles, const Take& take) {
   for (; count < triangles.size(); ++count) {
     const auto& [a, b, c] = triangles[count];
     if (std::max({a, b, c}) >= done_[3]) break;
-    if (outline_.isCrumb(triangles[count])) continue;
+    if (isCrumb(outline_, triangles[count])) continue;
     take({numbers_[a - first_], numbers_[b - first_], numbers_[c - first_]});
   }
   dropFirst(triangles, count);
@@ -225,9 +175,9 @@ void MeshStream::takeWritten(Triangles& triangles, const Take& take) {
 /// Continues each step up to this vertex.
 void MeshStream::process(const std::array<uint32_t, kSteps>& ends) {
   outline_.link(done_[0], ends[0], triangles_);
-  outline_.removeCrumbs(done_[1], ends[1], window_.vertices_m, positions_.voxelSize());
-  outline_.close(done_[2], ends[2], window_.vertices_m, window_.normals, positions_.voxelSize(),
-                 [this](const Outline::Triangle& t) { patches_.push_back(t); });
+  removeCrumbs(outline_, done_[1], ends[1], window_.vertices_m, positions_.voxelSize());
+  closeHoles(outline_, done_[2], ends[2], window_.vertices_m, window_.normals,
+             positions_.voxelSize(), [this](const Outline::Triangle& t) { patches_.push_back(t); });
   write(done_[3], ends[3]);
   done_ = ends;
   takeWritten(triangles_, sink_.triangle);
@@ -241,7 +191,7 @@ void MeshStream::write(uint32_t begin, uint32_t end) {
   for (uint32_t i = begin; i < end; ++i) {
     if (outline_.isUnused(i)) continue;
     numbers_[i - first_] = next_number_++;
-    piece.vertices_m.push_back(outline_.smoothed(i, window_.vertices_m));
+    piece.vertices_m.push_back(smoothed(outline_, i, window_.vertices_m));
     piece.normals.push_back(window_.normals[i - first_]);
     if (is_painted_) piece.colours.push_back(window_.colours[i - first_]);
   }

@@ -2,21 +2,21 @@
 /// vertex normals. A mesh that does not fit into memory can be output in pieces.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <map>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "dtsdf_mapping/block_mesh.h"
 #include "dtsdf_mapping/mesh.h"
+#include "kernels/core/grid.h"
 #include "kernels/meshing/corner_grid.h"
 #include "map/block_extent.h"
-#include "meshing/outline.h"
+#include "meshing/mend.h"
 
 namespace dtsdf {
 
@@ -49,6 +49,45 @@ struct JoinedBlock {
   std::vector<Vec3f> faced;      ///< The facing of each vertex's edge; see facingSteps().
 };
 
+/// Numbers by name: a hash table with open addressing.
+class NumberTable {
+ public:
+  /// The number of a name; a new name gets `number`.
+  uint32_t findOrAdd(uint64_t name, uint32_t number) {
+    if (2 * used_ >= slots_.size()) grow();
+    Slot& slot = slotOf(name);
+    if (slot.second == kNone) slot = {name, number}, ++used_;
+    return slot.second;
+  }
+
+  void clear() {
+    slots_.assign(slots_.size(), {0, kNone});
+    used_ = 0;
+  }
+
+ private:
+  using Slot = std::pair<uint64_t, uint32_t>;
+  static constexpr uint32_t kNone = UINT32_MAX;
+
+  Slot& slotOf(uint64_t name) {
+    const size_t last = slots_.size() - 1;
+    size_t at = static_cast<size_t>(hashKey(name)) & last;
+    while (slots_[at].second != kNone && slots_[at].first != name) at = (at + 1) & last;
+    return slots_[at];
+  }
+
+  void grow() {
+    std::vector<Slot> old(std::max<size_t>(64, 2 * slots_.size()), {0, kNone});
+    old.swap(slots_);
+    for (const Slot& slot : old) {
+      if (slot.second != kNone) slotOf(slot.first) = slot;
+    }
+  }
+
+  std::vector<Slot> slots_;  ///< Their number is a power of two, or 0.
+  size_t used_ = 0;
+};
+
 /// Numbers the vertices of blocks, which must be added in order of their packed keys. To save
 /// memory, remembers only the vertices that later blocks may share.
 class BlockJoiner {
@@ -59,32 +98,17 @@ class BlockJoiner {
   const JoinedBlock& add(const BlockMesh& block);
 
  private:
-  /// A vertex on an edge that several blocks share: the edge's index among those on its owner's
-  /// lower faces, and the vertex's number.
-  using SharedEdge = std::pair<uint16_t, uint32_t>;
-
-  /// Shared edges of one owner: of the block that is being added, or of one of its upper
-  /// neighbours.
-  struct Owner {
-    std::vector<uint32_t> number;   ///< Vertex number by edge index; all kNone between calls.
-    std::vector<SharedEdge> known;  ///< The entries of `number` that are set.
-    size_t entered = 0;             ///< Entries of `known` that earlier blocks made.
-  };
-
-  uint32_t numberOf(const BlockMesh& block, uint32_t edge);
-  uint32_t numberOfEdge(uint32_t edge);
-  void open(const BlockKey& block);
-  void close(const BlockKey& block);
+  uint32_t numberOf(uint32_t edge);
 
   uint32_t next_ = 0;  ///< Number of the next new vertex.
   JoinedBlock joined_;
-  /// Vertices that several blocks may list, by the key of the last such block: those on edges, and
-  /// midpoints by the numbers of their two ends, the lower one in the upper 32 bits.
-  std::map<PackedKey, std::vector<SharedEdge>> shared_edges_;
-  std::map<PackedKey, std::unordered_map<uint64_t, uint32_t>> shared_sides_;
-  std::array<Owner, kCornerBlocks> owners_;  ///< Indexed like cornerBlockOffset().
-  /// Vertex number by edge of the block being added.
-  std::array<uint32_t, kGridEdges> number_of_edge_ = {};
+  int32_t layer_ = INT32_MIN;  ///< The z of the last block.
+  /// Vertices that several blocks may list: those on edges whose lower corner, and midpoints of
+  /// sides of which one end, is in blocks of this layer; and others, in the next layer.
+  std::array<NumberTable, 2> shared_;
+  const CornerSource* sources_;                           ///< Of the corners of a block's grid.
+  std::array<PackedKey, kCornerBlocks> owners_ = {};      ///< See cornerBlockOffset().
+  std::array<uint32_t, kGridEdges> number_of_edge_ = {};  ///< Those of the block being added.
 };
 
 /// Adds the area-weighted normal of a block's triangle to the normals of its vertices. At the rim
@@ -133,8 +157,8 @@ class MeshStream {
   void finish();
 
  private:
-  /// Steps through which each vertex goes, see Outline: linked, cleaned of crumbs, closed, written
-  /// and forgotten.
+  /// Steps through which each vertex goes, see meshing/mend.h: linked, cleaned of crumbs, closed,
+  /// written and forgotten.
   static constexpr size_t kSteps = 5;
   /// A step processes a block's vertices once all blocks up to this many beyond were added: blocks
   /// next to it may list its vertices, and each step reads what the one before did up to one or two

@@ -58,9 +58,9 @@ class ChunkPacker {
       mesh_.vertices_m.push_back(
           {stepsOf(voxel.x, p.x), stepsOf(voxel.y, p.y), stepsOf(voxel.z, p.z)});
       mesh_.colours.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);
+      mesh_.normals.push_back({0.0f, 0.0f, 0.0f});
       outline_.addVertex(kindOf(block.vertices[i].edge, voxel));
     }
-    mesh_.normals.resize(mesh_.vertices_m.size(), {0.0f, 0.0f, 0.0f});
     for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
       const uint16_t* const corner = &block.triangles[t];
       mesh_.triangles.push_back(
@@ -71,28 +71,30 @@ class ChunkPacker {
   }
 
   PackedChunk finish() {
-    outline_.mend(mesh_, static_cast<float>(steps_per_voxel_));
+    mendMesh(mesh_, outline_, static_cast<float>(steps_per_voxel_));
     makeUnit(mesh_.normals);
-    // A smoothed line may bulge out of the chunk, but by less than kVoxelsBeyond.
-    chunk_.positions.reserve(3 * mesh_.vertices_m.size());
-    for (const Vec3f& p : mesh_.vertices_m) {
-      for (const float steps : {p.x, p.y, p.z}) {
-        chunk_.positions.push_back(static_cast<uint16_t>(steps + 0.5f));
+    const size_t count = mesh_.vertices_m.size();
+    chunk_.positions.resize(3 * count);
+    chunk_.normals.resize(2 * count);
+    for (size_t i = 0; i < count; ++i) {
+      // A smoothed line may bulge out of the chunk, but by less than kVoxelsBeyond.
+      for (int axis = 0; axis < 3; ++axis) {
+        const float steps = component(mesh_.vertices_m[i], axis);
+        chunk_.positions[3 * i + axis] = static_cast<uint16_t>(steps + 0.5f);
       }
-    }
-    chunk_.normals.reserve(2 * mesh_.normals.size());
-    for (const Vec3f& normal : mesh_.normals) {
-      const auto packed = packedNormal(normal);
-      chunk_.normals.insert(chunk_.normals.end(), packed.begin(), packed.end());
+      const auto [u, v] = packedNormal(mesh_.normals[i]);
+      chunk_.normals[2 * i] = u;
+      chunk_.normals[2 * i + 1] = v;
     }
     addColours();
     const auto addTriangles = [this](auto& indices) {
-      indices.reserve(3 * mesh_.triangles.size());
+      indices.resize(3 * mesh_.triangles.size());
+      auto* index = indices.data();
       for (const auto& triangle : mesh_.triangles) {
-        indices.insert(indices.end(), triangle.begin(), triangle.end());
+        for (const uint32_t v : triangle) *index++ = static_cast<std::decay_t<decltype(*index)>>(v);
       }
     };
-    if (mesh_.vertices_m.size() <= kMaxVertices16) {
+    if (count <= kMaxVertices16) {
       addTriangles(chunk_.triangles16);
     } else {
       addTriangles(chunk_.triangles32);
@@ -103,10 +105,10 @@ class ChunkPacker {
  private:
   /// Rounds relative to the block, so that a vertex gets the same result from all its blocks: its
   /// positions in them differ by whole voxels, which are added exactly. In double, a position in
-  /// steps is exact, too.
+  /// steps is exact, too; kVoxelsBeyond makes it positive.
   float stepsOf(int voxel, float position) const {
-    const double steps = std::floor(static_cast<double>(position) * steps_per_voxel_ + 0.5);
-    return static_cast<float>((voxel + kVoxelsBeyond) * steps_per_voxel_ + steps);
+    const double steps = (static_cast<double>(position) + kVoxelsBeyond) * steps_per_voxel_;
+    return static_cast<float>(voxel * steps_per_voxel_ + static_cast<int>(steps + 0.5));
   }
 
   /// Vertices on the chunk's faces stay in place: outlines continue in neighbouring chunks.
@@ -172,9 +174,10 @@ PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const 
                       const std::vector<PackedKey>& blocks) {
   std::vector<const BlockMesh*> meshes;
   size_t vertices = 0, triangles = 0;
+  auto it = mesh.blocks().begin();
   for (const PackedKey key : blocks) {
-    const auto it = mesh.blocks().find(key);
-    if (it == mesh.blocks().end()) continue;
+    if (it != mesh.blocks().end() && it->first < key) it = mesh.blocks().lower_bound(key);
+    if (it == mesh.blocks().end() || it->first != key) continue;
     meshes.push_back(it->second.get());
     vertices += it->second->vertices.size();
     triangles += it->second->triangles.size() / 3;
@@ -223,13 +226,12 @@ std::array<double, 3> positionOf(const PackedChunk& chunk, double step_m, size_t
 
 std::array<int16_t, 2> packedNormal(const Vec3f& normal) {
   const float sum = std::abs(normal.x) + std::abs(normal.y) + std::abs(normal.z);
-  float u = normal.x / sum, v = normal.y / sum;
-  if (normal.z < 0.0f) {
-    const float folded = (1.0f - std::abs(v)) * foldSign(u);
-    v = (1.0f - std::abs(u)) * foldSign(v);
-    u = folded;
-  }
-  return {roundToUnits(u * kNormalUnits), roundToUnits(v * kNormalUnits)};
+  const float u = normal.x / sum, v = normal.y / sum;
+  const float folded_u = (1.0f - std::abs(v)) * foldSign(u);
+  const float folded_v = (1.0f - std::abs(u)) * foldSign(v);
+  const bool is_low = normal.z < 0.0f;
+  return {roundToUnits((is_low ? folded_u : u) * kNormalUnits),
+          roundToUnits((is_low ? folded_v : v) * kNormalUnits)};
 }
 
 Vec3f normalOfPacked(int16_t u, int16_t v) {

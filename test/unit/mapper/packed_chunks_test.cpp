@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "kernels/core/grid.h"
+#include "meshing/mend.h"
 #include "meshing/mesh_chunks.h"
-#include "meshing/outline.h"
 #include "support/depth_frames.h"
 #include "support/mesh_topology.h"
 #include "support/random_vectors.h"
@@ -138,8 +138,8 @@ Mesh mended(Mesh mesh) {
     for (const uint32_t v : t) mesh.normals[v] = mesh.normals[v] + n;
   }
   outline.link(0, count, mesh.triangles);
-  outline.close(0, count, mesh.vertices_m, mesh.normals, kVoxelSize,
-                [&](const Triangle& t) { mesh.triangles.push_back(t); });
+  closeHoles(outline, 0, count, mesh.vertices_m, mesh.normals, kVoxelSize,
+             [&](const Triangle& t) { mesh.triangles.push_back(t); });
   return mesh;
 }
 

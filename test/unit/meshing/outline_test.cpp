@@ -1,5 +1,5 @@
 // Tests where the vertices of a mesh's outline move, and which holes, cracks and crumbs are mended.
-#include "meshing/outline.h"
+#include "meshing/mend.h"
 
 #include <gtest/gtest.h>
 
@@ -80,19 +80,19 @@ struct Sheet {
       for (const uint32_t v : t) mesh.normals[v] = mesh.normals[v] + n;
     }
     Outline outline = this->outline();
-    outline.removeCrumbs(0, kVertices, positions, 1.0f);
+    removeCrumbs(outline, 0, kVertices, positions, 1.0f);
     for (const Triangle& t : triangles) {
-      if (!outline.isCrumb(t)) mesh.triangles.push_back(t);
+      if (!isCrumb(outline, t)) mesh.triangles.push_back(t);
     }
-    outline.close(0, kVertices, positions, mesh.normals, 1.0f,
-                  [&](const Triangle& t) { mesh.triangles.push_back(t); });
+    closeHoles(outline, 0, kVertices, positions, mesh.normals, 1.0f,
+               [&](const Triangle& t) { mesh.triangles.push_back(t); });
     return mesh;
   }
 
   std::vector<Vec3f> smoothed() const {
     const Outline outline = this->outline();
     std::vector<Vec3f> all;
-    for (uint32_t i = 0; i < kVertices; ++i) all.push_back(outline.smoothed(i, positions));
+    for (uint32_t i = 0; i < kVertices; ++i) all.push_back(dtsdf::smoothed(outline, i, positions));
     return all;
   }
 
@@ -156,7 +156,7 @@ TEST(Outline, StaysWhereOutlinesMeet) {
   for (size_t i = 0; i < positions.size(); ++i) outline.addVertex(Kind::kPlain);
   for (const Triangle& t : triangles) outline.addTriangle(t);
   outline.link(0, 5, triangles);
-  EXPECT_EQ(distance(outline.smoothed(0, positions), positions[0]), 0.0f);
+  EXPECT_EQ(distance(smoothed(outline, 0, positions), positions[0]), 0.0f);
 }
 
 /// Midpoints of sides are not steps of their own: a refined outline is smoothed as much as a plain

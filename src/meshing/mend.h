@@ -1,0 +1,62 @@
+/// Mends a mesh at its outlines.
+///
+/// - A **crumb** is a piece of a few triangles near a larger piece, mostly noise. It is left out.
+/// - A short outline surrounds a **hole**, left by units in which no direction is active. It is
+///   closed.
+/// - A **crack** lies between two outlines, or two parts of one, that face each other. Bridges from
+///   vertex to vertex divide it into holes.
+/// - A mesh ends with whole units, so outlines have teeth of a voxel where images disagree about
+///   the last units. The teeth average out, so vertices are smoothed along them with the
+///   weights (-1 4 10 4 -1) / 16, which keep straight and evenly curved lines but remove teeth.
+///
+/// mendMesh() does all of this. For a mesh in pieces, call Outline::link(), removeCrumbs(),
+/// closeHoles() and smoothed() in this order, each for any number of vertices at a time. A step
+/// reads what the previous one did to vertices up to a block's length away, removeCrumbs() and
+/// closeHoles() up to two. Below, `positions` and `normals` start at the first vertex that the
+/// outline has not forgotten, and `voxel` is the edge of a voxel in units of `positions`.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "dtsdf_mapping/mesh.h"
+#include "kernels/core/grid.h"
+#include "meshing/outline.h"
+
+namespace dtsdf {
+
+/// The cell of a position, of a grid of cubes.
+inline Vec3i cellOf(const Vec3f& position, float side) {
+  const Vec3f scaled = (1.0f / side) * position;
+  return {floorToInt(scaled.x), floorToInt(scaled.y), floorToInt(scaled.z)};
+}
+
+/// Removes the crumbs whose first vertex on an outline is in [first, end).
+void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
+                  const std::vector<Vec3f>& positions, float voxel);
+
+/// Whether a triangle belongs to a removed crumb.
+inline bool isCrumb(const Outline& outline, const Outline::Triangle& t) {
+  return outline.isUnused(t[0]) && outline.isUnused(t[1]);
+}
+
+/// Closes the holes and the parts of cracks whose first vertex is in [first, end): loops of at most
+/// eight edges, not counting midpoints, that can be filled with triangles facing the same way as
+/// their vertices. (So the rim of a small piece is not a hole.)
+/// @param normals One per vertex, of any length. @param add Receives the new triangles.
+void closeHoles(Outline& outline, uint32_t first, uint32_t end, const std::vector<Vec3f>& positions,
+                const std::vector<Vec3f>& normals, float voxel,
+                const std::function<void(const Outline::Triangle&)>& add);
+
+/// The smoothed position of a vertex. @param positions One per vertex, before smoothing.
+Vec3f smoothed(const Outline& outline, uint32_t vertex, const std::vector<Vec3f>& positions);
+
+/// Drops the vertices whose mark is 0, and the triangles that have one.
+void keepVertices(Mesh& mesh, const std::vector<uint8_t>& is_kept);
+
+/// Mends a mesh whose vertices and triangles were added to the outline; its normals may have any
+/// length. Drops vertices without triangles.
+void mendMesh(Mesh& mesh, Outline& outline, float voxel);
+
+}  // namespace dtsdf

@@ -110,13 +110,13 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
   Vec3i cell{0, 0, 0};
   auto found = pieces_at.find(packKey(cell));
   for (uint32_t i = first_kept; i < outline.end(); ++i) {
-    if (outline.isUnused(i)) continue;
+    const uint32_t own = piece_of[i - first_kept];
+    if (own == kNoPiece && outline.isUnused(i)) continue;  // removed pieces count
     const Vec3f& p = positions[i - first_kept];
     const Vec3i next = cellOf(p, cell_side);
     if (next != cell) found = pieces_at.find(packKey(next));  // seldom: neighbours share cells
     cell = next;
     if (found == pieces_at.end()) continue;
-    const uint32_t own = piece_of[i - first_kept];
     for (const uint32_t n : found->second) {
       Piece& piece = pieces[n];
       if (own == n || (own == kNoPiece && piece.is_near_larger)) continue;

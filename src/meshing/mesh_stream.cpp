@@ -130,10 +130,11 @@ void MeshStream::add(const BlockMesh& block) {
     outline_.addTriangle(triangle);
     triangles_.push_back(triangle);
   }
+  PackedKey next = packKey(block.key);  // the first block that the step before has not passed
   for (size_t i = 0; i < kSteps; ++i) {
     ahead_[i].emplace_back(block.key, end());
-    passed_[i] =
-        dropPassedBlocks(ahead_[i], kBlocksBehind[i], last_block_, packKey(block.key), passed_[i]);
+    passed_[i] = dropPassedBlocks(ahead_[i], kBlocksBehind[i], last_block_, next, passed_[i]);
+    if (!ahead_[i].empty()) next = packKey(ahead_[i].front().first);
   }
   if (passed_[0] - done_[0] < std::max(vertices_at_once_, (end() - first_) / 4)) return;
   process(passed_);
@@ -182,7 +183,9 @@ void MeshStream::process(const std::array<uint32_t, kSteps>& ends) {
   done_ = ends;
   takeWritten(triangles_, sink_.triangle);
   takeWritten(patches_, [this](const Outline::Triangle& t) { numbered_patches_.push_back(t); });
-  forget(ends[4]);
+  uint32_t first = ends[4];
+  for (const Outline::Triangle& t : patches_) first = std::min({first, t[0], t[1], t[2]});
+  forget(first);
 }
 
 void MeshStream::write(uint32_t begin, uint32_t end) {

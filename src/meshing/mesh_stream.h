@@ -160,10 +160,11 @@ class MeshStream {
   /// Steps through which each vertex goes, see meshing/mend.h: linked, cleaned of crumbs, closed,
   /// written and forgotten.
   static constexpr size_t kSteps = 5;
-  /// A step processes a block's vertices once all blocks up to this many beyond were added: blocks
-  /// next to it may list its vertices, and each step reads what the one before did up to one or two
-  /// blocks away. Triangles over holes may wait two blocks longer for vertices to be written.
-  static constexpr std::array<int32_t, kSteps> kBlocksBehind = {1, 3, 5, 6, 8};
+  /// A step processes a block's vertices once all blocks up to this many beyond were added (first
+  /// step), or processed by the step before: blocks next to it may list its vertices, and each step
+  /// reads what the one before did up to one or two blocks away. Triangles over holes may wait two
+  /// blocks longer for vertices to be written.
+  static constexpr std::array<int32_t, kSteps> kBlocksBehind = {1, 2, 2, 1, 2};
 
   /// A block, and the number of vertices up to its end.
   using AddedBlock = std::pair<BlockKey, uint32_t>;

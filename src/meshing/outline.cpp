@@ -97,7 +97,10 @@ uint32_t Outline::findFans(const Rim& rim, std::array<Rim::Fan, 2>& fans) const 
 
 void Outline::clear(uint32_t vertex) {
   at(vertex).triangles = 0;
-  if (hasRim(vertex)) rims_[rimNumber(vertex)] = {vertex, 0};
+  if (!hasRim(vertex)) return;
+  Rim& rim = rims_[rimNumber(vertex)];
+  rim.fan_count = 0;
+  rim.beside = {kNone, kNone};
 }
 
 void Outline::patch(const Triangle& triangle) {

@@ -53,7 +53,7 @@ class Outline {
   /// @param triangles At least these.
   void link(uint32_t first, uint32_t end, const std::vector<Triangle>& triangles);
 
-  /// Removes all triangles around a vertex.
+  /// Removes all triangles around a vertex, except from its links.
   void clear(uint32_t vertex);
   /// Adds a triangle that closes a part of a hole. @pre Its vertices have rims.
   void patch(const Triangle& triangle);

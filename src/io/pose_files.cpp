@@ -1,5 +1,6 @@
 #include "io/pose_files.h"
 
+#include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <map>
@@ -87,10 +88,22 @@ std::vector<Pose> posesInOrder(const std::vector<ListLine>& lines) {
   return poses;
 }
 
-void findInOrder(const std::vector<Pose>& poses, std::vector<StampedImage>& images) {
-  const bool has_pose_for_each = poses.size() == images.size();
+void findInOrder(const std::vector<Pose>& poses, const std::vector<StampedImage>& depth,
+                 std::vector<StampedImage>& images) {
+  const auto placeInDepth = [&](double stamp_s) {
+    const auto found =
+        std::lower_bound(depth.begin(), depth.end(), stamp_s,
+                         [](const StampedImage& a, double stamp) { return a.stamp_s < stamp; });
+    const bool is_listed = found != depth.end() && found->stamp_s == stamp_s;
+    return is_listed ? static_cast<double>(found - depth.begin()) : -1.0;
+  };
   for (size_t i = 0; i < images.size(); ++i) {
-    const double number = has_pose_for_each ? static_cast<double>(i) : images[i].stamp_s;
+    double number = images[i].stamp_s;
+    if (poses.size() == images.size()) {
+      number = static_cast<double>(i);
+    } else if (poses.size() == depth.size()) {
+      number = placeInDepth(number);
+    }
     const bool has_pose = number >= 0.0 && number < static_cast<double>(poses.size());
     if (has_pose) images[i].T_W_C = poses[static_cast<size_t>(number)];
     images[i].missing = has_pose ? "the pose is not a rigid motion, or the camera was lost"
@@ -98,7 +111,8 @@ void findInOrder(const std::vector<Pose>& poses, std::vector<StampedImage>& imag
   }
 }
 
-void findAsGiven(const std::string& path, double tolerance_s, std::vector<StampedImage>& images,
+void findAsGiven(const std::string& path, double tolerance_s,
+                 const std::vector<StampedImage>& depth, std::vector<StampedImage>& images,
                  std::string& convention) {
   NamedPoses named;
   const char* default_convention = "optical";
@@ -117,7 +131,7 @@ void findAsGiven(const std::string& path, double tolerance_s, std::vector<Stampe
     if (words != 10 && words != 3 && words != 4 && words != 12 && words != 16) {
       return findPosesNear(readTrajectory(path, kPosesAdvice), tolerance_s, images);
     }
-    if (words != 10) return findInOrder(posesInOrder(lines), images);
+    if (words != 10) return findInOrder(posesInOrder(lines), depth, images);
     named = posesOfColmap(lines);
     default_convention = "inverted";
   }
@@ -142,9 +156,10 @@ void convertToOptical(const std::string& convention, std::vector<StampedImage>& 
   }
 }
 
-void findPosesIn(const std::string& path, double tolerance_s, std::vector<StampedImage>& images,
+void findPosesIn(const std::string& path, double tolerance_s,
+                 const std::vector<StampedImage>& depth, std::vector<StampedImage>& images,
                  std::string convention) try {
-  findAsGiven(path, tolerance_s, images, convention);
+  findAsGiven(path, tolerance_s, depth, images, convention);
   convertToOptical(convention, images);
 } catch (const nlohmann::json::exception& error) {
   throw std::runtime_error(path + ": " + error.what());

@@ -15,11 +15,14 @@ namespace dtsdf {
 /// - by name, or else by the number at its end: COLMAP's images.txt, transforms.json, and a folder
 ///   with a file of 4 x 4 numbers per image;
 /// - by order if there are as many poses as images, or else by number: a list of 3 x 4 (KITTI) or
-///   4 x 4 numbers, such as Open3D's trajectory.log.
+///   4 x 4 numbers, such as Open3D's trajectory.log. If it has as many poses as there are depth
+///   images, a colour image has the pose of the depth image with its number.
+/// @param depth The depth images, sorted by stamp; may be `images`.
 /// @param convention As RecordingOptions::pose_convention; empty: that of the file's format.
 /// @throws std::runtime_error that names the file, if anything is missing or malformed.
-void findPosesIn(const std::string& path, double tolerance_s, std::vector<StampedImage>& images,
-                 std::string convention = "");
+void findPosesIn(const std::string& path, double tolerance_s,
+                 const std::vector<StampedImage>& depth, std::vector<StampedImage>& images,
+                 std::string convention);
 
 /// Converts poses from a convention to the optical frame. @throws as opticalPose()
 void convertToOptical(const std::string& convention, std::vector<StampedImage>& images);

@@ -111,11 +111,11 @@ CameraInfo cameraOf(const RecordingOptions& options, const FolderFormat& format,
 }
 
 void findPoses(const RecordingOptions& options, const FolderFormat& format,
-               std::vector<StampedImage>& images) {
+               const std::vector<StampedImage>& depth, std::vector<StampedImage>& images) {
   if (!options.poses_path.empty() || format.posesPath != nullptr) {
     return findPosesIn(
         options.poses_path.empty() ? format.posesPath(options.path) : options.poses_path,
-        options.pose_tolerance_s, images, options.pose_convention);
+        options.pose_tolerance_s, depth, images, options.pose_convention);
   }
   format.findPoses(options.path, options.pose_tolerance_s, images);
   convertToOptical(options.pose_convention, images);
@@ -128,7 +128,7 @@ void findFirstPose(const RecordingOptions& options, const FolderFormat& format,
   while (first + 1 < images.size() && !options.selection.contains(first)) ++first;
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   try {
-    findPoses(options, format, images);  // of all, since poses may match by order
+    findPoses(options, format, images, images);  // of all, since poses may match by order
     T_W_C = images[first].T_W_C.value_or(T_W_C);
   } catch (const std::runtime_error&) {
     if (!options.poses_path.empty()) throw;  // the user named this file
@@ -181,7 +181,11 @@ std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options) {
   recorded.units_per_metre = unitsOf(options, format);
   recorded.images = listDepth(options.path, format);
   recorded.camera = cameraOf(options, format, recorded.images);
-  (options.first_pose_only ? findFirstPose : findPoses)(options, format, recorded.images);
+  if (options.first_pose_only) {
+    findFirstPose(options, format, recorded.images);
+  } else {
+    findPoses(options, format, recorded.images, recorded.images);
+  }
   return openRecordedImages(std::move(recorded), options);
 }
 
@@ -200,11 +204,11 @@ std::string assumptionsOf(const RecordingOptions& options) {
 std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& options) {
   requireFolder(options.path);
   const FolderFormat& format = formatOf(options);
-  const CameraInfo depth_camera = cameraOf(options, format, listDepth(options.path, format));
-  RecordedImages recorded = format.findColours(options.path, depth_camera);
+  const std::vector<StampedImage> depth = listDepth(options.path, format);
+  RecordedImages recorded = format.findColours(options.path, cameraOf(options, format, depth));
   if (recorded.images.empty()) return nullptr;
   sortByStamp(recorded.images);
-  if (!options.first_pose_only) findPoses(options, format, recorded.images);
+  if (!options.first_pose_only) findPoses(options, format, depth, recorded.images);
   for (StampedImage& image : recorded.images) {
     if (options.first_pose_only) image.T_W_C = Eigen::Isometry3d::Identity();
   }

@@ -135,6 +135,8 @@ TEST_F(OwnImages, DamagedOnesCanBeSkipped) {
   EXPECT_EQ(source->skipped().at("bad_image"), 2u);
   EXPECT_NE(source->problems().at("bad_image").find("d_8.png"), std::string::npos);
   EXPECT_EQ(readAllColours(options_).size(), 2u);
+  std::filesystem::remove(folder_ / "color/c_8.jpg");
+  EXPECT_EQ(readAllColours(options_).at(0).colour.T_W_C(0, 3), 1.0) << "that of depth image 9";
 }
 
 TEST(TumAssociations, AreNotMistakenForIclNuim) {

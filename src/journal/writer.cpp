@@ -32,13 +32,14 @@ std::string timeText(const char* format) {
   return {text, std::strftime(text, sizeof(text), format, &parts)};
 }
 
-/// Ignores symbolic links, and other files with the extension of journals.
-uint64_t bytesOfJournalsIn(const std::string& folder) {
+/// Ignores the writer's `own` journal, symbolic links, and other files with the extension of
+/// journals.
+uint64_t bytesOfJournalsIn(const std::string& folder, const std::string& own) {
   uint64_t bytes = 0;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-    if (entry.path().extension() == journal::kExtension && !entry.is_symlink(error) &&
-        RecordFile::hasPurpose(entry.path(), journal::kPurpose)) {
+    if (entry.path().extension() == journal::kExtension && entry.path() != own &&
+        !entry.is_symlink(error) && RecordFile::hasPurpose(entry.path(), journal::kPurpose)) {
       bytes += entry.file_size(error);
     }
   }
@@ -61,7 +62,6 @@ JournalWriter::JournalWriter(Options options) : options_(std::move(options)) {
 void JournalWriter::openFile() {
   std::error_code ignored;
   fs::create_directories(options_.folder, ignored);
-  other_journals_bytes_ = bytesOfJournalsIn(options_.folder);
   const std::string name = options_.folder + "/" + timeText("%Y%m%d-%H%M%S");
   const Bytes head = fileHead(journal::kPurpose);
   int number = 1;
@@ -106,6 +106,7 @@ void JournalWriter::begin(const journal::Begin& begin, std::shared_ptr<const Map
 
 /// Writes the beginning of a map, and its records unless it is empty.
 void JournalWriter::writeBegin(const journal::Begin& begin, const MapChunks* map) {
+  other_journals_bytes_ = bytesOfJournalsIn(options_.folder, path_);
   journal::Begin with_map = begin;
   with_map.has_map = map != nullptr;
   const Bytes head = journal::encode(with_map);

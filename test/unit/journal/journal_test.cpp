@@ -233,6 +233,16 @@ TEST_F(Journal, LeavesAllOtherFilesAlone) {
   }
   EXPECT_EQ(journals, 3) << "old journals were removed";
   EXPECT_LE(bytes, options.max_bytes);
+  JournalWriter journal(options);
+  JournaledMap map(journaledParams(), journal);
+  map.fuse(image(0), 0.0);
+  EXPECT_FALSE(journal.written().get());
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path() != journal.path() && isJournal(entry.path())) fs::remove(entry.path());
+  }
+  map.clear();
+  map.fuse(image(1), 1.0);
+  EXPECT_TRUE(journal.written().get()) << "old journals still count";
 }
 
 TEST_F(Journal, DropsImagesIfTheDiskIsTooSlow) {

@@ -271,7 +271,7 @@ __global__ void emptyRegionKernel(MapView map, RegionView region, const int32_t*
 }  // namespace
 
 Clearing::Clearing(const MapperParams& params, const Rules& rules, const Stream& stream)
-    : looks_around_(castsSurfels(params)),
+    : clears_(castsSurfels(params)),
       fusion_(makeFusionSettings(params, rules)),
       stream_(stream),
       thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
@@ -280,7 +280,7 @@ Clearing::Clearing(const MapperParams& params, const Rules& rules, const Stream&
       empty_blocks_(2 * kFirstInView) {}
 
 void Clearing::reserve(const FrameCounters& counters, size_t in_view) {
-  if (looks_around_) {
+  if (clears_) {
     in_view_.reserve(in_view);
     looks_.reserve(in_view, stream_);
   }
@@ -296,8 +296,8 @@ void Clearing::storeInView(const DeviceSensing& sensing, const std::vector<int32
 void Clearing::findBlocksToCheck(const DeviceSensing& sensing, const MapView& map,
                                  const TouchedView& touched, uint64_t frame_number) {
   if (in_view_count_ == 0) return;
-  launchOverlapped("findLooksKernel", findBlocksToCheckKernel, blocksFor(in_view_count_), kThreads,
-                   0, stream_, sensing.frame(), fusion_.rules, map, touched, frame_number,
+  launchOverlapped("findBlocksToCheckKernel", findBlocksToCheckKernel, blocksFor(in_view_count_),
+                   kThreads, 0, stream_, sensing.frame(), fusion_.rules, map, touched, frame_number,
                    in_view_.data(), in_view_count_, looks_.data());
 }
 

@@ -41,7 +41,7 @@ class Clearing {
   void addMemory(MapperMemory& memory) const;
 
  private:
-  const bool looks_around_;  ///< False for voxel projection.
+  const bool clears_;  ///< False for voxel projection.
   const FusionSettings fusion_;
   const Stream& stream_;
   Event cleared_;

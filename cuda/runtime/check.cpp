@@ -21,7 +21,7 @@ std::atomic<cudaError_t> failure{cudaSuccess};
 }
 
 /// A call with its file and line.
-std::string placed(const char* call, const char* file, int line) {
+std::string callWithPlace(const char* call, const char* file, int line) {
   const char* slash = std::strrchr(file, '/');
   return std::string(call) + " (" + (slash == nullptr ? file : slash + 1) + ":" +
          std::to_string(line) + ")";
@@ -66,13 +66,13 @@ bool shouldFail() {
 }
 
 void throwInjectedFailure(const char* call, const char* file, int line) {
-  throwFailed(failure, placed(call, file, line));
+  throwFailed(failure, callWithPlace(call, file, line));
 }
 
 void checkCall(cudaError_t code, const char* call, const char* file, int line) {
   if (code == cudaSuccess) return;
   cudaGetLastError();  // a recoverable error must not show up again at the next launch
-  throwFailed(code, placed(call, file, line));
+  throwFailed(code, callWithPlace(call, file, line));
 }
 
 void checkLaunch(const char* kernel) {

@@ -36,7 +36,7 @@ class NoisySensor {
   float measure(int u, int v, Random& random) const {
     // Every pixel draws the same number of values, so that its noise depends on no other pixel.
     const double step_u = random.normal(), step_v = random.normal(), along = random.normal();
-    const double luck = random.uniform();
+    const double loss_draw = random.uniform();
     if (noise_ == DepthNoise::kKinect) {
       const double sigma_px = lateralSigma(angleAt(u, v));
       u = std::clamp(static_cast<int>(std::lround(u + sigma_px * step_u)), 0, camera_.width - 1);
@@ -44,7 +44,7 @@ class NoisySensor {
     }
     double z_m = depthAt(u, v);
     if (z_m <= 0.0) return 0.0f;
-    if (noise_ != DepthNoise::kTof && luck < lossProbability(u, v)) return 0.0f;
+    if (noise_ != DepthNoise::kTof && loss_draw < lossProbability(u, v)) return 0.0f;
     if (noise_ == DepthNoise::kKinect) z_m = quantise(z_m + axialSigma(z_m, angleAt(u, v)) * along);
     if (noise_ == DepthNoise::kTof) z_m += tofAxialSigma(z_m, angleAt(u, v)) * along;
     return static_cast<float>(std::max(z_m, 0.0));

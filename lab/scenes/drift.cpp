@@ -33,8 +33,8 @@ struct PoseError {
   double jitter_m, jitter_rad, drift_m;
 };
 
-Eigen::Isometry3d spoil(const Eigen::Isometry3d& T_W_C, const PoseError& error, int i,
-                        Random& random) {
+Eigen::Isometry3d perturb(const Eigen::Isometry3d& T_W_C, const PoseError& error, int i,
+                          Random& random) {
   const auto draw = [&] {
     const double x = random.normal(), y = random.normal();
     return Vector3d(x, y, random.normal());
@@ -69,7 +69,7 @@ std::vector<Figure> measure(const SceneSetup& setup, const PoseError& error) {
         seen.push_back(view.point(u, v, static_cast<double>(view.at(u, v))));
       }
     }
-    view.T_W_C = spoil(view.T_W_C, error, i, random);
+    view.T_W_C = perturb(view.T_W_C, error, i, random);
   }
   seen = thinOut(seen, 0.02);
   const double within_m = 2.0 * setup.voxel() + 2.0 * error.jitter_m + std::max(error.drift_m, 0.0);

@@ -61,9 +61,9 @@ SceneCamera sightCamera() { return {240, 150, 525.0}; }
 
 /// Draws errors of the left and right sides for each row of an image, and of the other two for each
 /// column.
-class SpoiltSides {
+class NoisySides {
  public:
-  SpoiltSides(const SceneCamera& camera, double sigma_m, Random& random)
+  NoisySides(const SceneCamera& camera, double sigma_m, Random& random)
       : rows_(static_cast<size_t>(camera.height)), columns_(static_cast<size_t>(camera.width)) {
     for (Sides& row : rows_) {
       row.left = sigma_m * random.normal();
@@ -91,7 +91,7 @@ SceneView lookAtSheet(const Sheet& sheet, const Vector3d& eye, double outline_px
   view.depth_m.resize(static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height));
   const double sheet_m = kSheet_m - eye.z(), wall_m = kBehindSheet_m - eye.z();
   const double sigma_m = outline_px * sheet_m / camera.focal_px;
-  const SpoiltSides outline(camera, sigma_m, random), slot(camera, sigma_m, random);
+  const NoisySides outline(camera, sigma_m, random), slot(camera, sigma_m, random);
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
       const Vector2d p = view.point(u, v, sheet_m).head<2>() - sheet.centre_m;

@@ -18,8 +18,8 @@ double leftPercent(const Scene& truth, const SceneSetup& setup, SceneMap& map, d
 
 /// Two figures: what is left after 10 and after 30 frames without the object.
 template <class Watch>
-std::vector<Figure> watchItGo(SceneMap& map, const SceneSetup& setup, const Scene& truth,
-                              double was_m2, const Watch& watch) {
+std::vector<Figure> measureRemoval(SceneMap& map, const SceneSetup& setup, const Scene& truth,
+                                   double was_m2, const Watch& watch) {
   watch(0, 10);
   const double early = leftPercent(truth, setup, map, was_m2);
   watch(10, 30);
@@ -49,7 +49,7 @@ std::vector<Figure> measureBoard(const SceneSetup& setup, double distance_m, int
   wall.add(wallAt(kOff_m));
   SceneMap map = showBoard(setup, wall, distance_m, frames);
   const double was_m2 = areaAwayFrom(wall, 2.0 * setup.voxel(), map.surface());
-  return watchItGo(map, setup, wall, was_m2, [&](int begin, int end) {
+  return measureRemoval(map, setup, wall, was_m2, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const Vector3d eye = Vector3d(0.0, 0.0, kOff_m - 3.0) + sway(i, 0.01);
       map.fuse(look(wall, roomCamera(setup), lookAlongZ(eye)));
@@ -88,7 +88,8 @@ std::vector<Figure> measurePerson(const SceneSetup& setup) {
   };
   walk(scene, 0, 30);
   const double was_m2 = areaAwayFrom(room, 2.0 * setup.voxel(), map.surface());
-  return watchItGo(map, setup, room, was_m2, [&](int begin, int end) { walk(room, begin, end); });
+  return measureRemoval(map, setup, room, was_m2,
+                        [&](int begin, int end) { walk(room, begin, end); });
 }
 
 /// A board in mid-air whose background is out of range. A floor gives the frames without the board
@@ -104,7 +105,7 @@ std::vector<Figure> measureOutOfRange(SceneSetup setup) {
   const Vector3d eye(0.011, 0.007, -2.0);
   map.watch(scene, roomCamera(setup), eye, 30);
   const double was_m2 = areaAwayFrom(background, 2.0 * setup.voxel(), map.surface());
-  return watchItGo(map, setup, background, was_m2, [&](int begin, int end) {
+  return measureRemoval(map, setup, background, was_m2, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       map.fuse(look(background, roomCamera(setup), lookAlongZ(eye + sway(i, 0.01))));
     }

@@ -79,14 +79,14 @@ void BlockIndexer::findArrays(const ArraysAround& arrays) {
   }
 }
 
-inline void BlockIndexer::collect(int32_t min_evidence) {
+inline void BlockIndexer::collectSamples(int32_t min_evidence) {
   for (int d = 0; d < kDirectionCount; ++d) {
     if (!(present_ >> d & 1)) continue;
     for (int n = 0; n < kCornerBlocks; ++n) {
       const Voxel* voxels = corner_arrays_[n][d];
       const uint32_t bit = 1u << d;
-      if (voxels == nullptr && !(held_[n] & bit)) continue;  // still all 0, as most are
-      held_[n] = voxels == nullptr ? held_[n] & ~bit : held_[n] | bit;
+      if (voxels == nullptr && !(maybe_nonzero_[n] & bit)) continue;  // still all 0, as most are
+      maybe_nonzero_[n] = voxels == nullptr ? maybe_nonzero_[n] & ~bit : maybe_nonzero_[n] | bit;
       copyPart(voxels == nullptr ? kNothing : voxels, n, min_evidence, sdf_[d], weight_[d]);
     }
   }
@@ -160,7 +160,7 @@ void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, 
   vertices = std::vector<BlockVertex>();
   findArrays(arrays);
   withWidestVectors([&] {
-    collect(arrays.min_evidence);
+    collectSamples(arrays.min_evidence);
     markSides();
     findCandidates();
   });

@@ -63,7 +63,7 @@ class BlockIndexer {
   static constexpr int kPaddedCorners = kGridCorners + kCornerGridSide * kCornerGridSide;
 
   void findArrays(const ArraysAround& arrays);
-  void collect(int32_t min_evidence);
+  void collectSamples(int32_t min_evidence);
   void markSides();
   void findCandidates();
   void labelRows(const MeshSettings& rules, bool directional, UnitLabels* labels);
@@ -75,7 +75,7 @@ class BlockIndexer {
   const Voxel* const* corner_arrays_[kCornerBlocks] = {};
   uint32_t present_ = 0;  ///< Bit d: some corner block has an array of direction d.
   /// Per corner block, bit d: some of its samples of direction d may be nonzero.
-  uint32_t held_[kCornerBlocks] = {};
+  uint32_t maybe_nonzero_[kCornerBlocks] = {};
   float sdf_[kDirectionCount][kGridCorners] = {};
   float weight_[kDirectionCount][kGridCorners] = {};
   uint32_t sides_[kPaddedCorners] = {};       ///< Per corner, see sidesOfCorner().

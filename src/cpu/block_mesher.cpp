@@ -151,7 +151,7 @@ bool BlockMesher::willReadVoxels(int32_t slot) const {
   return !state.labels.empty() && (has_colours_ || state.vertices.empty());
 }
 
-bool BlockMesher::isStale(int32_t slot) const {
+bool BlockMesher::areLabelsOutdated(int32_t slot) const {
   const SlotState& state = state_[slot];
   if (state.min_evidence != min_evidence_) return true;
   for (int n = 0; n < kCornerBlocks; ++n) {
@@ -163,9 +163,9 @@ bool BlockMesher::isStale(int32_t slot) const {
 
 void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
   const StageTimer timer(profile_, Stage::kIndex);
-  slots.erase(
-      std::remove_if(slots.begin(), slots.end(), [this](int32_t slot) { return !isStale(slot); }),
-      slots.end());
+  slots.erase(std::remove_if(slots.begin(), slots.end(),
+                             [this](int32_t slot) { return !areLabelsOutdated(slot); }),
+              slots.end());
   ++indexings_;
   parallelFor<BlockIndexer>(slots.size(), threads_, [&](size_t i, BlockIndexer& indexer) {
     if (i + 1 < slots.size()) prefetchBlock(table_.block(slots[i + 1]), map_);
@@ -215,7 +215,7 @@ size_t BlockMesher::bytesOf(const BlockMesh* mesh) {
          mesh->colours.capacity() * sizeof(VertexColour);
 }
 
-bool BlockMesher::isOutdated(int32_t slot) const {
+bool BlockMesher::isShownMeshOutdated(int32_t slot) const {
   const SlotState& state = state_[slot];
   if (has_colours_ && state.shown != nullptr && state.shown->colours.empty()) return true;
   for (int n = 0; n < kBlocksAround; ++n) {
@@ -236,7 +236,7 @@ void BlockMesher::show(int32_t slot, std::unique_ptr<const BlockMesh> mesh) {
 }
 
 const BlockMesh* BlockMesher::viewMesh(int32_t slot, BlockSurface& surface) {
-  if (isOutdated(slot)) {
+  if (isShownMeshOutdated(slot)) {
     auto mesh = std::make_unique<BlockMesh>();
     const bool has_surface = makeSurface(slot, surface, false, *mesh);
     dropGaps(*mesh);

@@ -102,10 +102,10 @@ class BlockMesher {
   void select(const BlockKey& key, std::vector<int32_t>& slots);
 
   /// Whether a block's labels are out of date.
-  bool isStale(int32_t slot) const;
+  bool areLabelsOutdated(int32_t slot) const;
 
   /// Whether a block's `shown` is out of date.
-  bool isOutdated(int32_t slot) const;
+  bool isShownMeshOutdated(int32_t slot) const;
 
   /// Makes a block's mesh, without colours. @return false if all its units are empty.
   bool makeSurface(int32_t slot, BlockSurface& surface, bool refined, BlockMesh& mesh) const;

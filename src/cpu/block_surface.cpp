@@ -34,7 +34,8 @@ void BlockSurface::computeBalances(const LabelNeighbourhood& labels) {
         if (!hasSurface(row)) continue;
         for (int x = firstSharedUnit(at.x); x < endSharedUnit(at.x); ++x) {
           if (isEmpty(row[x])) continue;
-          addSides(row[x], {x + kBlockSide * at.x, y + kBlockSide * at.y, z + kBlockSide * at.z});
+          addToBalances(row[x],
+                        {x + kBlockSide * at.x, y + kBlockSide * at.y, z + kBlockSide * at.z});
         }
       }
     }
@@ -42,7 +43,7 @@ void BlockSurface::computeBalances(const LabelNeighbourhood& labels) {
 }
 
 /// Adds a unit's sideOfCorner() to the balances of its corners in the block's grid.
-void BlockSurface::addSides(const UnitLabels& labels, const Vec3i& unit) {
+void BlockSurface::addToBalances(const UnitLabels& labels, const Vec3i& unit) {
   const auto add = [&](int c, int corner) {
     balance_[corner] = static_cast<int8_t>(balance_[corner] + sideOfCorner(labels, c));
   };

@@ -39,7 +39,7 @@ class BlockSurface {
 
  private:
   void computeBalances(const LabelNeighbourhood& labels);
-  void addSides(const UnitLabels& labels, const Vec3i& unit);
+  void addToBalances(const UnitLabels& labels, const Vec3i& unit);
   void addTriangles(const UnitIndices& regular, const Vec3i& unit);
   void findNormals(const ArraysAround& arrays, const std::vector<BlockVertex>& known,
                    const std::vector<Vec3f>& normals, bool directional, const BlockMesh& mesh);

@@ -135,7 +135,7 @@ class RowJudge {
       u_[x] = at.u;
       v_[x] = at.v;
       pixel_[x] = pixelOfPlace(frame, at);
-      pixel_depth_m_[x] = judgedDepth(frame, is_empty_[x] != 0, at);
+      pixel_depth_m_[x] = requiredFreeDepth(frame, is_empty_[x] != 0, at);
     }
   }
 

@@ -16,7 +16,7 @@ inline int StretchFit::begin(int pixels, const LineSamples& first, const FitWind
     widest = widest > both ? widest : both;
     before_open_[i] = after_open_[i] = 1;
     before_[i] = after_[i] = sum_y_[i] = sum_ky_[i] = 0.0f;
-    sum_companion_[i] = first.companion[i];
+    sum_companion_[i] = first.second_value[i];
   }
   return widest;
 }
@@ -27,9 +27,9 @@ inline void StretchFit::takeStep(int pixels, const LineSamples& first, const Pix
   const int32_t has_before = step <= line.before ? 1 : 0, has_after = step <= line.after ? 1 : 0;
   const int64_t to_before = -has_before * step * line.stride;
   const int64_t to_after = has_after * step * line.stride;
-  const LineSamples before{first.value + to_before, first.companion + to_before,
+  const LineSamples before{first.value + to_before, first.second_value + to_before,
                            first.links + to_before};
-  const LineSamples after{first.value + to_after, first.companion + to_after,
+  const LineSamples after{first.value + to_after, first.second_value + to_after,
                           first.links + (to_after - has_after * line.stride)};
   const float* values = first.value;
   const PixelLinks link = line.link;
@@ -40,7 +40,7 @@ inline void StretchFit::takeStep(int pixels, const LineSamples& first, const Pix
     const auto sample = [&](const LineSamples& side, int32_t is_there) {
       const int32_t continues =
           in_reach & is_there & continuesWalk(side.value[i], side.links[i], link);
-      return SideSample{continues, side.value[i] - values[i], side.companion[i]};
+      return SideSample{continues, side.value[i] - values[i], side.second_value[i]};
     };
     dtsdf::takeStep(walk, static_cast<float>(step), static_cast<int32_t>(step <= one_side_[i]),
                     sample(before, has_before), sample(after, has_after));
@@ -50,7 +50,7 @@ inline void StretchFit::takeStep(int pixels, const LineSamples& first, const Pix
     after_[i] = walk.after;
     sum_y_[i] = walk.y;
     sum_ky_[i] = walk.ky;
-    sum_companion_[i] = walk.companion;
+    sum_companion_[i] = walk.second_value;
   }
 }
 

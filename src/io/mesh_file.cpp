@@ -100,7 +100,7 @@ Vec3f triangleNormal(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
 }
 
 /// A position in the map frame, rounded to the floats of .stl.
-Vec3f inFloats(const std::array<double, 3>& p_W) {
+Vec3f toFloats(const std::array<double, 3>& p_W) {
   return {static_cast<float>(p_W[0]), static_cast<float>(p_W[1]), static_cast<float>(p_W[2])};
 }
 
@@ -114,7 +114,7 @@ void writeStl(const Mesh& mesh, AtomicFile& file) {
     const Vec3f& b = mesh.vertices_m[triangle[1]];
     const Vec3f& c = mesh.vertices_m[triangle[2]];
     put(file, triangleNormal(a, b, c));
-    for (const uint32_t corner : triangle) put(file, inFloats(positionInMap(mesh, corner)));
+    for (const uint32_t corner : triangle) put(file, toFloats(positionInMap(mesh, corner)));
     put(file, uint16_t{0});
   }
 }

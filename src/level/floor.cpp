@@ -120,7 +120,7 @@ double widthOf(const FloorPlane& plane, const std::vector<Point>& points) {
 }
 
 /// Picks at most `most` of the points, evenly spaced.
-std::vector<Point> some(const std::vector<Point>& points, size_t most) {
+std::vector<Point> subsample(const std::vector<Point>& points, size_t most) {
   if (points.size() <= most) return points;
   std::vector<Point> chosen;
   chosen.reserve(most);
@@ -131,7 +131,7 @@ std::vector<Point> some(const std::vector<Point>& points, size_t most) {
 /// Best plane through three of the candidates, scored by at most kScored points.
 std::optional<FloorPlane> drawPlane(const std::vector<Point>& candidates,
                                     const std::vector<Point>& points, const Vector3d& up) {
-  const std::vector<Point> scored = some(points, kScored);
+  const std::vector<Point> scored = subsample(points, kScored);
   std::mt19937 random(kSeed);
   const auto draw = [&]() -> const Vector3d& { return candidates[random() % candidates.size()].p; };
   std::optional<FloorPlane> best;

@@ -18,7 +18,7 @@ constexpr double kSameDepth = 0.03;
 /// A pair of images counts if the best convention finds at least kFound of the points in view, and
 /// more than its rival by at least kLess. The rival is the given convention or, if that is best,
 /// the best of the others.
-constexpr double kFound = 0.65, kLess = 0.25;
+constexpr double kFound = 0.65, kMinLead = 0.25;
 constexpr int kMinInView = 60;
 /// Pairs needed for a verdict, and how many of them must agree.
 constexpr int kPairs = 8, kMajority = 7;
@@ -88,7 +88,7 @@ void PoseConvention::judge(const DepthFrame& frame) {
   const auto best = std::max_element(shares.begin(), shares.end());
   const double other =
       best == shares.begin() ? *std::max_element(best + 1, shares.end()) : shares.front();
-  if (*best < kFound || *best - other < kLess) return;
+  if (*best < kFound || *best - other < kMinLead) return;
   ++pairs_[static_cast<size_t>(best - shares.begin())];
   if (std::accumulate(pairs_.begin(), pairs_.end(), 0) < kPairs) return;
   is_done_ = true;

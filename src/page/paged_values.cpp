@@ -11,7 +11,7 @@ constexpr size_t kFreedShare = 8;
 
 /// After a failure, the number of values that are added or read back before the disk is tried
 /// again.
-constexpr size_t kKeptBetweenTries = 64;
+constexpr size_t kValuesBetweenTries = 64;
 
 /// Memory of an entry and its node in a table, including the allocator's overhead.
 constexpr size_t kEntryBytes = 240;
@@ -105,7 +105,7 @@ void PagedValues::makeRoom() {
   while (bytes_ > aim && !order_.empty()) {
     Entry& oldest = *order_.front();
     if (!writeOut(oldest)) {
-      calls_until_try_ = kKeptBetweenTries;
+      calls_until_try_ = kValuesBetweenTries;
       return;
     }
     removeFromMemory(oldest);

@@ -83,7 +83,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   std::shared_ptr<const void> take(Entry& entry);
 
   /// Whether the disk responded to the last read.
-  bool diskResponds() const { return store_.gives(); }
+  bool diskResponds() const { return store_.diskResponds(); }
 
   /// Whether memory is over its limit because the disk refuses values.
   bool isFull() const;

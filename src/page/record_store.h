@@ -69,7 +69,7 @@ class RecordStore {
   Reading read(const StoredRecord& record, std::vector<char>& to);
 
   /// Whether the disk responded to the last read.
-  bool gives() const { return disk_responds_; }
+  bool diskResponds() const { return disk_responds_; }
 
   /// Asks the system to read a record in the background.
   void readAhead(const StoredRecord& record) const;

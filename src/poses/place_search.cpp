@@ -258,7 +258,7 @@ struct CoarseMap {
     size_t points = 0;
     std::vector<Matrix3f> R_W_C;
     std::vector<uint16_t> rays;  ///< Ray of each point, orientation by orientation.
-    std::vector<std::array<int8_t, 256>> says;
+    std::vector<std::array<int8_t, 256>> scores;
   };
 
   double voxel_m = 0.0, cell_m = 0.0;
@@ -507,11 +507,11 @@ bool CoarseMap::castRays(const Vector3f& from, std::array<Octaves, kRays>& view)
 CoarseMap::RayTable CoarseMap::makeRayTable(const std::vector<Vector3f>& points) {
   RayTable table;
   table.points = std::min<size_t>(points.size(), kMatchedPoints);
-  table.says.resize(table.points);
+  table.scores.resize(table.points);
   for (size_t k = 0; k < table.points; ++k) {
     const Octaves measured = octavesOf(points[k].norm());
     for (size_t d = 0; d < 256; ++d) {
-      table.says[k][d] = static_cast<int8_t>(agreement(static_cast<Octaves>(d), measured));
+      table.scores[k][d] = static_cast<int8_t>(agreement(static_cast<Octaves>(d), measured));
     }
   }
   for (int number = 0; number < kOrientations; ++number) {
@@ -534,9 +534,9 @@ void CoarseMap::matchFrom(const Vector3f& from, const RayTable& table, BestMatch
     constexpr size_t kFirstPoints = 16;
     constexpr int kPromising = 8;  // of at most 64
     int score = 0;
-    for (size_t k = 0; k < kFirstPoints; ++k) score += table.says[k][view[ray[k]]];
+    for (size_t k = 0; k < kFirstPoints; ++k) score += table.scores[k][view[ray[k]]];
     if (score < kPromising) continue;
-    for (size_t k = kFirstPoints; k < table.points; ++k) score += table.says[k][view[ray[k]]];
+    for (size_t k = kFirstPoints; k < table.points; ++k) score += table.scores[k][view[ray[k]]];
     size_t place = best.size();
     while (place > 0 && static_cast<float>(score) > best[place - 1].score) --place;
     if (place == best.size()) continue;

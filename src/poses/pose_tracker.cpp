@@ -147,14 +147,14 @@ Alignment PoseTracker::follow(Mapper& mapper, const DepthFrame& frame, double st
 /// Searches at the predicted pose, around earlier places, and if necessary in the whole map.
 Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
   Alignment found = alignAt(mapper, frame, predict(stamp_s));
-  const bool goes_on = explainedBy(found) >= kFoundShare;
-  for (int i = 0; i < kGuessesPerImage && !goes_on; ++i) {
+  const bool continues = explainedBy(found) >= kFoundShare;
+  for (int i = 0; i < kGuessesPerImage && !continues; ++i) {
     const Alignment other = alignAt(mapper, frame, nextGuess());
     if (explainedBy(other) > explainedBy(found)) found = other;
   }
   if (explainedBy(found) < kFoundShare) found = searchWholeMap(mapper, frame, stamp_s, found);
   if (explainedBy(found) >= kFoundShare) {
-    if (!goes_on) last_.reset();  // the step to a guess is not a motion
+    if (!continues) last_.reset();  // the step to a guess is not a motion
     keep(found.T_W_C, stamp_s);
     ++fits_in_a_row_;
   } else {
@@ -173,9 +173,10 @@ Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double st
 Alignment PoseTracker::searchWholeMap(Mapper& mapper, const DepthFrame& frame, double stamp_s,
                                       const Alignment& before) {
   const bool may_be_anywhere = !was_found_ || stamp_s - *lost_since_s_ >= kLostTimeout_s;
-  const bool did = searched_map_s_ && std::abs(stamp_s - *searched_map_s_) < kSearchInterval_s;
+  const bool searched_recently =
+      searched_map_s_ && std::abs(stamp_s - *searched_map_s_) < kSearchInterval_s;
   const bool shows_nothing = before.witnesses < 1.0;  // a covered lens
-  if (!may_be_anywhere || did || shows_nothing) return before;
+  if (!may_be_anywhere || searched_recently || shows_nothing) return before;
   searched_map_s_ = stamp_s;
   const FoundPlace place = findPlace(mapper, frame, threads_);
   const bool is_conclusive = place.alignment.status == AlignmentStatus::kAligned ||

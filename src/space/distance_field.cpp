@@ -25,7 +25,7 @@ constexpr uint64_t kMaxPlaces = uint64_t{1} << 15;
 constexpr int kMaxCubesAtOnce = 1 << 16;
 
 /// Swaps x and z, because packed keys sort by z first.
-Vec3i turned(const Vec3i& key) { return {key.z, key.y, key.x}; }
+Vec3i swapXZ(const Vec3i& key) { return {key.z, key.y, key.x}; }
 
 /// The smallest squared distance between a cell of a sector and a cell of a cube.
 int32_t minBetween(const Vec3i& sector, const Vec3i& cube) {
@@ -73,14 +73,14 @@ std::vector<Vec3i> DistanceField::sectorsNear(CubeSet::const_iterator end) const
       for (int32_t i = 0; i < side * side * side; ++i) {
         const Vec3i aside{i % side - ring, i / side % side - ring, i / (side * side) - ring};
         const Vec3i sector = sectorOfCube(cube) + aside;
-        if (minBetween(sector, cube) <= reach_ * reach_) order.push_back(packKey(turned(sector)));
+        if (minBetween(sector, cube) <= reach_ * reach_) order.push_back(packKey(swapXZ(sector)));
       }
     });
   }
   std::sort(order.begin(), order.end());
   order.erase(std::unique(order.begin(), order.end()), order.end());
   std::vector<Vec3i> keys;
-  for (const PackedKey key : order) keys.push_back(turned(unpackKey(key)));
+  for (const PackedKey key : order) keys.push_back(swapXZ(unpackKey(key)));
   return keys;
 }
 

@@ -50,9 +50,9 @@ MapperParams settingsWith(const MapContents& loaded, const RunSettings& settings
 MapOrigin originOf(const ReconstructOptions& options, const RunSettings& settings,
                    const MapContents* loaded) {
   const bool is_named = loaded != nullptr && !loaded->map_frame.empty();
-  const bool goes_on = loaded != nullptr && loaded->frames > 0;
+  const bool continues = loaded != nullptr && loaded->frames > 0;
   return {is_named ? loaded->map_frame : nameOfFrame(options, settings),
-          goes_on ? loaded->T_W_M : findLevel(options, settings), 0.0, settings.params.poses};
+          continues ? loaded->T_W_M : findLevel(options, settings), 0.0, settings.params.poses};
 }
 
 /// Saves the map of a run and prints its size.

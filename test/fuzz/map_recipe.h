@@ -48,7 +48,7 @@ class MapRecipe {
   enum How : uint8_t {
     kSkipped = 1,  ///< Readers may skip it.
     kCompressed = 2,
-    kAsTold = 4,       ///< Keeps counts and length of the recipe, even if they are wrong.
+    kKeepsCounts = 4,  ///< Keeps counts and length of the recipe, even if they are wrong.
     kBrokenFrame = 8,  ///< Flagged as compressed, but not compressed.
     kWrongSum = 32,
     kLengthened = 128,  ///< Declares a greater length than it stores.
@@ -115,14 +115,14 @@ class MapRecipe {
     blocks_.resize(count);
     ByteReader in(part->content);
     map_format::visitBlocks(in, blocks_);
-    if (!(part->how & kAsTold)) part->content.resize(count * map_format::kBlockBytes);
+    if (!(part->how & kKeepsCounts)) part->content.resize(count * map_format::kBlockBytes);
   }
 
   void readBricks() {
     using namespace map_format;
     Part* const part = find(kColourIndex);
     if (part == nullptr) return;
-    if (!(part->how & kAsTold)) {
+    if (!(part->how & kKeepsCounts)) {
       part->content.resize(kColourHeadBytes + blocks_.size() * kBlockBricksBytes);
     }
     if (part->content.size() < kColourHeadBytes) return;
@@ -132,7 +132,7 @@ class MapRecipe {
 
   void countBlocks() {
     Part* const part = find(map_format::kState);
-    if (part == nullptr || part->how & kAsTold) return;
+    if (part == nullptr || part->how & kKeepsCounts) return;
     part->content.resize(map_format::kStateBytes);
     size_t arrays = 0;
     for (const MapBlock& block : blocks_) arrays += countBits(block.directions);
@@ -152,7 +152,7 @@ class MapRecipe {
       for (size_t i = 0; i < kBlocksPerChunk && next < blocks_.size(); ++i) {
         bytes += bytesOf(blocks_[next++]);
       }
-      if (part.how & kAsTold) continue;
+      if (part.how & kKeepsCounts) continue;
       const Bytes told = part.content.empty() ? Bytes(1) : part.content;
       part.content.resize(bytes);
       for (size_t i = 0; i < bytes; ++i) part.content[i] = told[i % told.size()];

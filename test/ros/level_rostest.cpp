@@ -200,7 +200,7 @@ TEST_F(LevelTest, imu) {
   Eigen::Isometry3d T_M_I = Eigen::Isometry3d::Identity();
   T_M_I.linear() = Eigen::AngleAxisd(0.8, Vector3d(1.0, 2.0, 3.0).normalized()).toRotationMatrix();
   const Vector3d up_I = T_M_I.linear().transpose() * roomInMap().linear().col(2);
-  const auto sendSecond = [&](double shake) {
+  const auto sendImuForOneSecond = [&](double shake) {
     for (int i = 0; i < 130; ++i) {
       sensor_msgs::Imu imu;
       imu.header.stamp = ros::Time::now();
@@ -214,12 +214,12 @@ TEST_F(LevelTest, imu) {
       ros::WallDuration(0.01).sleep();
     }
   };
-  sendSecond(2.0);
+  sendImuForOneSecond(2.0);
   sendRoom(0.0);
   EXPECT_NE(lastDrop().find("hold it still"), std::string::npos) << lastDrop();
   EXPECT_FALSE(transforms_.canTransform("map_level", "map", ros::Time(0)));
 
-  sendSecond(0.02);
+  sendImuForOneSecond(0.02);
   expectLevel(0.1, -roomCameraPose(0.0).translation().z(), 1e-6);
   EXPECT_TRUE(waitUntil([&] { return publisher.getNumSubscribers() == 0; })) << "still subscribed";
   sendRoom(0.0);

@@ -123,11 +123,11 @@ DTSDF_HD Facing facingOf(int direction) {
 DTSDF_HD Vec3f gradientOf(const Vec3f& slope, const Facing& facing) {
   constexpr float kMinLength = 0.3f;
   const float length = norm(slope);
-  const auto told = static_cast<float>(
+  const auto has_slope = static_cast<float>(
       static_cast<int32_t>(length > kMinLength) &
       static_cast<int32_t>(dot(slope, facing.axis) > facing.min_cosine * length));
-  const float untold = 1.0f - told, scale = told / (told * length + untold);
-  return scale * slope + untold * facing.axis;
+  const float has_none = 1.0f - has_slope, scale = has_slope / (has_slope * length + has_none);
+  return scale * slope + has_none * facing.axis;
 }
 
 /// A voxel's foot, in voxels from the block's first voxel.
@@ -210,7 +210,7 @@ enum class Observation : uint32_t {
 
 /// The depth that must be free for a frame to look through a voxel's place: that of the place or,
 /// for an empty voxel, one voxel more. Infinite outside the image.
-DTSDF_HD float judgedDepth(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
+DTSDF_HD float requiredFreeDepth(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
   constexpr float kInfiniteDepth_m = 1e30f;
   const float depth_m = is_empty ? at.depth_m + frame.voxel_size_m : at.depth_m;
   return isInImage(frame, at) ? depth_m : kInfiniteDepth_m;
@@ -229,7 +229,7 @@ DTSDF_HD int32_t pixelOfPlace(const FrameView& frame, const VoxelInImage& at) {
 DTSDF_HD Observation judgeFree(const FrameSensing& sensing, const Voxel& voxel,
                                const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
-  const float depth_m = judgedDepth(frame, isEmpty(voxel), at);
+  const float depth_m = requiredFreeDepth(frame, isEmpty(voxel), at);
   return seesThroughAround(sensing, {depth_m, at.u, at.v}, probeSpacing(frame, voxel, at.depth_m))
              ? Observation::kFree
              : Observation::kAtOutline;
@@ -240,8 +240,8 @@ DTSDF_HD Observation judge(const FrameSensing& sensing, const Voxel& voxel,
                            const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
   const float free_m = sensing.free_depth[pixelOfPlace(frame, at)];
-  return judgedDepth(frame, isEmpty(voxel), at) < free_m ? judgeFree(sensing, voxel, at)
-                                                         : Observation::kOccupied;
+  return requiredFreeDepth(frame, isEmpty(voxel), at) < free_m ? judgeFree(sensing, voxel, at)
+                                                               : Observation::kOccupied;
 }
 
 /// What a frame sees at the place of a voxel for which isJudged() holds.

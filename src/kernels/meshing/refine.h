@@ -140,8 +140,8 @@ DTSDF_HD void visitSides(const RefineTables& tables, const UnitIndices& indices,
 /// Calls visit(vertex) for the corners of the four triangles that replace one; midpoint i follows
 /// corner i.
 template <class Visit>
-DTSDF_HD void visitFour(const uint32_t (&corner)[3], const uint32_t (&middle)[3],
-                        const Visit& visit) {
+DTSDF_HD void visitRefinedTriangle(const uint32_t (&corner)[3], const uint32_t (&middle)[3],
+                                   const Visit& visit) {
   for (int k = 0; k < 3; ++k) {
     visit(corner[k]);
     visit(middle[k]);
@@ -170,7 +170,7 @@ DTSDF_HD void visitRefinedTriangles(const MeshTables& tables, const RefineTables
       if (isGap(corner)) {
         for (int k = 0; k < 3 * kRefinedTriangles; ++k) visit(uint32_t{kGapVertex});
       } else {
-        visitFour(corner, middle, visit);
+        visitRefinedTriangle(corner, middle, visit);
       }
     }
     first_middle += refine_tables.side_count[index];

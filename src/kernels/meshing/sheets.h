@@ -9,14 +9,14 @@
 namespace dtsdf {
 
 /// Marching cubes index of a sheet: its labels without the components that none of its active
-/// directions can see. kNotKnown if a component has a weak crossing.
+/// directions can see. kUnknown if a component has a weak crossing.
 DTSDF_HD int sheetIndex(const MeshTables& tables, unsigned labels, unsigned active,
                         unsigned weak_crossings) {
   uint8_t index = static_cast<uint8_t>(labels);
   for (int i = 0; i < tables.component_count[labels]; ++i) {
     const uint8_t component = tables.component[labels][i];
     const uint64_t crossings = tables.crossings[component];
-    if (((crossings | crossings >> kFallingBit) & weak_crossings) != 0) return kNotKnown;
+    if (((crossings | crossings >> kFallingBit) & weak_crossings) != 0) return kUnknown;
     if ((tables.seen_from[component] & active) == 0) index = removeComponent(index, component);
   }
   return index;
@@ -42,7 +42,7 @@ DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samp
   }
 }
 
-/// Computes the indices of the sheets with these leaders, one per unit; kNotKnown for a leader of
+/// Computes the indices of the sheets with these leaders, one per unit; kUnknown for a leader of
 /// -1 and for a sheet that is not meshed. `greatest_weight` is the greatest weight at the unit's
 /// corners; at each corner, the weights of the directions that vote must add up to more than
 /// `min_weight`.
@@ -50,16 +50,16 @@ template <class Samples, class Real, class Bits>
 DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, const Samples& samples,
                            const Real& greatest_weight, const Real& min_weight, const Bits& leader,
                            const Bits& active, int (&result)[Samples::kUnits]) {
-  for (int& index : result) index = kNotKnown;
+  for (int& index : result) index = kUnknown;
   const auto has_leader = leader != Bits{-1};
   if (!any(has_leader)) return;
   const Bits voted = voteOnCorners(rules, samples, leader ^ Bits{1}, min_weight);
-  const Bits labels = select(has_leader, voted, Bits{kNotKnown});
-  if (!any(labels != Bits{kNotKnown})) return;
+  const Bits labels = select(has_leader, voted, Bits{kUnknown});
+  if (!any(labels != Bits{kUnknown})) return;
   const Bits weak = weakCrossings(rules, samples, labels, greatest_weight);
   const Bits opposite = leader ^ Bits { 1 };
   for (int k = 0; k < Samples::kUnits; ++k) {
-    if (lane(labels, k) == kNotKnown) continue;
+    if (lane(labels, k) == kUnknown) continue;
     const unsigned all = static_cast<unsigned>(lane(active, k));
     result[k] =
         sheetIndex(tables, static_cast<unsigned>(lane(labels, k)),
@@ -74,8 +74,8 @@ DTSDF_HD bool isSurface(int index) { return index > 0 && index < 255; }
 /// within the unit, so only the first, with the stronger leader, is kept. A sheet without a surface
 /// is dropped if the other has one.
 DTSDF_HD UnitLabels joinSheets(const MeshTables& tables, int first, int second) {
-  if (!isSurface(first) && (isSurface(second) || first == kNotKnown)) first = second;
-  if (first == kNotKnown) return {0, 0};
+  if (!isSurface(first) && (isSurface(second) || first == kUnknown)) first = second;
+  if (first == kUnknown) return {0, 0};
   const auto a = static_cast<unsigned>(first), b = static_cast<unsigned>(second);
   const bool are_two = isSurface(second) && (tables.crossings[a] & tables.crossings[b]) == 0;
   return labelsOfSheets(a, are_two ? b : a);

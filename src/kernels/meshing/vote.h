@@ -41,16 +41,16 @@ DTSDF_HD Real votedSdf(const CornerVote<Real>& vote) {
   return select(vote.votes > zero, vote.sum / vote.votes, zero);
 }
 
-constexpr int kNotKnown = -1;
+constexpr int kUnknown = -1;
 
 /// Marching cubes labels of a sheet (bit c: corner c is behind), by the vote of all directions but
-/// the excluded one; kNotKnown if the sum of their weights at some corner does not exceed
+/// the excluded one; kUnknown if the sum of their weights at some corner does not exceed
 /// `min_weight`.
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits voteOnCorners(const MeshRules& rules, const Samples& samples,
                             const Bits& excluded_direction, const Real& min_weight) {
   const Real nearness{rules.nearness_voxels};
-  const Bits none{0}, not_known{kNotKnown};
+  const Bits none{0}, not_known{kUnknown};
   Bits labels = none;
   auto known = none == none;
   for (int c = 0; c < kCubeCorners; ++c) {

@@ -48,7 +48,7 @@ DTSDF_HD bool predictsGap(float beside, float behind_it, float in_gap, float tol
 
 /// Whether a line of empty pixels continues: the next pixel is empty as well, and lies between two
 /// measured ones.
-DTSDF_HD bool goesOn(float next, float one_side, float other_side) {
+DTSDF_HD bool emptyLineContinues(float next, float one_side, float other_side) {
   return next == 0.0f && one_side != 0.0f && other_side != 0.0f;
 }
 
@@ -59,12 +59,12 @@ DTSDF_HD bool isOnEmptyLine(const float* before, const float* after) {
   const float left = before[0], right = after[0], above = before[1], below = after[1];
   const float above_left = before[2], below_right = after[2];
   const float below_left = before[3], above_right = after[3];
-  const bool in_row =
-      above != 0.0f && below != 0.0f &&
-      (goesOn(left, above_left, below_left) || goesOn(right, above_right, below_right));
-  const bool in_column =
-      left != 0.0f && right != 0.0f &&
-      (goesOn(above, above_left, above_right) || goesOn(below, below_left, below_right));
+  const bool in_row = above != 0.0f && below != 0.0f &&
+                      (emptyLineContinues(left, above_left, below_left) ||
+                       emptyLineContinues(right, above_right, below_right));
+  const bool in_column = left != 0.0f && right != 0.0f &&
+                         (emptyLineContinues(above, above_left, above_right) ||
+                          emptyLineContinues(below, below_left, below_right));
   return in_row || in_column;
 }
 

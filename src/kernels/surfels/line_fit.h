@@ -68,8 +68,8 @@ DTSDF_HD PixelLine columnAround(int v, const FrameView& frame, const WindowRadiu
   return lineAround(v, frame.height, frame.width, kLinkDown, radius);
 }
 
-/// A straight line fitted to inverse depths. A companion is a second value of each pixel, which is
-/// averaged over the same samples.
+/// A straight line fitted to inverse depths. Each pixel has a second value, which is averaged over
+/// the same samples.
 struct LineFit {
   float value;           ///< At the centre.
   float slope;           ///< Per pixel.
@@ -84,14 +84,14 @@ DTSDF_HD LineFit noFit() { return {0.0f, 0.0f, 0.0f, 0}; }
 struct LineWalk {
   int32_t before_open, after_open;  ///< 1 until that side ends, then 0.
   float before, after;              ///< Samples taken.
-  float y, ky, companion;
+  float y, ky, second_value;
 };
 
 /// A sample on one side: whether the walk continues to it (1 or 0), its value relative to the
-/// centre's, and its companion.
+/// centre's, and its second value.
 struct SideSample {
   int32_t continues;
-  float y, companion;
+  float y, second_value;
 };
 
 /// Adds the samples `step` pixels away on both sides, unless the walk has ended on that side. If
@@ -111,7 +111,7 @@ DTSDF_HD void takeStep(LineWalk& walk, float step, int32_t may_diverge, const Si
   const float y_before = takes_before * before.y, y_after = takes_after * after.y;
   walk.y += y_before + y_after;
   walk.ky += step * (y_after - y_before);
-  walk.companion += takes_before * before.companion + takes_after * after.companion;
+  walk.second_value += takes_before * before.second_value + takes_after * after.second_value;
 }
 
 /// Whether a walk continues to a pixel (1 or 0): it has a value, and is linked to the last pixel of
@@ -131,14 +131,14 @@ DTSDF_HD LineFit finishLine(float origin, const LineWalk& walk) {
   const float spread = n * sum_kk - sum_k * sum_k;
   const float slope = (n * walk.ky - sum_k * walk.y) / (n > 1.0f ? spread : 1.0f);
   const float value = origin + (walk.y - slope * sum_k) / n;
-  return {value, slope, walk.companion / n, static_cast<int32_t>(n)};
+  return {value, slope, walk.second_value / n, static_cast<int32_t>(n)};
 }
 
-/// The data that a line is fitted to: pointers to the centre's inverse depth, companion and links
-/// in their images.
+/// The data that a line is fitted to: pointers to the centre's inverse depth, second value and
+/// links in their images.
 struct LineSamples {
   const float* value;
-  const float* companion;
+  const float* second_value;
   const PixelLinks* links;
 };
 
@@ -149,12 +149,13 @@ DTSDF_HD SideSample sideSample(const LineSamples& centre, const PixelLine& line,
   const int64_t at = offset * line.stride;
   const PixelLinks links = centre.links[offset < 0 ? at : at - line.stride];
   const float current = centre.value[at];
-  return {continuesWalk(current, links, line.link), current - *centre.value, centre.companion[at]};
+  return {continuesWalk(current, links, line.link), current - *centre.value,
+          centre.second_value[at]};
 }
 
 /// Fits a line to the inverse depths around a centre, as far as pixels are measured and linked.
 DTSDF_HD LineFit fitLine(const LineSamples& centre, const PixelLine& line) {
-  LineWalk walk{1, 1, 0.0f, 0.0f, 0.0f, 0.0f, *centre.companion};
+  LineWalk walk{1, 1, 0.0f, 0.0f, 0.0f, 0.0f, *centre.second_value};
   for (int step = 1; (walk.before_open | walk.after_open) != 0; ++step) {
     const SideSample before =
         sideSample(centre, line, -step, walk.before_open != 0 && step <= line.before);

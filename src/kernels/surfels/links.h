@@ -62,7 +62,7 @@ DTSDF_HD bool isSameStep(float from, float to, float step, float tolerance) {
 
 /// Whether a step continues: on at least one side, the next step in the line is similar (within
 /// `turn`), and the steps in both adjacent lines are the same.
-DTSDF_HD bool goesOn(const LineInImage& line, float step, const LinkLimits& limits) {
+DTSDF_HD bool stepContinues(const LineInImage& line, float step, const LinkLimits& limits) {
   const float *a = line.inverse_depth, *b = a + line.stride;
   const float same = mapTolerance(*a, *b, limits), turn = maximum(same, limits.turn * fabsf(step));
   const bool before = line.at > 0 && isSameStep(a[-line.stride], *a, step, turn);
@@ -89,7 +89,7 @@ DTSDF_HD bool areLinked(const LineInImage& line, const LinkLimits& limits) {
   if (line.at + 1 >= line.count) return false;
   const float a = *line.inverse_depth, b = line.inverse_depth[line.stride];
   if (!(a > 0.0f && b > 0.0f)) return false;
-  return isPredicted(a, b, 0.0f, limits) || goesOn(line, b - a, limits) ||
+  return isPredicted(a, b, 0.0f, limits) || stepContinues(line, b - a, limits) ||
          curvesOutOfSight(line, b - a, limits);
 }
 

@@ -84,14 +84,14 @@ class WorkerThread {
     // On Linux, niceness is per thread. It is only a hint, so a failure to set it is ignored.
     if (niceness_ > 0) setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + niceness_);
     constexpr int kCallbacksPerStep = 50;  // many, so that calls do not wait for a step each
-    constexpr std::chrono::hours kWithoutStep{1};
+    constexpr std::chrono::hours kIdleWait{1};
     std::chrono::milliseconds wait{0};
     while (!is_stopping_) {
       auto result = queue_.callOne(ros::WallDuration(std::chrono::duration<double>(wait).count()));
       for (int i = 1; i < kCallbacksPerStep && result == ros::CallbackQueue::Called; ++i) {
         result = queue_.callOne();
       }
-      wait = step_ && !is_stopping_ ? step_() : kWithoutStep;
+      wait = step_ && !is_stopping_ ? step_() : kIdleWait;
     }
   }
 

@@ -64,13 +64,13 @@ class FrameQueue {
   using Stream = size_t;
 
   /// @param max_images Limit of waiting images of one stream.
-  /// @param most_bytes Limit of waiting bytes of all streams.
+  /// @param max_bytes Limit of waiting bytes of all streams.
   /// @param merge_wait_s How long a frame waits for earlier frames of other streams.
   /// @param on_ready Called by poseFirst() when there may be a frame to take.
-  FrameQueue(size_t max_images, size_t most_bytes, double merge_wait_s,
+  FrameQueue(size_t max_images, size_t max_bytes, double merge_wait_s,
              std::function<void()> on_ready, SteadyClock clock = waitingTime)
       : max_images_(max_images),
-        max_bytes_(most_bytes),
+        max_bytes_(max_bytes),
         merge_wait_(toSteadyDuration(merge_wait_s)),
         on_ready_(std::move(on_ready)),
         clock_(std::move(clock)) {}

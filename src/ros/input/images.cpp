@@ -98,16 +98,16 @@ sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const In
   return info;
 }
 
-std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t most_bytes) {
+std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t max_bytes) {
   if (image.height != 0 && image.width > maxImagePixels() / image.height) {
     return Rejection{drop::kTooLarge,
                      formatted("the image has %u x %u pixels; at most %zu are supported",
                                image.width, image.height, maxImagePixels())};
   }
-  if (image.data.size() > most_bytes) {
+  if (image.data.size() > max_bytes) {
     return Rejection{drop::kTooLarge,
                      formatted("the image has %zu bytes; at most %zu may wait (input/queue_mb)",
-                               image.data.size(), most_bytes)};
+                               image.data.size(), max_bytes)};
   }
   if (image.header.frame_id.size() > kLongestName || image.encoding.size() > kLongestName) {
     return Rejection{

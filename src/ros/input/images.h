@@ -33,8 +33,8 @@ Intrinsics intrinsicsOf(const sensor_msgs::CameraInfo& info);
 sensor_msgs::CameraInfo makeCameraInfo(const sensor_msgs::Image& image, const Intrinsics& K);
 
 /// Why an image is refused on arrival (size, stamp or names); nothing if it is accepted.
-/// `most_bytes` is the size of the queue, in bytes.
-std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t most_bytes);
+/// `max_bytes` is the size of the queue, in bytes.
+std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t max_bytes);
 
 /// Why a camera_info is refused on arrival; empty if it is accepted.
 std::string findProblem(const sensor_msgs::CameraInfo& info);

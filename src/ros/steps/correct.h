@@ -53,7 +53,7 @@ class CorrectStep : public Step {
   struct Request {
     /// Poses of the first camera in W; after add(), only those that belong to images.
     journal::Correction correction;
-    double least = 0.0;  ///< Nothing is done if no image moves this far, in metres or radians.
+    double min_move = 0.0;  ///< Nothing is done if no image moves this far, in metres or radians.
     std::function<void(const CorrectionResult&)> answer;  ///< Called once; must not throw.
     SteadyTime came = std::chrono::steady_clock::now();
   };
@@ -160,7 +160,7 @@ class CorrectStep : public Step {
   }
 
   /// On the map thread: queues a correction, with the poses that belong to frames fused so far. If
-  /// none is running, ignores one that moves no frame by `least`: SLAM may publish an unchanged
+  /// none is running, ignores one that moves no frame by `min_move`: SLAM may publish an unchanged
   /// path every second.
   void add(Request request) {
     try {
@@ -170,7 +170,7 @@ class CorrectStep : public Step {
         throw std::runtime_error("no frame has been fused since the start, clear_map or load_map");
       }
       const PoseCorrection correction(std::move(request.correction.poses), fused_);
-      if (!current_ && correction.farthest() < request.least) {
+      if (!current_ && correction.farthest() < request.min_move) {
         return answer(request, true, kNothingMoves);
       }
       const MapStats stats = host_.map.mapper().stats();
@@ -296,7 +296,8 @@ class CorrectStep : public Step {
     requireCompleteJournal();
     if (!refusion_) throw std::runtime_error("the journal cannot be written");
     const CorrectionEffect& effect = refusion_->effect();
-    if (effect.moved == 0 || std::max(effect.farthest_m, effect.farthest_rad) < current_->least) {
+    if (effect.moved == 0 ||
+        std::max(effect.farthest_m, effect.farthest_rad) < current_->min_move) {
       answer(current_, true, kNothingMoves);
       return endCurrent();
     }

@@ -50,7 +50,7 @@ class LevelStep : public Step {
   }
 
   std::optional<Rejection> place(PosedFrame& frame) override {
-    if (auto rejection = raise(frame)) return rejection;
+    if (auto rejection = moveToLevelFrame(frame)) return rejection;
     frame.given_T_W_C = frame.T_W_C();
     auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (depth != nullptr) depth->keep_center_W = frame_.keepCenterAt(frame.stamp);
@@ -91,7 +91,7 @@ class LevelStep : public Step {
   bool isKnown() const { return !frame_.isLevelled() || frame_.level().has_value(); }
 
   /// Moves a frame's pose into the level frame.
-  std::optional<Rejection> raise(PosedFrame& frame) {
+  std::optional<Rejection> moveToLevelFrame(PosedFrame& frame) {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (!frame_.isLevelled()) return std::nullopt;
     // The frame in which the floor is found is dropped, too.

@@ -30,9 +30,9 @@ class OctomapStep : public Step {
     const SpaceSnapshot& space = *known.space;
     pace_.setRate(host_.rates.space_hz, begin);
     if (topic_.takeNewSubscriber()) published_.reset();
-    const bool is_any = space.cellSize_m() > 0.0;  // stays true after clear_map
+    const bool has_space = space.cellSize_m() > 0.0;  // stays true after clear_map
     const bool is_outdated = known.space != published_.lock();
-    if (!is_any || !is_outdated || !topic_.hasSubscribers() || !pace_.isDue(begin)) {
+    if (!has_space || !is_outdated || !topic_.hasSubscribers() || !pace_.isDue(begin)) {
       return SteadyDuration::max();
     }
     published_ = known.space;

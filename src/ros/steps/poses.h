@@ -105,7 +105,7 @@ class PosesStep : public Step {
     }
     found_ = tracks() ? track(frame, *depth) : refine(frame, *depth);
     depth->T_W_C = found_.T_W_C;
-    note(frame, found_);
+    recordAlignment(frame, found_);
     if (tracks() ? tracker_.shouldFuse(found_) : refiner.shouldFuse(found_)) return std::nullopt;
     const std::string text =
         formatted("%s: %ld %% of the image is near surfaces of the map, and %ld %% of that fits",
@@ -250,7 +250,7 @@ class PosesStep : public Step {
     return tracker_.track(host_.map.mapper(), depth, frame.stamp.toSec());
   }
 
-  void note(const PosedFrame& frame, const Alignment& alignment) {
+  void recordAlignment(const PosedFrame& frame, const Alignment& alignment) {
     const auto toVectors = [](const std::vector<Eigen::Vector3d>& axes) {
       std::vector<geometry_msgs::Vector3> vectors;
       for (const Eigen::Vector3d& axis : axes) vectors.push_back(toVector(axis));

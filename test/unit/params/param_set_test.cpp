@@ -158,7 +158,7 @@ TEST(ParamSet, ReportsAddedViolations) {
   }
 }
 
-TEST(ParamSet, WritesWhatItReads) {
+TEST(ParamSet, ReadsWhatItWrites) {
   Params params;
   params.fruit = Fruit::kPear;
   params.size = 0.3f;

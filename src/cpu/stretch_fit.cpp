@@ -16,7 +16,7 @@ inline int StretchFit::begin(int pixels, const LineSamples& first, const FitWind
     widest = widest > both ? widest : both;
     before_open_[i] = after_open_[i] = 1;
     before_[i] = after_[i] = sum_y_[i] = sum_ky_[i] = 0.0f;
-    sum_companion_[i] = first.second_value[i];
+    sum_second_[i] = first.second_value[i];
   }
   return widest;
 }
@@ -34,8 +34,8 @@ inline void StretchFit::takeStep(int pixels, const LineSamples& first, const Pix
   const float* values = first.value;
   const PixelLinks link = line.link;
   for (int i = 0; i < pixels; ++i) {
-    LineWalk walk{before_open_[i], after_open_[i], before_[i],       after_[i],
-                  sum_y_[i],       sum_ky_[i],     sum_companion_[i]};
+    LineWalk walk{before_open_[i], after_open_[i], before_[i],    after_[i],
+                  sum_y_[i],       sum_ky_[i],     sum_second_[i]};
     const auto in_reach = static_cast<int32_t>(step <= radius_[i]);
     const auto sample = [&](const LineSamples& side, int32_t is_there) {
       const int32_t continues =
@@ -50,7 +50,7 @@ inline void StretchFit::takeStep(int pixels, const LineSamples& first, const Pix
     after_[i] = walk.after;
     sum_y_[i] = walk.y;
     sum_ky_[i] = walk.ky;
-    sum_companion_[i] = walk.second_value;
+    sum_second_[i] = walk.second_value;
   }
 }
 
@@ -65,11 +65,11 @@ void StretchFit::compute(int pixels, const LineSamples& first, const PixelLine& 
 
 inline void StretchFit::finish(int pixels, const float* values) {
   for (int i = 0; i < pixels; ++i) {
-    const LineFit fit = finishLine(
-        values[i], {0, 0, before_[i], after_[i], sum_y_[i], sum_ky_[i], sum_companion_[i]});
+    const LineFit fit =
+        finishLine(values[i], {0, 0, before_[i], after_[i], sum_y_[i], sum_ky_[i], sum_second_[i]});
     value_[i] = fit.value;
     slope_[i] = fit.slope;
-    mean_companion_[i] = fit.mean_companion;
+    mean_second_[i] = fit.mean_second;
     count_[i] = 1.0f + before_[i] + after_[i];
   }
 }

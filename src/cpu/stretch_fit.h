@@ -12,7 +12,7 @@ constexpr int kStretch = 64;
 class StretchFit {
  public:
   LineFit fit(int i) const {
-    return {value_[i], slope_[i], mean_companion_[i], static_cast<int32_t>(count_[i])};
+    return {value_[i], slope_[i], mean_second_[i], static_cast<int32_t>(count_[i])};
   }
 
   /// Fits lines around neighbouring pixels, each at most as long as `line`.
@@ -27,11 +27,11 @@ class StretchFit {
   void takeStep(int pixels, const LineSamples& first, const PixelLine& line, int step);
   void finish(int pixels, const float* values);
 
-  float value_[kStretch], slope_[kStretch], mean_companion_[kStretch], count_[kStretch];
+  float value_[kStretch], slope_[kStretch], mean_second_[kStretch], count_[kStretch];
   int32_t radius_[kStretch], one_side_[kStretch];
   int32_t before_open_[kStretch], after_open_[kStretch];
   float before_[kStretch], after_[kStretch];
-  float sum_y_[kStretch], sum_ky_[kStretch], sum_companion_[kStretch];
+  float sum_y_[kStretch], sum_ky_[kStretch], sum_second_[kStretch];
 };
 
 }  // namespace dtsdf

@@ -71,10 +71,10 @@ DTSDF_HD PixelLine columnAround(int v, const FrameView& frame, const WindowRadiu
 /// A straight line fitted to inverse depths. Each pixel has a second value, which is averaged over
 /// the same samples.
 struct LineFit {
-  float value;           ///< At the centre.
-  float slope;           ///< Per pixel.
-  float mean_companion;  ///< Mean of the companions of all samples.
-  int32_t count;         ///< Samples including the centre; a slope needs two.
+  float value;        ///< At the centre.
+  float slope;        ///< Per pixel.
+  float mean_second;  ///< Mean of the second values of all samples.
+  int32_t count;      ///< Samples including the centre; a slope needs two.
 };
 
 DTSDF_HD LineFit noFit() { return {0.0f, 0.0f, 0.0f, 0}; }

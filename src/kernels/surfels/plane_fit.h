@@ -44,7 +44,7 @@ DTSDF_HD PixelPlane makePixelPlane(const Pixel& pixel, float value, float slope_
 }
 
 /// The fit down a pixel's column through the values of the row fits, with their slopes as
-/// companions; count 0 without a fit.
+/// second values; count 0 without a fit.
 DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
                            const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;
@@ -102,7 +102,7 @@ DTSDF_HD PixelPlane pixelPlane(const FrameSensing& sensing, const Pixel& pixel,
   const FrameView& frame = sensing.image.frame;
   const bool has_row = sensing.image.row_value[pixelIndex(frame, pixel)] > 0.0f;
   if (!has_row || column.count < 2) return stripPlane(sensing, pixel, has_row, surfels);
-  return makePixelPlane(pixel, column.value, column.mean_companion, column.slope, frame.intrinsics,
+  return makePixelPlane(pixel, column.value, column.mean_second, column.slope, frame.intrinsics,
                         1.0f);
 }
 

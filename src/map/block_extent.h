@@ -47,9 +47,9 @@ inline uint64_t volumeOf(const BlockExtent& box) {
          static_cast<uint64_t>(edges.z);
 }
 
-/// noBlocks() is empty along every axis, so isEmpty() looks at one axis only.
+/// noBlocks() is empty along every axis, so holdsNothing() looks at one axis only.
 inline BlockExtent noBlocks() { return {BlockExtent().last, BlockExtent().first}; }
-inline bool isEmpty(const BlockExtent& box) { return box.first.x > box.last.x; }
+inline bool holdsNothing(const BlockExtent& box) { return box.first.x > box.last.x; }
 
 /// Boxes that a map is restricted to.
 struct MapExtent {

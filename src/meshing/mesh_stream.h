@@ -27,7 +27,7 @@ inline std::array<double, 3> originOf(const BlockExtent& bounds, double voxel_si
   const double block_m = kBlockSide * voxel_size_m;
   std::array<double, 3> middle_m = {0.0, 0.0, 0.0};
   bool is_near = true;
-  for (int axis = 0; axis < 3 && !isEmpty(bounds); ++axis) {
+  for (int axis = 0; axis < 3 && !holdsNothing(bounds); ++axis) {
     const double low_m = block_m * component(bounds.first, axis);
     const double high_m = block_m * (component(bounds.last, axis) + 1.0);
     is_near = is_near && low_m >= -kNear_m && high_m <= kNear_m;

@@ -13,7 +13,7 @@ namespace dtsdf {
 /// @throws std::runtime_error with the path and `advice`.
 void requireRegularFile(const std::string& path, const std::string& advice);
 
-/// The content of a file that requireRegularFile() accepts.
+/// The content of a file that requireRegularFile() accepts, without a byte order mark at its start.
 /// @throws std::runtime_error with the path and `advice`.
 std::string readTextFile(const std::string& path, const std::string& advice);
 

@@ -74,13 +74,20 @@ class HoleCloser {
     return false;
   }
 
+  /// Key of the cell of a position, as wide as the longest bridge. Keys repeat every 2^20 cells.
+  PackedKey cellKey(const Vec3f& p) const {
+    constexpr int32_t kHalf = 1 << 19, kMask = 2 * kHalf - 1;
+    const Vec3i cell = cellOf(p, max_bridge_);
+    return packKey({(cell.x + kHalf) & kMask, (cell.y + kHalf) & kMask, (cell.z + kHalf) & kMask});
+  }
+
   /// The plain vertices in one fan, sorted by cells as wide as the longest bridge. Another cell
   /// marks the end.
   std::vector<Cell> sortedCells() const {
     std::vector<Cell> cells;
     for (const Outline::Rim& rim : outline_.rims()) {
       if (rim.fan_count != 1 || outline_.kind(rim.vertex) != Outline::Kind::kPlain) continue;
-      cells.emplace_back(packKey(cellOf(position(rim.vertex), max_bridge_)), rim.vertex);
+      cells.emplace_back(cellKey(position(rim.vertex)), rim.vertex);
     }
     cells.emplace_back(std::numeric_limits<PackedKey>::max(), kNone);
     std::sort(cells.begin(), cells.end());
@@ -138,8 +145,8 @@ class HoleCloser {
     for (size_t i = 0; i < ends.size(); ++i) ends[i] = bridgeEnd(cells[i].second);
     // The middles of the rows of three cells around a vertex that hold the vertices not yet paired
     // with it: those with greater numbers.
-    constexpr PackedKey kY = PackedKey{1} << 21, kZ = PackedKey{1} << 42;
-    constexpr PackedKey kRows[] = {0, kY, kZ - kY, kZ, kZ + kY};
+    constexpr PackedKey kRows[] = {0, kRowStride, kLayerStride - kRowStride, kLayerStride,
+                                   kLayerStride + kRowStride};
     size_t row[std::size(kRows)] = {};
     for (size_t i = 0; i < ends.size(); ++i) {
       row[0] = i + 1;

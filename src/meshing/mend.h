@@ -38,7 +38,7 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
 
 /// Whether a triangle belongs to a removed crumb.
 inline bool isCrumb(const Outline& outline, const Outline::Triangle& t) {
-  return outline.isUnused(t[0]) && outline.isUnused(t[1]);
+  return outline.isUnused(t[0]) || outline.isUnused(t[1]) || outline.isUnused(t[2]);
 }
 
 /// Closes the holes and the parts of cracks whose first vertex is in [first, end): loops of at most

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "map/region_view.h"
@@ -93,7 +94,7 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
     bounds = around(bounds, {block->key, block->key});
   }
   Mesh mesh;
-  BlockJoiner joiner;
+  std::optional<BlockJoiner> joiner(std::in_place);
   Outline outline;
   mesh.origin_m = originOf(bounds, voxel_size_m_);
   // Reserves so much that nothing is reallocated. Memory that is never touched costs nothing.
@@ -102,7 +103,7 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
   mesh.triangles.reserve(triangles + vertices);  // a hole of n vertices adds n - 2
   outline.reserve(vertices);
   for (const BlockMesh* block : blocks) {
-    const JoinedBlock& joined = joiner.add(*block);
+    const JoinedBlock& joined = joiner->add(*block);
     for (const uint32_t i : joined.fresh) {
       const BlockVertex& vertex = block->vertices[i];
       mesh.vertices_m.push_back(positionFrom(mesh.origin_m, positionInMap(block->key, vertex)));
@@ -121,6 +122,7 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
       outline.addTriangle(mesh.triangles.back());
     }
   }
+  joiner.reset();  // mending takes memory, too
   if (!mesh.colours.empty()) mesh.colours.resize(mesh.vertices_m.size());
   mendMesh(mesh, outline, voxel_size_m_);
   makeUnit(mesh.normals);

@@ -21,24 +21,24 @@ std::array<CornerSource, kGridCorners> cornerSources() {
   return sources;
 }
 
-}  // namespace
-
-BlockJoiner::BlockJoiner() {
-  static const std::array<CornerSource, kGridCorners> sources = cornerSources();
-  sources_ = sources.data();
+/// Makes the tables of the next row or layer those of this one; @param steps to the next one used.
+void advance(std::array<NumberTable, 2>& tables, int64_t steps) {
+  if (steps == 0) return;
+  std::swap(tables[0], tables[1]);
+  if (steps != 1) tables[0].clear();
+  tables[1].clear();
 }
 
+}  // namespace
+
 const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
-  // Only an edge's owner and the owner's lower neighbours list the edge.
-  if (block.key.z != layer_) {
-    std::swap(shared_[0], shared_[1]);
-    if (block.key.z != layer_ + 1) shared_[0].clear();
-    shared_[1].clear();
-    layer_ = block.key.z;
-  }
+  const bool is_same_layer = block.key.z == last_.z;
+  advance(rows_, is_same_layer ? int64_t{block.key.y} - last_.y : 2);
+  advance(layers_, int64_t{block.key.z} - last_.z);
+  inside_.clear();
+  last_ = block.key;
   for (int n = 0; n < kCornerBlocks; ++n) {
-    constexpr PackedKey kInLayer = (PackedKey{1} << 42) - 1;
-    owners_[n] = packKey(block.key + cornerBlockOffset(n)) & kInLayer;
+    owners_[n] = packKey(block.key + cornerBlockOffset(n)) % kLayerStride;
   }
   joined_.fresh.clear();
   joined_.number.resize(block.vertices.size());
@@ -55,20 +55,29 @@ const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
 }
 
 /// The number of a vertex in the joined mesh; next_ if it is new. The owner of an edge is the block
-/// of its lower corner: corners on the grid's far faces belong to upper neighbours.
+/// of its lower corner: corners on the grid's far faces belong to upper neighbours. Only the owner
+/// and its lower neighbours list the edge; those of the layer below only if it is on the lower
+/// face.
 uint32_t BlockJoiner::numberOf(uint32_t edge) {
+  static const std::array<CornerSource, kGridCorners> sources = cornerSources();
   constexpr uint64_t kMidpoint = uint64_t{1} << 63;
+  const auto tableOf = [this](const CornerSource& corner) -> NumberTable& {
+    const bool is_on_lower_face = corner.voxel < kBlockSide * kBlockSide;
+    return is_on_lower_face ? layers_[corner.block >> 2] : rows_[corner.block >> 1 & 1];
+  };
   if (isMidpoint(edge)) {
     const int first = midpointFirstEnd(edge), second = midpointSecondEnd(edge);
     const auto [low, high] = std::minmax(number_of_edge_[first], number_of_edge_[second]);
-    NumberTable& shared = shared_[sources_[edgeCorner(first)].block >> 2];
-    // Midpoints inside the block are included, as both units that share the side list them.
-    return shared.findOrAdd(kMidpoint | uint64_t{low} << 32 | high, next_);
+    const CornerSource ends[] = {sources[edgeCorner(first)], sources[edgeCorner(second)]};
+    const bool is_inside = ends[0].voxel == kInside || ends[1].voxel == kInside;
+    NumberTable& table = is_inside ? inside_ : tableOf(ends[0]);
+    return table.findOrAdd(kMidpoint | uint64_t{low} << 32 | high, next_);
   }
-  const auto [owner, voxel] = sources_[edge / 6];
-  if (voxel == kInside) return number_of_edge_[edge] = next_;
-  const uint64_t name = owners_[owner] << 12 | static_cast<uint64_t>(voxel) << 3 | edge % 6;
-  return number_of_edge_[edge] = shared_[owner >> 2].findOrAdd(name, next_);
+  const CornerSource corner = sources[edgeCorner(static_cast<int>(edge))];
+  if (corner.voxel == kInside) return number_of_edge_[edge] = next_;
+  const uint64_t name =
+      owners_[corner.block] << 12 | static_cast<uint64_t>(corner.voxel) << 3 | edge % 6;
+  return number_of_edge_[edge] = tableOf(corner).findOrAdd(name, next_);
 }
 
 Outline::Kind outlineKind(const BlockVertex& vertex) {
@@ -134,7 +143,7 @@ void MeshStream::add(const BlockMesh& block) {
   for (size_t i = 0; i < kSteps; ++i) {
     ahead_[i].emplace_back(block.key, end());
     passed_[i] = dropPassedBlocks(ahead_[i], kBlocksBehind[i], last_block_, next, passed_[i]);
-    if (!ahead_[i].empty()) next = packKey(ahead_[i].front().first);
+    next = packKey(ahead_[i].front().first);  // no step has passed this block yet
   }
   if (passed_[0] - done_[0] < std::max(vertices_at_once_, (end() - first_) / 4)) return;
   process(passed_);

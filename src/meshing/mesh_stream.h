@@ -61,7 +61,7 @@ class NumberTable {
   }
 
   void clear() {
-    slots_.assign(slots_.size(), {0, kNone});
+    if (used_ > 0) slots_.assign(slots_.size(), {0, kNone});
     used_ = 0;
   }
 
@@ -92,8 +92,6 @@ class NumberTable {
 /// memory, remembers only the vertices that later blocks may share.
 class BlockJoiner {
  public:
-  BlockJoiner();
-
   /// Adds a block. The result is valid until the next call.
   const JoinedBlock& add(const BlockMesh& block);
 
@@ -102,11 +100,11 @@ class BlockJoiner {
 
   uint32_t next_ = 0;  ///< Number of the next new vertex.
   JoinedBlock joined_;
-  int32_t layer_ = INT32_MIN;  ///< The z of the last block.
-  /// Vertices that several blocks may list: those on edges whose lower corner, and midpoints of
-  /// sides of which one end, is in blocks of this layer; and others, in the next layer.
-  std::array<NumberTable, 2> shared_;
-  const CornerSource* sources_;                           ///< Of the corners of a block's grid.
+  BlockKey last_{0, INT32_MIN, INT32_MIN};  ///< The last block.
+  /// Vertices that may be listed again: midpoints inside the block, and the vertices that blocks of
+  /// this or the next row, or of this or the next layer, may list.
+  NumberTable inside_;
+  std::array<NumberTable, 2> rows_, layers_;
   std::array<PackedKey, kCornerBlocks> owners_ = {};      ///< See cornerBlockOffset().
   std::array<uint32_t, kGridEdges> number_of_edge_ = {};  ///< Those of the block being added.
 };

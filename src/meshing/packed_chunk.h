@@ -42,8 +42,8 @@ struct PackedChunk {
   }
 };
 
-/// Packs the blocks with these packed keys, in this order, into the chunk whose lowest block is
-/// `corner`. Unknown keys are skipped. A chunk without triangles has only its origin.
+/// Packs the blocks with these packed keys, in ascending order, into the chunk whose lowest block
+/// is `corner`. Unknown keys are skipped. A chunk without triangles has only its origin.
 PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const BlockKey& corner,
                       const std::vector<PackedKey>& blocks);
 

@@ -168,6 +168,8 @@ TEST_F(InputStatusTest, UnexpectedDropsAreReportedForAWhile) {
   EXPECT_EQ(statusAfter(300, drop::kPaused, 0), MapStatus::MAPPING) << "the drops are long ago";
   drop(drop::kNoMask, 100);
   EXPECT_EQ(update().message.find("no_mask: "), std::string::npos) << "the last drop was another";
+  depth().last_drop = "frame dropped (no_mask): no mask arrived";
+  EXPECT_NE(update().message.find("no_mask: frame dropped"), std::string::npos);
 }
 
 TEST_F(InputStatusTest, SilenceIsAWarningThenAnError) {

@@ -20,6 +20,9 @@ DTSDF_HD bool isRepresentable(const BlockKey& key) {
          key.z >= -kMaxBlockCoordinate && key.z <= kMaxBlockCoordinate;
 }
 
+/// Differences between the packed keys of neighbours along y and z.
+constexpr PackedKey kRowStride = PackedKey{1} << 21, kLayerStride = PackedKey{1} << 42;
+
 /// Packs a key so that packed keys sort by z, then y, then x.
 DTSDF_HD PackedKey packKey(const BlockKey& key) {
   const int32_t offset = kMaxBlockCoordinate + 1;

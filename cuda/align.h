@@ -18,7 +18,8 @@ class PoseAligner {
   /// Enqueues the kernel that picks an image's points. @pre The image is uploaded.
   void takePoints(const FrameView& view, const RawDepth& raw);
 
-  /// The sums over these points; waits for them. @param view The same image, at any pose.
+  /// The sums over the points of takePoints(); waits for the result. @param view The image's
+  /// camera, at any pose.
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const MapView& map);
 
   /// Keys of the blocks that sumsAt() may read, each once.

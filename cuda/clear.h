@@ -54,7 +54,8 @@ class Clearing {
   PinnedBuffer<uint32_t> empty_count_{1};
 };
 
-/// Empties the voxels of these blocks that lie in a region, removes their colours, and waits.
+/// Empties the voxels of blocks that lie in a region, removes their colours, and waits for the
+/// device.
 /// @return the effect on each block.
 /// @throws BackendError if memory runs out; the map is not changed then.
 std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots, const RegionView& region,

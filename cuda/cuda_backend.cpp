@@ -117,7 +117,7 @@ class CudaBackend : public MapBackend {
     return {counters_.touched, block_finder_.fetchRequests(), counters_.requested_arrays};
   }
 
-  /// The device does this while the host admits blocks.
+  /// Enqueues the search; the device works on it while the host admits blocks.
   void seeFree(std::vector<Vec3i> cubes) override {
     free_cell_finder_.find(sensing_->frame(), sensor_.freeDepth(), std::move(cubes));
   }
@@ -282,7 +282,7 @@ class CudaBackend : public MapBackend {
   }
 
   bool hasMarks() const { return max_dirty_ + max_painted_ > 0; }
-  /// Asks the device only if something may be marked.
+  /// The device is asked for marks only if some block may be marked.
   std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots) {
     return hasMarks() ? map_.takeMarks(slots) : std::vector<MeshMarks>(slots.size());
   }

@@ -81,7 +81,7 @@ __device__ void reserveSums(const TouchedView& touched, uint32_t block, uint32_t
 }
 
 /// One thread per touched block. The grid is sized for the table's capacity, since the host does
-/// not know their number.
+/// not know the number of touched blocks.
 __device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
                                const TouchedView& touched, BlockRequest* requests) {
   if (touched.counters->table_full) return;

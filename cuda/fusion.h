@@ -23,9 +23,10 @@ class Fusion {
   /// Makes room for a frame. @throws BackendError if memory runs out; the map is not changed.
   void reserve(const FrameCounters& counters);
 
-  /// Enqueues the cast of the surfels into as many arrays of sums as there is room for; their
-  /// number is not known yet. Casting does not read the map, so the host can admit blocks
-  /// meanwhile. Sums of a frame that is refused or repeated are discarded by the next cast.
+  /// Enqueues the cast of the surfels into as many arrays of sums as there is room for, since the
+  /// host does not know yet how many are needed. Casting does not read the map, so the host can
+  /// admit blocks meanwhile. Sums of a frame that is refused or repeated are discarded by the next
+  /// cast.
   void castAhead(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                  const TouchedView& touched);
 

@@ -36,7 +36,8 @@ struct EdgeSet {
   }
 };
 
-/// A copy of the labels of a block's units and of one more on each side; along x, of four more.
+/// A copy of the labels of a block's units and of one more unit on each side; along x, of four more
+/// units.
 struct CornerLabels {
   static constexpr int kSide = kBlockSide + 2, kRows = kSide * kSide;
   static constexpr int kMoreAlongX = 4, kFoursPerRow = (kBlockSide + 2 * kMoreAlongX) / 4;

@@ -60,17 +60,18 @@ struct MeshView {
 /// Selects the blocks whose units have a corner in a changed block.
 void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
-/// Labels the units of these blocks, and selects the other neighbours of changed blocks.
+/// Labels the units of the blocks selected by reachBlocks(), and selects the other neighbours of
+/// changed blocks.
 void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
 /// Selects the blocks with vertices on edges that end at painted voxels.
 void selectPainted(const MapView& map, const MeshView& mesh, int thread_blocks,
                    const Stream& stream);
 
-/// Makes the meshes of all selected blocks. Those that do not fit are counted but not written.
+/// Makes the meshes of all selected blocks. Meshes that do not fit are counted but not written.
 void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
-/// Colours the vertices of these meshes.
+/// Colours the vertices of the meshes of makeMeshes().
 void colourVertices(const MapView& map, const MeshView& mesh, int thread_blocks,
                     const Stream& stream);
 

@@ -21,8 +21,8 @@ class RecordMover {
   template <class Pool>
   void download(const Pool& pool, const std::vector<int32_t>& records, void* host);
 
-  /// Copies in the other direction. `host` may change after return; work enqueued on the stream
-  /// afterwards sees the records.
+  /// Copies place i of `host` to record `records[i]` of the pool. `host` may change after return;
+  /// work enqueued on the stream afterwards sees the records.
   template <class Pool>
   void upload(const Pool& pool, const std::vector<int32_t>& records, const void* host);
 
@@ -32,7 +32,7 @@ class RecordMover {
   struct StagingBuffer {
     PinnedBuffer<char> bytes;
     PinnedBuffer<int32_t> records;
-    Event done;  ///< Recorded after the kernel that uses both.
+    Event done;  ///< Recorded after the kernel that uses both buffers.
   };
 
   template <bool kToHost, class Pool>

@@ -20,7 +20,7 @@ class RawImage {
   /// finished.
   template <class Frame>
   void upload(const Frame& frame, const Stream& stream) {
-    constexpr int kBandEnds[] = {3, 5, 6};  // in sixths; no copy hides the last upload
+    constexpr int kBandEnds[] = {3, 5, 6};  // in sixths; small at the end
     const size_t row = packedRowBytes(frame);
     bytes_ = row * frame.height;
     pinned_raw_.reserve(bytes_);

@@ -58,8 +58,8 @@ struct Alignment {
   double misplacement_m = 0.0;
   bool is_significant = false;  ///< misplacement_m exceeds what the map's own error explains.
   /// Covariance of T_W_C: position along the axes of the map frame in m^2, then small rotations
-  /// about these axes in rad^2. Directions that the image does not constrain have the prior's. If
-  /// T_W_C is not the best fit, the squared offset from the best fit is added.
+  /// about these axes in rad^2. Directions that the image does not constrain have the covariance of
+  /// the prior. If T_W_C is not the best fit, the squared offset from the best fit is added.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 

@@ -68,7 +68,7 @@ struct SpaceCube {
 /// Changes to space.
 struct SpaceChanges {
   bool begins_anew = false;      ///< Discard all earlier cubes first.
-  std::vector<SpaceCube> cubes;  ///< They replace earlier ones; a cube of zeros is unknown again.
+  std::vector<SpaceCube> cubes;  ///< These replace earlier cubes; a cube of zeros is unknown again.
   bool is_part = false;          ///< More changes follow: call again.
 };
 

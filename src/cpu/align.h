@@ -50,8 +50,10 @@ class PoseAligner {
     });
   }
 
-  /// The sums over these points. @param view The same image, at any pose. @param cutoff In voxels;
-  /// also how far away surfaces are searched for.
+  /// The sums over the points of takePoints().
+  /// @param view The image's camera, at any pose.
+  /// @param cutoff Residual, in voxels, from which a point is no longer an inlier; also the
+  /// distance within which surfaces are searched for.
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const CpuMap& map) const {
     AlignmentSums sums{};
     std::mutex mutex;

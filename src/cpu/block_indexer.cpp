@@ -85,7 +85,7 @@ inline void BlockIndexer::collectSamples(int32_t min_evidence) {
     for (int n = 0; n < kCornerBlocks; ++n) {
       const Voxel* voxels = corner_arrays_[n][d];
       const uint32_t bit = 1u << d;
-      if (voxels == nullptr && !(maybe_nonzero_[n] & bit)) continue;  // still all 0, as most are
+      if (voxels == nullptr && !(maybe_nonzero_[n] & bit)) continue;  // already 0, as most are
       maybe_nonzero_[n] = voxels == nullptr ? maybe_nonzero_[n] & ~bit : maybe_nonzero_[n] | bit;
       copyPart(voxels == nullptr ? kNothing : voxels, n, min_evidence, sdf_[d], weight_[d]);
     }

@@ -79,8 +79,8 @@ class BlockIndexer {
   float sdf_[kDirectionCount][kGridCorners] = {};
   float weight_[kDirectionCount][kGridCorners] = {};
   uint32_t sides_[kPaddedCorners] = {};       ///< Per corner, see sidesOfCorner().
-  uint32_t unit_sides_[kPaddedCorners] = {};  ///< Union over the unit that starts at a corner.
-  uint8_t candidate_[kGridCorners];           ///< Whether that unit can hold a surface.
+  uint32_t unit_sides_[kPaddedCorners] = {};  ///< Sides of the unit that starts at a corner.
+  uint8_t candidate_[kGridCorners];  ///< By first corner: whether a unit can hold a surface.
   EdgeSet edges_;
 };
 

@@ -22,7 +22,8 @@ SlotsAround slotsAround(const BlockTable& table, const BlockKey& key) {
   return slots;
 }
 
-/// The voxel arrays of these blocks. Voxels with less than `min_evidence` count as unknown.
+/// The voxel arrays of the blocks in `slots`. Voxels with less than `min_evidence` count as
+/// unknown.
 ArraysAround arraysAround(const CpuMap& map, const SlotsAround& slots, int32_t min_evidence) {
   ArraysAround around;
   around.min_evidence = min_evidence;
@@ -263,7 +264,7 @@ std::vector<BlockMesh> BlockMesher::makeMeshes(const std::vector<int32_t>& slots
     mesh.colours = coloursOf(mesh);
     if (renders_views_ && !refined_) show(slots[i], std::make_unique<BlockMesh>(mesh));
   });
-  // Not in the loop above: there, willReadVoxels() may still read them in another thread.
+  // The loop above must not free vertices: willReadVoxels() may still read them in another thread.
   constexpr size_t kBlocksAtATime = 64;
   parallelFor<kBlocksAtATime>(slots.size(), threads_, [&](size_t i) {
     state_[slots[i]].vertices = std::vector<BlockVertex>();

@@ -331,7 +331,8 @@ class CpuBackend : public MapBackend {
     return empty;
   }
 
-  /// Thread-safe for different blocks.
+  /// Clears a block, and removes the colours of voxels that lose their distance. Thread-safe for
+  /// different blocks.
   ClearedBlock clear(const BlockCheck& check, const BlockEntry& entry) {
     const ClearedBlock cleared = clearBlock(check, entry, sensing_, rules_.fusion, map_.voxels);
     if (cleared.emptied_directions != 0 && map_.table.coloursInUse() > 0) {

@@ -17,7 +17,7 @@ struct alignas(64) StoredLine {
   SampleLine line;
   float weight[3];     ///< One per direction.
   uint8_t directions;  ///< One bit each.
-  bool has_sides;      ///< See BlockFinder::sides(); narrow pixels have none.
+  bool has_sides;      ///< See BlockFinder::sides(); narrow pixels have no sides.
 };
 static_assert(sizeof(StoredLine) == 64, "");
 

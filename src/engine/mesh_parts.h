@@ -26,7 +26,8 @@ void sortUnique(std::vector<T>& values) {
 /// A block to mesh again.
 using MarkedKey = std::pair<PackedKey, MeshMarks>;
 
-/// These blocks and all within kMeshReach of them, on which their meshes depend; sorted, each once.
+/// The blocks in `keys` and all blocks within kMeshReach of one, on which their meshes depend;
+/// sorted, each once.
 std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys);
 std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked);
 

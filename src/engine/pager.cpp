@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// Approximate size of a batch of blocks to move. Meanwhile, they are in memory twice.
+/// Approximate size of a batch of blocks to move. While blocks move, they are in memory twice.
 constexpr size_t kBatchBytes = size_t{8} << 20;
 
 /// Extra room to make, so that not every frame has to write; small, so that a frame that writes is
@@ -152,7 +152,7 @@ size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
     table_.setBudget(std::max(budget_bytes_, table_.bytesInUse() + bytes));
     const size_t staying = readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
                                                numbers.begin() + static_cast<std::ptrdiff_t>(end)});
-    // If none could be read, nothing needs to be evicted; else the disk has room again.
+    // If no block could be read, nothing needs to be evicted; otherwise the disk has room again.
     no_writes_before_ = staying == end - first ? now_ + kCallsBetweenTries : 0;
     first = end;
   }
@@ -170,7 +170,7 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
 }
 
 /// Evicts blocks until there is room for `bytes`, none is left to evict, or the disk refuses
-/// several batches. Does nothing soon after such a refusal.
+/// several batches. After such a refusal, does nothing until now_ reaches no_writes_before_.
 /// @param before Only cells last needed before this value of now_ are evicted.
 void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   if (now_ < no_writes_before_) return;
@@ -315,7 +315,8 @@ void Pager::noteFrame(const DepthFrame& frame, const FrameView& view, bool has_m
 }
 
 /// Blocks on disk in the coarse cells that the camera will see if its motion continues, in order of
-/// need; possibly more than can be loaded. Such cells in memory are noted as needed.
+/// need; possibly more than can be loaded. Cells in memory that the camera will see are noted as
+/// needed.
 std::vector<PackedKey> Pager::keysAhead(DepthFrame ahead) {
   const size_t most =
       spareBytes(budget_bytes_) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);

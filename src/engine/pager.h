@@ -42,7 +42,7 @@ class Pager {
   // ---- Needed blocks. An extraction under way must be fetched before blocks move.
 
   size_t countPaged(const std::vector<PackedKey>& keys) const { return numbersOf(keys).size(); }
-  /// Whether require() would read any of these.
+  /// Whether any of these blocks is on disk, so that require() would read it.
   bool isAnyPaged(const std::vector<PackedKey>& keys) const;
 
   /// Loads blocks, if they are in the map, and keeps them in memory until the next call. Other

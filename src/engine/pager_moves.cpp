@@ -85,7 +85,8 @@ std::vector<int32_t> addContents(const MapContents& contents, const MeshStates* 
   return slots;
 }
 
-/// Writes blocks and releases them. @return whether all were released; the others are unchanged.
+/// Writes blocks and releases them. @return whether all were released. Blocks that were not
+/// released are unchanged.
 bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
   backend.reserve({0, 0, 0, false, slots.size()});
   const auto batch = std::make_shared<std::pair<MapContents, MeshStates>>();

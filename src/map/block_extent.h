@@ -47,8 +47,9 @@ inline uint64_t volumeOf(const BlockExtent& box) {
          static_cast<uint64_t>(edges.z);
 }
 
-/// noBlocks() is empty along every axis, so holdsNothing() looks at one axis only.
+/// A box without blocks, empty along every axis.
 inline BlockExtent noBlocks() { return {BlockExtent().last, BlockExtent().first}; }
+/// Whether a box is empty. @pre It is empty along every axis or along none.
 inline bool holdsNothing(const BlockExtent& box) { return box.first.x > box.last.x; }
 
 /// Boxes that a map is restricted to.

@@ -117,7 +117,7 @@ class BlockTable {
   /// has no room for is refused as a whole.
   Admission admit(std::vector<BlockRequest> requests);
 
-  /// The two halves of admit(). A device needs only the first; find() and slotsInView() return the
+  /// The two halves of admit(). A device needs only allocate(); find() and slotsInView() return the
   /// new blocks only after publish().
   Admission allocate(std::vector<BlockRequest> requests);
   void publish();

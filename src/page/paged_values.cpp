@@ -95,8 +95,8 @@ std::shared_ptr<const void> PagedValues::load(Entry& entry) {
              : nullptr;
 }
 
-/// Moves the least recently used values to the disk. Those that are already there are not written
-/// again.
+/// Moves the least recently used values to the disk. Values that are already on disk are not
+/// written again.
 void PagedValues::makeRoom() {
   const size_t share = max_bytes_ / kFreedShare;  // this much may wait to be written
   if (bytes_ <= max_bytes_ - share) return;
@@ -112,7 +112,7 @@ void PagedValues::makeRoom() {
   }
 }
 
-/// Writes a value to the store, unless it is there. @return whether it is there now.
+/// Writes a value to the store, unless the store has it. @return whether the store has it now.
 bool PagedValues::writeOut(Entry& entry) try {
   if (entry.record) return true;
   const auto out = std::make_shared<ByteWriter>();

@@ -79,7 +79,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   /// The value, which is loaded into memory. @return null if it is lost, or cannot be read now.
   std::shared_ptr<const void> get(Entry& entry);
 
-  /// Like get(), but removes the value from the entry. If it cannot be read, it is lost.
+  /// Like get(), but removes the value from the entry. A value that cannot be read is lost.
   std::shared_ptr<const void> take(Entry& entry);
 
   /// Whether the disk responded to the last read.

@@ -25,8 +25,8 @@ constexpr uint64_t kUnitBytes = StoredRecord::kUnitBytes;
 /// The file is truncated once this much of its end is free.
 constexpr uint64_t kShrinkBytes = uint64_t{1} << 20;
 
-/// How often to try to read a record, with pauses of 1, 2, 4 and 8 ms, so that a temporary failure
-/// loses nothing. If the disk did not respond to the last read, there is one try.
+/// Number of attempts to read a record, with pauses of 1, 2, 4 and 8 ms, so that a temporary
+/// failure loses nothing. If the disk did not respond to the last read, there is one attempt.
 constexpr int kTries = 5;
 
 constexpr double kMinWait_ms = 1.0;

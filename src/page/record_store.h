@@ -44,7 +44,7 @@ struct RecordBytes {
   void copyTo(std::vector<char>& to) const;
 };
 
-/// Any thread may use it.
+/// Any thread may use a store.
 class RecordStore {
  public:
   enum class Reading {

@@ -10,15 +10,15 @@
 namespace dtsdf {
 namespace {
 
-/// Up to this reach, twice a squared distance fits into a signed 16-bit number. These are faster: a
-/// vector register holds more of them.
+/// Up to this reach, twice a squared distance fits into a signed 16-bit number. Such numbers are
+/// faster, as a vector register holds more of them.
 constexpr int kMaxReachOf16Bits = 127;
 
 /// Maximum number of sectors computed at once: their values take 16 MiB in addition to the stored
 /// ones. With a long reach, kMaxPlanesAtOnce allows fewer.
 constexpr size_t kMaxSectorsAtOnce = 256;
 constexpr int kMaxPlanesAtOnce = 1 << 15;
-/// Maximum number of sectors in the box around these, extended by the reach.
+/// Maximum number of sectors in the box around the sectors computed at once, extended by the reach.
 constexpr uint64_t kMaxPlaces = uint64_t{1} << 15;
 
 /// Approximate number of changed cubes that are processed at once, to limit memory.
@@ -104,7 +104,7 @@ bool DistanceField::mayOverwrite(const std::shared_ptr<const DistanceSector>& se
   return pages_ == nullptr && sector.use_count() == kOwnersIfUnshared;
 }
 
-/// After an exception, the next update does the rest.
+/// After an exception, the next call updates the remaining sectors.
 void DistanceField::update(const CellSectors& cells) {
   while (!changed_.empty()) {
     auto end = changed_.begin();

@@ -79,7 +79,7 @@ class SectorDistances {
 
   bool isInWindow(int32_t at) const { return at >= 0 && at < window_; }
 
-  /// Adds the surfaces in a row of a cube to the row of the window.
+  /// Adds the surfaces in a row of a cube to the window's row at the same y and z.
   void addRow(uint64_t surfaces, const Vec3i& at) {
     int32_t& number = row_of_[static_cast<size_t>(at.y) +
                               static_cast<size_t>(at.z) * static_cast<size_t>(window_)];

@@ -88,8 +88,8 @@ DTSDF_HD float gainOf(const ExposureSums& sums, int channel) {
   return static_cast<float>(1.0 + share * (ratio - 1.0));
 }
 
-/// The gains for an image. They stay as before if fewer than min_overlap voxels are usable, and are
-/// 1 if exposures are fixed.
+/// The gains for an image: those of the previous image if fewer than min_overlap voxels are usable,
+/// and 1 if exposures are fixed.
 DTSDF_HD Exposure exposureOf(const ExposureSums& sums, const Exposure& before,
                              const PaintSettings& settings) {
   if (settings.fixed_exposure) return sameExposure();

@@ -140,10 +140,10 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, boo
 /// directions; `colour(direction, upper)` and `sample(direction, upper)` give a direction's values
 /// at the edge's lower or upper end.
 ///
-/// Painted directions that cross the edge with the vertex's facing count; if there are none, all in
-/// `asked` do. In a crossing direction, the colour is interpolated at the zero of the distance,
-/// taken as linear, as colours belong to the feet of voxels. Samples are read only where a
-/// direction is painted.
+/// Painted directions count if they cross the edge with the vertex's facing; if none does, all
+/// painted directions in `asked` count. The colours of a voxel belong to its foot, so in a crossing
+/// direction the colour is interpolated at the zero of the distance, which is taken to be linear.
+/// Samples are read only where a direction is painted.
 template <class ColourAt, class SampleAt>
 DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colour,
                                const SampleAt& sample) {
@@ -190,7 +190,7 @@ DTSDF_HD VertexColour colourOnEdge(const ColouredCorners& corners, int edge, boo
       [&](int d, bool is_upper) { return corners.voxels.sample(is_upper ? upper : lower, d); }));
 }
 
-/// The mean of two vertices' colours; if one is unpainted, the other's.
+/// The mean of two vertices' colours; if only one is painted, its colour.
 DTSDF_HD VertexColour meanColour(const VertexColour& a, const VertexColour& b) {
   if (a.painted == 0) return b;
   if (b.painted == 0) return a;

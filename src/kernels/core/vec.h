@@ -46,11 +46,11 @@ DTSDF_HD Vec3f toFloat(const Vec3i& a) {
   return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
 }
 
-/// fminf and fmaxf are library calls on some targets; these are not. Not for NaN.
+/// Unlike fminf() and fmaxf(), these never become library calls. The arguments must not be NaN.
 DTSDF_HD float minimum(float a, float b) { return a < b ? a : b; }
 DTSDF_HD float maximum(float a, float b) { return a > b ? a : b; }
 
-/// Component-wise minimum and maximum. Not for NaN.
+/// Component-wise minimum and maximum. No component may be NaN.
 template <class Vec>
 DTSDF_HD Vec minOf(const Vec& a, const Vec& b) {
   return {a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z};

@@ -38,7 +38,7 @@ constexpr uint32_t kColourWeightBits = 19;         // low bits of the float that
 constexpr uint32_t kColourWeightZero = 115u << 4;  // upper bits of 2^-12, which counts as 0
 constexpr uint32_t kMaxColourWeightCode = 255;
 
-/// The weight of a code.
+/// Decodes a weight.
 DTSDF_HD float colourWeight(uint8_t code) {
   if (code == 0) return 0.0f;
   const uint32_t bits = (code + kColourWeightZero) << kColourWeightBits;
@@ -47,7 +47,7 @@ DTSDF_HD float colourWeight(uint8_t code) {
   return weight;
 }
 
-/// Code of a positive weight: the nearest, but never 0, which means "not seen".
+/// Encodes a positive weight as the nearest code, but never as 0, which means "not seen".
 DTSDF_HD uint8_t colourWeightCode(float weight) {
   uint32_t bits;
   memcpy(&bits, &weight, sizeof(bits));

@@ -36,8 +36,9 @@ DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_cov
   return makeVoxel(0.0f, 0, less > -rules.max_evidence ? less : -rules.max_evidence);
 }
 
-/// Minimum evidence of a surface in the mesh: one more than min_support - 1 supports give, but at
-/// least 1 and at most max_evidence. No more supports are required than frames were fused.
+/// Minimum evidence of a surface in the mesh: more than min_support - 1 supports give, so that it
+/// takes min_support frames; at least 1 and at most max_evidence. In a map of fewer frames, all
+/// must support the surface.
 DTSDF_HD int32_t minEvidence(int32_t min_support, uint64_t fused_frames, const FusionRules& rules) {
   const int32_t support = fused_frames < static_cast<uint64_t>(min_support)
                               ? static_cast<int32_t>(fused_frames)

@@ -12,7 +12,7 @@
 
 namespace dtsdf {
 
-/// Side of a patch in pixels. These are not the patches of merged pixels.
+/// Side of a patch in pixels. The patches of pixel_merging.h are smaller.
 constexpr int kFreePatchSideLog2 = 4, kFreePatchSide = 1 << kFreePatchSideLog2;
 
 DTSDF_HD int32_t freePatchesAlong(int32_t pixels) {
@@ -56,8 +56,8 @@ DTSDF_HD bool maySeeThrough(const FrameSensing& sensing, const Vec3f& low, const
   return false;
 }
 
-/// Whether a frame may see through the place of any voxel in a block. A place is at most the
-/// truncation, or an anchor's reach, away from its voxel.
+/// Whether a frame may see through the place of any voxel in a block. Along each axis, a place is
+/// at most the truncation, or an anchor's reach, away from its voxel.
 DTSDF_HD bool maySeeThroughBlock(const FrameSensing& sensing, const Vec3f& first_voxel_L,
                                  float truncation_voxels) {
   constexpr float kMargin = 0.125f;  // so that rounding does not matter

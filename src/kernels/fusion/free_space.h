@@ -75,8 +75,8 @@ DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
 }
 
 /// Mean slope of the distance towards a voxel's two neighbours along an axis, or the slope towards
-/// the only one; 0 without any. `has_upper` and `has_lower` are 1 if that neighbour has a distance,
-/// else 0.
+/// the only neighbour with a distance; 0 if neither has one. `has_upper` and `has_lower` are 1 if
+/// the neighbour has a distance, else 0.
 template <class Real>
 DTSDF_HD Real slopeBeside(const Real& own, const Real& upper, const Real& has_upper,
                           const Real& lower, const Real& has_lower) {
@@ -158,7 +158,8 @@ DTSDF_HD Vec3f judgedOrigin(uint16_t anchor, int index, bool is_covered) {
   return toFloat(voxelOffset(index)) + to_anchor * anchorOffset(anchor);
 }
 
-/// Length of this step against the gradient, in voxels; may be negative.
+/// Length of the step from judgedOrigin() to the voxel's place, against the gradient, in voxels;
+/// may be negative.
 DTSDF_HD float judgedSdf(const Voxel& voxel, bool is_covered) {
   return is_covered ? 0.0f : sdfOf(voxel);
 }
@@ -170,9 +171,9 @@ DTSDF_HD Vec3f placeOf(const Voxel* voxels, int index, int direction, bool is_co
                 slopeAt(voxels, index), facingOf(direction));
 }
 
-/// Spacing in pixels of the 3 x 3 points at which a frame must look through a place: one; if the
-/// voxel is empty, the width of a voxel, rounded down to at least one, as an empty voxel represents
-/// all mesh units around it.
+/// Spacing in pixels of the 3 x 3 points at which a frame must look through a place. It is 1 unless
+/// the voxel is empty; then it is the width of a voxel, rounded down but at least 1, since an empty
+/// voxel represents all mesh units around it.
 DTSDF_HD int probeSpacing(const FrameView& frame, const Voxel& voxel, float depth_m) {
   if (!isEmpty(voxel)) return 1;
   const float cell_px = frame.voxel_size_m * frame.intrinsics.fx / depth_m;
@@ -253,8 +254,8 @@ DTSDF_HD Observation judge(const FrameSensing& sensing, const Vec3f& first_voxel
 
 /// Whether an observation takes evidence from a voxel. At an outline, only a support of a covered
 /// voxel is taken back, so a surface ends where as many images see it as see past it. Nothing is
-/// taken back from a full voxel, for which a support does not count in full either: as a camera
-/// circles an object, its outline passes over every place.
+/// taken back from a full voxel, where a support would not count in full: as a camera circles an
+/// object, the object's outline passes over every place, and would wear the surface away.
 DTSDF_HD bool contradicts(Observation observation, const Voxel& voxel, bool is_covered,
                           const FusionRules& rules) {
   return observation == Observation::kFree ||

@@ -9,8 +9,8 @@ namespace dtsdf {
 
 struct FusionRules {
   /// Distance from the measured plane, in voxels, within which samples are updated and a frame
-  /// supports a surface; in voxel projection, the truncation takes its place. A mesh unit reaches
-  /// no farther than sqrt(3) voxels from a surface in it; farther samples would only blur other
+  /// supports a surface; voxel projection uses the truncation instead. A mesh unit reaches no
+  /// farther than sqrt(3) voxels from a surface in it; farther samples would only blur other
   /// surfaces (docs/results/ablation.md, Support only from near surfaces).
   float sample_reach = 1.75f;
   /// Distance within which the samples of noisy points are updated, in standard deviations of their
@@ -37,8 +37,9 @@ struct FusionRules {
   int32_t contradiction_cost = 2;
   /// Largest magnitude of evidence: fusion/memory_frames supports. With eight, a removed object
   /// vanishes within 12 frames that see through it, and a new one appears after 10, whatever was
-  /// there before. With nineteen, within 28 (32 if the mesh needs one frame only) and after 21.
-  int32_t max_evidence{24};  // not set directly: follows from the setting
+  /// there before. With nineteen supports, an object vanishes within 28 frames (32 if the mesh
+  /// needs one frame only), and a new one appears after 21.
+  int32_t max_evidence{24};  // follows from fusion/memory_frames
 
   /// Distance in voxels that free space keeps from a measured surface, in addition to its noise.
   float free_margin = 0.5f;

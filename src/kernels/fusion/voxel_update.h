@@ -52,7 +52,8 @@ DTSDF_HD float anchorWeight(float squared_distance) {
 }
 
 /// The anchor after a frame with this distance and this weight, in units of 2^-16: the weighted
-/// mean of the frames' nearest points. It stays the same if this frame has no nearest point.
+/// mean of the frames' nearest points. Without a nearest point in this frame, the anchor does not
+/// change.
 DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, float sdf, float weight, const RoundedSums& sums) {
   const Vec3f point = pointOffset(sums.nearest), anchor = anchorOffset(voxel.anchor);
   const float from_foot = dot(anchor, anchor) - sdfOf(voxel) * sdfOf(voxel);

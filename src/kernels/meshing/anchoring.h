@@ -6,7 +6,7 @@
 /// is pulled towards the nearest anchor of its edge's ends (core/anchor.h).
 ///
 /// The shift depends only on the vertex and on samples at the edge's two ends, so all blocks that
-/// share the edge compute the same.
+/// share the edge compute the same shift.
 #pragma once
 
 #include "kernels/meshing/edge_vertex.h"
@@ -24,8 +24,8 @@ DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
 }
 
 /// Squared gap, in squared voxels, between the plane of a corner's distance and a vertex at a
-/// distance of `along` from the corner, less the same allowance; negative if the vertex is farther
-/// from the corner than the plane.
+/// distance of `along` from the corner, less the allowance of squaredFootGap(); negative if the
+/// vertex is farther from the corner than the plane.
 DTSDF_HD float squaredPlaneGap(const Sample& sample, float along) {
   const float height = maximum(fabsf(sample.sdf) - 1.0f / kStepsPerVoxel, 0.0f);
   return height * height - along * along;
@@ -43,8 +43,9 @@ DTSDF_HD void visitAnchors(const Edge& edge, uint32_t telling, const Anchors& an
   });
 }
 
-/// The gap between a vertex and what was measured, in voxels: the larger of the gaps at its edge's
-/// two ends, in the crossing direction in which it is smallest; 2 without a crossing direction.
+/// The gap between a vertex and what was measured, in voxels. In a crossing direction, it is the
+/// larger of the gaps at the edge's two ends; the direction with the smallest gap counts. Without a
+/// crossing direction, it is 2.
 template <class Edge, class Anchors>
 DTSDF_HD float measuredGap(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                            const Anchors& anchors, float edge_offset) {

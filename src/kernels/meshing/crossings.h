@@ -37,7 +37,7 @@ DTSDF_HD Real crossingWeight(const Samples& samples, int c, int axis, const Mask
   return greatest;
 }
 
-/// The product of two sums, one for each end of the edge: the weights of all directions that count.
+/// The product of the weights at the edge's two ends, each summed over all directions that count.
 template <class Real, class Samples, class Mask>
 DTSDF_HD Real votedWeight(const Samples& samples, int c, int axis, const Mask& behind_below) {
   const Real zero{0.0f};
@@ -67,7 +67,7 @@ DTSDF_HD Bits weakCrossings(const MeshRules& rules, const Samples& samples, cons
     const auto crossed = lower != upper;
     if (!any(crossed)) continue;
     auto is_weak = crossed & (least * least >= crossingWeight<Real>(samples, c, axis, lower));
-    if (!any(is_weak)) continue;  // as for most units: the vote is not needed
+    if (!any(is_weak)) continue;  // true for most units
     is_weak = is_weak & (least * least >= by_vote * votedWeight<Real>(samples, c, axis, lower));
     weak = weak | select(is_weak, Bits{1 << (8 * axis + c)}, none);
   }

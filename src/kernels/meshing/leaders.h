@@ -52,9 +52,9 @@ DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const R
                 zero);
 }
 
-/// Finds the directions that lead the unit's sheets; -1: no sheet. The strongest direction (the
-/// lowest of equally strong ones) leads the first sheet; its opposite leads the second if it is
-/// active as well.
+/// Finds the directions that lead the unit's sheets; -1: no sheet. The strongest direction (the one
+/// with the lowest number, if several are equally strong) leads the first sheet; its opposite leads
+/// the second if it is active as well.
 /// @return The active directions, bit d for direction d.
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits findLeaders(const Samples& samples, const Real& min_weight,

@@ -7,8 +7,8 @@ namespace dtsdf {
 struct MeshRules {
   /// A sheet is meshed only if, at each corner of the unit, the weights of the directions that vote
   /// on it add up to more than this share of the greatest single weight in the unit; in [0, 1). In
-  /// the search for leaders, samples count above the same limit. This excludes corners that only
-  /// the far fringe of a measurement reached. Undirected maps need positive weights only.
+  /// the search for leaders, samples count above this limit. This excludes corners that only the
+  /// far fringe of a measurement reached. Undirected maps need positive weights only.
   float min_weight_share = 0.003f;
 
   /// A crossing is strong if, in some direction that crosses zero on the edge itself, the geometric
@@ -19,9 +19,9 @@ struct MeshRules {
   float min_crossing_share = 0.015f;
 
   /// A crossing is also strong if the geometric mean of the summed weights at its ends, over all
-  /// directions that count, times this share exceeds the same limit; in [0, 1]. At borders such
-  /// crossings are off by half a voxel, but where noise scatters a surface over several directions
-  /// they prevent holes.
+  /// directions that count, times this share exceeds the limit of min_crossing_share; in [0, 1]. At
+  /// borders such crossings are off by half a voxel, but where noise scatters a surface over
+  /// several directions they prevent holes.
   float voted_crossing_share = 0.05f;
 
   /// Added to each distance in the vote's denominator; in voxels, above 0, so that a distance of 0
@@ -32,11 +32,11 @@ struct MeshRules {
   /// anchor; at twice this gap or more, with full strength. It is about the spacing of pixels. With
   /// a smaller value, vertices inside a surface move too.
   float measured_gap = 0.15f;
-  /// A vertex within this distance of its nearest anchor, in voxels, is not pulled; others are
-  /// pulled over the rest of the way only.
+  /// A vertex within this distance of its nearest anchor, in voxels, is not pulled, and no vertex
+  /// is pulled nearer to its anchor than this.
   float measured_reach = 0.1f;
-  /// Largest part of that rest over which a vertex is pulled; in [0, 1), so that two vertices with
-  /// the same anchor do not coincide.
+  /// Largest share of its distance beyond measured_reach over which a vertex is pulled; in [0, 1),
+  /// so that two vertices with the same anchor do not coincide.
   float measured_pull = 0.875f;
   /// A triangle with a side that anchoring lengthens by more than this, in voxels, spans a gap and
   /// is left out. (At 20 mm, 90 % of a slot 35 mm wide, in the scene `outlines`, is closed without

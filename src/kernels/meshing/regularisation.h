@@ -2,8 +2,8 @@
 /// disagree.
 ///
 /// Units may disagree if their leaders differ, or if one has dropped a component that another
-/// keeps. Where a unit's sheets agree about a corner, it takes the side that most units give the
-/// corner, so that neighbours cross their common face in the same way and leave no slit.
+/// keeps. Where a unit's sheets agree about a corner, the corner takes the side that most units
+/// around it give it, so that neighbours cross their common face in the same way and leave no slit.
 #pragma once
 
 #include "kernels/core/grid.h"

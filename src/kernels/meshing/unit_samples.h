@@ -44,8 +44,9 @@ struct UnitIndices {
 /// The sides of a unit's corners, bit c for corner c: which are behind its first sheet, and which
 /// are in front of its last (which may be the first). Both 0: the unit is empty.
 ///
-/// Nothing else is stored as 0 and 0: that would be a first sheet with no corner behind it and a
-/// last one with all, but a sheet without a surface is never stored together with another.
+/// No other unit is stored as two zeros. Its first sheet would have no corner behind it and its
+/// last sheet all corners, but a sheet without a surface is never stored together with another
+/// sheet.
 struct UnitLabels {
   uint8_t behind_first, in_front_of_last;
 };

@@ -30,7 +30,7 @@ struct AlignmentRules {
   float held_inliers = 0.85f;
   /// Largest root mean square distance of an image from the map, in voxels along its normals, that
   /// is within the map's own error. That error was up to 0.17 with exact poses, and 0.4 to 0.6 in
-  /// the median with those of real recordings.
+  /// the median with the poses of real recordings.
   float min_misplacement = 0.2f;
 };
 

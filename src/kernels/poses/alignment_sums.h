@@ -169,7 +169,7 @@ DTSDF_HD float searchOffset(int32_t n) {
   return static_cast<float>(n % 2 == 1 ? k : -k);
 }
 
-/// Number of such places up to `reach` voxels away.
+/// Number of places of searchOffset() that are at most `reach` voxels away.
 DTSDF_HD int32_t searchOffsetCount(float reach) { return 2 * static_cast<int32_t>(reach) + 1; }
 
 /// Minimum cosine between the map's gradient and a point's normal: cos(pi/4).

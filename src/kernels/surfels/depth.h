@@ -12,8 +12,8 @@ struct DepthRange {
   float rounded_to_m;  ///< Unit of integer depths; 0 for floats.
 };
 
-/// Inverse depth of a raw value, in 1/m: positive if it is fused; negative beyond the fused range:
-/// there it makes no surface, but the space in front of it is free; 0 if nothing was measured, or
+/// Inverse depth of a raw value, in 1/m. Positive: it is fused. Negative: it lies beyond the fused
+/// range, so it makes no surface, but the space in front of it is free. 0: nothing was measured, or
 /// the depth is too small.
 DTSDF_HD float inverseDepth(float raw, const DepthRange& range) {
   const float depth_m = raw * range.unit_m;

@@ -3,7 +3,7 @@
 /// - They have the same depth, to within the noise plus a voxel.
 /// - The surface is steep: a neighbouring step in the line, and those in both adjacent lines, are
 ///   similar, without an allowance for noise. Next to a depth edge the steps in the line differ; at
-///   a mixed pixel, those in the adjacent lines.
+///   a mixed pixel, the steps in the adjacent lines differ.
 /// - The surface curves out of sight: the step is much smaller than the jump behind it. A mixed
 ///   pixel is seldom that close to the front.
 #pragma once

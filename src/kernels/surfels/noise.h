@@ -141,8 +141,9 @@ struct NoiseOfLines {
   uint32_t lines;
 };
 
-/// The variance common to the whole image, at most the median's: the lower quartile's less its
-/// difference from the upper's, which is due to the detail of surfaces. 0 for too few lines, whose
+/// The variance common to the whole image: the estimate from the lower quartile, less the
+/// difference between the estimates from the upper and the lower quartile, which is due to the
+/// detail of surfaces; at most the estimate from the median. 0 for too few lines, as their
 /// quartiles scatter.
 DTSDF_HD float commonVariance(const NoiseOfLines& of) {
   constexpr uint32_t kMinLines = 16;

@@ -15,8 +15,9 @@ struct SurfelRules {
   /// One mixed pixel in ten is that close to the front, by chance.
   float linked_rim_share = 0.1f;
 
-  /// Largest ratio of the estimate with lines of seven-pixel steps to that without, for noise that
-  /// neighbouring pixels share. Averaging depth over seven pixels gives a ratio of two.
+  /// Largest factor by which lines with steps of seven pixels may raise the estimate of the noise.
+  /// They reveal noise that neighbouring pixels share: if a sensor averages depth over seven
+  /// pixels, the factor is two.
   float largest_shared_noise = 3.0f;
 
   /// Half width of the window in which normals are fitted, in voxels. Finer detail is lost in the

@@ -25,7 +25,7 @@ struct BagOptions : RecordingOptions {
   InputParams input;              ///< Camera frame, camera_info, units, rectification.
 };
 
-/// Opens a bag and reads its poses; images are read one by one.
+/// Opens a bag and reads its poses. Depth images are read later, one by one.
 /// @throws std::runtime_error if it cannot be read, or if a topic is missing or must be chosen.
 std::unique_ptr<FrameSource> openBagFrames(const BagOptions& options);
 

@@ -12,8 +12,8 @@
 
 namespace dtsdf {
 
-/// Camera of rectified images. A default-constructed one is a valid camera, so functions return
-/// std::nullopt if there is none.
+/// Camera of rectified images. A default-constructed camera is valid, so functions return
+/// std::nullopt if there is no camera.
 using CameraInfo = RenderCamera;
 
 /// Reads size and intrinsics from projection_matrix, which describes the rectified image, or else
@@ -28,15 +28,15 @@ CameraInfo colourCameraOf(const std::filesystem::path& folder, const CameraInfo&
 /// The text of a camera_info.yaml.
 std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_name);
 
-/// Parses rows x columns numbers, in row-major order. Infinity becomes NaN; trackers write either
-/// where they lost the camera.
+/// Parses rows x columns numbers, in row-major order. Infinity becomes NaN, since trackers write
+/// either of them where they lost the camera.
 /// @throws std::runtime_error that begins with `place`, if a word is not a number or their count is
 /// wrong.
 Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int columns,
                             const std::string& place);
 
 /// Parses a whole file like parseMatrix().
-/// @throws std::runtime_error also if it cannot be read.
+/// @throws std::runtime_error like parseMatrix(), or if the file cannot be read.
 Eigen::MatrixXd readMatrixFile(const std::string& path, int rows, int columns,
                                const std::string& advice);
 

@@ -11,8 +11,8 @@ namespace dtsdf {
 
 /// Recognises the format by the first bytes. Converts grey to RGB and 16 bits to 8, and drops
 /// transparency. `name` is the image's name in error texts.
-/// @throws std::runtime_error if it is damaged, of another format, an interlaced PNG of 16 bits, or
-/// has too many pixels.
+/// @throws std::runtime_error if the image is damaged, of another format, an interlaced PNG of 16
+/// bits, or has too many pixels.
 RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name);
 
 /// Decodes a file like decodeColour().

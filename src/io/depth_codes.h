@@ -15,7 +15,7 @@ namespace dtsdf {
 /// not of the expected size.
 std::vector<uint16_t> readDepthPng(const std::string& path, int width, int height);
 
-/// Reads the size of a depth image file from its header. Damage to the pixels is not noticed.
+/// Reads the size of a depth image file from its header. Does not detect damage to the pixels.
 /// @throws std::runtime_error that names the file, if it is missing, not a PNG of 16-bit grey, or
 /// has too many pixels.
 DepthImage readDepthPngSize(const std::string& path);
@@ -43,8 +43,8 @@ std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels
 // data.
 
 /// The encoding in a message's format: the text before the semicolon, as in "16UC1; compressedDepth
-/// png" and "16UC1; png compressed ", or the whole text if there is none. Empty for other formats,
-/// and for "32FC1; png compressed ".
+/// png" and "16UC1; png compressed ", or the whole text if it has no semicolon. Empty for other
+/// formats, and for "32FC1; png compressed ".
 std::string encodingOfCompressedDepth(const std::string& format);
 
 /// Largest number of pixels that a depth or colour image may have.

@@ -37,8 +37,8 @@ std::pair<Vec3f, Vec3f> boundsOf(const Mesh& mesh) {
   return {low, high};
 }
 
-/// The origin of positions in the file, relative to the mesh's own origin: near the mesh's middle,
-/// and in whole metres, which floats hold exactly.
+/// The origin of positions in the file, relative to the mesh's own origin. It is near the mesh's
+/// middle, and in whole metres, which floats hold exactly.
 Vec3f originOf(const Mesh& mesh) {
   const auto [low, high] = boundsOf(mesh);
   const Vec3f middle = 0.5f * low + 0.5f * high;

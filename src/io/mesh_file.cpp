@@ -132,7 +132,7 @@ void checkSize(const Mesh& mesh, const std::string& format, const std::string& p
 
 }  // namespace
 
-/// Many readers of .ply take indices as signed 32-bit numbers.
+/// Many programs read the indices of a .ply file as signed 32-bit numbers.
 void checkMeshSize(uint64_t vertices, uint64_t triangles, const std::string& path) {
   constexpr uint64_t kMaxCount = std::numeric_limits<int32_t>::max();
   if (triangles == 0) {

@@ -66,7 +66,7 @@ class PngReader {
   const bool is_png_;
 };
 
-/// Encodes an image. @param format One of libpng's. @throws std::runtime_error
+/// Encodes an image. @param format One of libpng's formats. @throws std::runtime_error
 inline std::string pngBytes(int width, int height, png_uint_32 format, const void* pixels) {
   png_image png{};
   png.version = PNG_IMAGE_VERSION;

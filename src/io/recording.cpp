@@ -128,7 +128,7 @@ void findFirstPose(const RecordingOptions& options, const FolderFormat& format,
   while (first + 1 < images.size() && !options.selection.contains(first)) ++first;
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   try {
-    findPoses(options, format, images, images);  // of all, since poses may match by order
+    findPoses(options, format, images, images);  // of all images, since poses may match by order
     T_W_C = images[first].T_W_C.value_or(T_W_C);
   } catch (const std::runtime_error&) {
     if (!options.poses_path.empty()) throw;  // the user named this file

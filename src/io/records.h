@@ -98,8 +98,8 @@ class RecordWriter {
 class RecordFile {
  public:
   /// @param what Name in error texts, such as "map file".
-  /// @throws std::runtime_error if it cannot be read, is not a regular file, or has another purpose
-  /// or version.
+  /// @throws std::runtime_error if the file cannot be read, is not a regular file, or has another
+  /// purpose or version.
   RecordFile(const std::string& path, const char* purpose, const std::string& what);
   ~RecordFile();
   RecordFile(const RecordFile&) = delete;

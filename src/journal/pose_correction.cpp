@@ -54,8 +54,8 @@ bool hasPoseOf(const StampedPose& image, const std::vector<StampedPose>& correct
 }
 
 /// The camera's fused pose at the stamp of a corrected pose: that of the image with this stamp, or
-/// else interpolated between the images before and after it. None if there is only one of them, if
-/// they are too far apart, or if one has a corrected pose itself.
+/// else interpolated between the images before and after it. None if one of these two images is
+/// missing or has a corrected pose itself, or if they are too far apart.
 std::optional<Eigen::Isometry3d> poseAt(double stamp_s, const std::vector<StampedPose>& fused,
                                         const std::vector<StampedPose>& corrected) {
   const auto after = std::lower_bound(fused.begin(), fused.end(), stamp_s, isBefore);

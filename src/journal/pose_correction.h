@@ -10,9 +10,9 @@
 
 namespace dtsdf {
 
-/// A correction of a camera's poses. Images before the first and after the last corrected one keep
-/// their pose relative to it. For an image between two corrected ones, the poses that follow from
-/// each of them are interpolated.
+/// A correction of a camera's poses. Images before the first corrected image and after the last one
+/// keep their pose relative to it. For an image between two corrected ones, the poses that follow
+/// from each of them are interpolated.
 class PoseCorrection {
  public:
   /// Stamps closer than this belong to one image.

@@ -62,8 +62,8 @@ using Call = std::variant<Image, Region, Level, Correction>;
 Bytes encode(const Begin& begin);
 Bytes encode(const Call& call);
 
-// These read a record back. @throws std::exception if it is damaged; readCall() also if it is of
-// another kind.
+// The functions below read a record. @throws std::exception if it is damaged; readCall() also if it
+// is of another kind.
 Begin readBegin(const RecordFile& file, size_t record);
 /// @param with_pixels Whether to read an image's pixels too, from the next record.
 Call readCall(const RecordFile& file, size_t record, bool with_pixels = true);

@@ -57,7 +57,7 @@ class JournalReplay {
   /// Like correct(), for all calls so far, with poses in the frame M of the given poses.
   CorrectionEffect correctGiven(std::vector<StampedPose> poses_M);
 
-  /// The motion that corrects an image after the last one; the identity if none applies.
+  /// The motion that corrects an image after the last one; the identity if no correction applies.
   Eigen::Isometry3d motion() const;
 
   /// The current poses of the first camera's depth images in the newest recording, sorted by stamp.

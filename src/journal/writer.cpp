@@ -32,8 +32,8 @@ std::string timeText(const char* format) {
   return {text, std::strftime(text, sizeof(text), format, &parts)};
 }
 
-/// Ignores the writer's `own` journal, symbolic links, and other files with the extension of
-/// journals.
+/// Total size of the journals in a folder, without the writer's `own` journal and symbolic links.
+/// Ignores files that only have the extension of journals.
 uint64_t bytesOfJournalsIn(const std::string& folder, const std::string& own) {
   uint64_t bytes = 0;
   std::error_code error;

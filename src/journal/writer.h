@@ -41,7 +41,7 @@ class JournalWriter {
     size_t max_waiting = 256u << 20;  ///< Limit of JournalReport::waiting_bytes.
     /// write(2), or a replacement in tests.
     std::function<ssize_t(int descriptor, const void* data, size_t bytes)> write = ::write;
-    std::function<int(int descriptor)> sync = ::fdatasync;  ///< The same for fdatasync(2).
+    std::function<int(int descriptor)> sync = ::fdatasync;  ///< fdatasync(2), or a replacement.
   };
 
   /// Creates the folder and the file. @throws std::runtime_error if it fails.

@@ -19,10 +19,10 @@ using Point = FloorView::Point;
 constexpr double kMinCosine = 0.70710678118654752;  // cosine of 45 degrees, between normal and up
 constexpr double kMinShare = 0.05;   // smallest share of all points that are on the floor
 constexpr size_t kMinPoints = 100;   // smallest number of points on the floor
-constexpr double kMaxBelow = 0.02;   // largest share of points far below it (reflections)
-constexpr double kFarBelow = 3.0;    // smallest distance of these below the floor, in tolerances
-constexpr double kMinWidth_m = 0.3;  // smallest width of 80 % of its points, in any direction
-constexpr int kWidths = 18;          // directions in which that width is measured
+constexpr double kMaxBelow = 0.02;   // largest share of points far below the floor (reflections)
+constexpr double kFarBelow = 3.0;    // far below: this many tolerances below the floor
+constexpr double kMinWidth_m = 0.3;  // smallest width of 80 % of the points, in any direction
+constexpr int kWidths = 18;          // directions in which the width is measured
 /// If a tenth of the points below the camera are on the floor, only one search in 3000 never draws
 /// three floor points.
 constexpr int kDraws = 8000;

@@ -16,8 +16,8 @@ constexpr double kMinMotion_m = 0.05, kMinTurn_rad = 0.1;
 /// Largest relative difference of depths on the same surface.
 constexpr double kSameDepth = 0.03;
 /// A pair of images counts if the best convention finds at least kFound of the points in view, and
-/// more than its rival by at least kLess. The rival is the given convention or, if that is best,
-/// the best of the others.
+/// leads by at least kMinLead. It is compared with the given convention or, if that is best, with
+/// the second best.
 constexpr double kFound = 0.65, kMinLead = 0.25;
 constexpr int kMinInView = 60;
 /// Pairs needed for a verdict, and how many of them must agree.

@@ -13,8 +13,8 @@ namespace dtsdf {
 /// Poses are often those of the camera's body (x forward, z up), of OpenGL (y up, z backwards), or
 /// from the map to the camera. Only with the right convention do surfaces stay in place while the
 /// camera moves. So points of an earlier image are projected into a later one under each
-/// convention; if another convention repeatedly matches far more of them, the poses follow that
-/// one. Not thread safe.
+/// convention; if another convention repeatedly matches far more of them, the poses seem to follow
+/// that convention. Not thread safe.
 class PoseConvention {
  public:
   /// Adds a valid frame. Ignored once there is a verdict, and while the camera hardly moves.

@@ -20,8 +20,8 @@ class StillGravity {
   static constexpr double kSpan_s = 1.0;
 
   /// Adds a sample. @return the unit vector that points up, in the sensor's frame, if the last
-  /// second was still. Samples that are not finite are ignored. Once there are 20, so are those
-  /// within half a millisecond of the one before. A stamp that goes back starts over.
+  /// second was still. Ignores samples that are not finite and, once there are 20, samples within
+  /// half a millisecond of the previous one. A stamp that goes back starts over.
   std::optional<Eigen::Vector3d> add(const InertialSample& sample);
 
  private:

@@ -7,11 +7,12 @@
 namespace dtsdf {
 namespace {
 
-/// Pieces of more triangles are no crumbs. (If refined, of four times as many.)
+/// Pieces of more triangles are not crumbs. In a refined mesh, the limit is four times as large.
 constexpr size_t kMaxCrumb = 16;
-/// A crumb stays if no larger piece is this near along each axis, in voxels.
+/// A small piece stays if no larger piece is this near along each axis, in voxels.
 constexpr float kCrumbReach = 4.0f;
-/// It also stays if small pieces this near, in voxels, make it larger, as along a narrow slat.
+/// A small piece also stays if it is too large for a crumb together with the small pieces that are
+/// this near, in voxels, as along a narrow slat.
 constexpr float kNextPiece = 1.5f;
 
 constexpr uint32_t kNoPiece = UINT32_MAX;
@@ -26,8 +27,8 @@ struct Piece {
 };
 
 /// Lists the vertices of a piece, from the lowest on an outline, and marks them with the piece's
-/// number. @return whether the piece is small. Each side then has an end with a rim, which lists
-/// the triangles at it.
+/// number. @return whether the piece is small. Each side of a small piece has an end with a rim,
+/// which lists the triangles at that end.
 bool grow(const Outline& outline, uint32_t number, std::vector<uint32_t>& piece_of, Piece& piece) {
   const uint32_t first = outline.first(), lowest = piece.vertices[0];
   const auto isPossible = [&](uint32_t v) {
@@ -57,7 +58,7 @@ bool grow(const Outline& outline, uint32_t number, std::vector<uint32_t>& piece_
   return true;
 }
 
-/// Finds all small pieces. @param piece_of Receives the number of each vertex' piece, or kNoPiece.
+/// Finds all small pieces. @param piece_of Receives the number of each vertex's piece, or kNoPiece.
 std::vector<Piece> findSmallPieces(const Outline& outline, std::vector<uint32_t>& piece_of) {
   std::vector<Piece> pieces;
   Piece piece;
@@ -111,10 +112,10 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
   auto found = pieces_at.find(packKey(cell));
   for (uint32_t i = first_kept; i < outline.end(); ++i) {
     const uint32_t own = piece_of[i - first_kept];
-    if (own == kNoPiece && outline.isUnused(i)) continue;  // removed pieces count
+    if (own == kNoPiece && outline.isUnused(i)) continue;  // but removed crumbs count
     const Vec3f& p = positions[i - first_kept];
     const Vec3i next = cellOf(p, cell_side);
-    if (next != cell) found = pieces_at.find(packKey(next));  // seldom: neighbours share cells
+    if (next != cell) found = pieces_at.find(packKey(next));  // rare, since neighbours share cells
     cell = next;
     if (found == pieces_at.end()) continue;
     for (const uint32_t n : found->second) {

@@ -23,9 +23,9 @@ struct BridgeEnd {
   }
 
   uint32_t vertex;
-  Vec3f position, inwards;  ///< Inwards: the sum of vectors to its neighbours.
-  float shortest;           ///< Squared.
-  uint32_t nearest;         ///< The vertex at this distance.
+  Vec3f position, inwards;  ///< `inwards`: sum of the vectors to its neighbours.
+  float shortest;           ///< Squared length of the shortest bridge.
+  uint32_t nearest;         ///< The vertex at the other end of that bridge.
   int is_on_hole;           ///< Negative: unknown.
 };
 
@@ -55,7 +55,7 @@ class HoleCloser {
   const Vec3f& position(uint32_t vertex) const { return positions_[vertex - outline_.first()]; }
   const Vec3f& normal(uint32_t vertex) const { return normals_[vertex - outline_.first()]; }
 
-  /// 2 for an edge; 1 for half of one, which a midpoint ends.
+  /// 2 for an edge; 1 for half an edge, which begins or ends at a midpoint.
   int halvesOf(uint32_t vertex, uint32_t next) const {
     const auto isMiddle = [this](uint32_t v) { return outline_.kind(v) == Outline::Kind::kMiddle; };
     return isMiddle(vertex) || isMiddle(next) ? 1 : 2;
@@ -127,7 +127,8 @@ class HoleCloser {
   void consider(BridgeEnd& a, BridgeEnd& b) const {
     const Vec3f bridge = b.position - a.position;
     const float length = dot(bridge, bridge);
-    // Each lies outside the surface around the other. This is seldom so, and one branch is fast.
+    // Whether each vertex lies outside the surface around the other. This is rarely so, and a
+    // single branch is fast.
     const int is_facing = static_cast<int>(dot(bridge, a.inwards) < 0.0f) &
                           static_cast<int>(dot(bridge, b.inwards) > 0.0f) &
                           static_cast<int>(length <= std::max(a.shortest, b.shortest));
@@ -143,8 +144,8 @@ class HoleCloser {
     const std::vector<Cell> cells = sortedCells();
     std::vector<BridgeEnd> ends(cells.size() - 1);
     for (size_t i = 0; i < ends.size(); ++i) ends[i] = bridgeEnd(cells[i].second);
-    // The middles of the rows of three cells around a vertex that hold the vertices not yet paired
-    // with it: those with greater numbers.
+    // Keys of the middle cells of the rows of three cells around a vertex, relative to the key of
+    // its own cell. Only rows with vertices that come later in `cells` are searched.
     constexpr PackedKey kRows[] = {0, kRowStride, kLayerStride - kRowStride, kLayerStride,
                                    kLayerStride + kRowStride};
     size_t row[std::size(kRows)] = {};
@@ -197,8 +198,8 @@ class HoleCloser {
     return loop_.size() >= 3 && std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end();
   }
 
-  /// Cuts one corner off the loop: of those whose triangle faces the same way as the surface, the
-  /// one whose neighbours are closest to each other. @return whether there was one.
+  /// Cuts one corner off the loop: of the corners whose triangle faces the same way as the surface,
+  /// the one whose neighbours are closest to each other. @return whether there was such a corner.
   bool cutCorner() {
     const size_t count = loop_.size();
     size_t best = count;
@@ -240,7 +241,7 @@ class HoleCloser {
   const float max_bridge_;
   std::vector<uint32_t> nearest_;  ///< The nearest vertex across a crack, by rim.
   std::vector<uint32_t> loop_;
-  std::vector<Outline::Triangle> triangles_;  ///< Those that fill the loop.
+  std::vector<Outline::Triangle> triangles_;  ///< Triangles that fill the loop.
 };
 
 }  // namespace

@@ -1,19 +1,20 @@
 /// Mends a mesh at its outlines.
 ///
 /// - A **crumb** is a piece of a few triangles near a larger piece, mostly noise. It is left out.
-/// - A short outline surrounds a **hole**, left by units in which no direction is active. It is
+/// - A **hole** has a short outline. It is left by units in which no direction is active, and is
 ///   closed.
 /// - A **crack** lies between two outlines, or two parts of one, that face each other. Bridges from
 ///   vertex to vertex divide it into holes.
 /// - A mesh ends with whole units, so outlines have teeth of a voxel where images disagree about
-///   the last units. The teeth average out, so vertices are smoothed along them with the
-///   weights (-1 4 10 4 -1) / 16, which keep straight and evenly curved lines but remove teeth.
+///   the last units. Vertices are smoothed along the outlines with the weights (-1 4 10 4 -1) / 16,
+///   which remove the teeth but keep straight and evenly curved lines.
 ///
 /// mendMesh() does all of this. For a mesh in pieces, call Outline::link(), removeCrumbs(),
 /// closeHoles() and smoothed() in this order, each for any number of vertices at a time. A step
-/// reads what the previous one did to vertices up to a block's length away, removeCrumbs() and
-/// closeHoles() up to two. Below, `positions` and `normals` start at the first vertex that the
-/// outline has not forgotten, and `voxel` is the edge of a voxel in units of `positions`.
+/// reads what the previous step did to vertices up to a block's length away; removeCrumbs() and
+/// closeHoles() read up to two blocks away. Below, `positions` and `normals` start at the first
+/// vertex that the outline has not forgotten, and `voxel` is the edge of a voxel in units of
+/// `positions`.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +27,7 @@
 
 namespace dtsdf {
 
-/// The cell of a position, of a grid of cubes.
+/// The cell of a position in a grid of cubes.
 inline Vec3i cellOf(const Vec3f& position, float side) {
   const Vec3f scaled = (1.0f / side) * position;
   return {floorToInt(scaled.x), floorToInt(scaled.y), floorToInt(scaled.z)};
@@ -52,7 +53,7 @@ void closeHoles(Outline& outline, uint32_t first, uint32_t end, const std::vecto
 /// The smoothed position of a vertex. @param positions One per vertex, before smoothing.
 Vec3f smoothed(const Outline& outline, uint32_t vertex, const std::vector<Vec3f>& positions);
 
-/// Drops the vertices whose mark is 0, and the triangles that have one.
+/// Drops the vertices whose mark is 0, and the triangles with such a vertex.
 void keepVertices(Mesh& mesh, const std::vector<uint8_t>& is_kept);
 
 /// Mends a mesh whose vertices and triangles were added to the outline; its normals may have any

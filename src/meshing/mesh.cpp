@@ -97,7 +97,7 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
   std::optional<BlockJoiner> joiner(std::in_place);
   Outline outline;
   mesh.origin_m = originOf(bounds, voxel_size_m_);
-  // Reserves so much that nothing is reallocated. Memory that is never touched costs nothing.
+  // Reserves enough that nothing is reallocated. Memory that is never touched costs nothing.
   mesh.vertices_m.reserve(vertices);
   mesh.normals.reserve(vertices);
   mesh.triangles.reserve(triangles + vertices);  // a hole of n vertices adds n - 2

@@ -21,7 +21,7 @@ std::array<CornerSource, kGridCorners> cornerSources() {
   return sources;
 }
 
-/// Makes the tables of the next row or layer those of this one; @param steps to the next one used.
+/// Advances the tables of this and the next row (or layer) by `steps` rows (or layers).
 void advance(std::array<NumberTable, 2>& tables, int64_t steps) {
   if (steps == 0) return;
   std::swap(tables[0], tables[1]);
@@ -56,8 +56,8 @@ const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
 
 /// The number of a vertex in the joined mesh; next_ if it is new. The owner of an edge is the block
 /// of its lower corner: corners on the grid's far faces belong to upper neighbours. Only the owner
-/// and its lower neighbours list the edge; those of the layer below only if it is on the lower
-/// face.
+/// and its lower neighbours list the edge; neighbours in the layer below list it only if it is on
+/// the lower face.
 uint32_t BlockJoiner::numberOf(uint32_t edge) {
   static const std::array<CornerSource, kGridCorners> sources = cornerSources();
   constexpr uint64_t kMidpoint = uint64_t{1} << 63;

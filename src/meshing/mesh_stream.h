@@ -84,7 +84,7 @@ class NumberTable {
     }
   }
 
-  std::vector<Slot> slots_;  ///< Their number is a power of two, or 0.
+  std::vector<Slot> slots_;  ///< The number of slots is a power of two, or 0.
   size_t used_ = 0;
 };
 
@@ -106,7 +106,7 @@ class BlockJoiner {
   NumberTable inside_;
   std::array<NumberTable, 2> rows_, layers_;
   std::array<PackedKey, kCornerBlocks> owners_ = {};      ///< See cornerBlockOffset().
-  std::array<uint32_t, kGridEdges> number_of_edge_ = {};  ///< Those of the block being added.
+  std::array<uint32_t, kGridEdges> number_of_edge_ = {};  ///< For the block being added.
 };
 
 /// Adds the area-weighted normal of a block's triangle to the normals of its vertices. At the rim
@@ -159,9 +159,9 @@ class MeshStream {
   /// written and forgotten.
   static constexpr size_t kSteps = 5;
   /// A step processes a block's vertices once all blocks up to this many beyond were added (first
-  /// step), or processed by the step before: blocks next to it may list its vertices, and each step
-  /// reads what the one before did up to one or two blocks away. Triangles over holes may wait two
-  /// blocks longer for vertices to be written.
+  /// step), or processed by the step before. Neighbouring blocks may list its vertices, and each
+  /// step reads what the previous step did up to one or two blocks away. Triangles over holes may
+  /// wait two blocks longer for vertices to be written.
   static constexpr std::array<int32_t, kSteps> kBlocksBehind = {1, 2, 2, 1, 2};
 
   /// A block, and the number of vertices up to its end.
@@ -183,15 +183,15 @@ class MeshStream {
   const uint32_t vertices_at_once_;
   BlockJoiner joiner_;
   Mesh window_;                    ///< The vertices from number first_ on.
-  std::vector<uint32_t> numbers_;  ///< Their numbers in the output, once written.
+  std::vector<uint32_t> numbers_;  ///< Numbers of these vertices in the output, once written.
   Outline outline_;
   Triangles triangles_;         ///< Triangles not yet output.
-  Triangles patches_;           ///< New ones, with vertices not yet written.
-  Triangles numbered_patches_;  ///< Those with numbers in the output; output last.
+  Triangles patches_;           ///< Triangles over holes, with vertices not yet written.
+  Triangles numbered_patches_;  ///< Triangles over holes, by numbers in the output; output last.
   uint32_t first_ = 0, next_number_ = 0;
   std::array<std::deque<AddedBlock>, kSteps> ahead_;  ///< Blocks that each step has not passed.
-  std::array<uint32_t, kSteps> passed_ = {};          ///< Number of vertices before those.
-  std::array<uint32_t, kSteps> done_ = {};  ///< Number of vertices processed by each step.
+  std::array<uint32_t, kSteps> passed_ = {};  ///< Number of vertices that each step has passed.
+  std::array<uint32_t, kSteps> done_ = {};    ///< Number of vertices processed by each step.
 };
 
 }  // namespace dtsdf

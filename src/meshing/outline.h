@@ -39,7 +39,7 @@ class Outline {
     uint32_t links = 0;            ///< Number of all links; those of patches come last.
     uint32_t fan_count = 0;        ///< 0: none, or more than two.
     std::array<Fan, 2> fans = {};  ///< Without patches.
-    Fan beside = {kNone, kNone};   ///< With patches, the fan, if it is the only one.
+    Fan beside = {kNone, kNone};   ///< With patches: the fan, if there is exactly one.
   };
 
   void reserve(size_t vertices) { vertices_.reserve(vertices); }
@@ -49,8 +49,9 @@ class Outline {
   /// Forgets the vertices before number `first`.
   void forget(uint32_t first);
 
-  /// Makes the rims of the vertices [first, end). @pre All triangles around these were added.
-  /// @param triangles At least these.
+  /// Makes the rims of the vertices [first, end). @pre All triangles around these vertices were
+  /// added.
+  /// @param triangles Must include all triangles around these vertices.
   void link(uint32_t first, uint32_t end, const std::vector<Triangle>& triangles);
 
   /// Removes all triangles around a vertex, except from its links.
@@ -68,9 +69,9 @@ class Outline {
   bool hasRim(uint32_t vertex) const { return at(vertex).rim != kNone; }
 
   const std::vector<Rim>& rims() const { return rims_; }  ///< In order of their vertices.
-  /// Number of the first rim whose vertex is not below this.
+  /// Number of the first rim whose vertex has at least this number.
   size_t rimFrom(uint32_t vertex) const;
-  /// Number in rims() of a vertex' rim. @pre It has one.
+  /// Number in rims() of a vertex's rim. @pre It has one.
   size_t rimNumber(uint32_t vertex) const { return at(vertex).rim - first_rim_; }
   const Rim& rimOf(uint32_t vertex) const { return rims_[rimNumber(vertex)]; }
   const Link* linksOf(const Rim& rim) const { return &links_[rim.first_link]; }
@@ -79,7 +80,7 @@ class Outline {
   bool hasEdge(uint32_t a, uint32_t b) const;
 
   /// The vertex after `vertex` around a hole, without patches, coming from `before`. Where two fans
-  /// meet, a hole lies between them. kNone: fixed, or more fans meet.
+  /// meet, a hole lies between them. kNone: the vertex is fixed, or more than two fans meet.
   uint32_t alongHole(uint32_t before, uint32_t vertex, size_t way) const {
     if (vertex < first_ || !hasRim(vertex)) return kNone;
     const Rim& rim = rimOf(vertex);
@@ -89,7 +90,8 @@ class Outline {
     return kNone;
   }
 
-  /// The next vertex on the outline, with patches. kNone: it ends there, or meets another one.
+  /// The next vertex on the outline, with patches. kNone: the outline ends there, or meets another
+  /// outline.
   uint32_t beside(uint32_t vertex, size_t way) const {
     return vertex < first_ || !hasRim(vertex) ? kNone : rimOf(vertex).beside[way];
   }
@@ -111,7 +113,7 @@ class Outline {
   uint32_t first_rim_ = 0;  ///< Number of rims_[0].
   std::vector<Vertex> vertices_;
   std::vector<Rim> rims_;
-  std::vector<Link> links_;  ///< Those of each rim are in one piece.
+  std::vector<Link> links_;  ///< The links of each rim are contiguous.
 };
 
 }  // namespace dtsdf

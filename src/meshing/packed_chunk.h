@@ -48,7 +48,7 @@ PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const 
                       const std::vector<PackedKey>& blocks);
 
 /// Checks a received chunk: the lengths of its arrays, its indices and its origin. The functions
-/// below rely on these. @throws std::runtime_error that says what is wrong.
+/// below rely on these checks. @throws std::runtime_error that says what is wrong.
 void checkChunk(const PackedChunk& chunk);
 
 /// Checks a lattice's step. @throws std::runtime_error that says what is wrong.
@@ -65,11 +65,11 @@ Vec3f normalOfPacked(int16_t u, int16_t v);
 /// Unpacks a chunk. Positions become floats relative to the chunk's origin.
 Mesh unpackChunk(const PackedChunk& chunk, double step_m);
 
-/// Merges the vertices in a cell whose normals are closest to the same of the directions +-x, +-y
-/// and +-z; so both sides of a thin object stay apart. Cells are cubes of 2^cell_log2 steps on the
-/// map's lattice. Merged vertices lie at the middle of their cell, shifted by a quarter of a cell
-/// in their direction, so that neighbouring chunks still meet. The steps of the result, and of its
-/// origin, are quarters of a cell. Triangles that collapse are dropped.
+/// Merges vertices that lie in one cell and whose normals are closest to the same one of the
+/// directions +-x, +-y and +-z, so both sides of a thin object stay apart. Cells are cubes of
+/// 2^cell_log2 steps on the map's lattice. Merged vertices lie at the middle of their cell, shifted
+/// by a quarter of a cell in their direction, so that neighbouring chunks still meet. The steps of
+/// the result, and of its origin, are quarters of a cell. Triangles that collapse are dropped.
 PackedChunk coarsen(const PackedChunk& chunk, int cell_log2);
 
 }  // namespace dtsdf

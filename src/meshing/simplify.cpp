@@ -135,7 +135,8 @@ class TriangleFans {
     }
   }
 
-  /// Whether these triangles of one vertex form closed fans: each neighbour is in two of them.
+  /// Whether these triangles of one vertex form closed fans: each neighbour is in two of the
+  /// triangles.
   bool isClosed(const std::vector<Wing>& wings) {
     for (const Wing& wing : wings) mark_[wing.from] = mark_[wing.to] = 0;
     for (const Wing& wing : wings) {
@@ -471,8 +472,8 @@ double meanEdge_m(const Mesh& mesh) {
   return sum_m / static_cast<double>(mesh.triangles.size());
 }
 
-/// The errors to simplify with, in order. Unless the requested error is tiny, only their end
-/// depends on it.
+/// The errors to simplify with, in order. Unless the requested error is tiny, it affects only the
+/// end of the list.
 std::vector<double> errorsUpTo(double max_error_m, double mean_edge_m) {
   const double first_m = std::min(kFirstShareOfEdge * mean_edge_m, max_error_m);
   std::vector<double> errors;

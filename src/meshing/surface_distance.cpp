@@ -31,7 +31,8 @@ double squaredDistanceOfSegment(const Vec3f& p, const Vec3f& a, const Vec3f& b) 
 
 }  // namespace
 
-// If p projects into the triangle, measures from its plane, else from its nearest side.
+// Measures the distance from the triangle's plane if p projects into the triangle, else from its
+// nearest side.
 double squaredDistanceOfTriangle(const Vec3f& p, const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   const Vec3f n = cross(b - a, c - a);
   const float area = dot(n, n);
@@ -144,7 +145,7 @@ double SurfaceTree::search(const Vec3f& p, double limit_m, const MayCount& may_c
     put(node.first);
     put(node.first + 1);
     if (count > 1 && waiting[count - 1].first > waiting[count - 2].first) {
-      std::swap(waiting[count - 1], waiting[count - 2]);  // the nearer one comes first
+      std::swap(waiting[count - 1], waiting[count - 2]);  // the nearer child comes first
     }
   }
   return std::sqrt(nearest);

@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kDigits = 7;
 
-/// Suggests keys for an unknown one: those whose name begins with its name, in any section, or else
-/// all of its section: "; known: map/voxel_size_m".
+/// Suggests keys for an unknown key, as in "; known: map/voxel_size_m": those in any section whose
+/// names begin with its name, or else all keys of its section.
 std::string suggestionsFor(const std::string& key, const std::set<std::string>& known) {
   const auto nameIn = [](const std::string& of) { return of.rfind('/') + 1; };
   const std::string section = key.substr(0, nameIn(key)), name = key.substr(nameIn(key));

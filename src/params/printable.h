@@ -12,7 +12,8 @@ constexpr size_t kLongestShownName = 200;
 
 /// Makes an external name printable, so that it cannot move a terminal's cursor, forge a line of a
 /// log or reverse the direction of text. Control characters (C0, C1, line separators, bidirectional
-/// controls) and bytes that are not UTF-8 become \xHH. Longer text is cut and ends in "...".
+/// controls) and bytes that are not UTF-8 become \xHH. Text of more than `max_characters` is cut
+/// and ends in "...".
 std::string printable(const std::string& text, size_t max_characters = kLongestShownName);
 
 /// Makes a whole message printable, with the external names in it.

@@ -63,7 +63,7 @@ __attribute__((format(printf, 3, 0))) inline int vsnprintfInC(char* line, size_t
 }
 
 /// Formats like printf() in the C locale; the compiler checks the arguments.
-// NOLINTNEXTLINE(cert-dcl50-cpp): a parameter pack has no such check
+// NOLINTNEXTLINE(cert-dcl50-cpp): the compiler does not check the arguments of a parameter pack
 __attribute__((format(printf, 1, 2))) inline std::string formatted(const char* text, ...) {
   char line[512];
   va_list values;

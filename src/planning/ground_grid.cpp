@@ -156,7 +156,7 @@ size_t GroundGrid::bytes() const {
 
 void GroundGrid::beginAnew(double cell_size_m) {
   if (window_ && cell_size_m != cell_size_m_) {
-    // Subscribers have a grid with cells of another size.
+    // Subscribers hold a grid whose cells have another size.
     window_.reset();
     changed_ = {};
     is_outgrown_ = is_outdated_ = true;

@@ -33,9 +33,9 @@ constexpr int8_t kColumnUnknown = -1;    ///< Neither occupied nor free.
 /// occupied. Also keeps track of what to publish.
 ///
 /// Subscribers have a window of columns, the last whole grid. Its edges lie on multiples of kStep
-/// cells; when columns outside become known, a whole grid of a new window is sent. Other changes
-/// are sent as updates: boxes inside the window, with all changes since the window was first sent.
-/// So a subscriber that reads only the last of several updates misses nothing.
+/// cells; when columns outside the window become known, a whole grid of a new window is sent. Other
+/// changes are sent as updates: boxes inside the window, with all changes since the window was
+/// first sent. So a subscriber that reads only the last of several updates misses nothing.
 class GroundGrid {
  public:
   static constexpr int32_t kStep = 256;

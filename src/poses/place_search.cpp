@@ -244,8 +244,8 @@ FoundPlace choose(const Matches& matches, double same_place_m) {
 
 /// The map in coarse cells.
 struct CoarseMap {
-  /// The surface in a cell: the plane through the mean of its points. The normal is 0 if they face
-  /// different ways.
+  /// The surface in a cell: the plane through the mean of its points. The normal is 0 if the points
+  /// face different ways.
   struct CellSurface {
     Vector3f middle = Vector3f::Zero(), normal = Vector3f::Zero();
     float points = 0.0f;

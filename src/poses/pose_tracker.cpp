@@ -39,7 +39,7 @@ double turnBetween(const Isometry3d& a, const Isometry3d& b) {
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
 }
 
-/// Continues the motion from one pose to another by `share` times that motion; the rotation is
+/// Continues the motion from one pose to another by `share` times that motion. The rotation is
 /// about the camera.
 Isometry3d continued(const Isometry3d& from, const Isometry3d& to, double share) {
   const Eigen::AngleAxisd turn(from.linear().transpose() * to.linear());
@@ -58,8 +58,8 @@ double motionBetween(const Isometry3d& a, const Isometry3d& b) {
 }
 
 /// A guess around a pose: turned about or moved along one of its axes, by one or two steps, or the
-/// pose itself. A step is as long as the reach of an alignment. With fine voxels that is short, so
-/// it is at least kMinShift_m. A step of a turn is limited to what an alignment can correct.
+/// pose itself. A step is as long as the reach of an alignment. That reach is short with fine
+/// voxels, so a shift is at least kMinShift_m. A turn is limited to what an alignment can correct.
 Isometry3d guessAround(const Isometry3d& T_W_C, double reach_m, size_t guess) {
   constexpr double kMinShift_m = 0.15, kMaxTurn_rad = 0.3;
   if (guess + 1 == kGuessesPerPlace) return T_W_C;
@@ -93,8 +93,8 @@ void PoseTracker::setPose(const Isometry3d& T_W_C) {
   lost_since_s_.reset();
 }
 
-/// The step from `near_T_W_C` to the found pose is not a motion: an infinitely old stamp prevents
-/// extrapolation.
+/// The step from `near_T_W_C` to the found pose is not a motion, so an infinitely old stamp
+/// prevents extrapolation.
 void PoseTracker::seek(const Isometry3d& near_T_W_C, double stamp_s) {
   given_T_W_C_.reset();
   before_.reset();

@@ -90,7 +90,7 @@ ProgramOption& CommandLine::get(const std::string& name) {
 
 /// Assigns the arguments to the options. @throws po::error, UsageError
 void CommandLine::distribute(const std::vector<std::string>& arguments) {
-  // No short names and no abbreviations.
+  // Options have no short names, and cannot be abbreviated.
   const int style = po::command_line_style::allow_long |
                     po::command_line_style::long_allow_adjacent |
                     po::command_line_style::long_allow_next;

@@ -18,8 +18,8 @@ find_package(catkin REQUIRED COMPONENTS
   map_msgs message_generation nav_msgs nodelet pluginlib roscpp sensor_msgs std_msgs std_srvs tf2
   tf2_msgs tf2_ros visualization_msgs)
 
-# Not components of catkin above, because their libraries (VTK, rosbag, all of OpenCV) would then be
-# linked to every target.
+# These packages are not components of catkin, because their libraries (VTK, rosbag, all of OpenCV)
+# would then be linked to every target.
 find_package(cv_bridge REQUIRED)
 find_package(pcl_conversions REQUIRED)
 find_package(pcl_ros REQUIRED)
@@ -45,7 +45,7 @@ if(WITH_RVIZ)
   endif()
 endif()
 
-# Only libcv_bridge, which links the parts of OpenCV that it needs.
+# Links only libcv_bridge, which links the parts of OpenCV that it needs.
 set(DTSDF_CV_BRIDGE_LIBRARY ${cv_bridge_LIBRARIES})
 list(FILTER DTSDF_CV_BRIDGE_LIBRARY INCLUDE REGEX "cv_bridge")
 

@@ -68,7 +68,8 @@ class ChunkVisuals {
     }
   }
 
-  /// Adds a chunk, after removing the one with its origin. An empty chunk is not added.
+  /// Adds a chunk, after removing the chunk that has the same origin, if any. An empty chunk is not
+  /// added.
   void put(PackedChunk chunk, double step_m) {
     const auto before = visuals_.find(chunk.origin);
     if (before != visuals_.end()) remove(before);
@@ -101,7 +102,7 @@ class ChunkVisuals {
   }
 
   /// Draws each chunk at the coarsest level whose cells cover at most `detail_px` pixels in the
-  /// camera's view, or in full detail if there is none.
+  /// camera's view, or in full detail if there is no such level.
   void chooseLevels(const Ogre::Camera& camera, float detail_px) {
     const Ogre::Vector3 eye = parent_._getFullTransform().inverse() * camera.getDerivedPosition();
     const auto height_px = static_cast<float>(camera.getViewport()->getActualHeight());
@@ -111,7 +112,8 @@ class ChunkVisuals {
                                   ? camera.getOrthoWindowHeight()
                                   : 2.0f * std::tan(0.5f * camera.getFOVy().valueRadians());
     for (auto& [origin, visual] : visuals_) {
-      // 0 if the camera may be inside the chunk, which is then drawn in full detail.
+      // The distance is 0 if the camera may be inside the chunk, which is then drawn in full
+      // detail.
       const float distance_m = std::max(eye.distance(visual.centre) - visual.radius_m, 0.0f);
       const float width_m = is_orthographic ? view_height : view_height * distance_m;
       const float coarsest_m = detail_px * width_m / height_px;

@@ -240,7 +240,8 @@ constexpr Paint kRoundPaint{120, 70, 160};
 constexpr double kSquare_m = 0.25;
 constexpr double kDarkShade = 0.7;
 
-/// The face of a box that a point lies on: that of the axis along which it is farthest out.
+/// The face of a box that a point lies on: the face across the axis along which the point is
+/// farthest out.
 int faceOf(const Eigen::Vector3d& p, const Eigen::Vector3d& half_size) {
   int axis = 0;
   (p.cwiseAbs() - half_size).maxCoeff(&axis);

@@ -93,8 +93,8 @@ Eigen::Isometry3d lookAt(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& ta
 /// from both sides; around it are plates 10, 20 and 40 mm thick and rods 20 to 60 mm thick.
 Scene makeRoomScene();
 
-/// `count` balls that circle in that room, 10 s per lap. They pass in front of and behind its wall,
-/// and stay clear of the camera of roomCameraPose().
+/// `count` balls that circle in the room of makeRoomScene(), 10 s per lap. They pass in front of
+/// and behind its wall, and stay clear of the camera of roomCameraPose().
 std::vector<Sphere> roomBalls(int count, double time_s);
 
 /// The pose of a camera on a smooth closed lap around the middle of makeRoomScene(), in `lap_s`

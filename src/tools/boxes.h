@@ -17,7 +17,7 @@ namespace dtsdf {
 /// A box as text: "x=..3.2,y=-1.6..0,z=..", in metres; an omitted bound is open.
 std::string boxText(const BlockExtent& box, double block_m);
 
-/// Parses such a text; bounds are rounded to whole blocks. @throws UsageError
+/// Parses a box in the form of boxText(); bounds are rounded to whole blocks. @throws UsageError
 BlockExtent parseBox(const std::string& text, double block_m);
 
 /// A run for one box of a map.

@@ -28,7 +28,7 @@ class CameraView {
         T_C_W_(frame.T_W_C.inverse()) {}
 
   /// Whether any part of a box may be nearer than a depth and in the image, or a few pixels outside
-  /// it. May also be true for a box outside.
+  /// it. May also be true for a box out of view.
   bool maySee(const MetricBox& box, double depth_m) const;
 
   Eigen::Vector3d centre() const { return T_C_W_.inverse().translation(); }

@@ -14,8 +14,8 @@
 
 namespace dtsdf {
 
-/// Each takes the arguments after the command's name. @throws UsageError, TextRequest for --help,
-/// std::runtime_error for files that cannot be read or written.
+/// Each of these functions takes the arguments after the command's name. @throws UsageError,
+/// TextRequest for --help, std::runtime_error for files that cannot be read or written.
 void printMapInfo(const std::vector<std::string>& arguments);
 void meshMap(const std::vector<std::string>& arguments);
 void saveOcTree(const std::vector<std::string>& arguments);

@@ -42,10 +42,10 @@ struct RecordedInput {
 
 /// Consecutive images that were not fused because no pose was found.
 struct LostRun {
-  double from_s;            ///< Stamp of the first one.
-  size_t fused_before = 0;  ///< Frames that were fused before.
+  double from_s;            ///< Stamp of the first image.
+  size_t fused_before = 0;  ///< Frames fused before the first image.
   size_t images = 0;
-  std::string why;  ///< Reason for the first one, with shares of its points.
+  std::string why;  ///< Reason for the first image, with shares of its points.
 };
 
 struct ReconstructionResult {
@@ -70,7 +70,7 @@ struct ReconstructionResult {
   /// Meshes of all blocks, perhaps partly on disk; null for a box.
   std::shared_ptr<PagedMeshes> meshes;
   size_t vertices = 0, triangles = 0;  ///< In the mesh that is saved or reported.
-  std::string doubt;                   ///< Why the poses seem to have another convention; or empty.
+  std::string doubt;  ///< Why the poses seem to have another convention; else empty.
 };
 
 /// Fuses all frames of a source and paints the images between them in the order of stamps; at equal
@@ -83,7 +83,7 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, con
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);
 
-/// Fuses a journal in the same way, with its calls in order.
+/// Fuses a journal by repeating its calls in order. Updates the mesh as for a recording.
 ReconstructionResult reconstruct(JournalReplay& journal, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);

@@ -49,7 +49,7 @@ void addSaveMapOption(CommandLine& line, const std::string& help, std::string& p
 
 /// The settings of a run, and the numbers of the method.
 struct RunSettings {
-  ParamTree given;  ///< Settings from file, command line and program; the rest are defaults.
+  ParamTree given;  ///< Settings from file, command line and program; all others are defaults.
   NodeParams params;
   Rules rules;
 };

@@ -6,12 +6,12 @@
 // one set of intrinsics is published for all. tsdf-fusion (github.com/andyzeng/tsdf-fusion-python)
 // uses this layout with other cameras and a 3 x 3 camera-intrinsics.txt next to the images. Colour
 // is in frame-NUMBER.color.png or .jpg. In 7-Scenes it is not registered to depth, and its camera
-// is not published; the depth camera's intrinsics and pose are used, which are nearly right.
+// is not published; the depth camera's intrinsics and pose are used, which are nearly correct.
 //
-// ScanNet, as exported by its SensReader (github.com/ScanNet/ScanNet):
-// depth/NUMBER.png, pose/NUMBER.txt (all -inf where tracking was lost), and a 4 x 4
-// intrinsic/intrinsic_depth.txt. Numbers have no leading zeros. Colour is in color/NUMBER.jpg, with
-// the pose of the depth image and its own intrinsics, intrinsic/intrinsic_color.txt.
+// ScanNet, as exported by its SensReader (github.com/ScanNet/ScanNet): depth/NUMBER.png,
+// pose/NUMBER.txt (all -inf where tracking was lost), and a 4 x 4 intrinsic/intrinsic_depth.txt.
+// Numbers have no leading zeros. Colour is in color/NUMBER.jpg. It has the pose of the depth image,
+// but its own intrinsics, intrinsic/intrinsic_color.txt.
 #include <utility>
 
 #include "io/camera_file.h"

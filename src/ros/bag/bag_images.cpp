@@ -45,7 +45,8 @@ bool hasMessages(const rosbag::Bag& bag, const std::string& topic) {
   return rosbag::View(bag, rosbag::TopicQuery(topic)).size() > 0;
 }
 
-/// "; its topics are '/a' (sensor_msgs/Image), '/b' (tf2_msgs/TFMessage)".
+/// Lists the topics of a bag: "; its topics are '/a' (sensor_msgs/Image), '/b'
+/// (tf2_msgs/TFMessage)".
 std::string topicsOf(const rosbag::Bag& bag) {
   std::set<std::string> topics;
   for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections()) {
@@ -64,8 +65,8 @@ void requireMessages(const rosbag::Bag& bag, const std::string& topic,
                            printable(topic) + "'" + topicsOf(bag) + help);
 }
 
-/// Topics whose first message satisfies `is_wanted`. Images recorded both raw and compressed count
-/// once, as raw.
+/// Topics whose first message satisfies `is_wanted`. If images were recorded both raw and
+/// compressed, only the raw topic counts.
 std::set<std::string> findImageTopics(
     const rosbag::Bag& bag, const std::function<bool(const rosbag::MessageInstance&)>& is_wanted) {
   std::set<std::string> all, topics;
@@ -105,7 +106,7 @@ class BagPoses {
  public:
   /// @throws std::runtime_error if the trajectory cannot be read.
   BagPoses(const rosbag::Bag& bag, const BagOptions& options) : options_(options) {
-    ros::Time::init();  // for the log
+    ros::Time::init();  // the log needs the time
     for (std::string* frame : {&options_.map_frame, &options_.input.camera_frame}) {
       *frame = stripLeadingSlash(*frame);
     }
@@ -124,7 +125,7 @@ class BagPoses {
     }
   }
 
-  /// Pose of the image with this header.
+  /// Pose of the camera for the image with this header.
   PoseAnswer of(const std_msgs::Header& header) const {
     PoseAnswer pose;
     if (trajectory_) {
@@ -179,7 +180,7 @@ sensor_msgs::ImageConstPtr imageOf(const ImageKind& kind, const rosbag::MessageI
   }
 }
 
-/// Empty for messages that are neither images nor clouds.
+/// The header of an image or a cloud; empty for other messages.
 std_msgs::Header headerOf(const rosbag::MessageInstance& message) {
   if (const auto image = message.instantiate<sensor_msgs::Image>()) return image->header;
   if (const auto cloud = message.instantiate<sensor_msgs::PointCloud2>()) return cloud->header;
@@ -378,8 +379,8 @@ class BagImages : public ImageSource<Frame> {
     return after == infos_.begin() ? after->second : std::prev(after)->second;
   }
 
-  /// Applies the mask that has the image's stamp and was recorded within 5 s of it. @return why
-  /// that failed; nothing on success.
+  /// Applies the mask that has the image's stamp and was recorded within 5 s of the image. @return
+  /// why that failed; nothing on success.
   std::optional<Rejection> applyMaskTo(sensor_msgs::ImageConstPtr& image,
                                        const ros::Time& recorded) const {
     if (options_.mask_topic.empty()) return std::nullopt;

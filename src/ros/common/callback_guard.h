@@ -1,4 +1,5 @@
-/// Catches exceptions in ROS callbacks: one that escapes ends every nodelet of the process.
+/// Catches exceptions in ROS callbacks: an exception that escapes ends every nodelet of the
+/// process.
 #pragma once
 
 #include <ros/console.h>

@@ -58,7 +58,7 @@ class Pace {
   bool isDue(SteadyTime now) const { return now >= next_; }
   SteadyTime next() const { return next_; }
 
-  /// A higher rate brings the next start forward.
+  /// Changes the rate. A higher rate brings the next start forward.
   void setRate(double rate_hz, SteadyTime now) {
     const SteadyDuration period = toSteadyDuration(1.0 / rate_hz);
     if (period == period_) return;

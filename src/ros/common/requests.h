@@ -28,14 +28,14 @@ Region readRegion(const dtsdf_mapping::Box& box, const dtsdf_mapping::Sphere& sp
                   const Eigen::Isometry3d& T_W_F);
 
 /// Replaces "~" at the start of a path with the home folder.
-/// @throws std::runtime_error if HOME is not set; `name` is the setting, for the text.
+/// @throws std::runtime_error if HOME is not set; its text names the setting, `name`.
 std::string expandHome(const std::string& path, const std::string& name);
 
 /// The absolute path of a file under `output_directory`; both may start with "~/". `extensions`
-/// are the allowed ones in lower case, such as {".ply", ".obj"}; that of the name may be in upper
-/// case. If `is_read`, the file may lie anywhere.
+/// lists the allowed extensions in lower case, such as {".ply", ".obj"}; the name may have them in
+/// upper case. If `is_read`, the file may lie anywhere.
 /// @throws std::runtime_error if the name is empty, has control characters or another extension, or
-/// leads outside the directory, even through a symbolic link.
+/// if the file lies outside the directory, even through a symbolic link.
 std::string resolveOutputPath(const std::string& output_directory, const std::string& file_name,
                               const std::vector<std::string>& extensions, bool is_read = false);
 

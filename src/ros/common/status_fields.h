@@ -23,7 +23,7 @@ inline void report(MapStatus& status, uint8_t level, uint8_t code, const std::st
 /// Values of MemoryPart.place, besides "disk".
 constexpr char kHost[] = "host", kGpu[] = "gpu";
 
-/// Adds a part, or adds to the one with this name and place.
+/// Adds a part of the memory, or adds to the part that has this name and place.
 inline void addMemory(MapStatus& status, const char* name, const char* place, uint64_t bytes,
                       uint64_t limit_bytes = 0) {
   dtsdf_mapping::MemoryPart part;

@@ -83,7 +83,7 @@ class WorkerThread {
     pthread_setname_np(pthread_self(), name_.c_str());
     // On Linux, niceness is per thread. It is only a hint, so a failure to set it is ignored.
     if (niceness_ > 0) setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + niceness_);
-    constexpr int kCallbacksPerStep = 50;  // many, so that calls do not wait for a step each
+    constexpr int kCallbacksPerStep = 50;  // many, so that callbacks do not each wait for a step
     constexpr std::chrono::hours kIdleWait{1};
     std::chrono::milliseconds wait{0};
     while (!is_stopping_) {

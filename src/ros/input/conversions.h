@@ -30,7 +30,7 @@ inline ros::Time toTime(double stamp_s) {
 /// Largest length of a frame's name, in bytes, so that a few names cannot fill the memory.
 constexpr size_t kLongestName = 200;
 
-/// "'a', 'b'", with the first ten names only.
+/// Lists up to ten names: "'a', 'b'", or "'a', 'b' and more".
 inline std::string listOfFrames(const std::vector<std::string>& frames) {
   constexpr size_t kShown = 10;
   std::string names;

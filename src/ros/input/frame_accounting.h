@@ -205,7 +205,7 @@ class FrameAccounting {
   const std::string name_;
   const SteadyClock clock_;
   mutable std::mutex mutex_;
-  StreamReport counts_;  ///< Without ages.
+  StreamReport counts_;  ///< Its ages are not set.
   std::optional<SteadyTime> image_at_, camera_info_at_, fused_at_;
   std::map<DropReason, ros::WallTime> last_warning_;
 };

@@ -27,8 +27,8 @@
 
 namespace dtsdf {
 
-/// If stamps go back by more, a recording has started or restarted; if by less, messages are out of
-/// order.
+/// If stamps go back by more than this, a recording has started or restarted. If they go back by
+/// less, messages are out of order.
 constexpr double kTimeJump_s = 0.5;
 
 /// A frame and the owner of its pixels.
@@ -154,7 +154,7 @@ class FrameQueue {
     }
     apply(place, std::move(decision));
     lock.unlock();
-    on_ready_();  // it may be the turn of this frame or others
+    on_ready_();  // it may now be the turn of this frame or of others
     return true;
   }
 
@@ -232,7 +232,8 @@ class FrameQueue {
   /// Limit of a stream's messages that wait for their image, which may be late on its own
   /// connection.
   static constexpr size_t kMaxWithoutImage = 50;
-  /// A backlog of up to this many frames is never shortened, so that the map does not run idle.
+  /// A backlog of up to this many frames is never shortened, so that the map does not run out of
+  /// frames.
   static constexpr size_t kBusyFrames = 3;
 
   enum class State { kIncomplete, kWhole, kPosed };
@@ -361,8 +362,8 @@ class FrameQueue {
     return std::find_if(entries_.begin(), entries_.end(), wanted);
   }
 
-  /// The first by arrival. By stamp, frames of a camera whose clock was ahead would never be
-  /// dropped.
+  /// The wanted entry that arrived first. If the order were by stamp, frames of a camera whose
+  /// clock was ahead would never be dropped.
   template <class Wanted>
   Entries::iterator findOldest(const Wanted& wanted) {
     auto first = entries_.end();
@@ -438,8 +439,8 @@ class FrameQueue {
     if (state.is_overloaded && !is_short) dropOldest(streamToDropFrom(stream, isPosed));
   }
 
-  /// The stream of a random wanted image; `stream` if there are none. Random, because by a fixed
-  /// rule one stream could lose all its frames.
+  /// The stream of a random wanted image; `stream` if there are none. The choice is random, because
+  /// one stream could lose all its frames under a fixed rule.
   template <class Wanted>
   Stream streamToDropFrom(Stream stream, const Wanted& wanted) {
     std::vector<Stream> of_images;
@@ -484,7 +485,7 @@ class FrameQueue {
     const auto first = std::find_if(entries_.begin(), entries_.end(), isPosed);
     if (first == entries_.end()) return SteadyDuration::max();
     if (!canComeBefore(first->stamp)) return SteadyDuration::zero();
-    // Once any posed frame has waited long enough, it is the turn of the first one.
+    // Once any posed frame has waited long enough, the first posed frame has its turn.
     SteadyTime since = SteadyTime::max();
     for (const Entry& entry : entries_) {
       if (isPosed(entry)) since = std::min(since, entry.since);

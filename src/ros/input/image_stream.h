@@ -38,10 +38,10 @@ namespace dtsdf {
 /// through image_transport. Used on the input thread only, except report().
 class ImageStream {
  public:
-  /// `name` is the camera's, empty for a single one; `camera` is its index. `ns` is the namespace
-  /// of the topics, empty for the root. It may differ from that of `nh`: a nodelet in the root
-  /// namespace gets its manager's. `on_time_jump` is called when stamps jump back; without it, only
-  /// this stream restarts. All references must outlive it.
+  /// `name` is the name of the camera, empty if it is the only one; `camera` is its index. `ns` is
+  /// the namespace of the topics, empty for the root. It may differ from that of `nh`: a nodelet in
+  /// the root namespace gets its manager's. `on_time_jump` is called when stamps jump back; without
+  /// it, only this stream restarts. All references must outlive it.
   ImageStream(const ImageKind& kind, const std::string& name, size_t camera, const std::string& ns,
               const ros::NodeHandle& nh, const NodeParams& params, Transforms& transforms,
               FrameQueue& queue, std::function<void(const ros::Time&)> on_time_jump = nullptr)
@@ -72,8 +72,8 @@ class ImageStream {
 
   /// Starts to receive images.
   void subscribe(const ros::NodeHandle& private_nh) {
-    // Long, because an overflow is silent: after a stall, roscpp reads everything from one
-    // connection before the next, so all images sent meanwhile wait at once.
+    // The queue is long, because an overflow is silent: after a stall, roscpp reads everything from
+    // one connection before the next, so all images sent during the stall wait at once.
     constexpr int kQueue = 50;
     info_ = nh_.subscribe(info_topic_, kQueue, &ImageStream::onInfo, this);
     if (!mask_topic_.empty()) {
@@ -325,7 +325,7 @@ class ImageStream {
   const std::string image_topic_, info_topic_;
   FrameAccounting accounting_;
   FrameQueue::Stream stream_;
-  sensor_msgs::CameraInfoConstPtr latest_info_;  ///< If input/camera_info is latest.
+  sensor_msgs::CameraInfoConstPtr latest_info_;  ///< Set if input/camera_info is latest.
   RateLimit rate_limit_;
   std::optional<std::pair<double, Eigen::Isometry3d>> last_pose_;  ///< Last pose, with its stamp.
   Rectification rectification_;
@@ -339,7 +339,7 @@ class ImageStream {
   std::string warning_, fitted_camera_;
 
   image_transport::ImageTransport transport_;
-  image_transport::Subscriber by_transport_;  ///< Images come through one of these two.
+  image_transport::Subscriber by_transport_;  ///< Images come through this or `other_`.
   ros::Subscriber other_;
   ros::Subscriber info_, mask_;
 };

@@ -176,8 +176,8 @@ DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
                           float unit_16uc1_m, float unit_32fc1_m) {
   pixels = cv_bridge::toCvShare(image);
   DepthFrame frame;
-  // Size and type are those of the message: after swapping bytes, cv_bridge returns a matrix of
-  // bytes.
+  // Takes size and type from the message, since cv_bridge returns a matrix of bytes after swapping
+  // them.
   frame.width = static_cast<int>(image->width);
   frame.height = static_cast<int>(image->height);
   frame.encoding = *depthEncodingOf(image->encoding);
@@ -285,7 +285,7 @@ sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,
   const auto masked = boost::make_shared<sensor_msgs::Image>(depth);
   const int type = depth.encoding == enc::TYPE_32FC1 ? CV_32FC1 : CV_16UC1;
   const cv::Mat hidden(size, CV_8UC1, const_cast<uint8_t*>(mask.data.data()), mask.step);
-  // 0 means no measurement in both encodings, and has the same bytes in either order.
+  // In both encodings, 0 means no measurement, and its bytes are equal in either byte order.
   cv::Mat(size, type, masked->data.data(), masked->step).setTo(0, hidden);
   return masked;
 }

@@ -43,7 +43,7 @@ std::string findProblem(const sensor_msgs::CameraInfo& info);
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
                                     const sensor_msgs::CameraInfo& info, size_t pixel_bytes);
 
-/// Whether it is 16UC1, mono16 or 32FC1.
+/// Whether an encoding is 16UC1, mono16 or 32FC1.
 bool isDepthEncoding(const std::string& encoding);
 
 /// What is wrong with an image or its camera_info; nothing if both are usable.
@@ -58,12 +58,12 @@ DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
                           const sensor_msgs::CameraInfo& info, cv_bridge::CvImageConstPtr& pixels,
                           float unit_16uc1_m = 0.001f, float unit_32fc1_m = 1.0f);
 
-/// Whether it is rgb8, bgr8, rgba8, bgra8, mono8, mono16, Bayer of 8 or 16 bits, or YUV 4:2:2
-/// (yuv422, yuv422_yuy2).
+/// Whether an encoding is rgb8, bgr8, rgba8, bgra8, mono8, mono16, Bayer of 8 or 16 bits, or YUV
+/// 4:2:2 (yuv422, yuv422_yuy2).
 bool isColourEncoding(const std::string& encoding);
 
-/// Whether images of this encoding can only be from a colour camera: mono8 may be infrared, mono16
-/// depth.
+/// Whether images of this encoding must be from a colour camera. Images in mono8 may be infrared,
+/// and those in mono16 depth.
 bool showsColour(const std::string& encoding);
 
 /// What is wrong with an image or its camera_info; nothing if both are usable.
@@ -84,7 +84,8 @@ ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
 /// usable.
 std::optional<Rejection> checkMask(const sensor_msgs::Image& mask, const sensor_msgs::Image& depth);
 
-/// The depth image without measurements where the mask is not 0. Both have passed their checks.
+/// The depth image without measurements where the mask is not 0. @pre Both have passed their
+/// checks.
 sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,
                                      const sensor_msgs::Image& depth);
 
@@ -94,7 +95,7 @@ sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,
 constexpr char kCompressedDepthTopic[] = "/compressedDepth";
 constexpr char kCompressedTopic[] = "/compressed";
 
-/// The topic without such a suffix.
+/// The topic without the suffix of a compressed topic.
 std::string withoutTransport(const std::string& topic);
 
 /// Whether a message holds depth, according to its format.

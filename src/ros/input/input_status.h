@@ -181,7 +181,8 @@ class InputStatus {
   /// Reports that images no longer arrive, or are no longer fused. @return whether it did.
   bool reportSilence(const StreamReport& depth, bool is_lost, const std::string& name,
                      MapStatus& status) const {
-    // Age of the last event, but no longer than events have been expected; 0 if there was none.
+    // Age of the last event, at most the time for which events have been expected; 0 if there was
+    // no event.
     const auto silence = [this](float age_s) {
       return age_s < 0.0f ? 0.0 : std::min<double>(age_s, expected_s_);
     };
@@ -237,7 +238,7 @@ class InputStatus {
     const char* const kCloud = "sensor_msgs/PointCloud2";
     const auto same = topics.find(depth.topic);
     if (same != topics.end() && (same->second == kCloud) == depth.is_cloud) {
-      constexpr double kConnectPatience_s = 3.0;  // connecting takes less
+      constexpr double kConnectPatience_s = 3.0;  // connecting takes less time
       return expected_s_ < kConnectPatience_s
                  ? "it is published, but not connected yet"
                  : "it is published, but cannot be reached: set ROS_HOSTNAME or ROS_IP on both "

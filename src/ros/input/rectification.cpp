@@ -55,7 +55,7 @@ Matrix rawCamera(const sensor_msgs::CameraInfo& info) {
 
 Matrix rotationOf(const sensor_msgs::CameraInfo& info) {
   Matrix R(info.R.data());
-  return std::abs(cv::determinant(R)) > 0.5 ? R : Matrix::eye();  // all 0: none is given
+  return std::abs(cv::determinant(R)) > 0.5 ? R : Matrix::eye();  // R is all 0 if none is given
 }
 
 /// Whether the rectified image differs from the raw one in intrinsics or axes.
@@ -180,7 +180,7 @@ sensor_msgs::ImageConstPtr Rectification::rectified(const CameraImage& raw) cons
     source = pixels->image;
   } else {
     const DepthFrame frame = makeDepthFrame(raw.image, *raw.info, pixels);
-    // Not cv_bridge's matrix, whose type is bytes if it has swapped them.
+    // Does not use cv_bridge's matrix, which is a matrix of bytes if cv_bridge has swapped them.
     source = cv::Mat(frame.height, frame.width,
                      frame.encoding == DepthEncoding::kUint16 ? CV_16UC1 : CV_32FC1,
                      const_cast<void*>(frame.data), frame.row_bytes);

@@ -31,8 +31,8 @@ class Rectification {
   CameraImage apply(const CameraImage& raw);
 
   /// The rectified frame of an image that has passed its checks, without its pose. Unit and axis of
-  /// depth are as in `input`, but clouds are in metres along the axis, and not distorted. `pixels`
-  /// owns the data, as in makeDepthFrame() and makeColourFrame().
+  /// depth are as in `input`, but clouds are in metres along the optical axis, and not distorted.
+  /// `pixels` owns the data, as in makeDepthFrame() and makeColourFrame().
   /// @throws std::exception from OpenCV or cv_bridge, or if there is too little memory.
   std::variant<DepthFrame, ColourFrame> frameOf(const CameraImage& raw, bool is_cloud,
                                                 const InputParams& input,
@@ -54,9 +54,9 @@ class Rectification {
   std::string warning_, logged_;
 
   sensor_msgs::CameraInfo table_info_;              ///< What source_ was made for, without header.
-  sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Its stamp is that of an earlier image.
+  sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Its stamp may be of an earlier image.
   cv::Mat source_;             ///< Coordinates of each pixel in the raw image, for cv::remap().
-  std::vector<float> scales_;  ///< From raw depth to depth along the new axis; empty: 1.
+  std::vector<float> scales_;  ///< Rectified depth per raw depth, by pixel; empty: all 1.
 };
 
 }  // namespace dtsdf

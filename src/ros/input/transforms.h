@@ -36,10 +36,10 @@ struct PoseAnswer {
   std::string text = {};  ///< What is missing.
 };
 
-/// A tf2 buffer that recovers from wrong stamps: after one far in the future, tf2 refuses all
-/// correct transforms of that frame. If images find no pose for a while although transforms arrive,
-/// the buffer is replaced by a new one with the static transforms. Static transforms of frames
-/// that are also on /tf are left out, and ignored from then on. Thread safe.
+/// A tf2 buffer that recovers from wrong stamps: after a transform with a stamp far in the future,
+/// tf2 refuses all correct transforms of its frame. If images find no pose for a while although
+/// transforms arrive, the buffer is replaced by a new one with the static transforms. Static
+/// transforms of frames that are also on /tf are left out, and ignored from then on. Thread safe.
 class Transforms {
  public:
   /// Keeps transforms for `kept_s`; by default, for longer than frames normally wait.
@@ -89,13 +89,14 @@ class Transforms {
       return answer;
     }
     const Core core = this->core();
-    // Before the look-up: a transform that arrives in between must not make the image seem too old.
+    // Found before the look-up, since a transform that arrived in between would make the image seem
+    // too old.
     const std::optional<ros::Time> newest = findNewest(*core, parent, frame);
     try {
       answer.T_W_C = toIsometry(core->lookupTransform(parent, frame, stamp).transform);
       return answer;
     } catch (const std::runtime_error& error) {
-      // From tf2, or from ros::Duration if stamps are over 68 years apart.
+      // Thrown by tf2, or by ros::Duration if stamps are over 68 years apart.
       answer.text = "no transform from '" + printable(frame) + "' to '" + printable(parent) +
                     "': " + (newest ? errorText(error) : describeFrames(*core));
     }

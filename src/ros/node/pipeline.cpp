@@ -32,8 +32,8 @@
 namespace dtsdf {
 namespace {
 
-/// Number of calls and corrected paths that can be served at once, such as a correction, save_mesh,
-/// and a path that replaces a waiting correction.
+/// Number of calls and corrected paths that can be served at once: for example, a correction,
+/// save_mesh, and a path that replaces a waiting correction.
 constexpr int kServiceThreads = 3;
 /// Interval at which the transform of a waiting frame is looked up.
 constexpr std::chrono::milliseconds kTransformPoll{5};
@@ -148,7 +148,7 @@ class Pipeline {
 
   void restartStamps(const ros::Time& stamp) {
     for (const auto& stream : streams_) stream->restartStamps(stamp);
-    // Under simulated time, Transforms has cleared itself, and may already have new ones.
+    // Under simulated time, Transforms has cleared itself, and may already have new transforms.
     if (!ros::Time::isSimTime()) transforms_.clear();
   }
 

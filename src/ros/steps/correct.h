@@ -84,8 +84,8 @@ class CorrectStep : public Step {
         [this](const nav_msgs::Path::ConstPtr& path) {
           guarded("corrected_path", [&] { followPath(*path); });
         };
-    // A queue of one: only the newest waiting path counts. The callback may wait for the map
-    // thread.
+    // The queue holds one message, since only the newest waiting path counts. The callback may wait
+    // for the map thread.
     ros::NodeHandle nh = handles.input;
     nh.setCallbackQueue(handles.waiting.getCallbackQueue());
     path_input_ = nh.subscribe<nav_msgs::Path>(handles.ns + "/corrected_path", 1, callback);
@@ -114,7 +114,7 @@ class CorrectStep : public Step {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (depth == nullptr || frame.camera != 0) return;
     const double stamp_s = frame.stamp.toSec();
-    // Once the journal has stopped, no correction is possible, so no more poses are kept.
+    // Once the journal has stopped, no correction is possible, so poses are no longer kept.
     if (!journal_->report().problem.empty()) return fused_.clear();
     if (!fused_.empty() && stamp_s < fused_.back().stamp_s - GivenMotion::kBegin_s) fused_.clear();
     if (fused_.empty() || stamp_s > fused_.back().stamp_s) {
@@ -160,8 +160,8 @@ class CorrectStep : public Step {
   }
 
   /// On the map thread: queues a correction, with the poses that belong to frames fused so far. If
-  /// none is running, ignores one that moves no frame by `min_move`: SLAM may publish an unchanged
-  /// path every second.
+  /// no correction is running, ignores a request that moves no frame by `min_move`, since SLAM may
+  /// publish an unchanged path every second.
   void add(Request request) {
     try {
       host_.map.throwIfFailed();
@@ -313,8 +313,8 @@ class CorrectStep : public Step {
     updateProgress();
   }
 
-  /// Whether every record of the journal was replayed. Waits briefly for the last ones to reach the
-  /// file.
+  /// Whether every record of the journal was replayed. Waits briefly for the last records to reach
+  /// the file.
   bool hasCaughtUp() {
     std::future<bool> written = journal_->written();
     constexpr std::chrono::milliseconds kJournalWait{20};

@@ -67,7 +67,7 @@ class JournalStep : public Step {
  private:
   void begin(std::shared_ptr<const MapChunks> map) {
     ParamTree settings = toTree(params_);
-    // These do not affect the map.
+    // The backend and the number of threads do not affect the map.
     for (const char* key : {"backend", "threads"}) settings.erase(key);
     const NodeParams& node = host_.params;
     writer_.begin({std::move(settings), node.poses, node.map_frame, frameOfMap(node)},

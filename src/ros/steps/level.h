@@ -79,8 +79,8 @@ class LevelStep : public Step {
         frameOfPoses(params_), stripLeadingSlash(measured_.frame_id), measured_.stamp);
     if (answer.T_W_C) return set(levelPose(answer.T_W_C->linear() * *up_I_));
     frame_.setLevelProblem("IMU: " + answer.text);
-    // Gives up on this measurement after a while, or if stamps went back: the next one may have a
-    // transform.
+    // Gives up on this measurement after a while, or if stamps went back: the next measurement may
+    // have a transform.
     constexpr double kMaxWait_s = 10.0;
     const double waited_s = std::abs(imu.header.stamp.toSec() - measured_.stamp.toSec());
     if (!answer.may_come || waited_s > kMaxWait_s) up_I_.reset();
@@ -128,7 +128,7 @@ class LevelStep : public Step {
   FloorSearch floor_;
   StillGravity gravity_;
   std::optional<Eigen::Vector3d>
-      up_I_;                   ///< In the sensor's frame, kept until its transform arrives.
+      up_I_;  ///< The vertical in the sensor's frame, kept until its transform arrives.
   std_msgs::Header measured_;  ///< Frame and stamp of up_I_.
   ros::Subscriber imu_;
 

@@ -102,8 +102,8 @@ inline void reportBudget(const MapStats& stats, MapStatus& status) {
 /// for threads that show or save the mesh.
 ///
 /// Fusing frames and extracting the mesh alternate. On a GPU, an extraction runs while the next
-/// frame is fused, and is finished after that. It is finished at once if no frame waits, or if it
-/// is ready, as on a CPU.
+/// frame is fused, and is finished after that frame. It is finished at once if no frame waits, or
+/// if it is ready, as on a CPU.
 class LiveMap {
  public:
   /// All references must outlive it.
@@ -163,7 +163,7 @@ class LiveMap {
     } catch (const std::exception& error) {
       fail(errorText(error));
     }
-    // A failed extraction loses its changes, so the mesh cannot be brought up to date any more.
+    // A failed extraction loses its changes, so the mesh can no longer be brought up to date.
     return mesh_whole_
                ? ""
                : "; the backend has failed, so this is the last extracted mesh: " + failure_;
@@ -177,7 +177,7 @@ class LiveMap {
   ClearedRegion clearRegion(const Region& region) {
     throwIfFailed();
     const std::string problem = findProblem(region);
-    // Not an error of the backend.
+    // An invalid region is not an error of the backend.
     if (!problem.empty()) throw std::runtime_error(problem);
     try {
       const ClearedRegion cleared = mapper_->clearRegion(region);
@@ -413,9 +413,9 @@ class LiveMap {
     fused_since_mesh_ = report_outdated_ = true;
   }
 
-  /// After an extraction, waits until blocks have moved to disk. While frames arrive, it is
-  /// therefore called after fusing a frame, which has already waited for that, or while no frame is
-  /// ready.
+  /// Updates the report. After an extraction, it waits until blocks have moved to disk. While
+  /// frames arrive, it is therefore called only while no frame is ready, or after fusing a frame,
+  /// which has already waited for the disk.
   void updateReport() {
     report_outdated_ = false;
     const MapStats stats = mapper_->stats();
@@ -456,7 +456,7 @@ class LiveMap {
   ros::Time map_stamp_;          ///< Stamp of the newest frame fused into this map.
   double loaded_stamp_s_ = 0.0;  ///< Stamp of a loaded map's newest frame; 0: none.
   ros::Time mesh_stamp_;         ///< The map's stamp when the last extraction was begun.
-  ros::Time surfaces_stamp_;     ///< The map's stamp when the last finished one was begun.
+  ros::Time surfaces_stamp_;     ///< The map's stamp when the last finished extraction was begun.
 
   mutable std::mutex report_mutex_;
   // Guarded by report_mutex_; only the map thread writes them, so it reads them without a lock.

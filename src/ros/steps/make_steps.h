@@ -12,7 +12,7 @@ class SpaceStep;
 /// @throws std::runtime_error if a folder cannot be written.
 Steps makeSteps(const Host& host);
 
-// Each is defined in its own file, such as mesh_topics.cpp.
+// Each of these steps is defined in its own file, such as mesh_topics.cpp.
 std::unique_ptr<Step> makeMeshTopicsStep(const NodeParams& params, const Rates& rates);
 std::unique_ptr<Step> makePointsStep(const Host& host);
 std::unique_ptr<Step> makeOctomapStep(const Host& host,

@@ -21,11 +21,11 @@ namespace dtsdf {
 
 /// Changes of the mesh since the last take(), in the order of the members.
 struct MeshChanges {
-  bool cleared = false;                 ///< First, all blocks were removed.
-  bool is_whole = false;                ///< `blocks` are the whole mesh: all others were removed.
+  bool cleared = false;   ///< Whether all blocks were removed first.
+  bool is_whole = false;  ///< Whether `blocks` are the whole mesh, so that all others were removed.
   std::optional<float> voxel_size_m;    ///< New voxel size, if the map is a new one.
-  std::vector<SharedBlockMesh> blocks;  ///< Then these were replaced, in any order.
-  ros::Time stamp;                      ///< Stamp of the newest frame in them; zero if none.
+  std::vector<SharedBlockMesh> blocks;  ///< Replaced blocks, in any order.
+  ros::Time stamp;                      ///< Stamp of the newest frame in the mesh; zero if none.
 };
 
 /// Thread safe. Keeps only the newest change of each block, so it never holds more than one mesh of

@@ -23,7 +23,7 @@ class OctomapStep : public Step {
     topic_.advertise<octomap_msgs::Octomap>(handles.prompt, "octomap", 1);
   }
 
-  /// Needs no time of its own, because SpaceStep makes the output call all steps every 50 ms.
+  /// Does not ask for a next call, because SpaceStep makes the output call all steps every 50 ms.
   SteadyDuration publish(ShownMesh*) override {
     const SteadyTime begin = std::chrono::steady_clock::now();
     const SpaceStep::Known known = space_.known();

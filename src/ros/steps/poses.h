@@ -130,13 +130,13 @@ class PosesStep : public Step {
     if (mount.T_W_C) publish(frame.stamp, base, mount.T_W_C->inverse());
   }
 
-  /// A tracked camera keeps its pose in an emptied map. In a loaded one, it may be anywhere, and
-  /// has to be found.
+  /// A tracked camera keeps its pose in an emptied map. In a loaded map, the camera may be
+  /// anywhere, and has to be found.
   void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
     if (!isOn()) return;
     must_relocalise_ = true;
     fused_.clear();
-    if (broadcaster_) path_topic_.publish(emptyPath());  // it starts over, as the map does
+    if (broadcaster_) path_topic_.publish(emptyPath());  // the path starts over with the map
   }
 
   void fill(MapStatus& status) override {
@@ -188,7 +188,7 @@ class PosesStep : public Step {
     return tracks && !params.odom_frame.empty() ? params.odom_frame : params.map_frame;
   }
 
-  /// Pose of an upright camera, in a frame with x ahead and z up: where tracking begins.
+  /// The pose at which tracking begins: an upright camera in a frame with x forward and z up.
   static Eigen::Isometry3d uprightCamera() {
     Eigen::Isometry3d T_B_C = Eigen::Isometry3d::Identity();
     T_B_C.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
@@ -361,7 +361,7 @@ class PosesStep : public Step {
   std::vector<ros::Time> last_stamps_;
   PoseTracker tracker_;
   std::string base_frame_;                                   ///< Name of B, once it is known.
-  Eigen::Isometry3d T_B_C_ = Eigen::Isometry3d::Identity();  ///< With track: of the newest image.
+  Eigen::Isometry3d T_B_C_ = Eigen::Isometry3d::Identity();  ///< With track, from the newest image.
   std::optional<Eigen::Isometry3d> given_T_W_B_;  ///< Set by setPose(), for the next image.
   bool must_relocalise_ = false;                  ///< For the next image: see replaced().
   Alignment found_;                               ///< Alignment of the newest image.
@@ -378,7 +378,7 @@ class PosesStep : public Step {
   mutable std::mutex mutex_;                       ///< Guards the members below.
   std::vector<dtsdf_mapping::PoseStatus> report_;  ///< One for each camera.
   std::string problem_;        ///< Why a transform is not published; empty: all are.
-  std::string blocked_frame_;  ///< Child of that transform.
+  std::string blocked_frame_;  ///< Child frame of the transform that `problem_` is about.
 };
 
 }  // namespace dtsdf

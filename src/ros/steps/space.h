@@ -123,8 +123,8 @@ class SpaceStep : public Step {
 
   struct Known {
     std::shared_ptr<const SpaceSnapshot> space = std::make_shared<const SpaceSnapshot>();
-    /// Stamp of the newest frame whose surfaces are in it; later frames may have freed cells. 0 if
-    /// no frame was fused, as in a loaded map.
+    /// Stamp of the newest frame whose surfaces are in `space`; later frames may have freed cells.
+    /// 0 if no frame was fused, as in a loaded map.
     ros::Time stamp;
   };
   Known known() const {
@@ -223,7 +223,7 @@ class SpaceStep : public Step {
     return waiting_ && waiting_->cubes.size() >= kMaxWaiting;
   }
 
-  /// @return whether there are more.
+  /// Adds `more` to `changes`. @return whether the map has further changes.
   static bool addTo(SpaceChanges& changes, SpaceChanges more) {
     if (more.begins_anew) changes = {true, {}};
     changes.cubes.insert(changes.cubes.end(), more.cubes.begin(), more.cubes.end());
@@ -238,8 +238,8 @@ class SpaceStep : public Step {
     waiting_stamp_ = host_.map.meshStamp();
   }
 
-  /// Queues changes, or a part of them if there are many. The stamp is that of the surfaces; an
-  /// extraction may be finished after another frame, which may have freed cells.
+  /// Queues changes, or a part of them if there are many. Their stamp is that of the surfaces.
+  /// Another frame may be fused before an extraction is finished, and may have freed cells.
   void handOver() {
     Space* const space = host_.map.mapper().space();
     if (space == nullptr) return;
@@ -367,9 +367,9 @@ class SpaceStep : public Step {
   }
 
   // costmap_2d's StaticLayer applies an update to its last grid without checking bounds, and gets
-  // both on separate connections. If several messages arrive in one of its cycles, only the last
-  // one's region takes effect. So an update follows a moment after its grid, and covers all of it
-  // for several cycles.
+  // both on separate connections. If several messages arrive in one of its cycles, only the region
+  // of the last message takes effect. So an update follows its grid after a delay, and covers the
+  // whole grid for several cycles.
   static constexpr std::chrono::milliseconds kUpdateGap{200}, kSettling{2000};
 
   std_msgs::Header headerOf(const ros::Time& stamp) const {
@@ -397,8 +397,8 @@ class SpaceStep : public Step {
 
   mutable std::mutex mutex_;             ///< Guards the members below.
   std::optional<SpaceChanges> waiting_;  ///< The queue to the output thread.
-  double waiting_cell_m_ = 0.0;          ///< Size of its cells.
-  ros::Time waiting_stamp_;              ///< Stamp of the mesh that it belongs to.
+  double waiting_cell_m_ = 0.0;          ///< Size of the cells in `waiting_`.
+  ros::Time waiting_stamp_;              ///< Stamp of the mesh that `waiting_` belongs to.
   Known known_;
   size_t bytes_ = 0;
   PagedValues::Stats pages_;

@@ -33,7 +33,7 @@ struct ShownMesh {
 
   std::mutex mutex;
   PagedMeshes meshes;
-  ros::Time stamp;  ///< Stamp of the newest frame in it.
+  ros::Time stamp;  ///< Stamp of the newest frame in the mesh.
 };
 
 /// Rates from the settings, which may change while the node runs.
@@ -58,7 +58,7 @@ struct Host {
   /// Applies all queued changes to `mesh`, on the calling thread.
   std::function<void()> take_changes;
   /// Waits until the output thread has applied all queued changes. After that, nothing of an
-  /// earlier map is published, and no query is answered from one.
+  /// earlier map is published, and no query is answered from an earlier map.
   std::function<void()> await_output;
   std::atomic<bool>& is_ending;  ///< Waiting calls give up if it is set.
 };

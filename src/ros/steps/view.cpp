@@ -18,7 +18,7 @@ namespace dtsdf {
 namespace {
 
 constexpr double kMaxViews_hz = 5.0;
-/// After a view, frames get at least this many times as long on the map thread.
+/// After rendering a view, the map thread works on frames for at least this many times as long.
 constexpr int kFramesPerView = 4;
 
 /// A depth image as in REP 118: metres, and NaN where there is no surface.
@@ -49,7 +49,7 @@ class ViewStep : public Step {
     const RenderCamera camera{depth->width, depth->height, depth->intrinsics};
     try {
       host_.map.mapper().render(camera, depth->T_W_C, view_);
-    } catch (const std::exception& error) {  // if the GPU is lost, the next frame fails
+    } catch (const std::exception& error) {  // if the GPU is lost, fusing the next frame fails
       ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
                                      "no image on rendered/image: " << errorText(error));
       return;

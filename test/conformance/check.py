@@ -4,13 +4,14 @@
 check.py MAP_TOOL [--reconstruct RECONSTRUCT] [--backend cpu|cuda] [--write]
 
 Each file in maps/ has these figures:
-- the content hash, after map_tool has verified the file;
-- the sha256 (its first half) of the mesh that map_tool makes;
-- that of the output of examples/python/read_map.py, which is skipped without numpy or zstandard;
-- the content hash after loading and saving with the Python module, if it can be imported.
-Differences from conformance.txt are printed, and the exit code is 1. With --reconstruct, the maps that
-make_maps makes with that program must have the same content hashes and meshes. --write rewrites
-conformance.txt: only for intended changes of the format, of fusion or of meshes.
+- "hash", the content hash, after map_tool has verified the file;
+- "mesh", the first half of the sha256 of the mesh that map_tool makes;
+- "sums", the first half of the sha256 of what examples/python/read_map.py prints, if numpy and
+  zstandard are installed.
+If the Python module can be imported, loading and saving with it must keep the content hash. Differences
+from conformance.txt are printed, and the exit code is 1. With --reconstruct, and if numpy is installed,
+the maps that make_maps makes with that program must also have the listed content hashes and meshes.
+--write rewrites conformance.txt; use it only after an intended change of the format, fusion or meshes.
 """
 import argparse
 import hashlib
@@ -42,14 +43,14 @@ def content_hash(tool, path):
 
 
 def figures(tool, backend, path, folder):
-    """Hashes of the content and of the mesh, the same on every backend and machine."""
+    """Hashes of the content and of the mesh, which do not depend on the backend or the machine."""
     mesh = folder / "mesh.ply"
     run(tool, "mesh", path, mesh, "--set", f"backend={backend}", "threads=1")
     return {"hash": content_hash(tool, path), "mesh": sha256(mesh.read_bytes())}
 
 
 def figures_of_readers(tool, backend, path, folder):
-    """The figures of the readers in Python whose modules are installed."""
+    """The figures of those Python readers whose modules are installed."""
     found = {}
     read = subprocess.run([sys.executable, "-B", str(READ_MAP), str(path)], capture_output=True)
     if read.returncode == 0:

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Makes each of the first calls of `reconstruct` fail, one per run, and then a sample of the later ones.
-It must end with an error message or continue; each output is then complete, or the earlier file.
+`reconstruct` must continue or end with an error message, and each output file must then be complete or
+unchanged.
 
-Calls are counted from the opening of the recording, or of the map that is loaded: before that, while the
-program is being started, running out of memory may end it silently."""
+Calls are counted from the opening of the recording, or of the map that is loaded. Before that, while
+the program starts, a lack of memory may end it silently."""
 
 import argparse
 import concurrent.futures
@@ -107,7 +108,7 @@ class Reconstruction:
                 return "exit code 0, but %s is the earlier file" % name
         left = sorted(os.listdir(self.out))
         if left != sorted(self.case.outputs):
-            return "unexpected files: %s" % left
+            return "missing or unexpected files; the folder contains %s" % left
         return ""
 
 
@@ -126,7 +127,7 @@ def numbers(first, sampled, most):
 
 
 def count_calls(reconstruction, call):
-    """The number of calls: bisects for the first fault that does not occur."""
+    """The number of calls, found by bisection for the first fault that does not occur."""
     low, high = 0, 1
     while reconstruction.run(call, high)[1]:
         low, high = high, 2 * high

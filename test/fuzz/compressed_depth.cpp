@@ -17,7 +17,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
                                  "mono16; compressedDepth",
                                  ""};
   const size_t known = sizeof(formats) / sizeof(formats[0]);
-  // The last choice takes the format itself from the bytes.
+  // The last choice uses the input itself as the format string.
   const std::string format = data[0] % (known + 1) == known ? std::string(data + 1, data + size)
                                                             : formats[data[0] % (known + 1)];
   constexpr size_t kHeader = 12;

@@ -14,8 +14,8 @@
 
 namespace dtsdf {
 
-/// Bad input must give a runtime_error with a text. Any other exception, such as bad_alloc or
-/// out_of_range, leaves the target and is a finding.
+/// Invalid input must cause a runtime_error with a message. Any other exception, such as bad_alloc
+/// or out_of_range, escapes from the target and is a finding.
 template <class Read>
 void expectAnswer(const Read& read) {
   try {
@@ -28,7 +28,7 @@ void expectAnswer(const Read& read) {
 /// Ends the program if an invariant does not hold.
 inline void require(bool holds, const char* what) {
   if (holds) return;
-  std::fprintf(stderr, "does not hold: %s\n", what);
+  std::fprintf(stderr, "expected: %s\n", what);
   std::abort();
 }
 
@@ -37,7 +37,7 @@ class InputFile {
  public:
   InputFile(const uint8_t* data, size_t size) : descriptor_(memfd_create("input", MFD_CLOEXEC)) {
     require(descriptor_ >= 0, "a file in memory");
-    require(write(descriptor_, data, size) == static_cast<ssize_t>(size), "is written");
+    require(write(descriptor_, data, size) == static_cast<ssize_t>(size), "all bytes written");
   }
   ~InputFile() { close(descriptor_); }
   InputFile(const InputFile&) = delete;
@@ -49,7 +49,7 @@ class InputFile {
   int descriptor_;
 };
 
-/// Reads numbers from the front; zeros after the end.
+/// Reads numbers from the start of the bytes; after their end, zeros.
 class InputBytes {
  public:
   InputBytes(const uint8_t* data, size_t size) : data_(data), left_(size) {}

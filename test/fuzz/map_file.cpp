@@ -41,7 +41,8 @@ void checkSpaceOf(Mapper& mapper) {
   mapper.space()->updateDistances();
   for (const SpaceCell& known : mapper.space()->cells()) {
     const int squared = mapper.space()->squaredDistance(known.cell);
-    require((squared == 0) == (known.state == CellState::kSurface), "distances");
+    require((squared == 0) == (known.state == CellState::kSurface),
+            "the distance 0 in surface cells only");
   }
 }
 
@@ -55,7 +56,7 @@ void checkMeshOf(Mapper& mapper, MeshStore& store) {
 void checkBudgetOf(const Mapper& mapper, const MapperParams& params) {
   const MapStats stats = mapper.stats();
   require(stats.map_bytes + stats.free_bytes <= static_cast<size_t>(params.map.max_memory_mb) << 20,
-          "the budget");
+          "a map within its budget");
 }
 
 /// Fuses a wall seen from the origin.
@@ -71,7 +72,7 @@ void fuseWall(Mapper& mapper) {
   frame.unit_m = 0.001f;
   frame.intrinsics = {15.0f, 15.0f, 5.5f, 4.0f};
   frame.T_W_C = Eigen::Isometry3d::Identity();
-  require(mapper.integrate(frame).status == FrameStatus::kFused, "a frame is fused");
+  require(mapper.integrate(frame).status == FrameStatus::kFused, "a fused frame");
 }
 
 /// Checks that a mapper keeps the given contents, makes a mesh of them, and continues.

@@ -13,8 +13,8 @@
 
 namespace dtsdf {
 
-/// The bytes are split at each record id. After the id come an unused byte, a byte of How
-/// bits, and its content. Bytes before the first id are dropped.
+/// The bytes are split at each record id. After the id come an unused byte, a byte of How bits, and
+/// the record's content. Bytes before the first id are dropped.
 class MapRecipe {
  public:
   MapRecipe(const uint8_t* data, size_t size) {
@@ -46,9 +46,9 @@ class MapRecipe {
  private:
   /// How a record is written, as bits of the second byte after its id.
   enum How : uint8_t {
-    kSkipped = 1,  ///< Readers may skip it.
+    kSkipped = 1,  ///< Readers may skip the record.
     kCompressed = 2,
-    kKeepsCounts = 4,  ///< Keeps counts and length of the recipe, even if they are wrong.
+    kKeepsCounts = 4,  ///< Keeps the recipe's counts and length, even if they are wrong.
     kBrokenFrame = 8,  ///< Flagged as compressed, but not compressed.
     kWrongSum = 32,
     kLengthened = 128,  ///< Declares a greater length than it stores.
@@ -79,7 +79,7 @@ class MapRecipe {
     return part;
   }
 
-  /// The part with this id, or null.
+  /// The first part with this id, or null.
   Part* find(const char* id) {
     const auto found =
         std::find_if(parts_.begin(), parts_.end(), [&](const Part& p) { return p.is(id); });
@@ -183,7 +183,7 @@ class MapRecipe {
     return out.bytes;
   }
 
-  // The bytes that the content hash covers, according to docs/map_format.md.
+  // Checksums of the content that the content hash covers, according to docs/map_format.md.
 
   static void add(const char* id, const Bytes& content, ByteWriter& sums) {
     sums.put(checksumOf(id, content.data(), content.size()));

@@ -18,7 +18,8 @@ inline void checkMesh(const Mesh& mesh) {
   for (const Vec3f& vertex : mesh.vertices_m) require(isFinite(vertex), "finite vertices");
   for (const Vec3f& normal : mesh.normals) require(isFinite(normal), "finite normals");
   require(mesh.normals.size() == mesh.vertices_m.size(), "a normal for each vertex");
-  require(mesh.colours.empty() || mesh.colours.size() == mesh.vertices_m.size(), "colours");
+  require(mesh.colours.empty() || mesh.colours.size() == mesh.vertices_m.size(),
+          "no colours, or one for each vertex");
   for (const auto& triangle : mesh.triangles) {
     for (const uint32_t index : triangle) require(index < mesh.vertices_m.size(), "valid indices");
   }
@@ -37,7 +38,7 @@ inline void checkChunks(const MeshStore& store) {
     checkChunk(packed);
     triangles += packed.triangleCount();
   }
-  require(triangles == store.triangleCount(), "each triangle is in one chunk");
+  require(triangles == store.triangleCount(), "each triangle in one chunk");
 }
 
 }  // namespace dtsdf

@@ -32,7 +32,7 @@ PackedChunk takeChunk(InputBytes& bytes) {
   return chunk;
 }
 
-/// Converts a chunk like the display in RViz.
+/// Converts a chunk as RViz's display does.
 void show(const PackedChunk& chunk, double step_m) {
   const Mesh mesh = unpackChunk(chunk, step_m);
   checkMesh(mesh);
@@ -49,7 +49,7 @@ void show(const PackedChunk& chunk, double step_m) {
   }
 }
 
-/// Coarser levels of detail are chunks as well, and never larger.
+/// Checks that coarser levels of detail are valid chunks, with no more vertices or triangles.
 void coarsenAndShow(const PackedChunk& chunk, double step_m) {
   for (int cell_log2 = 10; cell_log2 < 14; ++cell_log2) {
     const PackedChunk coarse = coarsen(chunk, cell_log2);
@@ -57,7 +57,7 @@ void coarsenAndShow(const PackedChunk& chunk, double step_m) {
     require(coarse.vertexCount() <= chunk.vertexCount(), "no more vertices");
     require(coarse.triangleCount() <= chunk.triangleCount(), "no more triangles");
     require(coarse.colours.empty() == (chunk.colours.empty() || coarse.vertexCount() == 0),
-            "colours if the chunk has them");
+            "colours if, and only if, the chunk has them");
     show(coarse, step_m * (1 << cell_log2) / 4);
   }
 }

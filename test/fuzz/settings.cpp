@@ -1,4 +1,4 @@
-// Fuzzes settings: YAML, up to the node's parameters, and assignments as on a command line.
+// Fuzzes the readers of settings: YAML with the node's parameters, and command-line assignments.
 #include "dtsdf_mapping/io/yaml_params.h"
 #include "fuzz/fuzz_input.h"
 #include "params/node_params.h"
@@ -9,7 +9,8 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string text(data, data + size);
   expectAnswer([&] {
     const NodeParams params = readNodeParams(parseYamlParams(text, "settings"));
-    require(params.mapper.map.voxel_size_m > 0.0f && params.input.queue_size > 0, "the rules");
+    require(params.mapper.map.voxel_size_m > 0.0f && params.input.queue_size > 0,
+            "settings within their limits");
   });
   expectAnswer([&] {
     ParamTree tree;

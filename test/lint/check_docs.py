@@ -4,9 +4,10 @@
 - Relative links in Markdown files lead to existing files and headings.
 - Source files and scripts named in pages exist, and so do pages named in the code.
 - The table in docs/method.md lists exactly the numbers of the rules, with their defaults.
+- src/backend/rules.h visits each of these numbers.
 - docs/ros.md names every key of config/default.yaml.
 - package.xml and CMakeLists.txt have the same version.
-- No page, message or setting uses awkward wording (WORDS).
+- No page, message, settings file, launch file or public header uses awkward wording (WORDS).
 """
 import pathlib
 import re

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that C++ and CUDA files are formatted as in .clang-format. Exits with 77 (skipped) without
+"""Checks that C++ and CUDA files are formatted according to .clang-format. Exits with 77 (skipped) without
 clang-format 14, because other versions format differently.
 
 Usage: check_format.py [--fix] ROOT     --fix formats all files

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks includes against the table in layers.txt, forbidden calls, and the length of lines; prints
-file:line of each violation.
+"""Checks includes against the table in layers.txt; finds forbidden calls and long lines. Prints file:line
+of each violation. A folder in the table is called a room.
 
 Usage: check_layers.py ROOT
 """
@@ -16,7 +16,7 @@ MAX_COLUMNS = 100
 TABLE = pathlib.Path(__file__).resolve().with_name("layers.txt")
 GUIDE = "CONTRIBUTING.md"
 
-# Kernels also run on a GPU.
+# Kernels may include only these headers, because kernels also run on a GPU.
 KERNELS_MAY_INCLUDE = {"cmath", "cstring", "math.h", "cstdint", "stdint.h", "cfloat", "float.h",
                        "climits", "limits.h", "cstddef", "stddef.h"}
 CUDA_HEADER = re.compile(
@@ -53,7 +53,7 @@ def read_table(text):
 
 def read_exceptions(text):
     """{(file or folder, room that may include it despite the table)}, from the lines after the table. Each
-    line ends with its reason."""
+    line ends with the reason."""
     lines = (line.split(None, 2) for line in text.partition("\n\n")[2].splitlines()[1:])
     return {(file, room) for file, room, _ in lines}
 
@@ -155,16 +155,16 @@ def table_violations(table_text, table, files, guide):
     """Finds errors in the table itself and in its copy in the guide."""
     circle = find_circle(table)
     if circle:
-        yield "cycle of rooms: " + " -> ".join(circle)
+        yield "folders that include each other: " + " -> ".join(circle)
     for file in sorted(files):
         if room_of(file, table) is None:
-            yield f"{file} is not in any room"
+            yield f"{file} is not in any folder of the table"
     for room in table:
         if not any(is_under(file, room) for file in files):
-            yield f"no files in room {room}"
+            yield f"folder {room} contains no files"
         for wanted in table[room]:
             if wanted not in table and not any(is_under(known, wanted) for known in table):
-                yield f"{wanted}, which {room} may include, is not a room"
+                yield f"{wanted}, which {room} may include, is not in the table"
     if table_text not in guide:
         yield f"{GUIDE} has a different table; copy this one there"
 

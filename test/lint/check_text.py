@@ -61,7 +61,7 @@ def without_cleaned(text):
 
 
 def by_locale(path, code):
-    """Finds numbers written or read with the locale."""
+    """Finds numbers that are written or read in the locale's format."""
     for line, text in statements(code):
         stream = STREAM.search(text)
         if BY_LOCALE.search(text) or (stream and f"{stream.group(1)}.imbue(" not in code):

@@ -1,4 +1,4 @@
-# Installs the build folder BUILD into PREFIX, which is emptied first.
+# Installs the package built in BUILD into PREFIX, which is removed first.
 file(REMOVE_RECURSE ${PREFIX})
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${PREFIX}
                 RESULT_VARIABLE result)

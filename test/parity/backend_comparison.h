@@ -69,11 +69,11 @@ void expectEqualSpaces(Space& expected, Space& actual);
 void expectEqualContents(const MapContents& expected, const MapContents& actual);
 
 size_t countCells(Mapper& mapper, CellState state);
-/// Checks that free cells and surface cells exist, so that equal does not just mean empty.
+/// Checks that free cells and surface cells exist, so that two empty spaces cannot pass as equal.
 void expectSpace(Mapper& mapper);
 
-/// Whether the failed call allocates memory. Tests make other calls fail, too, although these do
-/// not run out of memory in practice: the state after them is not compared.
+/// Whether the failed call allocates memory. Tests also make calls fail that do not run out of
+/// memory in practice; the state after such a failure is not compared.
 bool isAllocation(const std::string& message);
 
 }  // namespace dtsdf

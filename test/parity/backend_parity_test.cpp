@@ -57,7 +57,7 @@ void feedAll(BackendPair& pair, const std::vector<TestFrame>& frames,
   }
 }
 
-/// Checks that the map is not empty, so that equal does not just mean empty.
+/// Checks that the map is not empty, so that two empty maps cannot pass as equal.
 void expectSurface(ProbedMapper& mapper) { EXPECT_GT(mapper.stats().voxel_arrays, 50u); }
 
 class BackendParity : public testing::TestWithParam<Candidate> {
@@ -87,7 +87,7 @@ TEST_P(FusionModeParity, MovingCameraMeshedEveryFrame) {
   pair.compareMaps();
 }
 
-/// Both backends use changed rules.
+/// Both mappers use mesh rules other than the defaults.
 TEST_P(FusionModeParity, OtherMeshRules) {
   const auto [candidate, mode, directional] = GetParam();
   Rules rules;
@@ -100,7 +100,7 @@ TEST_P(FusionModeParity, OtherMeshRules) {
   pair.compareMaps();
 }
 
-/// Meshes with each triangle split into four, updated on the way and at the end.
+/// Meshes with each triangle split into four, updated after every second frame and at the end.
 TEST_P(FusionModeParity, RefinedMeshes) {
   const auto [candidate, mode, directional] = GetParam();
   MapperParams params = makeParams(mode, directional, 0.03f);
@@ -135,7 +135,7 @@ TEST_P(FusionModeParity, EachContinuesFromTheOthersMap) {
       ASSERT_NO_FATAL_FAILURE(pair.swapContents());
       EXPECT_GT(countCells(pair.candidate(), CellState::kFree), 100u);
       EXPECT_EQ(countCells(pair.candidate(), CellState::kSurface), 0u)
-          << "surface cells appear only with the mesh";
+          << "surface cells exist before the mesh is updated";
       ASSERT_NO_FATAL_FAILURE(pair.compareSpaces());
     }
     if (i % 3 == 0) {
@@ -157,7 +157,7 @@ TEST_P(FusionModeParity, NoisyFloatsMeshedAtTheEnd) {
   TestFrameSettings settings;
   settings.encoding = DepthEncoding::kFloat32;
   settings.noise = true;
-  settings.width = 200;  // not a multiple of the threads of a GPU's block
+  settings.width = 200;  // not a multiple of the threads in a CUDA block
   settings.height = 150;
   ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames(settings), 0));
   ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
@@ -229,7 +229,7 @@ TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
   }
 }
 
-/// One room after the other, until the hash table of blocks and the slots have to grow.
+/// Adds rooms until the hash table of blocks and the slots must grow.
 TEST(CudaParity, ManyBlocksOutgrowTheTable) {
   const std::string reason = reasonToSkip(Candidate::kCuda);
   if (!reason.empty()) GTEST_SKIP() << reason;
@@ -276,7 +276,7 @@ TEST_P(BackendParity, AlignedImages) {
   }
 }
 
-/// Finds a camera in the map of a room without a given pose.
+/// Finds the pose of a camera in the map of a room, without an initial pose.
 TEST_P(BackendParity, ACameraFoundInTheMap) {
   const Scene scene = roomWithFurniture();
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.04f), GetParam());
@@ -292,8 +292,8 @@ TEST_P(BackendParity, ACameraFoundInTheMap) {
   EXPECT_EQ(found.explained_share, expected.explained_share);
 }
 
-/// Views of growing maps, painted later, from cameras with images of odd sizes, some of them inside
-/// or behind surfaces.
+/// Views of a growing map before and after it is painted, some with odd image sizes, from cameras
+/// that may be inside or behind surfaces.
 TEST_P(BackendParity, RenderedViews) {
   for (const bool directional : {true, false}) {
     BackendPair pair(makeParams(FusionMode::kNormalRayCasting, directional, 0.03f), GetParam());
@@ -370,7 +370,8 @@ TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
   }
 }
 
-/// A tile of a painted map: the blocks around it are mapped and hide others, but are not painted.
+/// A tile of a painted map. The blocks around it are mapped and can hide others, but are not
+/// painted.
 TEST_P(BackendParity, PaintedTileOfAMap) {
   MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.03f);
   params.adapt_exposure = false;
@@ -452,8 +453,8 @@ TEST_P(BackendParity, ClearForgetsEverything) {
   pair.compareMaps();
 }
 
-/// Boxes and balls in a painted map, with or without an unfinished frame and extraction. Freed
-/// arrays are reused, and cleared space is not free.
+/// Clears boxes and balls of a painted map, some while a frame or an extraction is unfinished.
+/// Freed arrays are reused, and cleared space is not free.
 TEST_P(BackendParity, RegionsAreCleared) {
   BackendPair pair(withSpace(makeParams(FusionMode::kNormalRayCasting, true, 0.03f)), GetParam());
   TestFrameSettings settings;
@@ -500,8 +501,8 @@ TEST_P(BackendParity, RegionsAreCleared) {
   pair.compareMaps();
 }
 
-/// The camera jumps from room to room, each time beyond the radius. If nothing were dropped, the
-/// map would exceed the budget.
+/// The camera jumps from room to room, each time farther than map/keep_radius_m. If nothing were
+/// dropped, the map would exceed the budget.
 TEST_P(BackendParity, FarBlocksAreDropped) {
   for (const int mesh_every : {0, 1, 3}) {
     MapperParams params = withSpace(makeParams(FusionMode::kNormalRayCasting, true, 0.03f));
@@ -546,7 +547,7 @@ TEST_P(BackendParity, FarFromTheOrigin) {
   pair.compareMaps();
 }
 
-/// Images from a single pixel to more rows than a grid of threads can have, and bad frames.
+/// Images from a single pixel to more rows than a CUDA grid can have, and bad frames.
 TEST_P(BackendParity, FramesOfChangingSizeAndBadFrames) {
   BackendPair pair(withSpace(makeParams(FusionMode::kRayCasting, true, 0.03f)), GetParam());
   std::vector<TestFrame> frames;
@@ -581,8 +582,8 @@ TEST_P(BackendParity, FramesOfChangingSizeAndBadFrames) {
   pair.compareMaps();
 }
 
-/// All pixels are out of range: the frame touches no block, but clears. Such frames first meet an
-/// empty map, then clear most of a room.
+/// All pixels are out of range: the frame touches no block, but clears voxels. The first such frame
+/// meets an empty map; later ones clear most of a room.
 TEST_P(BackendParity, FramesWithNothingInRange) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;

@@ -32,7 +32,7 @@ class CudaFaults : public testing::Test {
     params_.space.enabled = true;
   }
 
-  /// What a run reports about the failure; empty if none occurred.
+  /// What a run reports about a failure; empty if it reports none.
   std::string run(Mapper& mapper) const {
     try {
       for (int i = 0; i < kFrames; ++i) {
@@ -84,7 +84,7 @@ TEST_F(CudaFaults, ClearRecoversFromOutOfMemory) {
   EXPECT_GT(refused, 0) << "no blocks were refused for lack of memory";
 }
 
-/// The map continues as if the frame that ran out of memory had never come.
+/// Mapping continues as if the frame that ran out of memory had never arrived.
 TEST_F(CudaFaults, AFrameWithoutMemoryLeavesNothingBehind) {
   BackendPair pair(params_, Candidate::kCuda);
   int compared = 0;

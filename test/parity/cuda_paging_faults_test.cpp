@@ -88,7 +88,7 @@ class CudaPagingFaults : public testing::Test {
     EXPECT_GT(compared, 0);
   }
 
-  /// Fuses the failed frame again and those after it.
+  /// Fuses the large frame of `room`, then the frames of the rooms `after`.
   void fuseRest(Mapper& mapper, size_t room, const std::vector<size_t>& after) const {
     ASSERT_EQ(mapper.integrate(large_[room].view()).status, FrameStatus::kFused);
     ASSERT_NO_FATAL_FAILURE(fuse(mapper, after));

@@ -13,8 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// Takes the device's free memory in ever smaller pieces, down to the size that small allocations
-/// share.
+/// Takes the device's free memory in ever smaller pieces, down to 64 KiB.
 std::vector<gpu::DeviceBuffer<char>> takeDeviceMemory() {
   std::vector<gpu::DeviceBuffer<char>> pieces;
   for (size_t bytes = size_t(1) << 36; bytes >= (size_t(1) << 16); bytes /= 2) {
@@ -64,7 +63,8 @@ TEST(OutOfDeviceMemory, BlocksAreRefusedAndTheMapStays) {
     expectEqualMaps(pair.reference(), pair.candidate());
     EXPECT_NO_THROW(pair.candidate().integrate(frames[0].view())) << "mapping does not continue";
   }
-  // Frames fused without their blocks still count as frames, so both are cleared before comparing.
+  // Frames fused without their blocks still count as frames, so both maps are cleared before
+  // comparing.
   ASSERT_NO_FATAL_FAILURE(pair.clear());
   ASSERT_NO_FATAL_FAILURE(pair.integrate(frames[2].view()));
   ASSERT_NO_FATAL_FAILURE(pair.updateMesh());

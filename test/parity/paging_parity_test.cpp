@@ -158,7 +158,7 @@ TEST_P(PagingParity, OtherModes) {
   }
 }
 
-/// Images exceed the budget, and meshes are made in parts.
+/// Single images exceed the budget, and meshes are made in parts.
 TEST_P(PagingParity, SmallBudgets) {
   for (const int mesh_every : {0, 2}) {
     Scenario scenario;

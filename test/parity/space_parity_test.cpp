@@ -59,7 +59,7 @@ TEST_P(SpaceCellParity, MovingCamera) {
   pair.compareMaps();
 }
 
-/// A tile has only its own cubes, and they are those of the whole map.
+/// A tile has only its own cubes, which equal those of the whole map.
 TEST_P(SpaceCellParity, TileOfAMap) {
   const auto [candidate, cell_voxels, clearing] = GetParam();
   MapperParams params = spaceParams();
@@ -105,8 +105,8 @@ class SpaceParity : public testing::TestWithParam<Candidate> {
   void SetUp() override { skipWithout(GetParam()); }
 };
 
-/// Free space has its own part of the budget, so the same cubes are refused however often the mesh
-/// is made.
+/// Free space has its own part of the budget. Both mappers refuse the same number of cubes, whether
+/// or not the mesh is updated between frames.
 TEST_P(SpaceParity, UpToTheBudget) {
   for (const int mesh_every : {0, 2}) {
     MapperParams params = spaceParams(0.02f);

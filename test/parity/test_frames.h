@@ -11,7 +11,7 @@ namespace dtsdf {
 
 /// A depth image that owns its pixels.
 struct TestFrame {
-  DepthFrame frame;  ///< Its `data` points into `pixels`, which copies do not share.
+  DepthFrame frame;  ///< Its `data` is null; view() sets it.
   std::vector<unsigned char> pixels;
 
   DepthFrame view() const {
@@ -25,7 +25,7 @@ struct TestFrameSettings {
   int width = 160, height = 120;
   int count = 4;
   DepthEncoding encoding = DepthEncoding::kUint16;
-  bool noise = false;  ///< Noise that grows with the square of depth, holes, and NaN for floats.
+  bool noise = false;  ///< Noise that grows with depth squared, and holes: NaN in float images.
   double first_s = 0.0, step_s = 0.4;                  ///< Times along roomCameraPose().
   Eigen::Vector3d offset_W = Eigen::Vector3d::Zero();  ///< Moves room and camera.
 };
@@ -34,7 +34,7 @@ std::vector<TestFrame> makeTestFrames(const TestFrameSettings& settings);
 
 /// A colour image that owns its pixels.
 struct TestColours {
-  ColourFrame frame;  ///< Its `data` points into `pixels`, as in TestFrame.
+  ColourFrame frame;  ///< Its `data` is null; view() sets it.
   std::vector<unsigned char> pixels;
 
   ColourFrame view() const {
@@ -44,8 +44,8 @@ struct TestColours {
   }
 };
 
-/// One image per depth image, from a camera next to the depth camera, of any size: a pattern with
-/// noise, whose brightness changes between images.
+/// One image per depth image, from a camera next to the depth camera: a pattern with noise, whose
+/// brightness changes between images.
 std::vector<TestColours> makeTestColours(const TestFrameSettings& settings, int width = 150,
                                          int height = 110,
                                          ColourEncoding encoding = ColourEncoding::kBgr8);

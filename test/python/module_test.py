@@ -165,7 +165,7 @@ class Maps(unittest.TestCase):
 
     def test_settings_from_a_file(self):
         with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
-            # Files of the node may be used; a misspelt key is still an error.
+            # The node's settings files may be used; a misspelt key is still an error.
             file.write("map:\n  voxel_size_m: 0.05\nposes:\n  mode: refine\n")
             file.flush()
             mapper = dtsdf_mapping.Mapper("cpu", file.name, **{"mesh/min_support": 1,

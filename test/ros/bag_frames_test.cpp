@@ -1,4 +1,4 @@
-/// Tests reading of depth, clouds, masks, colour and inertial sensors from bags.
+/// Tests reading depth, clouds, masks, colour and inertial measurements from bags.
 #include "io/bag_frames.h"
 
 #include <gtest/gtest.h>
@@ -208,7 +208,7 @@ TEST_F(CompressedBag, TransformsMayBeOnAnotherTopic) {
 
 TEST_F(CompressedBag, MasksRemoveMeasurements) {
   writeCompressed();
-  for (int i = 0; i < 2; ++i) {  // the last image has none
+  for (int i = 0; i < 2; ++i) {  // the last image has no mask
     const int height = i == 0 ? kHeight : kHeight + 1;
     std::vector<uint8_t> mask(static_cast<size_t>(kWidth * height), 0);
     mask[9] = 255;

@@ -109,7 +109,7 @@ TEST_F(ClearRegionTest, ABoxMayBeRotated) {
   EXPECT_GT(thin.voxels, 0u);
   request.box.pose.orientation.z = 0.0;
   request.box.pose.orientation.w = 1.0;
-  EXPECT_GT(call(request).voxels, 0u) << "only the intersection was cleared";
+  EXPECT_GT(call(request).voxels, 0u) << "the rotated box also cleared voxels outside of it";
 }
 
 /// Also works while mapping is paused.

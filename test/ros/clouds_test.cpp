@@ -72,7 +72,7 @@ TEST(Clouds, YieldTheIntrinsicsOfTheirCamera) {
   EXPECT_NEAR(K.cy, kCloudCamera.cy, 1e-4);
   EXPECT_EQ(images.camera().rfind("64 x 48, fx 60, fy 61, cx 31.25, cy 22.5, ", 0), 0u)
       << images.camera();
-  // The intrinsics stay until clouds have another size.
+  // The intrinsics are kept until the size of the clouds changes.
   sensor_msgs::PointCloud2 few = cloudOfRoom();
   std::fill(few.data.begin(), few.data.begin() + 40 * few.row_step, 0xff);  // NaN
   EXPECT_TRUE(std::holds_alternative<CameraImage>(images.convert(few, false, kEnoughBytes)));

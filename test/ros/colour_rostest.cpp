@@ -1,5 +1,5 @@
-/// A colour camera next to the depth camera: with another size and rate, late, without transforms,
-/// and silent. Depth continues in all cases.
+/// A colour camera next to the depth camera. Its images have a different size and rate; they are
+/// late, without transforms, or stop. Depth is fused in all cases.
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 
@@ -164,12 +164,12 @@ std::string bytesOfBag(const std::string& bag_path) {
   return plyOf(result.meshes->all().assemble(), params.mapper.mesh.colour);
 }
 
-/// Must be the first test, because it needs an empty map. A bag of the same messages, with colour
-/// of another size and rate, gives the same bytes.
+/// Must be the first test, because it needs an empty map. The mesh from live messages equals, byte
+/// for byte, the mesh from a bag of these messages.
 TEST_F(Colour, BagAndLiveGiveTheSameBytes) {
   std::vector<Sent> depth, colour;
   for (int i = 0; i < 10; ++i) depth.push_back(makeDepth(start_ + ros::Duration(0.1 * i), 0.3 * i));
-  for (int i = 0; i < 15; ++i) {  // each third has the stamp of a depth image
+  for (int i = 0; i < 15; ++i) {  // every third has the stamp of a depth image
     colour.push_back(makeColour(start_ + ros::Duration(0.1 * i * 2 / 3), 0.2 * i));
   }
   while (colour.back().image.header.stamp > depth.back().image.header.stamp) colour.pop_back();

@@ -61,7 +61,8 @@ class Compressed : public testing::Test {
 TEST_F(Compressed, BothCodecsAndEncodingsAreFused) {
   const std::vector<uint16_t> pixels(FakeCamera::kWidth * FakeCamera::kHeight, 1000);
   const cv::Mat image(FakeCamera::kHeight, FakeCamera::kWidth, CV_16UC1, cv::Scalar(1000));
-  const std::vector<uint8_t> inverse = compressedHeader(1000.0f, 0.0f);  // 1000 is one metre
+  // The value 1000 is one metre.
+  const std::vector<uint8_t> inverse = compressedHeader(1000.0f, 0.0f);
   expectFused("16UC1; compressedDepth rvl", compressRvl(pixels, FakeCamera::kWidth));
   expectFused("32FC1; compressedDepth png", compressPng(image, inverse));
 }

@@ -301,11 +301,11 @@ TEST_F(Correction, MappingContinuesMeanwhile) {
   drive(41, truth);  // the SLAM gives true poses from then on
   const Answer done = answer.get();
   ASSERT_TRUE(done.success) << done.message;
-  EXPECT_GT(done.fused, 60u) << "images fused meanwhile are in the correction, too";
+  EXPECT_GT(done.fused, 60u) << "images fused meanwhile are missing from the correction";
   EXPECT_EQ(status_.status().frames_dropped, dropped);
   expectJournalRestoresMap();
-  // The correction also moved the 4 images with drifted poses, so that only their drift since then
-  // remains. Later images have true poses and need not move.
+  // The correction also moved the 4 images with drifted poses, so only the drift since the last
+  // corrected image remains. Later images have true poses and need not move.
   saveTrajectory(posesOf(truth), in("all.txt"));
   const Answer rest = callCorrect("/mapping", "all.txt");
   ASSERT_TRUE(rest.success) << rest.message;

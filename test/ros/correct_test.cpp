@@ -54,7 +54,7 @@ CubesByPlace byPlace(const std::vector<SpaceCube>& cubes) {
   return by_place;
 }
 
-/// A drifting camera, and a SLAM that gives its true poses from some image on.
+/// A drifting camera, and a SLAM system that corrects its poses.
 class CorrectTest : public testing::Test {
  protected:
   CorrectTest() : CorrectTest(nullptr) {}
@@ -376,8 +376,8 @@ TEST_F(CorrectTest, EndsWhenTheMapIsCleared) {
   push(kBefore, truth(kBefore));
   work();
   EXPECT_EQ(host_.depth.counts().fused, static_cast<uint64_t>(kBefore + 1));
-  correct(
-      {{stampOf(kBefore).toSec(), drifted(kBefore)}});  // the ended correction must not affect it
+  // The cancelled correction must not affect this one.
+  correct({{stampOf(kBefore).toSec(), drifted(kBefore)}});
   workUntilAnswered(2);
   EXPECT_TRUE(answers_[1].success) << answers_[1].message;
   EXPECT_EQ(answers_[1].fused, 1u);

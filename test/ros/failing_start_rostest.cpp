@@ -110,7 +110,7 @@ TEST(Arguments, MissingUnderscoresAreReported) {
 }
 
 // The node is started by its path, because rosrun does not search the build folder.
-INSTANTIATE_TEST_SUITE_P(Doors, FailingStart,
+INSTANTIATE_TEST_SUITE_P(Programs, FailingStart,
                          testing::Values(DTSDF_MAPPING_NODE,
                                          "rosrun nodelet nodelet standalone "
                                          "dtsdf_mapping/MappingNodelet"),

@@ -126,7 +126,8 @@ TEST_F(FrameQueueTest, LaterStampsDoNotBlockEarlierOnes) {
   EXPECT_EQ(taken(), (Stamps{1.0, 2.0, 3.0}));
 }
 
-/// The image far ahead waits for its camera_info, which arrives on another connection.
+/// The image with the stamp far ahead waits for its camera_info, which arrives on another
+/// connection.
 TEST_F(FrameQueueTest, AStampFarAheadDropsNoFrames) {
   make({});
   image(60.0);
@@ -262,7 +263,7 @@ TEST_F(FrameQueueTest, ALastingBacklogIsShortened) {
   }
   EXPECT_GE(most, 6u);
   EXPECT_LE(most, 8u)
-      << "3, plus one per 9 of the 30 frames that are taken before the queue is shortened";
+      << "3 may always wait; the backlog grows by 1 per 9 of the 30 taken before it is shortened";
 
   // After catching up, a burst fits again.
   taken();
@@ -294,7 +295,7 @@ TEST_P(FrameQueueAtPace, DropsNoFrames) {
   EXPECT_EQ(dropped(drop::kQueueFull), 0u);
 }
 
-/// A stall is, for example, the saving of a map.
+/// The map stalls, for example, while it is saved.
 INSTANTIATE_TEST_SUITE_P(CatchingUpAfterAStall, FrameQueueAtPace,
                          testing::Values(MapSpeed{1.25, 30, 20, 35}, MapSpeed{1.5, 30, 20, 35},
                                          MapSpeed{2.0, 30, 20, 35}, MapSpeed{10.0, 30, 20, 35}));

@@ -175,7 +175,8 @@ TEST_F(Input, MappingRecoversFromAWrongTransform) {
   EXPECT_EQ(status_.status().transform_restarts, 1u);
 }
 
-/// The next image counts as a jump back in time, which discards waiting frames and all transforms.
+/// After a stamp far ahead, the next image counts as a jump back in time, which discards waiting
+/// frames and all transforms.
 TEST_F(Input, MappingRecoversFromAStampFarAhead) {
   expectGoodFrameFused();
   const uint64_t dropped = status_.dropped("time_jump");

@@ -13,7 +13,7 @@ namespace {
 PublishedTopics published;
 constexpr char kImage[] = "sensor_msgs/Image", kCompressed[] = "sensor_msgs/CompressedImage";
 
-/// The status of one camera, whose reports and time the test sets.
+/// The status of the input, for reports and times that the test sets.
 class InputStatusTest : public testing::Test {
  protected:
   InputStatusTest() {
@@ -167,7 +167,8 @@ TEST_F(InputStatusTest, UnexpectedDropsAreReportedForAWhile) {
   statusAfter(300, drop::kPaused, 0);
   EXPECT_EQ(statusAfter(300, drop::kPaused, 0), MapStatus::MAPPING) << "the drops are long ago";
   drop(drop::kNoMask, 100);
-  EXPECT_EQ(update().message.find("no_mask: "), std::string::npos) << "the last drop was another";
+  EXPECT_EQ(update().message.find("no_mask: "), std::string::npos)
+      << "the last drop had another reason";
   depth().last_drop = "frame dropped (no_mask): no mask arrived";
   EXPECT_NE(update().message.find("no_mask: frame dropped"), std::string::npos);
 }
@@ -246,7 +247,7 @@ TEST_F(InputStatusTest, EachCameraIsNamedAndCounted) {
   EXPECT_EQ(update().message.find("front: 100 % of the latest depth"), 0u) << status_.message;
 }
 
-TEST_F(InputStatusTest, StoppedTimeIsNoFault) {
+TEST_F(InputStatusTest, StoppedTimeIsNotAnError) {
   fuse(10);
   update();
   now_ -= ros::Duration(0.9);

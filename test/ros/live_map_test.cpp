@@ -178,10 +178,10 @@ TEST_F(LiveMapTest, AReadyFrameDelaysTheMeshReport) {
   EXPECT_EQ(changes_.take().blocks.size(), 1u);
   EXPECT_EQ(mapper_->reports, reports);
   work();
-  EXPECT_EQ(mapper_->reports, reports + 1) << "after the frame";
+  EXPECT_EQ(mapper_->reports, reports + 1) << "the report does not follow the frame";
   map_.flushMesh();
   work();
-  EXPECT_EQ(mapper_->reports, reports + 2) << "when idle";
+  EXPECT_EQ(mapper_->reports, reports + 2) << "the report does not come when idle";
 }
 
 TEST_F(LiveMapTest, NothingIsMeshedUnlessRequested) {

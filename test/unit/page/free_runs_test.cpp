@@ -12,12 +12,12 @@ namespace {
 TEST(FreeRuns, MergesAdjacentFreeRuns) {
   FreeRuns runs(30);
   for (uint64_t i = 0; i < 3; ++i) EXPECT_EQ(runs.take(10), 10 * i);
-  EXPECT_FALSE(runs.take(1)) << "the file is full";
+  EXPECT_FALSE(runs.take(1)) << "took a unit of a full file";
   runs.give(0, 10);
   runs.give(10, 10);
   EXPECT_EQ(runs.take(20), 0u);
   runs.give(20, 10);
-  EXPECT_EQ(runs.end(), 20u) << "the file ends with its last used unit";
+  EXPECT_EQ(runs.end(), 20u) << "the file does not end with its last used unit";
   runs.give(0, 20);
   EXPECT_EQ(runs.end(), 0u);
   EXPECT_EQ(runs.inUse(), 0u);

@@ -20,7 +20,7 @@ TEST(PagedBlocks, RefusesBlocksIfMemoryRunsOut) {
     std::vector<BlockKey> there;
     there.reserve(kBlocks);
     for (int32_t i = 0; i < kBlocks; ++i) {
-      const BlockKey key{10 * i, 0, 0};  // each in another coarse cell
+      const BlockKey key{10 * i, 0, 0};  // each in its own coarse cell
       RecordBytes record{nullptr, {{words.data(), words.size()}}};
       allocations_left = i == kBlocks / 2 ? allocations : -1;
       const bool is_put = blocks.put({{key, 0, 0}, 0, {}}, std::move(record));

@@ -1,4 +1,4 @@
-// Compares block meshes that are partly on disk with a store that keeps all in memory.
+// Compares block meshes that are partly on disk with a store that keeps all of them in memory.
 #include "page/paged_meshes.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr float kPagedVoxel_m = 0.04f;
 
-/// Block meshes of a room, in the order of eight mesh updates.
+/// The block meshes of a room from eight mesh updates, in order.
 const std::vector<SharedBlockMesh>& meshesOfARoom() {
   static const std::vector<SharedBlockMesh> meshes = [] {
     Scene scene;
@@ -52,7 +52,7 @@ SharedBlockMesh painted(const BlockMesh& block, uint8_t red) {
 MapParams paramsIn(const std::string& folder) {
   MapParams params;
   params.voxel_size_m = kPagedVoxel_m;
-  params.max_memory_mb = 1;  // meshes get an eighth of it
+  params.max_memory_mb = 1;  // an eighth of this budget is for meshes
   params.page_folder = folder;
   params.page_max_gb = 1.0f;
   return params;
@@ -109,11 +109,11 @@ class PagedMeshesTest : public testing::Test {
 TEST_F(PagedMeshesTest, AreReadBackUnchanged) {
   ASSERT_NO_FATAL_FAILURE(putAll());
   EXPECT_LE(meshes_.bytes(), meshes_.maxBytes());
-  EXPECT_GT(meshes_.stats().bytes, 2 * meshes_.maxBytes()) << "otherwise little is tested";
+  EXPECT_GT(meshes_.stats().bytes, 2 * meshes_.maxBytes()) << "too few meshes are on disk";
   ASSERT_NO_FATAL_FAILURE(expectSame());
   EXPECT_TRUE(savedPiecewise() == savedAtOnce());
   EXPECT_EQ(meshes_.stats().failures + meshes_.stats().lost, 0u);
-  EXPECT_EQ(pages_.entryCount(), 0u) << "the file has no name";
+  EXPECT_EQ(pages_.entryCount(), 0u) << "the page file is visible in its folder";
 }
 
 /// Random meshes, in memory or on disk, are painted or removed.
@@ -168,7 +168,7 @@ TEST_F(PagedMeshesTest, SurviveFailedWrites) {
   EXPECT_GT(meshes_.stats().failures, 0u);
   EXPECT_NE(meshes_.stats().problem.find("map/page_folder"), std::string::npos);
   ASSERT_NO_FATAL_FAILURE(expectSame());
-  for (int i = 0; i < 70; ++i) put(meshesOfARoom().back());  // until the disk is tried again
+  for (int i = 0; i < 70; ++i) put(meshesOfARoom().back());  // until writing is tried again
   EXPECT_LE(meshes_.bytes(), meshes_.maxBytes());
   expectSame();
 }

@@ -22,7 +22,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStepsOut = 45;  ///< Frames on the way out, and as many on the way back.
+constexpr int kStepsOut = 45;  ///< Frames on the way out; the way back has as many.
 
 /// Pose i of a camera that moves along a corridor and back, and looks ahead to the left and right.
 Eigen::Isometry3d poseInCorridor(int i) {
@@ -142,7 +142,7 @@ TEST_F(PagedSpace, EqualsUnpagedSpace) {
     whole.look();
     near.look();
     const MapStats stats = near.mapper().stats();
-    EXPECT_GT(stats.pages.space_bytes, size_t{1} << 20) << "otherwise nothing is tested";
+    EXPECT_GT(stats.pages.space_bytes, size_t{1} << 20) << "too little is on disk";
     EXPECT_GT(near.followerPages().bytes, size_t{1} << 20);
     EXPECT_EQ(stats.refused_cubes + stats.refused_blocks, 0u);
     EXPECT_EQ(stats.pages.lost + stats.pages.failures, 0u) << stats.pages.problem;
@@ -165,7 +165,7 @@ TEST_F(PagedSpace, MemoryDoesNotGrowWithDistance) {
   const size_t index = near.mapper().stats().pages.index_bytes;
   EXPECT_LE(most, kInMemory + kWriting + index);
   EXPECT_LE(max_of_follower, kInMemory + kWriting + near.followerPages().index_bytes);
-  EXPECT_GT(whole.space().bytes(), 3 * (kInMemory + kWriting)) << "otherwise nothing is tested";
+  EXPECT_GT(whole.space().bytes(), 3 * (kInMemory + kWriting)) << "the walk is too short";
   std::cout << "space of the map: " << (most >> 10) << " KiB instead of "
             << (whole.space().bytes() >> 10) << ", of its follower: " << (max_of_follower >> 10)
             << " KiB instead of " << (whole.followerBytes() >> 10) << "\n";
@@ -229,7 +229,7 @@ TEST_F(PagedSpace, IsPublishedInParts) {
   }
 }
 
-/// Cubes lost on the disk must not use up the budget.
+/// Cubes that were lost on disk no longer count towards the budget.
 TEST_F(PagedSpace, DoesNotCountLostCubes) {
   MapContents contents = makeMapper(plainParams())->contents();
   for (int32_t i = 0; i < 70000; ++i) {
@@ -247,7 +247,7 @@ TEST_F(PagedSpace, DoesNotCountLostCubes) {
   map.addFree(seen);
   MapContents left;
   map.copyTo(left);
-  EXPECT_LT(map.freeBytes(), all) << "otherwise nothing is tested";
+  EXPECT_LT(map.freeBytes(), all) << "no cube was lost";
   EXPECT_EQ(map.freeBytes(), left.free_cubes.size() * kFreeCubeBudgetBytes);
 }
 
@@ -257,7 +257,7 @@ TEST_F(PagedSpace, KeepsSurfacesWhenTheDiskIsFull) {
   params.map.page_max_gb = 0.002f;
   Walk whole(plainParams());
   ASSERT_NO_FATAL_FAILURE(whole.go(0, kStepsOut));
-  params.map.max_memory_mb = 16;  // 2 MB for cells, and as much on disk
+  params.map.max_memory_mb = 16;  // 2 MB in memory for cells, and 2 MB on disk
   Walk near(params);
   ASSERT_NO_FATAL_FAILURE(near.go(0, kStepsOut));
   const MapStats stats = near.mapper().stats();

@@ -54,19 +54,19 @@ class PagedValuesTest : public testing::Test {
 
 TEST_F(PagedValuesTest, AreReadBackUnchanged) {
   keep(300);
-  EXPECT_LE(pages_->bytes(), 3 * kMaxBytes) << "including values being written";
-  EXPECT_GT(pages_->stats().bytes, size_t{5} << 20) << "otherwise nothing is tested";
+  EXPECT_LE(pages_->bytes(), 3 * kMaxBytes) << "too much is in memory";
+  EXPECT_GT(pages_->stats().bytes, size_t{5} << 20) << "too little is on disk";
   for (uint32_t i = 0; i < 300; ++i) ASSERT_TRUE(isThere(i)) << i;
   for (uint32_t i = 300; i-- > 0;) ASSERT_TRUE(isThere(i)) << i;
   EXPECT_LE(pages_->bytes(), 3 * kMaxBytes);
   EXPECT_FALSE(pages_->isFull());
-  EXPECT_EQ(folder_.entryCount(), 0u) << "the file has no name";
+  EXPECT_EQ(folder_.entryCount(), 0u) << "the page file is visible in its folder";
   values_.clear();
   EXPECT_EQ(pages_->stats().bytes, 0u);
   EXPECT_EQ(pages_->bytes(), 0u);
 }
 
-/// Threads read values while these are replaced, as planners query a snapshot of changing space.
+/// Threads read their copies of values that are replaced, as planners query a snapshot.
 TEST_F(PagedValuesTest, CanBeReadBySeveralThreads) {
   keep(100);
   std::atomic<int> wrong{0};
@@ -86,7 +86,7 @@ TEST_F(PagedValuesTest, CanBeReadBySeveralThreads) {
 
 TEST_F(PagedValuesTest, DetectDamage) {
   keep(300);
-  while (pages_->bytes() > kMaxBytes) std::this_thread::yield();  // until all is written
+  while (pages_->bytes() > kMaxBytes) std::this_thread::yield();  // until the rest is on disk
   damagePages(folder_.path(), 60, 40000);
   uint64_t missing = 0;
   for (uint32_t i = 0; i < 300; ++i) {
@@ -113,7 +113,7 @@ TEST_F(PagedValuesTest, StayInMemoryWhileTheDiskFails) {
     for (uint32_t i = 0; i < 200; ++i) ASSERT_TRUE(isThere(i)) << i;
   }
   keep(400);
-  EXPECT_FALSE(pages_->isFull()) << "the disk is not used again";
+  EXPECT_FALSE(pages_->isFull()) << "the disk was not used again";
   EXPECT_EQ(pages_->stats().lost, 0u);
 }
 

@@ -21,10 +21,10 @@
 
 namespace {
 
-/// Speed of the disk, for reading and writing; 0: unlimited.
+/// Rate at which the disk reads and writes; 0: unlimited.
 std::atomic<double> disk_bytes_per_s{0.0};
 
-/// Every n-th sector is unreadable; 0: none is.
+/// If n > 0, reads fail that start in one of every n units of 256 bytes.
 std::atomic<off_t> bad_sectors{0};
 
 void takeTimeOfDisk(size_t bytes) {
@@ -43,7 +43,7 @@ void takeTimeOfDisk(size_t bytes) {
 
 }  // namespace
 
-// These replace the system's functions in this program.
+// The program calls these instead of the C library's pwrite() and pread().
 extern "C" ssize_t pwrite(int file, const void* data, size_t bytes, off_t offset) {
   takeTimeOfDisk(bytes);
   return syscall(SYS_pwrite64, file, data, bytes, offset);
@@ -87,7 +87,7 @@ const RoomRecording& tour() {
   return recording;
 }
 
-/// What happens on the tour besides fusing.
+/// What a tour does besides fusing.
 struct TourOptions {
   int mesh_every = 3;  ///< In frames; 0: once, at the end.
   bool painted = false;
@@ -180,11 +180,11 @@ TEST_F(Paging, MeshesALargeMapInParts) {
       near(options, pagedParams(paramsOf(options), 2, folder_.path()));
   ASSERT_NO_FATAL_FAILURE(whole.go());
   ASSERT_NO_FATAL_FAILURE(near.go());
-  EXPECT_EQ(whole.updateMeshInParts(), 1) << "the map is in memory";
+  EXPECT_EQ(whole.updateMeshInParts(), 1) << "a map in memory was meshed in parts";
   EXPECT_GT(near.updateMeshInParts(), 3);
   EXPECT_LT(near.maxMade(), whole.maxMade() / 3);
   EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));
-  EXPECT_EQ(near.updateMeshInParts(), 1) << "nothing has changed since";
+  EXPECT_EQ(near.updateMeshInParts(), 1) << "meshed an unchanged map again";
   EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
@@ -215,7 +215,7 @@ TEST_F(Paging, RemovesBlocksFromAMeshInParts) {
   for (Tour* const map : {&whole, &near}) {
     ASSERT_NO_FATAL_FAILURE(map->go());
     map->updateMeshInParts();
-    map->mapper().paint(tour().colour[kTourFrames - 1].view());  // from now on, meshes have colours
+    map->mapper().paint(tour().colour[kTourFrames - 1].view());  // adds colours to all meshes
     EXPECT_GT(map->mapper().clearRegion(boxInTheRoom()).blocks, 0u);
     EXPECT_TRUE(map->updateMeshInParts() > 3 || map == &whole);
   }
@@ -275,8 +275,8 @@ TEST_F(Paging, LoadsMapsLargerThanTheBudget) {
   EXPECT_EQ(resumed->stats().refused_blocks, 0u);
 }
 
-/// Two places fit in memory. For a third, blocks of the first place are written to disk, not those
-/// of the second.
+/// Two places fit in memory. When the camera sees a third place, blocks of the first are written to
+/// disk, and none of the second.
 TEST_F(Paging, WritesTheOldestBlocksFirst) {
   const auto see = [](ProbedMapper& mapper, double x_m, double aside) {
     const Eigen::Vector3d eye(x_m, 0.0, 0.0);
@@ -294,7 +294,7 @@ TEST_F(Paging, WritesTheOldestBlocksFirst) {
     }
     ASSERT_EQ(mapper->stats().pages.written, 0u);
     ASSERT_NO_FATAL_FAILURE(see(*mapper, 6.0, 1.0));
-    ASSERT_GT(mapper->stats().pages.written, 0u) << "otherwise nothing is tested";
+    ASSERT_GT(mapper->stats().pages.written, 0u) << "nothing was written to disk";
     for (const double aside : {1.0, -1.0}) {
       ASSERT_NO_FATAL_FAILURE(see(*mapper, 6.0 + 4.0 * sign, aside));
     }
@@ -414,7 +414,7 @@ TEST_F(Paging, WaitsForASlowDisk) {
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
-/// Blocks that can be read are cleared, and so is all space inside. The exception says that other
+/// Clears the blocks that can be read, and all space inside. The exception reports that other
 /// blocks remain.
 TEST_F(Paging, ClearsPartlyIfTheDiskFails) {
   TourOptions options;
@@ -444,7 +444,7 @@ TEST_F(Paging, ClearsPartlyIfTheDiskFails) {
   }
   EXPECT_EQ(free_cells(), 0u);
   near.go(seen, kTourFrames);
-  EXPECT_GT(near.mapper().clearRegion(region).voxels, 0u) << "the rest is cleared next time";
+  EXPECT_GT(near.mapper().clearRegion(region).voxels, 0u) << "the rest was never cleared";
   const MapContents contents = near.mapper().contents();
   EXPECT_EQ(near.mapper().clearRegion(region).voxels, 0u);
   const auto anew = makeProbedMapper(paramsOf(options), Rules(), contents);
@@ -461,29 +461,29 @@ TEST_F(Paging, SurvivesTemporaryWriteFailures) {
   {
     const FileSizeLimit disk(0);
     near.go(8, 14);
-    near.go(0, 7);  // next to blocks that cannot be read
+    near.go(0, 7);  // next to blocks on disk that memory has no room for
     const uint64_t counted = near.mapper().stats().refused_blocks;
     near.updateMesh();
-    EXPECT_GT(near.mapper().stats().refused_blocks, counted) << "blocks left out are counted";
+    EXPECT_GT(near.mapper().stats().refused_blocks, counted) << "blocks left out were not counted";
   }
   MapStats stats = near.mapper().stats();
   EXPECT_GT(stats.refused_blocks, 0u);
   EXPECT_GT(stats.pages.failures, 0u);
   EXPECT_NE(stats.pages.problem.find("map/page_folder"), std::string::npos);
   EXPECT_EQ(stats.pages.lost, 0u);
-  EXPECT_GE(near.mapper().contents().blocks.size(), blocks) << "blocks are lost";
-  for (int i = 0; i < 32; ++i) near.updateMesh();  // until the disk is tried again
+  EXPECT_GE(near.mapper().contents().blocks.size(), blocks) << "blocks were lost";
+  for (int i = 0; i < 32; ++i) near.updateMesh();  // until writing is tried again
   const auto anew = makeProbedMapper(paramsOf(TourOptions()), Rules(), near.mapper().contents());
   const uint64_t counted = near.mapper().stats().refused_blocks;
   EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m)))
-      << "including meshes made meanwhile";
-  EXPECT_EQ(near.mapper().stats().refused_blocks, counted) << "some blocks cannot be read";
+      << "mesh updates during the failures left errors";
+  EXPECT_EQ(near.mapper().stats().refused_blocks, counted) << "some blocks could not be read";
   near.go(14, kTourFrames);
   near.go(kFramesOut, kTourFrames);
   const uint64_t refused = near.mapper().stats().refused_blocks;
   near.go(0, kTourFrames);
   stats = near.mapper().stats();
-  EXPECT_EQ(stats.refused_blocks, refused) << "the disk is not used again";
+  EXPECT_EQ(stats.refused_blocks, refused) << "the disk was not used again";
 }
 
 /// Blocks that cannot be read for a while are not lost.
@@ -510,7 +510,7 @@ TEST_F(Paging, SavesMapsDespiteAFewBadSectors) {
   near.updateMesh();
   const size_t before = near.mapper().contents().blocks.size();
   bad_sectors = 1;
-  EXPECT_NE(errorOf([&] { near.mapper().contents(); }), "") << "did not fail";
+  EXPECT_NE(errorOf([&] { near.mapper().contents(); }), "") << "copied unreadable blocks";
   EXPECT_EQ(near.mapper().stats().pages.lost, 0u);
   bad_sectors = 499;
   saveMapOf(near.mapper(), {}, folder_ / "saved.dtsdf");
@@ -521,7 +521,7 @@ TEST_F(Paging, SavesMapsDespiteAFewBadSectors) {
   EXPECT_TRUE(sameContents(loadMap(folder_ / "saved.dtsdf"), near.mapper().contents()));
 }
 
-/// Damaged blocks are lost and counted. Their meshes are removed, and later frames map their places
+/// Damaged blocks are lost and counted. Their meshes are removed, and later frames map these places
 /// again.
 TEST_F(Paging, SurvivesDamage) {
   Tour near(TourOptions(), pagedParams(paramsOf(TourOptions()), 4, folder_.path()));
@@ -531,7 +531,7 @@ TEST_F(Paging, SurvivesDamage) {
   damagePages(folder_.path(), 20, 100000);
   const MapContents copy = near.mapper().contents();
   MapStats stats = near.mapper().stats();
-  EXPECT_GT(stats.pages.lost, 0u) << "the copy left blocks out silently";
+  EXPECT_GT(stats.pages.lost, 0u) << "blocks left out of the copy were not counted";
   EXPECT_LE(stats.pages.lost, 20u);
   EXPECT_EQ(copy.blocks.size(), before - stats.pages.lost);
   EXPECT_TRUE(sameContents(near.mapper().contents(), copy));
@@ -544,7 +544,7 @@ TEST_F(Paging, SurvivesDamage) {
   EXPECT_TRUE(sameMeshes(mesh, meshOf(*anew, kVoxel_m))) << "not the mesh of the remaining blocks";
 }
 
-/// Copying a part again, after damage was found in it, gives the same intact blocks.
+/// Copying the same part again, after damage was found, gives the same intact blocks.
 TEST_F(Paging, RepeatedCopiesOmitDamagedBlocks) {
   TourOptions options;
   options.painted = true;
@@ -555,7 +555,7 @@ TEST_F(Paging, RepeatedCopiesOmitDamagedBlocks) {
   damagePages(folder_.path(), 20, 100000);
   const std::vector<MapBlock> blocks = near.mapper().outline().blocks;
   const MapContents first = near.mapper().part(blocks);
-  ASSERT_GT(near.mapper().stats().pages.lost, 0u) << "otherwise nothing is tested";
+  ASSERT_GT(near.mapper().stats().pages.lost, 0u) << "no block was lost";
   const MapContents again = near.mapper().part(blocks);
   EXPECT_TRUE(sameContents(again, first));
   saveMapOf(near.mapper(), {}, folder_ / "saved.dtsdf");

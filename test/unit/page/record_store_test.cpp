@@ -61,10 +61,10 @@ TEST_F(RecordStoreTest, ReadsBackWhatWasWritten) {
     store_.readAhead(records_[i]);
     ASSERT_EQ(read(i), RecordStore::Reading::kIntact);
   }
-  EXPECT_EQ(folder_.entryCount(), 0u) << "the file has no name";
+  EXPECT_EQ(folder_.entryCount(), 0u) << "the page file is visible in its folder";
   for (const StoredRecord& record : records_) store_.erase(record);
   EXPECT_EQ(store_.stats().bytes, 0u);
-  EXPECT_EQ(lseek(openFilesIn(folder_.path()).front(), 0, SEEK_END), 0) << "its space is not freed";
+  EXPECT_EQ(lseek(openFilesIn(folder_.path()).front(), 0, SEEK_END), 0) << "space was not freed";
 }
 
 TEST_F(RecordStoreTest, RespectsItsSizeLimit) {
@@ -86,7 +86,7 @@ TEST_F(RecordStoreTest, DetectsDamage) {
   EXPECT_EQ(read(3), RecordStore::Reading::kDamaged);
   EXPECT_EQ(store_.stats().lost, 1u);
   EXPECT_EQ(ftruncate(openFilesIn(folder_.path()).front(), 100), 0);
-  EXPECT_EQ(read(20), RecordStore::Reading::kDamaged) << "the file is too short";
+  EXPECT_EQ(read(20), RecordStore::Reading::kDamaged) << "read beyond the end of the file";
 }
 
 TEST_F(RecordStoreTest, SurvivesADiskOutage) {
@@ -101,10 +101,10 @@ TEST_F(RecordStoreTest, SurvivesADiskOutage) {
       taken += stored->bytes;
       ASSERT_LE(taken, kMaxWaiting);
     }
-    EXPECT_GT(records_.size(), 30u) << "memory took none";
+    EXPECT_GT(records_.size(), 30u) << "no record waited in memory";
     EXPECT_EQ(store_.waitingBytes(), taken);
     EXPECT_GT(store_.stats().failures, 1u);
-    EXPECT_EQ(read(30), RecordStore::Reading::kIntact) << "not read from memory";
+    EXPECT_EQ(read(30), RecordStore::Reading::kIntact) << "a waiting record was not read";
     store_.erase(records_.back());
     records_.pop_back();
   }
@@ -169,7 +169,7 @@ TEST_F(RecordStoreTest, CanBeReadAndErasedDuringWrites) {
   EXPECT_EQ(store_.waitingBytes(), 0u);
 }
 
-/// A block that the store refuses is not in the index.
+/// The index lists no block that the store refused.
 TEST_F(RecordStoreTest, StoresPagedBlocks) {
   PagedBlocks blocks(folder_.path(), size_t{1} << 20, kMaxWaiting);
   const auto put = [&](int32_t x) {

@@ -69,7 +69,7 @@ std::vector<Vec3i> someCells(std::mt19937& random, int count, int range) {
   return cells;
 }
 
-/// Adds surfaces; every third time most of them are removed.
+/// Adds surfaces. Every third round removes most of them.
 void Surfaces::changeSome(std::mt19937& random, int round) {
   for (const Vec3i& cell : someCells(random, 6, 40)) put(cell);
   while (round % 3 == 2 && sites_.size() > 5) take(random() % sites_.size());
@@ -109,7 +109,7 @@ uint16_t rowMinimum(const DistanceTask& task, const SectorStack& stack, const Ve
 
 constexpr uint16_t kNotAsked = 0xfffe;
 
-/// Computes every step-th cell of each sector, as a device computes all.
+/// Computes every step-th cell of each sector; a device would compute all cells.
 void computeSome(const DistanceTask& task, std::vector<SectorSquares>& squares, int step) {
   for (int32_t i = 0; i < task.stack_count; ++i) {
     const SectorStack& stack = task.stacks[i];
@@ -160,9 +160,9 @@ TEST(DistanceField, UsesABackend) {
   }
 }
 
-/// After an update failed, for example because the device was lost, the next one computes its
-/// distances.
-TEST(DistanceField, TheNextUpdateMakesUpForAFailedOne) {
+/// If an update fails, for example because the device was lost, the next update computes the
+/// distances of both.
+TEST(DistanceField, TheNextUpdateCompletesAFailedOne) {
   DistanceField field(25, 1), undisturbed(25, 1);
   bool fails = false;
   field.setBackend([&](const DistanceTask&, std::vector<SectorSquares>&) {

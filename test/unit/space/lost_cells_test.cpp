@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kWalls = 64, kReach = 10;
 
-/// Each wall has its own sector and lies at the border to the next one.
+/// Each wall is in a sector of its own, at the border to the next sector.
 Vec3i cubeOfWall(int i) { return {8 * i + 3, 0, 0}; }
 CellMask wall() {
   CellMask mask{};
@@ -28,7 +28,7 @@ CellMask wall() {
 /// A cell three cells in front of a wall.
 Vec3i cellBefore(int i) { return firstCellOfCube(cubeOfWall(i)) + Vec3i{4, 4, 4}; }
 
-/// A cell behind a wall, in the next sector but within reach.
+/// A surface cell behind a wall, in the next sector but within reach.
 CubeMask cubeBehind(int i) {
   CubeMask behind{cubeOfWall(i) + Vec3i{1, 0, 0}, {}};
   add(behind.cells, cellIndex(4, 4, 4));
@@ -44,7 +44,7 @@ class LostCells : public testing::Test {
     for (int i = 0; i < 5000 && pages_->bytes() > 1; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    ASSERT_LE(pages_->bytes(), 1u) << "otherwise nothing is tested";
+    ASSERT_LE(pages_->bytes(), 1u) << "sectors are still in memory";
   }
 };
 
@@ -144,18 +144,18 @@ TEST_F(LostCubes, AreUnknown) {
   table_.at(beside).surface = wall();
   table_.close();
   EXPECT_TRUE(isEmpty(table_.find(cubeOfWall(0))));
-  EXPECT_FALSE(isEmpty(table_.find(beside))) << "cells added later are unknown";
+  EXPECT_FALSE(isEmpty(table_.find(beside))) << "a cell added after the loss is unknown";
 }
 
 /// Two blocks in different sectors may have a triangle in the same cell. The cell stays when one of
-/// them removes its triangle, even if the list of the other one is lost.
+/// them removes its triangle, even if the list of the other block is lost.
 class LostLists : public LostCells {
  protected:
   const Vec3i cell_{32, 1, 1};
   CellTable table_;
   SurfaceCells surfaces_{0, 1, pages_};
 
-  void SetUp() override { put(3, 8.5f); }  // beyond its block
+  void SetUp() override { put(3, 8.5f); }  // beyond the block's border
 
   void put(int32_t x, float at) {
     BlockMesh mesh;
@@ -187,7 +187,7 @@ TEST_F(LostLists, KeepSurfacesDuringAnOutage) {
   putEmpty(4);
   EXPECT_TRUE(isThere());
   putEmpty(3);
-  EXPECT_FALSE(isThere()) << "the cell stays although nothing was lost";
+  EXPECT_FALSE(isThere()) << "the cell stayed although nothing was lost";
 }
 
 TEST_F(LostLists, KeepSurfaces) {

@@ -47,7 +47,7 @@ void expectSameCubes(const std::vector<SpaceCube>& a, const std::vector<SpaceCub
   }
 }
 
-/// Points in the scene and around it, and two outside every map.
+/// Points in the scene and around it, and two that no map can contain.
 std::vector<Vector3d> somePoints(size_t count) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<double> any(-2.4, 2.4);
@@ -94,7 +94,7 @@ class SpaceFollowerTest : public ::testing::Test {
 
 TEST_F(SpaceFollowerTest, KnowsWhatTheMapKnows) {
   EXPECT_TRUE(follower_.snapshot()->isEmpty());
-  EXPECT_FALSE(follower_.snapshot()->distanceAt(Vector3d::Zero()).known) << "nothing is known yet";
+  EXPECT_FALSE(follower_.snapshot()->distanceAt(Vector3d::Zero()).known) << "knows cells already";
   fuse(-1.2, 1.0);
   follow();
   EXPECT_FALSE(follower_.snapshot()->isEmpty());
@@ -112,7 +112,7 @@ TEST_F(SpaceFollowerTest, KnowsWhatTheMapKnows) {
   expectSameAnswers(*mapper_->space(), *follower_.snapshot());
 }
 
-/// A snapshot keeps its contents while the follower is updated.
+/// A snapshot keeps its contents when the follower is updated.
 TEST_F(SpaceFollowerTest, SnapshotsDoNotChange) {
   fuse(-1.2, 1.0);
   follow();
@@ -125,7 +125,7 @@ TEST_F(SpaceFollowerTest, SnapshotsDoNotChange) {
   mapper_->clearRegion(SphereRegion{{0.3, 0.1, 0.0}, 0.6});
   follow();
   EXPECT_NE(follower_.snapshot()->distanceAt(p).distance_m, distance.distance_m)
-      << "the ball is still there";
+      << "the distance ignores the cleared region";
   expectSameCubes(before->cubes(-1000, 1000), cubes);
   EXPECT_EQ(before->distanceAt(p).distance_m, distance.distance_m);
 }
@@ -141,7 +141,7 @@ TEST_F(SpaceFollowerTest, FollowsAMapWithAnotherCellSize) {
   expectSameAnswers(*mapper_->space(), *follower_.snapshot());
 }
 
-/// Space far from the camera is dropped, and a follower forgets it.
+/// The map drops space far from the camera, and the follower forgets it.
 TEST_F(SpaceFollowerTest, ForgetsDroppedSpace) {
   MapperParams params = followedParams();
   params.fusion.max_depth_m = 3.0f;

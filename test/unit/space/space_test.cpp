@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 MapperParams spaceParams(int cell_voxels = 4, bool directional = true) {
   MapperParams params = makeCpuParams(
       directional ? FusionMode::kNormalRayCasting : FusionMode::kVoxelProjection, directional);
-  params.threads = 1;  // on a busy machine several threads wait for each other
+  params.threads = 1;  // on a busy machine, several threads would wait for each other
   params.space.enabled = true;
   params.space.cell_voxels = cell_voxels;
   params.space.max_distance_m = 0.6f;
@@ -85,8 +85,8 @@ TEST_P(SpaceCells, FreeCellsLieInFreeSpace) {
   EXPECT_GE(static_cast<double>(found), 0.9 * static_cast<double>(inside));
 }
 
-/// Compares distances with that to the nearest vertex, which is close to the nearest point of the
-/// mesh.
+/// Compares distances with the distance to the nearest vertex, which is close to the nearest point
+/// of the mesh.
 TEST_P(SpaceCells, DistancesMatchTheMesh) {
   const MapperParams params = spaceParams(GetParam());
   const auto mapper = makeMapper(params);
@@ -231,7 +231,7 @@ std::string stateInBox(const Space& space, int reach) {
   return bytes;
 }
 
-/// In random order, a box comes and goes, regions are cleared, and mesh and distances are updated.
+/// At random, a box appears or is gone, regions are cleared, and mesh and distances are updated.
 /// The resulting space equals that of a new mapper with the same map.
 TEST(Space, RandomUpdatesMatchAFreshMapper) {
   std::mt19937 random(caseSeed(0));
@@ -265,7 +265,7 @@ TEST(Space, RandomUpdatesMatchAFreshMapper) {
   EXPECT_GT(vanished, 500u);
 }
 
-/// Free cells get an eighth of the budget: more are refused and counted, and known ones stay.
+/// Free cells get an eighth of the budget. Further cells are refused and counted.
 TEST(Space, StaysWithinItsPartOfTheBudget) {
   MapperParams params = spaceParams(1);
   params.map.max_memory_mb = 1;
@@ -286,7 +286,7 @@ TEST(Space, StaysWithinItsPartOfTheBudget) {
   EXPECT_EQ(mapper->stats().refused_cubes, 0u);
 }
 
-/// The mesh does not depend on space.
+/// Finding free space does not change the mesh.
 TEST(Space, DoesNotChangeTheMesh) {
   const std::vector<SceneFrame> frames = renderFrames(makeBallRoom(), posesInRoom());
   MapperParams without = spaceParams();

@@ -65,7 +65,7 @@ TEST(CellsOfMesh, ATriangleBetweenTwoCellsIsInTheUpperOne) {
   EXPECT_EQ(cellsOfMesh(mesh, {3}), (std::vector<Vec3i>{{0, 0, -1}}));
 }
 
-/// Two blocks have a triangle in one cell: it stays until both are removed.
+/// A cell with triangles of two blocks stays until both blocks have removed theirs.
 TEST(SurfaceCells, StayWhileAnyBlockNeedsThem) {
   SurfaceCells surfaces(3, 2);
   CellTable cells;
@@ -77,12 +77,13 @@ TEST(SurfaceCells, StayWhileAnyBlockNeedsThem) {
   };
   EXPECT_EQ(surfaces.apply({meshOf({0, 0, 0}, beyond)}, cells).size(), 1u);
   EXPECT_TRUE(isThere());
-  EXPECT_TRUE(surfaces.apply({meshOf({1, 0, 0}, own)}, cells).empty()) << "nothing has changed";
+  EXPECT_TRUE(surfaces.apply({meshOf({1, 0, 0}, own)}, cells).empty())
+      << "reported unchanged cells";
   EXPECT_TRUE(surfaces.apply({meshOf({0, 0, 0}, {})}, cells).empty());
   EXPECT_TRUE(isThere());
   EXPECT_EQ(surfaces.apply({meshOf({1, 0, 0}, {})}, cells).size(), 1u);
   EXPECT_FALSE(isThere());
-  EXPECT_TRUE(cells.all().empty()) << "unknown cubes are not removed";
+  EXPECT_TRUE(cells.all().empty()) << "a cube without known cells was not removed";
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
   /// them. The pool lives at least as long as the memory taken from it.
   SquaresPlace placeOf(std::shared_ptr<uint16_t[]>& squares);
 
-  /// Whether `most_bytes` are enough for the places of all these squares.
+  /// Whether `most_bytes` are enough for the places of all `squares`.
   bool hasRoomFor(const std::vector<std::shared_ptr<uint16_t[]>>& squares, size_t most_bytes) const;
 
   size_t bytes() const;      ///< On the host; the same again on the device.

@@ -159,7 +159,7 @@ void BlockFinder::prepare() {
   is_prepared_ = true;
 }
 
-/// Empties the table and zeroes the counters, including that of surfels if these are counted again.
+/// Empties the table and zeroes the counters; the counter of surfels only if `counts_surfels`.
 void BlockFinder::emptyTable(bool counts_surfels) {
   launch("emptyTableKernel", emptyTableKernel, blocksFor(2 * capacity_), kThreads, 0, stream_,
          view(), counts_surfels);

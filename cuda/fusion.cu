@@ -32,7 +32,7 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint
 }
 
 /// One thread per part of a surfel's line. Four thread blocks share a multiprocessor, since atomics
-/// make them wait. Does nothing if the table was too small.
+/// make them wait. Does nothing if the table of touched blocks was too small.
 __global__ void __launch_bounds__(kThreads, 4)
     castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion, DeviceSurfels surfels,
                       TouchedView touched, SumsView part) {

@@ -26,9 +26,9 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   }
 }
 
-/// Selects the neighbours of dirty blocks, whose meshes depend on these. One thread per pair of a
-/// dirty block and a neighbour, in a grid-stride loop that starts with the last thread: the last
-/// thread blocks have the least to index.
+/// Selects the neighbours of dirty blocks, since their meshes depend on the dirty blocks. One
+/// thread per pair of a dirty block and a neighbour, in a grid-stride loop that starts with the
+/// last thread: the last thread blocks have the least to index.
 __device__ void selectAround(const MapView& map, const MeshView& mesh) {
   const size_t count = static_cast<size_t>(*map.dirty.count) * kBlocksAround;
   const size_t threads = static_cast<size_t>(gridDim.x) * blockDim.x;

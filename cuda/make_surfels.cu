@@ -60,7 +60,7 @@ __device__ uint32_t reservePlaces(uint32_t wanted, uint32_t* count) {
 }
 
 /// Makes one surfel per merged square, unmerged pixel or subpixel. Their order does not matter,
-/// since sums are integers. `count` gets their number, including those that do not fit.
+/// since sums are integers. `count` gets the number of surfels, including surfels that do not fit.
 __global__ void __launch_bounds__(kRowThreads, 8)
     makeSurfelsKernel(DeviceSensing on_device, SurfelSettings settings, const uint8_t* patches,
                       Surfel* surfels, uint32_t room, uint32_t* count) {

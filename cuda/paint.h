@@ -19,7 +19,7 @@ namespace gpu {
 struct PaintCounters {
   uint32_t blocks, arrays;  ///< Numbers of blocks in view and of their arrays.
   uint32_t seen;            ///< Arrays with voxels to be painted.
-  uint32_t requests;        ///< Arrays that lack bricks for these voxels.
+  uint32_t requests;        ///< Arrays that lack bricks to paint.
   ExposureSums sums;
   uint64_t samples;  ///< Voxels to be painted, including those that did not fit.
 };
@@ -34,7 +34,7 @@ struct FoundSample {
 /// What kernels of Painter::findColours() need, passed by value.
 struct PaintView {
   PaintCounters* counters;
-  FoundSample* samples;  ///< Those that do not fit are only counted.
+  FoundSample* samples;  ///< Samples that do not fit are only counted.
   uint64_t max_samples;
   const int32_t* candidates;  ///< Slots of blocks that may be in view, and possibly others.
   uint32_t candidate_count;

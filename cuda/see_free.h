@@ -14,8 +14,8 @@ class FreeCellFinder {
  public:
   FreeCellFinder(int32_t cell_log2, float max_range_m, const Stream& stream);
 
-  /// Enqueues the search in these cubes, and the download of its result. A result of the previous
-  /// frame that was not taken is lost. @throws BackendError if memory runs out.
+  /// Enqueues the search in `cubes`, and the download of the result. A result of the previous frame
+  /// that was not taken is lost. @throws BackendError if memory runs out.
   void find(const FrameView& frame, const float* free_depth, std::vector<Vec3i> cubes);
 
   /// Waits for the result. @return the cubes with cells that the image saw through, in the given

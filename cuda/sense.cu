@@ -93,7 +93,7 @@ constexpr unsigned kNoiseBlocks = kNoiseLines / kThreads;
 static_assert(kNoiseLines % kThreads == 0, "each thread has a line");
 
 /// One thread per pixel. The first kNoiseBlocks thread blocks, or all if there are fewer, also
-/// count noise lines. The last of these to finish estimates the noise.
+/// count noise lines. The last thread block that has counted lines estimates the noise.
 __global__ void __launch_bounds__(kThreads)
     invertDepthsKernel(RawDepth raw, SurfelSettings surfels, float* measured, NoiseCounts* counts,
                        DepthNoise* noise) {

@@ -130,7 +130,7 @@ void checkContents(const MapContents& contents);
 
 /// Copies the settings that a map is bound to into `params`: map/voxel_size_m,
 /// map/truncation_voxels, map/directional and fusion/mode.
-/// @return `params` with these settings of the contents.
+/// @return `params` with the bound settings of the contents.
 /// @throws std::runtime_error if the contents lack one of them or have an invalid value for it.
 MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
 
@@ -142,8 +142,8 @@ void checkFrame(const MapContents& contents, const std::string& map_frame);
 /// without frames suit any run. @throws std::runtime_error if not, with what to do.
 void checkLevel(const MapContents& contents, bool is_levelled);
 
-/// A map/max_memory_mb with which a mapper of these settings can resume from the contents. With
-/// map/page_folder, less may be enough.
+/// A value of map/max_memory_mb with which a mapper of these settings can resume from the contents.
+/// With map/page_folder, less may be enough.
 int minMemoryMb(const MapContents& contents, MapperParams params);
 
 /// Memory budget plus, with map/page_folder, the limit of one file there, in bytes: the limit that

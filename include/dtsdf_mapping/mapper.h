@@ -45,13 +45,13 @@ struct IntegrationResult {
 /// The part of a map on disk, with map/page_folder. clear() resets the counters.
 struct PageStats {
   size_t blocks = 0;       ///< Blocks on disk now.
-  size_t bytes = 0;        ///< Disk space of these blocks.
+  size_t bytes = 0;        ///< Disk space of blocks.
   size_t space_bytes = 0;  ///< Disk space of cells and distances of space().
   size_t index_bytes = 0;  ///< Memory of the index and of waiting writes; not part of map_bytes.
   uint64_t written = 0;    ///< Blocks written.
   uint64_t read = 0;       ///< Blocks read back.
   uint64_t waits = 0;      ///< Waits for the disk of a millisecond or more.
-  double wait_ms = 0.0;    ///< Total time of these waits.
+  double wait_ms = 0.0;    ///< Total time of counted waits.
   uint64_t failures = 0;   ///< Failed reads and writes; also writes for which the folder was full.
   /// Blocks, and sectors of 32 x 32 x 32 cells, that were lost: damaged on disk, or, for sectors,
   /// unreadable when they had to be changed.
@@ -62,9 +62,9 @@ struct PageStats {
 /// Size of a map.
 struct MapStats {
   size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels, in memory.
-  size_t voxel_arrays = 0;  ///< Directional arrays in use, over all these blocks.
-  /// Bytes of blocks, arrays and colours in memory. At most max_map_bytes; see there for an
-  /// exception.
+  size_t voxel_arrays = 0;  ///< Directional arrays in use, over all blocks in memory.
+  /// Bytes of blocks, arrays and colours in memory. At most max_map_bytes, except as described
+  /// there.
   size_t map_bytes = 0;
   uint64_t refused_blocks = 0;  ///< Requests refused since the start or the last clear().
   size_t colour_bytes = 0;      ///< Part of map_bytes that holds colour; 0 before any painting.

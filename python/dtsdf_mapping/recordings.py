@@ -8,14 +8,14 @@ class Recording:
     """A folder of TUM RGB-D, ICL-NUIM, 7-Scenes, Replica, ScanNet or of your own PNGs
     (docs/recordings.md).
 
-    path: the folder. format: one of recording_formats(); by default guessed from what lies there.
+    path: the folder. format: one of recording_formats(); by default guessed from its files.
     K: 3 x 3 or (fx, fy, cx, cy), in pixels, and units_per_metre of 16-bit depth, in place of the
     format's. poses: a file or folder with poses in place of the folder's, of pose_convention
     "optical", "opengl", "body" or "inverted"; a pose may be pose_tolerance_s from its image. first,
     last, step: which depth images, by index, last included. skip_bad: damaged images are skipped.
 
     Iterating gives DepthImage; colours() gives ColourImage. Images without a pose are skipped and
-    counted. Raises RuntimeError, with file and line, for what is missing or malformed.
+    counted. Raises RuntimeError if a file is missing or malformed; the message names file and line.
     """
 
     def __init__(self, path, format="", K=None, units_per_metre=None, poses=None,
@@ -32,7 +32,7 @@ class Recording:
         return self._options.path
 
     def __len__(self):
-        """Selected depth images, those without a pose included."""
+        """Number of selected depth images, including images without a pose."""
         if self._size is None:
             raise TypeError("the number of images of this recording is not known")
         return self._size
@@ -46,13 +46,13 @@ class Recording:
         self.skipped = images.skipped
 
     def colours(self):
-        """The colour images, each a ColourImage: every step-th one of the whole recording; none if it
-        has none."""
+        """The colour images, each a ColourImage: every step-th one of the whole recording; nothing if
+        the recording has no colour."""
         yield from self._options.open_colour() or ()
 
     def images(self, colour=True):
-        """Depth and colour images together, in the order of their stamps, depth first if these are
-        equal; without colour before the first or after the last depth image."""
+        """Depth and colour images together, in the order of their stamps; if stamps are equal, depth comes
+        first. Colour images before the first or after the last depth image are left out."""
         colours = self.colours() if colour else iter(())
         painting = next(colours, None)
         is_first = True
@@ -77,7 +77,7 @@ def fuse(mapper, recording, colour=True, progress=None):
     that of `reconstruct --poses-mode tf`.
 
     progress: True prints to standard error; or a function of (done, total), called after each depth
-    image, which may raise to stop. Returns how many depth images were fused. Ctrl-C stops between
+    image, which may raise an exception to stop. Returns how many depth images were fused. Ctrl-C stops between
     images; the map keeps those fused so far.
     """
     show = _print_progress if progress is True else progress

@@ -4,7 +4,7 @@ A camera moves through a house. Its poses drift like odometry, and are then repl
 - All images are fused again at the true poses, as by the node and `reconstruct JOURNAL --poses`.
 - Submaps, fused at drifted poses, move to the true poses of their first images, as in voxgraph.
 - Only one image a second is fused, at its true pose, as in rtabmap.
-The last two are imitated with maps of this package. Fills the part `corrections` of poses.md, and saves
+The last two ways are imitated with maps of this package. Fills the part `corrections` of poses.md, and saves
 pictures of the meshes in --work. Needs numpy.
 """
 import json

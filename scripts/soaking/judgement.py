@@ -9,7 +9,8 @@ import numpy as np
 T_95 = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13]
 T_95_MANY = 2.0
 # Growth per hour that counts as flat: in MiB, or as a share of resident memory if that is greater.
-# A run is conclusive only if its bound rules out growth by more than DOUBT_SHARE_H.
+# Memory is flat only if the upper bound of its growth, too, is at most DOUBT_SHARE_H of resident memory,
+# or at most the growth that counts as flat.
 FLAT_MB_H, FLAT_SHARE_H, DOUBT_SHARE_H = 10.0, 0.05, 0.2
 
 

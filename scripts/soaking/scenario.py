@@ -78,7 +78,7 @@ class Watch:
         silent_s = time.monotonic() - self.status_time
         if silent_s > RECOVERS_WITHIN_S:
             self.record.problem(f"no status for {silent_s:.0f} s")
-            self.status_time = time.monotonic()  # reports again only after the same time
+            self.status_time = time.monotonic()  # reports again after RECOVERS_WITHIN_S
         for stream in status.cameras[0].streams:
             missing = unaccounted(stream)
             if not 0 <= missing <= MAX_UNCOUNTED_IMAGES:
@@ -196,8 +196,8 @@ class Scenario:
                    self.watch.status.frames_fused > before, RECOVERS_WITHIN_S, "not mapping again")
 
     def must_be_settled(self):
-        """Waits until all images are accounted for. One may remain: the camera died before publishing its
-        camera_info, so it waits for the next one."""
+        """Waits until all images are accounted for. One may remain: if the camera died before publishing
+        the image's camera_info, the image waits for the next camera_info."""
         wait_until(lambda: all(unaccounted(stream) + stream.waiting <= 1 for stream in
                                self.watch.status.cameras[0].streams), SETTLES_WITHIN_S, "images unaccounted for")
 

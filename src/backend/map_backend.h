@@ -121,7 +121,7 @@ class MapBackend {
   /// Looks up the blocks of findBlocks() in the map, and waits for the result.
   virtual TouchedBlocks lookUpBlocks() = 0;
 
-  /// Finds which cells of these cubes the image sees through. @pre needsFreeDepth()
+  /// Finds which cells of `cubes` the image sees through. @pre needsFreeDepth()
   virtual void seeFree(std::vector<Vec3i> cubes) = 0;
 
   /// Allocates what the following stages need for the blocks of lookUpBlocks(). Called before their

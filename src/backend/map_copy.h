@@ -35,7 +35,7 @@ MapContents contentsOf(MapperParams params, Rules rules);
 /// left out: only their meshes are still needed.
 std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32_t>& slots);
 
-/// Finds the voxels and colours of these blocks.
+/// Finds the voxels and colours of the blocks in `slots`.
 ContentsOrder orderOf(const BlockTable& table, const std::vector<int32_t>& slots);
 
 /// Allocates the voxels and colours of the contents' blocks. @throws std::bad_alloc

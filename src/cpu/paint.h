@@ -13,8 +13,8 @@
 
 namespace dtsdf {
 
-/// Removes the colours of a block's empty voxels in these directions (one bit each), so that later
-/// surfaces do not inherit them.
+/// Removes the colours of a block's empty voxels in `directions` (one bit each), so that later
+/// surfaces do not inherit the colours.
 void forgetColours(const BlockEntry& entry, uint32_t directions, CpuMap& map);
 
 /// Paints an image in steps: takeImage(), findColours(), and paint() when the bricks for its

@@ -51,7 +51,7 @@ struct CpuMap {
   ColourStore colours;
 };
 
-/// Prefetches a block's voxel arrays of these directions (one bit each). Always inlined, since GCC
+/// Prefetches a block's voxel arrays in `directions` (one bit each). Always inlined, since GCC
 /// drops calls to functions that only prefetch.
 __attribute__((always_inline)) inline void prefetchBlock(const BlockEntry& entry, const CpuMap& map,
                                                          uint32_t directions = kAllDirections) {

@@ -147,7 +147,7 @@ size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
     for (; end < numbers.size() && (end == first || bytes < batch_bytes_); ++end) {
       bytes += bytesInMemory(blocks_.block(numbers[end]).block);
     }
-    // A full disk can take other blocks only after these have been read.
+    // A full disk can take other blocks only after the blocks of this batch have been read.
     if (!makeRoom(backend, bytes) && !hasRoom(0)) break;
     table_.setBudget(std::max(budget_bytes_, table_.bytesInUse() + bytes));
     const size_t staying = readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
@@ -192,8 +192,8 @@ void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   }
 }
 
-/// Blocks to evict, at least `bytes` in total if possible, without those required last. Takes the
-/// coarse cells in order of their last need, then of their keys.
+/// Blocks to evict, at least `bytes` in total if possible, but none of the blocks required last.
+/// Takes the coarse cells in order of their last need, then of their keys.
 std::vector<int32_t> Pager::leastRecentlyNeeded(size_t bytes, uint64_t before) const {
   std::vector<const BlockCells::Cell*> cells;
   for (const BlockCells::Cell& cell : table_.cells()) {

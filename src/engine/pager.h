@@ -34,7 +34,7 @@ class Pager {
   bool hasRoom(size_t bytes) const { return table_.bytesInUse() + bytes <= budget_bytes_; }
   /// Bytes of a block when in memory; 0 if it is not in the map.
   size_t bytesOf(PackedKey key) const;
-  /// Whether these blocks and `other_bytes` fit into the budget together.
+  /// Whether the blocks of `keys` and `other_bytes` fit into the budget together.
   bool fits(const std::vector<PackedKey>& keys, size_t other_bytes) const;
   /// Removes keys from the end until the rest fits into the budget. @return the number removed.
   size_t trim(std::vector<PackedKey>& keys) const;

@@ -32,7 +32,7 @@ class SpaceMap : public Space {
   /// @throws std::runtime_error if map/page_folder cannot be written.
   SpaceMap(const MapperParams& params, int threads);
 
-  /// Limits the map to these cubes, as part of a larger map. The limit outlasts clear().
+  /// Limits the map to `cubes`, as part of a larger map. The limit outlasts clear().
   void restrictTo(const BlockExtent& cubes) { extent_ = cubes; }
 
   /// Sets the function that computes distances. If it returns false, the host does.

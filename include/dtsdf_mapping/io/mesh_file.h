@@ -9,7 +9,7 @@
 namespace dtsdf {
 
 /// Extensions of the supported formats. Binary .ply (little-endian), .obj and .glb (glTF 2.0,
-/// turned so that y is up) have normals and colours; those of .obj follow the positions, an
+/// turned so that y is up) have normals and colours; in .obj, colours follow the positions, an
 /// extension that many programs read. Binary .stl has triangles and their normals only.
 const std::vector<std::string>& meshExtensions();
 

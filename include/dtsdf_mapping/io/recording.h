@@ -53,9 +53,9 @@ std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options);
 /// camera of the format (--intrinsics), 1000 units per metre (--depth-scale)"; or empty.
 std::string assumptionsOf(const RecordingOptions& options);
 
-/// Colour images of the same folder, one of every FrameSelection::step; null if there are none.
-/// Their camera is the format's colour camera, or else the depth camera; their poses are those at
-/// their own stamps or numbers.
+/// Opens the colour images of a recording, one of every FrameSelection::step; null if there are
+/// none. Their camera is the format's colour camera, or else the depth camera; their poses are
+/// taken at the stamps or numbers of the colour images.
 /// @throws std::runtime_error as openRecording().
 std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& options);
 

@@ -20,8 +20,8 @@
 
 namespace dtsdf {
 
-/// The inputs of a pixel's plane: its inverse depth, its row fit, those of the pixels above and
-/// below (0 outside the image), its links and those of the pixel above.
+/// The inputs of a pixel's plane: its inverse depth, its row fit, the row fits of the pixels above
+/// and below (0 outside the image), its links and the links of the pixel above.
 struct PlaneAround {
   float inverse_depth;
   float row_value, row_slope, above, below;

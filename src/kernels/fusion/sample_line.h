@@ -169,7 +169,8 @@ DTSDF_HD Span blocksOf(const Span& a, const Span& b) {
 
 DTSDF_HD bool contains(const Span& span, int at) { return span.first <= at && at <= span.last; }
 
-/// Whether a line has samples on these planes in block (block_u, block_v) of their layer.
+/// Whether a line has samples in block (block_u, block_v) of the layer of blocks that contains
+/// `planes`.
 DTSDF_HD bool hasSamplesIn(const SampleLine& line, const Span& planes, int block_u, int block_v) {
   for (int plane = planes.first; plane <= planes.last; ++plane) {
     const CellCrossing at = crossCell(line, plane);

@@ -51,7 +51,7 @@ DTSDF_HD Real votedWeight(const Samples& samples, int c, int axis, const Mask& b
   return lower * upper;
 }
 
-/// Weak crossings of a sheet with these labels: bit 8 * axis + corner, by the edge's lower
+/// Weak crossings of a sheet with labels `labels`: bit 8 * axis + corner, by the edge's lower
 /// corner. `greatest` is the greatest weight in the unit.
 template <class Samples, class Bits, class Real>
 DTSDF_HD Bits weakCrossings(const MeshRules& rules, const Samples& samples, const Bits& labels,

@@ -1,7 +1,8 @@
 /// Edge vertices: where the surface crosses an edge of the corner grid.
 ///
-/// The distance along an edge is modelled as a parabola. Its second difference is the mean of those
-/// at the edge's two ends (bendOnEdge()), which needs the samples one voxel beyond the ends.
+/// The distance along an edge is modelled as a parabola. Its second difference is the mean of the
+/// second differences at the edge's two ends (bendOnEdge()), which need the samples one voxel
+/// beyond the ends.
 #pragma once
 
 #include "kernels/meshing/corner_grid.h"
@@ -58,9 +59,9 @@ DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides,
          directionsOnEdge(axis, facing);
 }
 
-/// Second difference of the distance along an edge: the mean of those known at its two ends; 0 if
-/// neither is. Limited to that of a ball with a radius of two voxels; more is usually noise or the
-/// fringe of another surface.
+/// Second difference of the distance along an edge: the mean of the second differences at its two
+/// ends, as far as they are known; 0 if neither is. It is limited to the second difference of a
+/// ball with a radius of two voxels; more is usually noise or the fringe of another surface.
 DTSDF_HD float bendOnEdge(const Sample& below, const Sample& lower, const Sample& upper,
                           const Sample& above) {
   constexpr float kMaxBend = 0.5f;

@@ -6,8 +6,8 @@
 
 namespace dtsdf {
 
-/// Number of a unit's first edge: the offset of its edges' numbers from those of the block's first
-/// unit.
+/// Number of a unit's first edge. Added to the number of an edge of the block's first unit, it
+/// gives the number of the unit's edge.
 DTSDF_HD int firstEdge(const Vec3i& unit) {
   return edgeNumber(cornerIndex(unit.x, unit.y, unit.z), 0, 0);
 }

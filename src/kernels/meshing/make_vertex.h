@@ -31,8 +31,8 @@ struct EdgeSamples {
 
 /// Position of an edge's vertex, in voxels from the block's first voxel; anchored in a directional
 /// map.
-/// @param read Mask of directions whose samples are read in a directional map. It must include
-/// those that count and cross the edge or, if there are none, all that count.
+/// @param read Mask of directions whose samples are read in a directional map. It must include all
+/// directions that count and cross the edge or, if none does, all that count.
 DTSDF_HD Vec3f placeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
                            bool directional, uint32_t read) {
   const int axis = edgeAxis(edge), facing = edgeFacing(edge);

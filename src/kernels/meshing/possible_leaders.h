@@ -1,7 +1,7 @@
 /// Finds which directions can lead a sheet in a unit, from the sides of its corners alone, so that
 /// the index stage can skip units that hold no surface.
 ///
-/// This rejects only directions that the other rules would reject, whatever the MeshRules. The
+/// No direction is rejected that the other stages would accept, whatever the MeshRules. The
 /// leader of a sheet meets two conditions:
 /// - It is active, so it has observed corners on both sides of a surface (directionConfidence()).
 /// - Each corner has the vote of some direction other than the leader's opposite, which does not
@@ -47,7 +47,7 @@ DTSDF_HD uint32_t excludedLeaders(uint32_t observed) {
   return (opposite & single) | none;
 }
 
-/// A corner's sides, from the bitwise or of its samples' sides, with the leaders that these
+/// A corner's sides, from the bitwise or of its samples' sides, with the leaders that the samples
 /// exclude.
 DTSDF_HD uint32_t sidesOfCorner(uint32_t sides_of_samples) {
   return sides_of_samples | excludedLeaders(observedDirections(sides_of_samples)) << kExcludedBit;

@@ -22,7 +22,7 @@ DTSDF_HD int sheetIndex(const MeshTables& tables, unsigned labels, unsigned acti
   return index;
 }
 
-/// Plain marching cubes for an undirected map. All units around a corner agree about it, so those
+/// Plain marching cubes for an undirected map. All units around a corner agree about it, so units
 /// without a surface can stay empty.
 template <class Samples>
 DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samples::kUnits]) {
@@ -70,9 +70,9 @@ DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, con
 DTSDF_HD bool isSurface(int index) { return index > 0 && index < 255; }
 
 /// Labels of a unit whose sheets have these indices. The two sides of something thin never cross an
-/// edge in the same way. Sheets that do are the same surface twice, for instance where it bends
+/// edge in the same way. Sheets that do so are the same surface twice, for instance where it bends
 /// within the unit, so only the first, with the stronger leader, is kept. A sheet without a surface
-/// is dropped if the other has one.
+/// is dropped if the other sheet has one.
 DTSDF_HD UnitLabels joinSheets(const MeshTables& tables, int first, int second) {
   if (!isSurface(first) && (isSurface(second) || first == kUnknown)) first = second;
   if (first == kUnknown) return {0, 0};

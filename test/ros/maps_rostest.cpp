@@ -197,7 +197,7 @@ TEST_F(MapsTest, AreRefusedIfTheyDoNotFit) {
   expectRefused("evil.dtsdf", "'map\\x0a[INFO] all is well\\x1b[2J\\xc2\\x9b2J\\xe2\\x80\\xae");
   EXPECT_LT(loadMapFrom("evil.dtsdf").message.size(), 500u);
   writeOtherMap("unnamed.dtsdf", 0.05f, "");
-  EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success) << "an unnamed frame may be the node's";
+  EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success) << "a map without a frame name fits any node";
 }
 
 TEST_F(MapsTest, AreRefusedIfDamaged) {

@@ -32,7 +32,7 @@ using visualization_msgs::Marker;
 
 class MeshTest : public WallCamera {
  protected:
-  /// Waits until the displayed mesh has all frames.
+  /// Waits until the markers have as many triangles as the status reports.
   bool waitForMesh(const MeshWatcher& mesh) {
     return waitUntil(
         [&] { return mesh.triangles() > 0 && mesh.triangles() == status_.status().triangles; });
@@ -58,7 +58,7 @@ TEST_F(MeshTest, NothingIsMeshedWithoutSubscribers) {
 }
 
 TEST_F(MeshTest, MarkersShowTheWallInPlace) {
-  const MeshWatcher mesh(nh_);  // subscribes late, and must still get earlier frames
+  const MeshWatcher mesh(nh_);  // subscribes late, and must still get the whole mesh
   ASSERT_TRUE(waitForMesh(mesh));
   EXPECT_GT(mesh.shown().size(), 1u);
   for (const auto& [id, marker] : mesh.shown()) {
@@ -97,7 +97,7 @@ TEST_F(MeshTest, LateSubscriberGetsTheWholeMesh) {
   EXPECT_EQ(early.deletedMarkers(), markers);
 }
 
-/// The blocks have the mesh of the markers; a new subscriber gets each chunk once.
+/// The blocks contain the same mesh as the markers; a new subscriber gets each chunk once.
 TEST_F(MeshTest, BlocksContainTheMeshOfTheMarkers) {
   const MeshWatcher mesh(nh_);
   const BlocksWatcher blocks(nh_);
@@ -228,7 +228,7 @@ TEST_F(MeshTest, SavesEveryFormatAndReportsCounts) {
     ASSERT_TRUE(saved.success) << saved.message;
     EXPECT_EQ(saved.triangles, ply.triangles);
   }
-  EXPECT_TRUE(readBytes(saveMesh("again.ply").path) == bytes) << "the same map gives other bytes";
+  EXPECT_TRUE(readBytes(saveMesh("again.ply").path) == bytes) << "saving again gives other bytes";
   for (const auto& entry : fs::directory_iterator(folder_)) {
     EXPECT_TRUE(entry.is_directory() || !meshFormatOf(entry.path().string()).empty())
         << "left behind: " << entry.path();
@@ -255,7 +255,7 @@ TEST_F(MeshTest, SavesOnlyARegion) {
   EXPECT_TRUE(call.response.success) << call.response.message;
   EXPECT_GT(call.response.triangles, whole.triangles / 10);
   EXPECT_LT(call.response.triangles, whole.triangles);
-  call.request.frame_id = "camera";  // at x = 20 or 0, depending on the tests before
+  call.request.frame_id = "camera";  // at x = 20 or 0, depending on the tests that ran before
   call.request.region.pose.position.x = 500.0;
   ASSERT_TRUE(callService("/mapping/save_mesh", call));
   EXPECT_FALSE(call.response.success);
@@ -292,7 +292,7 @@ TEST_F(MeshTest, SavesASimplifiedMeshWithItsError) {
   }
 }
 
-/// Calls are answered while mapping is paused, too.
+/// Calls are also answered while mapping is paused.
 TEST_F(MeshTest, ConcurrentCallsSaveTheSameMesh) {
   pauseMapping(true);
   std::vector<std::thread> callers;

@@ -18,7 +18,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// The mapper aligns only frames within 0.1 m of camera_x_m_ on the x axis.
+/// The fake mapper aligns only frames within 0.1 m of camera_x_m_ along the x axis.
 class PosesTest : public testing::Test {
  protected:
   PosesTest() {
@@ -344,7 +344,8 @@ TEST(PoseCovariance, TrackedPosesAreUncertainAlongFreeAxes) {
   Alignment first;
   first.covariance.diagonal().setConstant(kSigma_m * kSigma_m);
   params.mode = PoseMode::kTrack;
-  EXPECT_EQ(odometryCovariance(first, params), first.covariance) << "the pose is the given one";
+  EXPECT_EQ(odometryCovariance(first, params), first.covariance)
+      << "an image that was not aligned must keep its covariance";
 }
 
 /// Compares with an error of the camera that is moved as a rigid body.

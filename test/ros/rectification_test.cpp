@@ -70,8 +70,8 @@ std::vector<double> padded(std::vector<double> D, size_t size) {
   return D;
 }
 
-/// Checks that each measured pixel has the value of the raw pixel nearest to its ray; of two
-/// equally near, either. Returns the number of measured pixels.
+/// Checks that each measured pixel has the value of the raw pixel nearest to its ray, or of either
+/// if two are equally near. Returns the number of measured pixels.
 int checkPixels(const sensor_msgs::CameraInfo& info, const sensor_msgs::Image& rectified,
                 const Eigen::Vector4d& K, const Eigen::Vector4d& P) {
   int measured = 0;

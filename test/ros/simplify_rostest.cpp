@@ -1,5 +1,5 @@
-/// If another call saves, or the node ends, the simplification of a mesh is cancelled at once: the
-/// call reports this, and leaves no file.
+/// If another call saves, or the node ends, the simplification of a mesh is cancelled at once. Its
+/// call reports this and leaves no file.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using SaveMesh = dtsdf_mapping::SaveMesh;
 
-/// Enough for a call to start, but short compared with its duration.
+/// Long enough for a call to start, but short compared with its duration.
 constexpr std::chrono::milliseconds kStartDelay{150};
 
 double secondsSince(Clock::time_point begin) {
@@ -66,7 +66,7 @@ MapContents makeWaves() {
   return contents;
 }
 
-/// The result of a call of save_mesh.
+/// The result of a call to save_mesh.
 struct Saved {
   bool answered = false;
   SaveMesh::Response response;

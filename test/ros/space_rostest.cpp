@@ -186,7 +186,7 @@ TEST_F(SpaceTest, BadRequestsAreRefusedWithAReason) {
   EXPECT_FALSE(far.known[0]);
 }
 
-/// The transform never comes, so the query waits for input/tf_timeout_s.
+/// The transform never arrives, so the query waits for input/tf_timeout_s.
 TEST_F(SpaceTest, OthersAreServedWhileAQueryWaits) {
   ros::ServiceClient pauses = nh_.serviceClient<std_srvs::SetBool>("/mapping/pause", true);
   ros::ServiceClient distances = nh_.serviceClient<GetDistances>("/mapping/get_distances", true);
@@ -207,7 +207,7 @@ TEST_F(SpaceTest, OthersAreServedWhileAQueryWaits) {
   EXPECT_GE(served, 10);
 }
 
-/// The wall is at x = 1.02 m. The answer can leave out a part of it, such as the robot's own arm.
+/// The wall is at x = 1.02 m. A request can declare regions free, such as the robot's own arm.
 TEST_F(SpaceTest, AGridCanBeQueried) {
   fuseFrames(3);
   GetDistances::Request points;
@@ -240,7 +240,7 @@ TEST_F(SpaceTest, AGridCanBeQueried) {
   ASSERT_TRUE(callService("/mapping/get_distance_grid", call));
   ASSERT_TRUE(answer.success) << answer.message;
   EXPECT_NEAR(answer.distances[4], std::hypot(0.22, 0.3), kCell_m);
-  EXPECT_FALSE(std::isnan(answer.distances[8])) << "the region is taken as free";
+  EXPECT_FALSE(std::isnan(answer.distances[8])) << "the cleared sphere is not taken as free";
   EXPECT_NEAR(queryUpToDate(points).distances[0], 0.22, kCell_m) << "the map has changed";
 
   request.resolution = 0.001;

@@ -1,5 +1,5 @@
-/// Subscribers to every topic of the mesh do not read: the node's memory stays bounded, other
-/// subscribers are still served, and one of mesh_blocks gets everything once it reads.
+/// Subscribers to each mesh topic stop reading: the node's memory stays bounded, and other
+/// subscribers are still served. A mesh_blocks subscriber that reads again gets the whole mesh.
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -103,18 +103,18 @@ TEST_F(StalledListener, TakesLittleMemoryAndDelaysNobody) {
       continue;
     }
     ros::spinOnce();
-    if (late.corners() == blocks.state().corners()) break;  // slow, so only between messages
+    if (late.corners() == blocks.state().corners()) break;  // too slow after each message
   }
   EXPECT_TRUE(late.corners() == blocks.state().corners())
       << late.triangles() << " of " << saved.triangles << " triangles";
 }
 
-/// Needs the map of the test above: its messages must not fit into a connection's socket buffers.
+/// Needs the map of the test above, so that a message does not fit into a connection's buffers.
 TEST_F(StalledListener, DisconnectingMidMessageHarmsNobody) {
   const MeshWatcher mesh(nh_);
   ASSERT_TRUE(waitUntil([&] { return mesh.triangles() > 100000; }));
   const auto listeners = [&](const std::string& topic) { return topicStatus(topic).listeners; };
-  // The listeners of that test have closed their connections.
+  // The listeners of the test above have closed their connections.
   ASSERT_TRUE(
       waitUntil([&] { return listeners("mesh") == 1 && listeners("surface_points") == 0; }));
   for (const char* topic : {"mesh", "surface_points"}) {

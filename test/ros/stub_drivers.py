@@ -1,6 +1,6 @@
-"""Stubs of camera drivers that see a wall. Their packages, launch files, arguments, managers, topics
-and frames have the drivers' names; encodings and distortion are the drivers', too. An unknown argument in
-one of our launch files fails, as it would with the driver."""
+"""Stubs of camera drivers that see a wall. Packages, launch files, arguments, managers, topics and frames
+have the names that the drivers use; encodings and distortion models are also those of the drivers. An
+unknown argument in one of our launch files is an error, as it would be with the driver."""
 import os
 import stat
 

@@ -1,4 +1,4 @@
-/// A bag of a camera without transforms: it is tracked, lost when it is covered, and found again.
+/// A bag without transforms: the camera is tracked, lost when it is covered, and found again.
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveTrajectory.h>
 #include <dtsdf_mapping/SetPose.h>
@@ -169,7 +169,7 @@ TEST_F(Track, TrajectoryIsSavedAndClearedWithTheMap) {
 /// upside down.
 TEST_F(Track, TheCameraIsFoundAfterARestart) {
   ros::param::set("/mapping/map/load_file", outputFolder() + "/room.dtsdf");
-  // A new node replaces the one with its name.
+  // A new node replaces the running node of the same name.
   const std::string command = std::string(DTSDF_MAPPING_NODE) +
                               " __name:=mapping depth/image_rect:=/camera/depth/image_rect "
                               "depth/camera_info:=/camera/depth/camera_info < /dev/null";

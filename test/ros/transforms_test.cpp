@@ -28,8 +28,8 @@ class TransformsTest : public testing::Test {
     return transforms_.find(parent, frame, ros::Time(0));
   }
 
-  /// Adds transforms at 10 per second, and looks up the pose of an image at each. Returns how many
-  /// poses were found.
+  /// Adds ten transforms per second, and looks up the pose of an image at each of their stamps.
+  /// Returns how many poses were found.
   int map(double from_s, double duration_s) {
     int found = 0;
     for (double stamp_s = from_s; stamp_s < from_s + duration_s - 0.05; stamp_s += 0.1) {
@@ -129,7 +129,7 @@ geometry_msgs::TransformStamped cameraAt(double stamp_s) {
   return makeTransform("map", "camera", Eigen::Isometry3d::Identity(), ros::Time(stamp_s));
 }
 
-/// A static transform, an hour ahead, of a frame that is also on /tf: tf2 then refuses all others.
+/// A static transform an hour ahead, of a frame on /tf: tf2 then refuses the frame's transforms.
 TEST_F(TransformsTest, RecoversFromAStaticTransformOfAMovingFrame) {
   transforms_.take(makeTransform("camera", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0)),
                    "test", true);
@@ -138,7 +138,7 @@ TEST_F(TransformsTest, RecoversFromAStaticTransformOfAMovingFrame) {
   EXPECT_LT(map(102.0, 3.0), 15);
   EXPECT_EQ(status().transform_restarts, 1u);
   EXPECT_GE(map(105.0, 5.0), 49);
-  transforms_.take(cameraAt(3800.0), "rogue", true);  // as when a latched one is sent again
+  transforms_.take(cameraAt(3800.0), "rogue", true);  // as when a latched message is sent again
   EXPECT_GE(map(110.0, 5.0), 49);
   EXPECT_EQ(status().transform_restarts, 1u);
   EXPECT_TRUE(findIn("camera", "lens").T_W_C) << "valid static transforms are lost";
@@ -155,7 +155,7 @@ TEST_F(TransformsTest, RecoversFromATransformFarAhead) {
 }
 
 TEST_F(TransformsTest, RestartsAreLimited) {
-  for (int i = 0; i < 600; ++i) {  // for ten minutes, each true transform follows a wrong one
+  for (int i = 0; i < 600; ++i) {  // for ten minutes, a wrong transform each second
     putTransform(transforms_, 3700.0 + i, 1.0);
     map(100.0 + i, 1.0);
   }

@@ -54,7 +54,7 @@ def tearDownModule():
 
 
 def show(config, *options):
-    """The picture of a configuration, as rows of red, green and blue."""
+    """The picture of a configuration: a row of red, green and blue for each pixel."""
     path = os.path.join(folder, "picture.png")
     result = subprocess.run(
         [f"{PROGRAMS}/show_mesh", f"{SOURCE}/rviz/{config}.rviz", str(TRIANGLES), "0.1", path, "3", *options],

@@ -13,7 +13,7 @@
 
 namespace dtsdf {
 
-/// The result of all messages so far.
+/// The mesh after all messages so far.
 class BlocksState {
  public:
   void take(const dtsdf_mapping::MeshBlocks& message);

@@ -1,6 +1,6 @@
-// Preloaded into a program, simulates a failing disk for a folder, DTSDF_DISK_FOLDER, while the
-// file FOLDER.fault exists and contains "full", "read_only" or "gone". Permissions would not stop
-// root, and filling the real disk would disturb other programs.
+// A library to preload into a program, which simulates a failing disk for the folder FOLDER, the
+// value of DTSDF_DISK_FOLDER, while the file FOLDER.fault contains "full", "read_only" or "gone".
+// Permissions would not stop root, and filling the real disk would disturb other programs.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -16,7 +16,7 @@
 
 namespace {
 
-constexpr off_t kBytesLeftOnFullDisk = 1000;  ///< For each file.
+constexpr off_t kBytesLeftOnFullDisk = 1000;  ///< Each file can still grow to this size.
 
 const char* faultyFolder() { return std::getenv("DTSDF_DISK_FOLDER"); }
 

@@ -38,7 +38,7 @@ inline std::string outputFolder() {
   return ros::param::param<std::string>("/mapping/output_directory", "");
 }
 
-/// Path of the newest journal: names begin with the time.
+/// Path of the newest journal; names of journals begin with the time.
 inline std::string newestJournalIn(const std::string& folder) {
   std::string newest;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {

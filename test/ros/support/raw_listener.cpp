@@ -51,7 +51,7 @@ int connectTo(const std::string& host, int port) {
   addrinfo hints{}, *address = nullptr;
   hints.ai_family = AF_INET;
   hints.ai_socktype = SOCK_STREAM;
-  expect(getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &address) == 0, "address");
+  expect(getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &address) == 0, "no host");
   const int descriptor = socket(AF_INET, SOCK_STREAM, 0);
   const int failed = connect(descriptor, address->ai_addr, address->ai_addrlen);
   freeaddrinfo(address);

@@ -18,7 +18,7 @@ RoomCamera::RoomCamera(ros::NodeHandle nh)
 
 bool RoomCamera::connect(uint32_t mappers) const {
   return waitUntil([&] {
-    // The test itself is one subscriber.
+    // The test itself also subscribes to /tf.
     return images_.isConnected(mappers) && transforms_.getNumSubscribers() > mappers;
   });
 }

@@ -42,7 +42,7 @@ class OdometryWatcher {
  public:
   explicit OdometryWatcher(ros::NodeHandle nh);
 
-  /// Whether the node's odometry is connected.
+  /// Whether a publisher of the odometry is connected.
   bool isConnected() const { return odometry_topic_.getNumPublishers() > 0; }
 
   const nav_msgs::Odometry& odometry() const { return odometry_; }

@@ -93,7 +93,7 @@ TEST(SensedNoise, IsFoundIfCorrelatedAlongLines) {
   }
 }
 
-/// Only a few lines lie on an object 20 pixels wide.
+/// Only a few lines lie on an object 19 pixels wide.
 TEST(SensedNoise, IsFoundOnASmallObject) {
   std::vector<float> offsets = whiteNoise(0.001f);
   for (int i = 0; i < kWidth * kHeight; ++i) {

@@ -131,7 +131,7 @@ TEST(BlockTable, AVacatedBlockStaysUntilItIsReleased) {
   const int32_t slot = table.find(keyOf(1));
   table.vacate(slot, 0x21);
   EXPECT_EQ(table.arraysInUse(), 2u);
-  EXPECT_TRUE(table.takeVacant().empty()) << "one array is left";
+  EXPECT_TRUE(table.takeVacant().empty()) << "reported with one array left";
   table.vacate(slot, 0x02);
   EXPECT_EQ(table.arraysInUse(), 1u);
   EXPECT_EQ(table.find(keyOf(1)), slot);
@@ -196,7 +196,7 @@ TEST(BlockTable, RefilledBlocksAreReportedVacantAgain) {
 
 TEST(BlockTable, FindsBlocksBeyondABall) {
   BlockTable table(kPlenty);
-  // The nearest points of these blocks are 0, 4, 12, 20, 12 and 12 sqrt(2) voxels from (4, 4, 4).
+  // The first six blocks are 0, 4, 12, 20, 12 and 12 sqrt(2) voxels away from (4, 4, 4).
   table.admit({{keyOf(0), 1},
                {keyOf(1), 1},
                {keyOf(2), 1},
@@ -220,7 +220,7 @@ TEST(BlockTable, FindsBlocksBeyondABall) {
     return found;
   };
   EXPECT_EQ(beyond(11.9), slots({keyOf(3), keyOf(2, 2), keyOf(-2), keyOf(2)}));
-  EXPECT_EQ(beyond(12.0), slots({keyOf(3), keyOf(2, 2)})) << "a touching block is included";
+  EXPECT_EQ(beyond(12.0), slots({keyOf(3), keyOf(2, 2)})) << "a touching block was listed";
 }
 
 /// Memory is allocated beforehand for the sizes from sizesAfter(), so they must suffice.

@@ -16,7 +16,7 @@ TEST(SlotIndex, FindsTheZeroKey) {
   EXPECT_EQ(index.find(0), -1);
 }
 
-/// Numbered keys of a grid so coarse that each cube of the index holds only a few of them.
+/// A numbered key of a grid so coarse that each cube of the index holds only a few keys.
 PackedKey numberedKey(unsigned number) {
   constexpr int kApart = 5;
   return packKey({static_cast<int32_t>(number % 17) * kApart - 40,

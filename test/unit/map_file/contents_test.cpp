@@ -22,8 +22,7 @@ class Contents : public testing::TestWithParam<Mode> {
   }
 };
 
-/// Moves a map to another mapper during a recording: everything that later frames depend on moves,
-/// too.
+/// Moves a map to another mapper during a recording, with everything that later frames depend on.
 TEST_P(Contents, CanBeContinuedInAnotherMapper) {
   const size_t frames = roomRecording().depth.size();
   for (const bool painted : {false, true}) {
@@ -88,10 +87,10 @@ TEST(ContentsOfAMap, AreRefusedIfSettingsDiffer) {
   other.fusion.max_depth_m = 3.0f;
   other.mesh.min_support = 1;
   EXPECT_EQ(errorOf([&] { makeMapper(other, contents); }), "")
-      << "the setting affects future frames, not the map";
+      << "refused for settings that affect only later frames";
 }
 
-/// A distance limit that suits the node's voxels may be too many cells of a map with finer voxels.
+/// A distance limit may be fine for the node's voxels, but too many cells for a finer map.
 TEST(ContentsOfAMap, DistanceLimitsUseTheMapsVoxelSize) {
   const MapContents fine = makeMapper(roomParams(0.005f))->contents();
   MapperParams params = roomParams(0.02f);
@@ -147,7 +146,7 @@ TEST(ContentsOfAMap, NeedMemoryForFreeCells) {
   }
   MapperParams params = spaceParams();
   EXPECT_EQ(minMemoryMb(contents, params), 12);
-  EXPECT_LT(minMemoryMb(contents, roomParams(0.04f)), 12) << "a mapper without space drops them";
+  EXPECT_LT(minMemoryMb(contents, roomParams(0.04f)), 12) << "counts free cells that it would drop";
   params.map.max_memory_mb = 12;
   EXPECT_EQ(errorOf([&] { makeMapper(params, contents); }), "");
   params.map.max_memory_mb = 11;

@@ -125,13 +125,13 @@ TEST_F(MapFile, StoresTheLevelInItsOwnRecord) {
   levelled.T_W_M->translation() = Eigen::Vector3d(0.0, 0.0, 1.0 / 3.0);
   const std::string path = folder_ / "levelled.dtsdf";
   const MapInfo saved = saveMap(levelled, path);
-  EXPECT_EQ(saved.content_hash, saved_.content_hash) << "the level is not part of the map";
+  EXPECT_EQ(saved.content_hash, saved_.content_hash) << "the level changes the content hash";
   EXPECT_TRUE(sameContents(loadMap(path), levelled)) << "not equal to the last bit";
   ASSERT_TRUE(readMapInfo(path).T_W_M);
   EXPECT_EQ(readMapInfo(path).T_W_M->matrix(), levelled.T_W_M->matrix());
 
   SplitMapFile bent(path);
-  EXPECT_EQ(bent.get("LEVL").flags, 0u) << "a reader that skips it would fuse in the wrong frame";
+  EXPECT_EQ(bent.get("LEVL").flags, 0u) << "readers may skip the level";
   bent.get("LEVL").content[6] ^= 0x10;
   EXPECT_TRUE(
       contains(errorOfBytes(bent.bytes()), "its level is not a rotation and a translation"));
@@ -147,7 +147,7 @@ TEST(Level, MustMatchTheContinuedRun) {
   EXPECT_TRUE(contains(errorOf([&] { checkLevel(plain, true); }), "set map/level to none"));
   EXPECT_TRUE(contains(errorOf([&] { checkLevel(levelled, false); }), "floor or imu"));
   plain.frames = levelled.frames = 0;
-  EXPECT_EQ(errorOf([&] { checkLevel(plain, true); }), "") << "an empty map accepts any level";
+  EXPECT_EQ(errorOf([&] { checkLevel(plain, true); }), "") << "an empty map refused a level";
   EXPECT_EQ(errorOf([&] { checkLevel(levelled, false); }), "");
 }
 
@@ -232,7 +232,7 @@ TEST_F(MapFile, RecordsHowPosesWereFound) {
   MapContents contents = copyOf(smallMap());
   ParamTree settings = readMapInfo(path_).settings;
   EXPECT_EQ(settings.count("poses/mode"), 0u);
-  contents.poses.sigma_m = 0.5;  // belongs to a mode that is not used
+  contents.poses.sigma_m = 0.5;  // no effect in this mode
   saveMap(contents, path_);
   EXPECT_TRUE(readBytes(path_) == bytes_);
 
@@ -313,7 +313,7 @@ TEST_F(MapFile, WithMissingOrDuplicateRecordsIsRefused) {
 }
 
 TEST_F(MapFile, SplitFilesAreRestored) {
-  EXPECT_EQ(splitMapFile().bytes(), bytes_) << "tests that change records test nothing";
+  EXPECT_EQ(splitMapFile().bytes(), bytes_) << "splitting a file changes it";
 }
 
 TEST_F(MapFile, SkipsUnknownOptionalRecords) {

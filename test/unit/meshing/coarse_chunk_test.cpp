@@ -62,7 +62,7 @@ TEST(CoarseChunk, KeepsTheSidesOfThinObjectsApart) {
   EXPECT_GT(front.positions[2], back.positions[2]);
 }
 
-/// Positions of a chunk's vertices in W, for a given step.
+/// Positions of a chunk's vertices, for steps of this length.
 std::set<std::array<double, 3>> placesOf(const PackedChunk& chunk, double step) {
   std::set<std::array<double, 3>> places;
   for (size_t i = 0; i < chunk.vertexCount(); ++i) places.insert(positionOf(chunk, step, i));

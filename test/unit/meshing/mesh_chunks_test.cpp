@@ -45,7 +45,7 @@ TEST(MeshChunks, KeepIdsAndForgetChanges) {
 }
 
 /// An exploring camera adds chunks on both sides of the existing ones.
-TEST(MeshChunks, AllGetTheirTurnDespiteNewChunks) {
+TEST(MeshChunks, RoundRobinReachesAllDespiteNewChunks) {
   MeshChunks chunks(1);
   for (int x = 0; x < 10; ++x) chunks.markChanged({x, 0, 0});
   const std::vector<PackedKey> first = chunks.all();
@@ -57,7 +57,7 @@ TEST(MeshChunks, AllGetTheirTurnDespiteNewChunks) {
   }
   for (const PackedKey chunk : first) EXPECT_EQ(had_turn.count(chunk), 1u);
   EXPECT_EQ(chunks.nextRoundRobin(100), chunks.nextRoundRobin(30))
-      << "not each once before the first comes again";
+      << "a round does not list each chunk once";
 }
 
 }  // namespace

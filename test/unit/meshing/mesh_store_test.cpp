@@ -74,7 +74,7 @@ TEST(MeshStore, AddsReplacesAndDeletes) {
   EXPECT_EQ(store.triangleCount(), 0u);
 }
 
-TEST(MeshStore, SharesWhatItIsGivenAndWhatItIsCopiedTo) {
+TEST(MeshStore, SharesBlocksWithItsCopies) {
   MeshStore store(kVoxelSize);
   const auto block = std::make_shared<const BlockMesh>(planeBlock({1, 2, 3}, 2.5f));
   store.put(block);
@@ -109,11 +109,11 @@ TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
   };
   EXPECT_LE(farthest(rawMesh(store)), 8 * kVoxelSize);
   EXPECT_FLOAT_EQ(farthest(mesh), (8.0f + 1.0f / 16.0f) * kVoxelSize)
-      << "smoothing moves vertices next to corners outwards";
+      << "vertices next to corners did not move outwards";
 }
 
-/// Sheets with holes everywhere, stacked and in one long strip: outlines continue from piece to
-/// piece.
+/// Sheets with holes everywhere, stacked or in one long strip, so that outlines continue from piece
+/// to piece.
 TEST(MeshStore, IsTheSameInPieces) {
   for (const Vec3i& blocks : {Vec3i{6, 6, 50}, Vec3i{200, 3, 1}}) {
     MeshStore store(kVoxelSize);
@@ -130,8 +130,8 @@ TEST(MeshStore, IsTheSameInPieces) {
       store.apply(updateOf({block}));
     }
     const Mesh mesh = store.assemble(), raw = rawMesh(store);
-    EXPECT_LT(mesh.vertices_m.size(), raw.vertices_m.size()) << "without crumbs";
-    EXPECT_GT(mesh.triangles.size(), raw.triangles.size() + 1000) << "with holes closed";
+    EXPECT_LT(mesh.vertices_m.size(), raw.vertices_m.size()) << "crumbs were kept";
+    EXPECT_GT(mesh.triangles.size(), raw.triangles.size() + 1000) << "holes were not closed";
     Mesh in_pieces;
     int pieces = 0;
     MeshStream stream(kVoxelSize, false, {{0, 0, 0}, blocks - Vec3i{1, 1, 1}},
@@ -172,9 +172,9 @@ TEST(MeshStore, AssemblyKeepsTheTwoFacingsApart) {
   }
 }
 
-/// Anchoring may move a border vertex beyond the opposite side of its triangle; the facing tells
+/// Anchoring may move a border vertex beyond the opposite side of its triangle; the facing decides
 /// which side is the front.
-TEST(MeshStore, NormalsOfFoldedTrianglesCountTurnedRound) {
+TEST(MeshStore, NormalsOfFoldedTrianglesAreFlipped) {
   BlockMesh block = planeBlock({0, 0, 0}, 3.5f);
   ASSERT_FLOAT_EQ(block.vertices[0].position.x, 0.0f);
   block.vertices[0].position = block.vertices[0].position + Vec3f{1.5f, 0.9f, 0.0f};
@@ -183,8 +183,8 @@ TEST(MeshStore, NormalsOfFoldedTrianglesCountTurnedRound) {
   for (const Vec3f& n : store.assemble().normals) EXPECT_FLOAT_EQ(n.z, 1.0f);
 }
 
-/// Beyond 64 m, vertices are relative to the middle of the mesh, rounded to whole metres.
-TEST(MeshStore, MeshesFarAwayHaveAnOriginOfTheirOwn) {
+/// Beyond 64 m, vertices are relative to the middle of the mesh, rounded to a metre.
+TEST(MeshStore, MeshesFarAwayHaveTheirOwnOrigin) {
   const auto meshOf = [](std::vector<int> xs) {
     MeshStore store(0.125f);  // blocks of 1 m
     for (const int x : xs) store.apply(updateOf({planeBlock({x, 0, -3}, 3.5f)}));
@@ -229,7 +229,7 @@ std::array<uint8_t, 3> colourOf(MeshColour mode, const Vec3f& p_W, const Vec3f& 
   return vertexColour(mode, mesh, 0);
 }
 
-TEST(VertexColour, ImageWhereThereIsOne) {
+TEST(VertexColour, IsFromImagesWherePainted) {
   using Rgb = std::array<uint8_t, 3>;
   Mesh mesh;
   mesh.vertices_m.assign(2, {0, 0, 0});

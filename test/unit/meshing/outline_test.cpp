@@ -22,8 +22,8 @@ using Triangle = std::array<uint32_t, 3>;
 
 constexpr uint32_t kColumns = 20, kRows = 5, kVertices = kColumns * kRows;
 
-/// A sheet of squares, each split into two triangles. Vertices are numbered at random because
-/// nothing may depend on the numbers.
+/// A sheet of squares, each split into two triangles. Vertices are numbered at random, as nothing
+/// may depend on their numbers.
 struct Sheet {
   Sheet() {
     numbers.resize(kColumns * kRows);
@@ -104,8 +104,8 @@ struct Sheet {
 
 float distance(const Vec3f& a, const Vec3f& b) { return norm(a - b); }
 
-/// Compares outline vertices with the weighted mean; inner vertices stay.
-TEST(Outline, GoesToAWeightedMean) {
+/// Outline vertices move to a weighted mean; inner vertices stay.
+TEST(Outline, MovesToAWeightedMean) {
   Sheet sheet;
   std::mt19937 random(2);
   std::uniform_real_distribution<float> any(-0.3f, 0.3f);
@@ -119,12 +119,12 @@ TEST(Outline, GoesToAWeightedMean) {
     }
     EXPECT_LT(distance(smoothed[sheet.at(x, kRows - 1)], mean), 1e-5f);
     EXPECT_EQ(distance(smoothed[sheet.at(x, 1)], sheet.positions[sheet.at(x, 1)]), 0.0f)
-        << "inside";
+        << "an inner vertex moved";
   }
 }
 
 /// Smoothing would shorten the end of a strip one square wide.
-TEST(Outline, StaysAtTheEndOfSomethingNarrow) {
+TEST(Outline, StaysAtTheEndOfANarrowStrip) {
   Sheet sheet;
   sheet.triangles.resize(2 * (kColumns - 1));
   const std::vector<Vec3f> smoothed = sheet.smoothed();
@@ -133,7 +133,7 @@ TEST(Outline, StaysAtTheEndOfSomethingNarrow) {
   }
 }
 
-TEST(Outline, StaysAtFixedVerticesAndIsNotFollowedPastThem) {
+TEST(Outline, StopsAtFixedVertices) {
   Sheet sheet;
   for (uint32_t x = 0; x < kColumns; ++x) {
     sheet.positions[sheet.at(x, 0)].y += x % 2 == 0 ? 0.5f : -0.5f;
@@ -147,8 +147,7 @@ TEST(Outline, StaysAtFixedVerticesAndIsNotFollowedPastThem) {
   EXPECT_EQ(after[sheet.at(11, 0)].y, before[sheet.at(11, 0)].y);
 }
 
-/// Two sheets that touch in one vertex have outlines that meet there: neither continues into the
-/// other.
+/// The outlines of two sheets meet in a vertex. Neither outline continues into the other.
 TEST(Outline, StaysWhereOutlinesMeet) {
   Outline outline;
   const std::vector<Vec3f> positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};
@@ -159,9 +158,8 @@ TEST(Outline, StaysWhereOutlinesMeet) {
   EXPECT_EQ(distance(smoothed(outline, 0, positions), positions[0]), 0.0f);
 }
 
-/// Midpoints of sides are not steps of their own: a refined outline is smoothed as much as a plain
-/// one.
-TEST(Outline, TakesTheMiddlesOfSidesAlong) {
+/// Midpoints of sides do not count as steps: a refined outline is smoothed as much as a plain one.
+TEST(Outline, MidpointsAreNotSteps) {
   Sheet sheet;
   for (uint32_t x = 0; x < kColumns; ++x) {
     if (x % 2 == 1) sheet.kinds[sheet.at(x, 0)] = Kind::kMiddle;
@@ -201,7 +199,7 @@ TEST(Outline, ClosesHolesAtAnEdge) {
   EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim);
 }
 
-TEST(Outline, MiddlesAreNoEdgesOfAHole) {
+TEST(Outline, MidpointsDoNotSplitEdgesOfAHole) {
   Sheet sheet;
   sheet.cut({4, 1}, {10, 3});
   EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim + 16);
@@ -212,15 +210,15 @@ TEST(Outline, MiddlesAreNoEdgesOfAHole) {
   EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim);
 }
 
-/// Strips at the sheet's end: they stay if they have 17 triangles, or lie more than four voxels
-/// away.
+/// Strips beside the end of a sheet. They stay if they have 18 triangles, not 16, or lie more than
+/// four voxels away.
 TEST(Outline, LeavesOutSmallPiecesNearLargerOnes) {
   for (const auto& [columns, distance, kind, stay] : {std::tuple{8u, 3.0f, Kind::kPlain, false},
                                                       {8u, 4.5f, Kind::kPlain, true},
                                                       {9u, 3.0f, Kind::kPlain, true},
                                                       {9u, 3.0f, Kind::kMiddle, false}}) {
     Sheet sheet;
-    sheet.kinds[sheet.at(1, 0)] = kind;  // refined pieces have four times as many triangles
+    sheet.kinds[sheet.at(1, 0)] = kind;  // a refined piece may have 64 triangles
     sheet.cut({0, 1}, {columns, 4});
     sheet.cut({columns, 0}, {columns + 1, 4});
     for (const uint32_t y : {0u, 1u}) {
@@ -232,7 +230,7 @@ TEST(Outline, LeavesOutSmallPiecesNearLargerOnes) {
   }
 }
 
-/// Two triangles that touch the sheet in a vertex.
+/// A piece of two triangles touches the sheet in one vertex.
 TEST(Outline, KeepsSmallPiecesThatTouchLargerOnes) {
   Sheet sheet;
   sheet.cut({17, 0}, {18, 4});
@@ -242,7 +240,7 @@ TEST(Outline, KeepsSmallPiecesThatTouchLargerOnes) {
   EXPECT_EQ(sheet.mended().triangles.size(), 2 * 17 * 4u + 2u);
 }
 
-/// A crack through the sheet, with and without a step in height, and one inside it.
+/// One crack cuts the sheet, with or without a step in height. Another lies inside the sheet.
 TEST(Outline, BridgesCracksOfAVoxel) {
   for (const float step : {0.0f, 0.5f, -0.5f}) {
     Sheet sheet;
@@ -276,7 +274,7 @@ TEST(Outline, KeepsTheSidesOfAPlateApart) {
   EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim + 2 * 4 - 2);
 }
 
-TEST(Outline, ClosesNoHoleWhereTrianglesMayBeElsewhere) {
+TEST(Outline, KeepsHolesAtFixedVertices) {
   Sheet sheet;
   sheet.cut({8, 1}, {9, 2});
   sheet.kinds[sheet.at(9, 1)] = Kind::kFixed;

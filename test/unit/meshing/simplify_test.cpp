@@ -52,7 +52,7 @@ std::set<std::array<float, 3>> placesOf(const Mesh& mesh) {
   return places;
 }
 
-/// Only the border of a plane is needed; the error is the rounding of floats.
+/// A plane needs only its border. The remaining error is the rounding of floats.
 TEST_F(Simplify, ReducesAPlaneButKeepsItsBorder) {
   Mesh mesh;
   addSheet(mesh, 1.0f, 0.02f, true, [](float, float) { return 0.1f; });
@@ -86,7 +86,7 @@ TEST_F(Simplify, RespectsTheLimitAndReportsTheError) {
   }
 }
 
-/// A plate of 5 mm with noisy sides, and a larger error limit: the sides must not touch.
+/// The noisy sides of a plate of 5 mm must not touch, though the error limit is 20 mm.
 TEST_F(Simplify, KeepsTheSidesOfAThinPlateApart) {
   constexpr float kThickness_m = 0.005f;
   std::mt19937 random(11);
@@ -100,8 +100,7 @@ TEST_F(Simplify, KeepsTheSidesOfAThinPlateApart) {
   const SimplifiedMesh simple = simplifyMesh(mesh, 0.02);
   EXPECT_LT(simple.mesh.triangles.size(), mesh.triangles.size() / 2) << "hardly simplified";
   EXPECT_LE(simple.error_m, 0.02);
-  // Straight up from each point of the lower side lies the upper side, and no part of it lies
-  // below.
+  // The upper side lies above the lower one at each sampled point.
   Mesh upper = simple.mesh, lower = simple.mesh;
   const auto looksUp = [&](const std::array<uint32_t, 3>& t) {
     const auto& v = simple.mesh.vertices_m;
@@ -157,7 +156,7 @@ TEST_F(Simplify, ALargerLimitNeverLeavesMoreTriangles) {
     EXPECT_LE(simple.error_m, error_m);
     last = simple.mesh.triangles.size();
   }
-  EXPECT_LT(last, 600u) << "the border has 400 vertices";
+  EXPECT_LT(last, 600u) << "too many triangles for 400 border vertices";
 }
 
 TEST_F(Simplify, ReportsProgressAndCanBeCancelled) {

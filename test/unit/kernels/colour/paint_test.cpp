@@ -68,8 +68,8 @@ TEST(Exposure, IsOneIfFixed) {
   }
 }
 
-/// The image shows voxels of grey level 100 at `factor` times that, alternately `spread` brighter
-/// and darker.
+/// The map has grey level 100. The image shows `factor` times that level, alternately `spread`
+/// brighter and darker.
 TEST(Exposure, DifferencesWithinTheSpreadAreIgnored) {
   const auto gain = [](double factor, int spread) {
     ExposureSums sums = {};

@@ -44,8 +44,8 @@ TEST(Anchor, DitheringIsUnbiased) {
   }
 }
 
-/// The distance along the surface decides, not the one across it: the foot of a corner 0.9 voxels
-/// in front of a surface counts as nearer than a point 0.4 voxels beside the corner.
+/// The distance along the surface decides, not the distance across it: the foot of a corner 0.9
+/// voxels in front of a surface counts as nearer than a point 0.4 voxels beside the corner.
 TEST(PointKey, TheGreatestIsNearestToTheFoot) {
   const uint32_t foot = keyOf({0.0f, 0.0f, -0.9f}, 0.9f), beside = keyOf({0.4f, 0.0f, 0.0f}, 0.0f);
   EXPECT_GT(foot, beside);

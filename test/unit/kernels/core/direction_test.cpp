@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace direction_test {
 
-/// The set holds each direction whose cosine exceeds the threshold exactly once, with the cosine.
+/// The set holds each direction whose cosine exceeds the threshold exactly once, with its cosine.
 TEST(Direction, SetsFollowTheThreshold) {
   std::mt19937 random(5);
   for (int i = 0; i < 20000; ++i) {

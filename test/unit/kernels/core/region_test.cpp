@@ -66,7 +66,7 @@ TEST(Region, ContainsExactlyThePointsInside) {
   }
 }
 
-/// A block is skipped only if none of its voxels is inside, and most such blocks are skipped.
+/// No block with a voxel inside is skipped, and most other blocks are.
 TEST(Region, NoBlockInsideIsSkipped) {
   std::mt19937 random(8);
   int needless = 0, skipped = 0;

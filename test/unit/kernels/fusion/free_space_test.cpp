@@ -112,8 +112,8 @@ void expectNear(const Vec3f& a, const Vec3f& b) {
                                 << " " << b.z;
 }
 
-/// The foot is that of the perpendicular, in each direction of a plane and even at the block's
-/// corners.
+/// The foot is that of the perpendicular to the plane, in each of its directions and even at the
+/// block's corners.
 TEST(Foot, LiesOnThePerpendicular) {
   std::mt19937 random(31);
   std::uniform_real_distribution<double> offset(-3.0, 12.0);
@@ -177,8 +177,7 @@ TEST_F(SeesThrough, EndsAtTheFreeDepth) {
   EXPECT_FALSE(sees({0, 0, 0}));
 }
 
-/// A nearer or unmeasured pixel among the 3 x 3 around the point leaves doubt; one outside does
-/// not.
+/// A nearer or unmeasured pixel among the 3 x 3 around the point leaves doubt; other pixels do not.
 TEST_F(SeesThrough, NeedsFreeNeighbourPixels) {
   for (int i = 0; i < 81; ++i) {
     const int u = i % 9, v = i / 9;
@@ -217,8 +216,8 @@ size_t contradicted(const FreeSpaceImage& image, const Array& array) {
 /// A wall at 51.2 voxels, 1.024 m, in this block.
 const Array kWall([](const Vec3f& p) { return 3.2 - p.z; });
 
-/// Voxels on both sides of the wall represent the same surface: either all or none are
-/// contradicted, even by an image of 1.05 m, although some of them lie behind that.
+/// Voxels on both sides of the wall represent the same surface, so an image contradicts all of them
+/// or none. An image of 1.05 m contradicts even the voxels farther than that.
 TEST(Judge, BothSidesOfAWallAreJudgedAlike) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), kWall), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.05)), kWall), 512u);
@@ -228,8 +227,8 @@ TEST(Judge, BothSidesOfAWallAreJudgedAlike) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 0.5)), kWall), 0u);  // hidden
 }
 
-/// An empty voxel is contradicted if it and the voxel beyond are free, here up to 1.04 m less 10
-/// mm. So those up to 1.01 m are: the layers at 0.96, 0.98 and 1.00 m.
+/// An empty voxel is contradicted if it and the next voxel are free. An image of 1.04 m frees space
+/// up to 1.03 m, so it contradicts the layers at 0.96, 0.98 and 1.00 m.
 TEST(Judge, EmptyVoxelsAreJudgedAtTheirPosition) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), Array()), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.04)), Array()), 3u * 64u);
@@ -264,7 +263,7 @@ FrameView randomFrame(std::mt19937& random) {
 }
 
 /// Feet are up to 16 voxels from their voxels, the greatest distance that a voxel holds. Two of
-/// three lie at the very border of the image.
+/// three are placed at the border of the image.
 TEST(MayBeInView, NeverMissesAFootInTheImage) {
   std::mt19937 random(32);
   std::uniform_real_distribution<float> share(0.0f, 1.0f);
@@ -292,8 +291,8 @@ TEST(MayBeInView, NeverMissesAFootInTheImage) {
   EXPECT_GT(in_image, 30000);
 }
 
-/// At a distance of 100 voxels, the image is 64 voxels wide. Blocks more than 50 voxels beside it
-/// are left out.
+/// At a distance of 100 voxels, the image is 64 voxels wide. Blocks more than 50 voxels off its
+/// axis are left out.
 TEST(MayBeInView, RejectsBlocksFarOutside) {
   const FrameView frame = frontalFrame(kWidth, kHeight, kIntrinsics, kVoxel_m);
   EXPECT_TRUE(mayBeInView(frame, {0, 0, 12}));

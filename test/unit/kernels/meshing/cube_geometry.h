@@ -1,4 +1,4 @@
-/// Describes the unit cube of the mesh tables independently of them.
+/// Describes the unit cube of the mesh tables without using their code.
 #pragma once
 
 #include <Eigen/Core>
@@ -58,7 +58,7 @@ inline std::vector<std::array<int, 3>> trianglesOf(int index) {
   return triangles;
 }
 
-/// Triangle sides of an index that no other of its triangles traverses in the opposite direction.
+/// Sides of the triangles of an index that none of these triangles traverses in reverse.
 inline std::set<Segment> rimOf(int index) {
   std::set<Segment> sides;
   for (const auto& t : trianglesOf(index)) {

@@ -17,7 +17,7 @@ struct Fields {
   std::function<float(const Vec3i&, int direction)> weight;
 
   Sample sample(const Vec3i& corner, int direction) const {
-    int beyond = 0;  // axes along which the corner is outside the block, by one step
+    int beyond = 0;  // number of axes along which the corner is one step outside
     for (int axis = 0; axis < 3; ++axis) {
       const int at = component(corner, axis);
       EXPECT_TRUE(at >= -1 && at <= kCornerGridSide);
@@ -43,7 +43,7 @@ TEST(VertexNormal, OfAPlaneIsItsNormalOnEveryEdge) {
     const Vec3f normal = randomUnit(random);
     const Vec3f p = vertexPosition(edge, share(random));
     const Vec3i corner = cornerAt(edgeCorner(edge));
-    if (component(corner, edgeAxis(edge)) == kBlockSide) continue;  // leads out of the grid
+    if (component(corner, edgeAxis(edge)) == kBlockSide) continue;  // ends outside the grid
     const Fields fields{[&](const Vec3f& at, int) { return dot(normal, at - p); }, everywhere};
     const bool faces = (component(normal, edgeAxis(edge)) > 0.0f) == (edgeFacing(edge) == 0);
     const Vec3f expected = faces ? normal : Vec3f{0.0f, 0.0f, 0.0f};

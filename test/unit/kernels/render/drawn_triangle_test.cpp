@@ -49,7 +49,7 @@ TEST(DrawnTriangle, EachPixelOfASheetIsCoveredOnce) {
   }
   std::vector<int> covered(kSeenWidth * kSeenHeight, 0);
   const auto draw = [&](int a, int b, int c) {
-    for (const auto& [p, q] : {std::pair<int, int>{b, c}, {c, b}}) {  // one is the front
+    for (const auto& [p, q] : {std::pair<int, int>{b, c}, {c, b}}) {  // only one order is drawn
       forEachCovered(drawTriangle(frame, grid[a], grid[p], grid[q]),
                      [&](int u, int v, const CornerWeights&) { ++covered[v * kSeenWidth + u]; });
     }

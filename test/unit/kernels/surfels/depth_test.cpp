@@ -59,11 +59,11 @@ TEST(DepthGap, IsFilledWithTheSurroundingPlane) {
       EXPECT_NEAR(image.filledAt(u, v), onPlane(u, v), 1e-6f) << u << ", " << v;
     }
   }
-  EXPECT_NEAR(image.filledAt(1, 6), onPlane(1, 6), 1e-6f) << "on a gap along the border";
-  EXPECT_EQ(image.filledAt(1, 0), -onPlane(2, 0)) << "at the border, next to a crossing of gaps";
+  EXPECT_NEAR(image.filledAt(1, 6), onPlane(1, 6), 1e-6f) << "pixel in a gap along the border";
+  EXPECT_EQ(image.filledAt(1, 0), -onPlane(2, 0)) << "border pixel next to a crossing of gaps";
 }
 
-/// An unfilled pixel gets minus the inverse of the nearest depth around it: it is free up to there.
+/// An unfilled pixel gets minus the inverse of the nearest depth around it, up to which it is free.
 TEST(DepthGap, IsNotFilledAcrossADepthEdge) {
   Image image;
   image.setColumn(2, 1.0f);

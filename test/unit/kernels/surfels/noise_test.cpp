@@ -12,8 +12,8 @@ namespace noise_test {
 
 const SurfelSettings kSurfels{16, 0.03f, SurfelRules(), 0};
 
-/// The noise of time of flight is uniform in depth: 3 mm at a depth of 2 m, an inverse depth of
-/// 0.5/m, is 3 mm * (0.5/m)^2 in inverse depth.
+/// Time-of-flight noise is the same at every depth. At 2 m, where the inverse depth is 0.5/m, 3 mm
+/// in depth are 3 mm * (0.5/m)^2 in inverse depth.
 TEST(Noise, IsInDepthForTimeOfFlight) {
   const SurfelSettings flight{16, 0.03f, SurfelRules(), 1};
   float line[kNoiseLength];
@@ -32,7 +32,7 @@ TEST(Noise, IsInDepthForTimeOfFlight) {
   EXPECT_FLOAT_EQ(noiseInVoxels(sensing, 4.0f), 4.8f);
 }
 
-/// Lines across a depth edge do not count; those across a smaller step do.
+/// Lines across a depth edge do not count; lines across a smaller step do.
 TEST(Noise, LinesAcrossEdgesDoNotCount) {
   SurfelSettings settings = kSurfels;
   settings.depth_jump = 0.1f;

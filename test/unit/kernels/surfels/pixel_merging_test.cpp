@@ -56,7 +56,7 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
   for (int v = 4; v < kHeight - 4; ++v) {
     for (int u = 4; u < kWidth - 4; ++u) {
       const Surfel surfel = single.surfelAt(u, v);
-      // The weight lacks the footprint.
+      // The weight of a single pixel does not contain its footprint.
       single_weight += surfel.weight * surfel.depth_m * surfel.depth_m;
     }
   }
@@ -86,8 +86,8 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
   }
 }
 
-/// A step crosses patches and quads. If it is deeper than a voxel, squares across it and beside it
-/// are not merged, all others are.
+/// A step crosses patches and quads. If it is deeper than a voxel, squares across it or beside it
+/// are not merged, and all others are.
 TEST(PixelMerging, DoesNotSpanAStep) {
   const int edge = 27;  // first column on the far side
   const double x_edge = (edge - 0.5 - kIntrinsics.cx) / kIntrinsics.fx;

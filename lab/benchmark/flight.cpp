@@ -17,7 +17,7 @@ constexpr double kEyeHeight_m = 4.0;
 constexpr float kUnit_m = 0.0002f;
 
 /// Depth where the ray with this slope (metres along x and y for each metre down) meets the ground.
-/// The product of this slope and the ground's is below 1, so the iteration converges.
+/// The slope of the ray times that of the ground is below 1, so the iteration converges.
 double depthOf(double x_m, double slope_x, double slope_y) {
   constexpr int kSteps = 10;
   double depth_m = kEyeHeight_m;
@@ -27,7 +27,8 @@ double depthOf(double x_m, double slope_x, double slope_y) {
   return depth_m;
 }
 
-/// Bytes mapped so far: in memory, on disk and dropped. A dropped block counts as one of mean size.
+/// Bytes mapped so far: in memory, on disk and dropped. A dropped block counts as a block of mean
+/// size.
 size_t mappedBytes(const MapStats& map) {
   if (map.blocks == 0) return 0;
   return map.map_bytes + map.pages.bytes +

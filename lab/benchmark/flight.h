@@ -18,7 +18,7 @@ SourceFrame renderFlightFrame(double x_m);
 /// Flies until `map_bytes` are mapped, including paged and dropped blocks. Rendering is not timed.
 /// `show_progress` gets the FrameTime::mapped_bytes of each frame.
 /// @param speed_m Distance flown per frame.
-/// @param returns Whether it also flies back the same way.
+/// @param returns Whether the camera also flies back the same way.
 std::vector<FrameTime> fly(ProbedMapper& mapper, size_t map_bytes, double speed_m, bool returns,
                            const std::function<void(size_t)>& show_progress);
 

@@ -58,7 +58,7 @@ void measureStages(const std::vector<SourceFrame>& frames, const MapperParams& p
   mapper->profileTo(nullptr);
 }
 
-/// On a GPU, integrate() returns before its frame is done, but first waits for the previous one.
+/// On a GPU, integrate() returns before its frame is done, but first waits for the previous frame.
 void measureFusion(const std::vector<SourceFrame>& frames, const MapperParams& params,
                    const Rules& rules, const std::function<void(size_t)>& show_progress,
                    Measurement& result) {

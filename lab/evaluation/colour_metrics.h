@@ -12,7 +12,7 @@ struct ColourEvaluation {
   size_t samples = 0;
   double rmse_rgb = 0.0;    ///< Over all three channels, whose values range from 0 to 255.
   double rmse_lab = 0.0;    ///< RMS of the distance in CIE L*a*b* (1976).
-  double median_lab = 0.0;  ///< Median of the same distance.
+  double median_lab = 0.0;  ///< Median of the distance in CIE L*a*b*.
 };
 
 /// Compares with the ground truth, coloured by `texture`; ignores samples farther than 50 mm from

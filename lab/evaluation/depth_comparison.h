@@ -23,9 +23,10 @@ class DepthComparison {
   /// Adds the data of another comparison.
   void merge(const DepthComparison& other);
 
-  /// The figures as a JSON object: shares of the measured pixels, and distances over those that the
-  /// mesh covers, in millimetres. Skirts and floaters of the mesh give depths in front of the
-  /// measured ones. Through a hole in the mesh, a ray meets a surface behind, or none.
+  /// The figures as a JSON object: shares of the measured pixels, and distances over the measured
+  /// pixels that the mesh covers, in millimetres. Skirts and floaters of the mesh give depths in
+  /// front of the measured depths. Through a hole in the mesh, a ray meets a surface behind, or
+  /// none.
   std::string toJson() const;
 
  private:

@@ -24,7 +24,7 @@ constexpr double kLossAtEdge = 0.5;
 constexpr double kFirstLostAngle_rad = 1.22;  // 70 degrees
 constexpr double kLastSeenAngle_rad = 1.45;   // 83 degrees
 
-/// The formulas have a pole at a right angle.
+/// Limits an angle, since the formulas have a pole at a right angle.
 double boundedAngle(double angle_rad) { return std::min(angle_rad, 1.5); }
 
 /// Applies the noise model to the pixels of one view.

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStride_px = 6;  // some 8000 points of an image of 640 x 480
+constexpr int kStride_px = 6;  // some 8500 points of an image of 640 x 480
 constexpr double kFarthestShare = 0.05, kFarthest_m = 0.1;
 /// The first bound is wider by this factor: an image may be far from the mesh at its recorded pose.
 constexpr double kFirstReach = 4.0;

@@ -10,7 +10,7 @@ namespace dtsdf {
 
 /// The pose at which an image fits the mesh best, after `steps` Gauss-Newton steps on the distances
 /// of measured points from the planes of the triangles that their rays hit. Pixels whose depth is
-/// off by more than a bound do not count, and those near the bound count little. The bound is 20 %
+/// off by more than a bound do not count, and pixels near the bound count little. The bound is 20 %
 /// of the depth, at most 0.4 m, in the first step, half of that in the second, and a quarter in all
 /// later ones. The image does not move in directions that the mesh does not constrain, such as
 /// along a single wall. If fewer than 50 points count in any step, `T_W_C` is returned. The depth

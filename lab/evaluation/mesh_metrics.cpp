@@ -71,7 +71,7 @@ std::vector<Eigen::Vector3f> select(const std::vector<Eigen::Vector3f>& points,
 }
 
 /// 0 .. count-1 in steps of about count divided by the golden ratio, so that the first few views
-/// look from all sides and leave few samples for the others to test.
+/// look from all sides and leave few samples for the other views to test.
 std::vector<size_t> spreadOrder(size_t count) {
   size_t step = std::max<size_t>(1, static_cast<size_t>(0.618034 * static_cast<double>(count)));
   while (std::gcd(step, count) != 1) ++step;

@@ -44,12 +44,12 @@ struct SpaceFigures {
   double cell_m = 0.0;
   size_t free_cells = 0, surface_cells = 0;
   DistanceErrors at_middles;  ///< Errors at the middles of known cells.
-  DistanceErrors at_points;   ///< Errors of Space::distanceAt() at a random point of each.
-  size_t looked_at = 0;       ///< Cells that the map calls free, of those compared.
-  size_t taken = 0;           ///< Those of them that a solid reaches into.
-  size_t unseen = 0;          ///< Those of them that no view sees through as a whole.
+  DistanceErrors at_points;   ///< Errors of distanceAt() at a random point of each known cell.
+  size_t looked_at = 0;       ///< Cells that the map calls free, among the compared cells.
+  size_t taken = 0;           ///< Cells called free that a solid reaches into.
+  size_t unseen = 0;          ///< Cells called free that no view sees through as a whole.
   size_t truly_free = 0;      ///< Random cells without solids that a view sees through.
-  size_t found_free = 0;      ///< Those of them that the map calls free.
+  size_t found_free = 0;      ///< Truly free cells that the map calls free.
 };
 
 struct SpaceQuestions {

@@ -17,7 +17,7 @@ constexpr int kMatchingWindow_px = 7;
 constexpr int kTexturePatch_px = 15;
 constexpr double kMinTexture = -1.9;  // standard normal: 2.9 % lie below
 
-/// Two points whose disparities differ by less lie on one surface, seen slanted.
+/// Two points whose disparities differ by less than this lie on one slanted surface.
 constexpr double kSameSurface_px = 1.0;
 
 /// Separate these random streams from those of other parts.

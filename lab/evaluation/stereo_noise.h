@@ -10,9 +10,9 @@
 /// RealSense stereoscopic depth cameras", CVPR workshops 2017; later cameras of the manufacturer
 /// smooth in other ways). What the second camera does not see is lost, as after a left-right check.
 /// The share of the image with too little texture is not published; it is set to about 3 %, in
-/// patches of some ten pixels. Unlike real ones, these do not stay on the surface from frame to
-/// frame. Objects keep their outlines: depth does not spread beyond them by half a window, as it
-/// may with block matching.
+/// patches of some ten pixels. Unlike the patches of a real camera, these patches do not stay on
+/// the surface from frame to frame. Objects keep their outlines: depth does not spread beyond them
+/// by half a window, as it may with block matching.
 #pragma once
 
 #include <cstdint>
@@ -26,9 +26,9 @@ namespace dtsdf {
 /// pixels, so that pixels at least `window` apart are independent.
 std::vector<double> correlatedNormals(int width, int height, int window, uint64_t seed);
 
-/// For each pixel of the left camera, whether the right one sees its point: it lies in that image,
-/// with nothing nearer on the same ray. To the left of a narrow near object, more pixels count as
-/// not seen. Pixels without depth count as seen.
+/// For each pixel of the left camera, whether the right camera sees its point: the point lies in
+/// the right image, with nothing nearer on its ray. To the left of a narrow near object, more
+/// pixels count as not seen. Pixels without depth count as seen.
 std::vector<bool> seenByBoth(const std::vector<float>& depth_m, const ViewCamera& camera);
 
 /// Adds the effects of stereo to `measured_m`; `true_m` is the depth without noise.

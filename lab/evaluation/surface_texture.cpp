@@ -27,7 +27,7 @@ Rgb8 gradientAt(const Eigen::Vector3d& p) {
   return colour;
 }
 
-/// Weights of a triangle's corners at a point; negative ones, beyond an edge, become 0.
+/// Weights of a triangle's corners at a point; negative weights, beyond an edge, become 0.
 Eigen::Vector3d barycentric(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                             const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   const Eigen::Vector3d normal = (b - a).cross(c - a);

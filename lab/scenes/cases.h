@@ -24,7 +24,8 @@ void addUncontradictedCases(std::vector<SceneCase>& cases);
 /// Clearing removes no surface if poses are slightly wrong.
 void addDriftCases(std::vector<SceneCase>& cases);
 
-/// Wrong depths or a wrong pose in single frames leave no surface; a single look at a corner does.
+/// Wrong depths or a wrong pose in single frames leave no surface; a single look at a corner leaves
+/// one.
 void addStrayCases(std::vector<SceneCase>& cases);
 
 /// Mixed pixels between two surfaces build no bridge, and a real side is not removed as a bridge.

@@ -59,8 +59,8 @@ struct SightError {
 /// A Kinect's focal length; the board fits into the image.
 SceneCamera sightCamera() { return {240, 150, 525.0}; }
 
-/// Draws errors of the left and right sides for each row of an image, and of the other two for each
-/// column.
+/// Draws errors of the left and right sides for each row of an image, and errors of the other two
+/// sides for each column.
 class NoisySides {
  public:
   NoisySides(const SceneCamera& camera, double sigma_m, Random& random)

@@ -113,7 +113,7 @@ void blind(SceneView& view, double nearer_m) {
   for (float& z : view.depth_m) z = static_cast<double>(z) < nearer_m ? 0.0f : z;
 }
 
-/// A board that is measured in some frames; the others have no depth there.
+/// A board that is measured in some frames; the other frames have no depth there.
 std::vector<Figure> measureGaps(const SceneSetup& setup,
                                 const std::function<bool(int)>& isMeasured) {
   constexpr double kDistance_m = 1.5;

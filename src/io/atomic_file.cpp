@@ -43,8 +43,8 @@ std::string nameBeside(const std::string& path) {
   return name;
 }
 
-/// Makes a rename in the folder durable. Some file systems cannot sync folders; this is ignored,
-/// since the file is complete either way.
+/// Makes a rename in the folder durable. Some file systems cannot sync folders; their error is
+/// ignored, since the file is complete either way.
 void syncFolder(const fs::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;

@@ -123,7 +123,7 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
   return paddedText(document);
 }
 
-/// glTF allows only normals of length 1; a zero normal is replaced by one that points up.
+/// glTF allows only normals of length 1; a zero normal is replaced by a normal that points up.
 Vec3f unitNormal(const Vec3f& n) {
   const float length = norm(n);
   if (std::abs(length - 1.0f) < 1e-4f) return n;

@@ -45,7 +45,7 @@ std::string settingsText(const ParamTree& settings);
 /// The settings that a map is bound to, as text for its content hash.
 std::string boundSettingsText(const ParamTree& settings);
 
-// These read or write the content of the small records.
+// The functions below read or write the content of the small records.
 
 template <class Io, class Contents, class Size>
 void visitState(Io& io, Contents& contents, Size& size) {

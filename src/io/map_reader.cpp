@@ -37,7 +37,7 @@ MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_
   if (voxels_.size() != chunks || colours_.size() != (head_.painted ? chunks : 0)) {
     throwWrongSizes();
   }
-  // The hash uses the stored checksums of voxels and colours; part() verifies these.
+  // The hash uses the stored checksums of voxels and colours; part() verifies those checksums.
   if (contentHashOf(head_, sums_) != content_hash_) {
     file_->throwDamaged("the content hash does not match");
   }
@@ -87,7 +87,7 @@ void MapChunks::checkEnd() {
   }
 }
 
-/// Null if it is missing.
+/// The map's record of a kind; null if it has none. @throws std::runtime_error if it has several.
 const Record* MapChunks::find(const char* kind) const {
   const Record* found = nullptr;
   for (size_t i = first_; i < end_; ++i) {

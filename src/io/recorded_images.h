@@ -36,8 +36,8 @@ std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
 std::unique_ptr<ColourSource> openRecordedColours(RecordedImages images,
                                                   const RecordingOptions& options);
 
-/// Finds the poses of images by stamp. If no image has one, `missing` of the first image says how
-/// the stamps differ.
+/// Finds the poses of images by stamp. If no image has a pose, `missing` of the first image says
+/// how the stamps differ.
 void findPosesNear(const Trajectory& trajectory, double tolerance_s,
                    std::vector<StampedImage>& images);
 

@@ -12,7 +12,7 @@ namespace dtsdf {
 
 /// A texture image and the triangles that use it.
 struct TexturePage {
-  size_t triangles;  ///< Their number; they follow those of the previous page.
+  size_t triangles;  ///< Number of triangles; they follow those of the previous page.
   std::string png;   ///< Content of its PNG file.
 };
 

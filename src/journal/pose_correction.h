@@ -11,7 +11,7 @@
 namespace dtsdf {
 
 /// A correction of a camera's poses. Images before the first corrected image and after the last one
-/// keep their pose relative to it. For an image between two corrected ones, the poses that follow
+/// keep their pose relative to it. For an image between two corrected images, the poses that follow
 /// from each of them are interpolated.
 class PoseCorrection {
  public:
@@ -33,11 +33,11 @@ class PoseCorrection {
   /// above, different poses have the same stamp, or no pose belongs to an image.
   PoseCorrection(std::vector<StampedPose> corrected, const std::vector<StampedPose>& fused);
 
-  /// The corrected pose of an image from this camera or one rigidly attached to it; exactly `T_W_C`
-  /// if the change is below kMin.
+  /// The corrected pose of an image from this camera, or from a camera rigidly attached to it;
+  /// exactly `T_W_C` if the change is below kMin.
   Eigen::Isometry3d correct(double stamp_s, const Eigen::Isometry3d& T_W_C) const;
 
-  /// The corrected poses that count; these alone give the same correction.
+  /// The corrected poses that count; without the others, they give the same correction.
   std::vector<StampedPose> used() const;
   /// The largest motion of a corrected pose, in metres or radians.
   double farthest() const;

@@ -116,7 +116,7 @@ void JournalReplay::add(size_t record) {
 }
 
 /// The corrected pose of an image. Whether the source has adopted the correction is decided from
-/// the images up to this one alone, since later ones may not be in the journal yet.
+/// the images up to this one alone, since later images may not be in the journal yet.
 Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item) {
   const StampedPose given{item.stamp_s, item.T_W_C};
   const bool is_named = given.stamp_s <= running.poses.last_s();

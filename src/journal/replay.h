@@ -39,7 +39,7 @@ class JournalReplay {
   explicit JournalReplay(const std::string& path);
 
   const journal::Begin& begin() const { return begin_; }
-  /// The map into which the first image is fused; null: an empty one.
+  /// The map into which the first image is fused; null: an empty map.
   std::shared_ptr<const MapChunks> map() const { return map_; }
   /// The newest level of the map; none: it is not levelled.
   const std::optional<Eigen::Isometry3d>& level() const { return T_W_M_; }

@@ -25,9 +25,9 @@ struct FloorView {
   std::vector<Point> points;
 };
 
-/// Finds the floor: the plane with the most points among those tilted by less than 45 degrees from
-/// the cameras' mean up. It must contain a twentieth of all points, be wider than a strip, and have
-/// hardly any points below it. The same points always give the same plane.
+/// Finds the floor: the plane with the most points among the planes tilted by less than 45 degrees
+/// from the cameras' mean up. It must contain a twentieth of all points, be wider than a strip, and
+/// have hardly any points below it. The same points always give the same plane.
 /// @param problem Why there is no floor; the caller adds what to do.
 std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::string& problem);
 

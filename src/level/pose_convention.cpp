@@ -33,7 +33,7 @@ constexpr const char* kDoubts[] = {
     "the poses seem to be inverted, from the map to the camera; invert each, or run "
     "reconstruct with --pose-convention inverted"};
 
-/// Transform from the optical frame's axes to those of the poses' convention.
+/// Transform from the axes of the optical frame to the axes of the poses' convention.
 Eigen::Isometry3d axesOf(size_t way) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   if (way == 1) T.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;

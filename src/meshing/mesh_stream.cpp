@@ -168,8 +168,8 @@ void MeshStream::addVertex(const BlockMesh& block, size_t i) {
   }
 }
 
-/// Takes the triangles whose vertices have been written off a list, with their numbers in the
-/// output.
+/// Removes triangles from the front of a list, up to the first that has a vertex not yet written.
+/// Passes each to `take`, except crumbs, with its vertices' numbers in the output.
 template <class Take>
 void MeshStream::takeWritten(Triangles& triangles, const Take& take) {
   size_t count = 0;

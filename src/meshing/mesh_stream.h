@@ -145,7 +145,7 @@ class MeshStream {
   /// @param is_painted Whether any of the blocks has colours.
   /// @param bounds Bounds of the blocks.
   /// @param vertices_at_once Vertices are output and dropped at least this many at a time, and at
-  /// least a quarter of those in memory.
+  /// least a quarter of the vertices in memory.
   MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& bounds, Sink sink,
              uint32_t vertices_at_once = 65536);
 

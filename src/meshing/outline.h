@@ -35,8 +35,8 @@ class Outline {
 
     uint32_t vertex;
     uint32_t first_link;
-    uint32_t own = 0;              ///< Number of links, without those of patches.
-    uint32_t links = 0;            ///< Number of all links; those of patches come last.
+    uint32_t own = 0;              ///< Number of links, without links of patches.
+    uint32_t links = 0;            ///< Number of all links; links of patches come last.
     uint32_t fan_count = 0;        ///< 0: none, or more than two.
     std::array<Fan, 2> fans = {};  ///< Without patches.
     Fan beside = {kNone, kNone};   ///< With patches: the fan, if there is exactly one.

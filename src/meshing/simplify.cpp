@@ -151,8 +151,8 @@ class TriangleFans {
     return is_closed;
   }
 
-  /// Whether the surface stays manifold if u, with these wings, merges into v: they must share two
-  /// triangles, and no neighbours except in these.
+  /// Whether the surface stays manifold if u, with these wings, merges into v: u and v must share
+  /// two triangles, and no neighbours outside these triangles.
   bool keepsManifold(uint32_t u, const std::vector<Wing>& wings, uint32_t v) {
     list(v, wings_);
     ++stamp_;
@@ -166,7 +166,7 @@ class TriangleFans {
     return common == 2 && between == 2;
   }
 
-  /// Removes the triangles between u and v, and assigns the others of u to v.
+  /// Removes the triangles between u and v, and assigns u's other triangles to v.
   void merge(uint32_t u, const std::vector<Wing>& wings, uint32_t v) {
     for (const Wing& wing : wings) {
       Triangle& corners = faces_[wing.triangle].corners;
@@ -442,8 +442,8 @@ class Collapser {
   std::vector<std::tuple<uint32_t, uint32_t, float>> moves_;
 };
 
-/// Errors in each decade. A mesh is simplified with one after the other, up to the requested error,
-/// so that a larger error continues from the result of a smaller one.
+/// Errors in each decade. A mesh is simplified with one error after another, up to the requested
+/// error, so that a larger error continues from the result of a smaller one.
 constexpr double kStepsOfDecade[] = {1.0, 1.5, 2.0, 3.0, 5.0, 7.0};
 
 /// Errors below this fraction of the mean edge remove hardly any vertex.

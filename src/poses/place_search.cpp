@@ -420,7 +420,8 @@ void CoarseMap::measureDistances() {
   }
 }
 
-/// Interpolates between the centres of cells; beyond the outermost ones, the largest distance.
+/// Interpolates between the centres of cells; beyond the outermost centres, returns the largest
+/// distance.
 float CoarseMap::distanceAt(const Vector3f& p, Vector3f& gradient) const {
   const Vector3f q = p.array() - 0.5f;
   const Vector3i cell = q.array().floor().cast<int>();

@@ -35,7 +35,7 @@ Session makeSession(const std::string& backend, const py::object& settings,
   return std::make_shared<MapperSession>(params);
 }
 
-/// The settings that a map is bound to come from its file; given ones must be equal.
+/// The settings that a map is bound to come from its file; given settings must be equal.
 Session loadSession(const py::object& path, const std::string& backend, const py::object& settings,
                     const py::kwargs& kwargs) {
   const ParamTree given = treeOf(backend, settings, kwargs);

@@ -73,7 +73,7 @@ Matrix3 matrixOf(const Intrinsics& intrinsics);
 /// A pose; does not check the rotation. @throws py::value_error unless the last row is 0 0 0 1.
 Eigen::Isometry3d poseOf(const Matrix4& matrix);
 
-/// None if there is no pose.
+/// The matrix of a pose; none if there is no pose.
 inline std::optional<Matrix4> matrixOf(const std::optional<Eigen::Isometry3d>& pose) {
   return pose ? std::optional<Matrix4>(pose->matrix()) : std::nullopt;
 }

@@ -22,8 +22,8 @@ class Helper {
     if (thread_.joinable()) thread_.join();
   }
 
-  /// Waits for the previous task and starts this one. @throws an error of the previous task, or
-  /// std::system_error if no thread can be made; this task is then not started.
+  /// Waits for the previous task and starts `task`. @throws an error of the previous task, or
+  /// std::system_error if no thread can be made; `task` is then not started.
   void start(std::function<void()> task) {
     wait();
     if (!thread_.joinable()) thread_ = std::thread([this] { run(); });

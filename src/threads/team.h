@@ -105,7 +105,7 @@ class TeamMember {
   std::mutex mutex_;
   std::condition_variable changed_;
   int sleepers_ = 0;    ///< Guarded by mutex_.
-  std::thread thread_;  ///< The last member, as the thread uses the others.
+  std::thread thread_;  ///< The last member, since the thread uses the others.
 };
 
 /// Threads that help one thread with its loops. After a fork, the child has none.
@@ -161,7 +161,7 @@ class Team {
     try {
       while (members_.size() < wanted) members_.push_back(std::make_unique<TeamMember>());
     } catch (const std::system_error&) {  // no more threads
-    } catch (const std::bad_alloc&) {     // no memory for one
+    } catch (const std::bad_alloc&) {     // no memory for a thread
     }
     return std::min(wanted, members_.size());
   }

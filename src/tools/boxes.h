@@ -28,7 +28,7 @@ struct BoxRun {
   double last_stamp_s = 0.0;  ///< Stamp of the last frame; later images are not painted.
 };
 
-/// Plans a run from poses. Of a recording in a folder, it decodes only a few images.
+/// Plans a run from poses. Decodes only a few images of a recording in a folder.
 /// @throws std::runtime_error for settings that need the whole map.
 BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
                   const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box);

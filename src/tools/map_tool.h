@@ -39,8 +39,8 @@ void addPaths(CommandLine& line, const std::string& out, MapToolOptions& options
 /// Adds --set; `keys` lists the keys that matter, for the help.
 void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& options);
 
-/// Creates a mapper from the file. Its settings are overridden by those of the options, and these
-/// by `fixed`, a key=value.
+/// Creates a mapper from the file. The settings in the options override the file's settings, and
+/// `fixed`, a key=value, overrides both.
 /// @throws std::runtime_error if the file cannot be read, ParamError for wrong settings.
 std::pair<RunSettings, std::unique_ptr<Mapper>> loadMapOf(const MapToolOptions& options,
                                                           const char* fixed);

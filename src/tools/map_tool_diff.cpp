@@ -61,7 +61,7 @@ class ComparedMap {
 
   /// Whether a point is free although its cell is not. It must lie in front of the nearest triangle
   /// and, if farther from it than the truncation distance, between a free cell and another known
-  /// one along some axis.
+  /// cell along some axis.
   bool isSeenThrough(const Vec3f& p, const Eigen::Vector3d& p_W, double distance_m,
                      SurfaceTree::Hint nearest) const {
     const auto& corners = tree_.cornersOf(nearest);

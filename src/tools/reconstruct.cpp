@@ -182,7 +182,7 @@ void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
              const MapperParams& params, const ReconstructOptions& options,
              const MapBox* box = nullptr) {
   origin.stamp_s = result.stamp_s;
-  // If the map cannot be saved, the other files still are.
+  // If the map cannot be saved, the other files are saved anyway.
   std::exception_ptr failure;
   try {
     if (!options.save_map_path.empty()) saveAndPrint(mapper, origin, box, options.save_map_path);
@@ -261,8 +261,8 @@ void runJournal(const ReconstructOptions& options) {
   saveAll(result, *mapper, {begin.map_frame, journal.level(), 0.0, begin.poses}, params, options);
 }
 
-/// The poses of a recording are refined by default. Those of --poses are used unchanged, as are
-/// those for a box: refining them needs the whole map.
+/// The poses of a recording are refined by default. Poses from --poses are used unchanged, and so
+/// are the poses for a box, since refining them would need the whole map.
 ParamTree defaultsFor(const ReconstructOptions& options) {
   if (!options.recording.poses_path.empty() || !options.only.empty()) return {};
   return {{"poses/mode", std::string("refine")}};

@@ -41,7 +41,7 @@ class Reconstruction {
     result_.paint_ms.push_back(timeMs([&] { painting = mapper_.paint(image); }));
     if (painting.status == FrameStatus::kFused) {
       ++result_.images;
-      result_.stamp_s = std::max(result_.stamp_s, source.stamp_s);  // may be older than a frame
+      result_.stamp_s = std::max(result_.stamp_s, source.stamp_s);  // may precede a frame's
     } else {
       ++result_.skipped[std::string("colour images: ") + toString(painting.status)];
     }
@@ -204,13 +204,13 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, con
   Reconstruction reconstruction(mapper, map, &input);
   RateLimit rate_limit(input.max_colour_rate_hz);
   size_t over_rate = 0;
-  std::optional<SourceColour> image;  // read one ahead
+  std::optional<SourceColour> image;  // the next image, read ahead
   const auto readImage = [&] {
     image = input.colour == nullptr ? std::nullopt : input.colour->next();
     for (; image && !rate_limit.takes(image->stamp_s); image = input.colour->next()) ++over_rate;
   };
   readImage();
-  // Paints the images with stamps up to and including this one.
+  // Paints the images with stamps up to and including `stamp_s`.
   const auto paintUpTo = [&](double stamp_s) {
     for (; image && image->stamp_s <= stamp_s; readImage()) reconstruction.paint(*image);
   };

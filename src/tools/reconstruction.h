@@ -43,7 +43,7 @@ struct RecordedInput {
 /// Consecutive images that were not fused because no pose was found.
 struct LostRun {
   double from_s;            ///< Stamp of the first image.
-  size_t fused_before = 0;  ///< Frames fused before the first image.
+  size_t fused_before = 0;  ///< Frames fused before these images.
   size_t images = 0;
   std::string why;  ///< Reason for the first image, with shares of its points.
 };

@@ -20,7 +20,7 @@ void completeInput(RunOptions& options);
 /// Opens the depth images. @pre The options are complete. @throws std::runtime_error
 std::unique_ptr<FrameSource> openFrames(const RunOptions& options, const NodeParams& node);
 
-/// Opens the depth images. Prints what the first ones show to standard output, and warnings to
+/// Opens the depth images. Prints what the first images show to standard output, and warnings to
 /// standard error.
 std::unique_ptr<FrameSource> openAndInspect(const RunOptions& options, const RunSettings& settings);
 

@@ -46,7 +46,7 @@ std::string listRules() {
 
 namespace {
 
-/// Checks only the form; keys and values are checked together with those of the file.
+/// Checks only the form; keys and values are checked later, together with those of the file.
 std::string parseSetting(const std::string& text) {
   const size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {

@@ -13,7 +13,7 @@ namespace dtsdf {
 /// missing or malformed.
 struct FolderFormat {
   const char* name;   ///< Name for --format.
-  const char* marks;  ///< Files that identify such a folder, in words.
+  const char* marks;  ///< Files that identify a folder with this layout, in words.
 
   /// Whether a folder has this layout. Null: a folder has it if listDepth() finds an image.
   bool (*isIn)(const std::filesystem::path& folder);

@@ -73,7 +73,7 @@ std::set<std::string> findImageTopics(
   for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections()) {
     all.insert(connection->topic);
   }
-  for (const std::string& topic : all) {  // sorted: a raw topic precedes its compressed ones
+  for (const std::string& topic : all) {  // sorted: raw topics precede their compressed topics
     rosbag::View messages(bag, rosbag::TopicQuery(topic));
     const bool is_known = topics.count(withoutTransport(topic)) > 0;
     if (!is_known && messages.size() > 0 && is_wanted(*messages.begin())) topics.insert(topic);

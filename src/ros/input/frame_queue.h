@@ -256,7 +256,7 @@ class FrameQueue {
     std::string no_info;
     std::optional<std::string> no_mask;
     FrameAccounting* accounting;
-    ros::Time complete_until = {};  ///< No frame up to this stamp is expected any more.
+    ros::Time complete_until = {};  ///< Frames up to this stamp are no longer expected.
     bool has_posed_frame = false;
     std::string waiting_for = {};
     size_t taken = 0;

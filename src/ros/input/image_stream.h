@@ -93,8 +93,8 @@ class ImageStream {
     }
   }
 
-  /// Gives frames their poses, and drops those whose pose can no longer arrive. @return whether one
-  /// still waits for its pose.
+  /// Gives frames their poses, and drops frames whose pose can no longer arrive. @return whether a
+  /// frame still waits for its pose.
   bool step() {
     bool waits = false;
     const auto decide = [&](const CameraImage& messages, SteadyTime since, bool& is_checked) {

@@ -49,7 +49,7 @@ inline PublishedTopics findPublishedTopics() {
 class InputStatus {
  public:
   /// @param stale_s See NodeParams.
-  /// @param find_topics Finds topics to suggest if the one subscribed to has no publisher.
+  /// @param find_topics Finds topics to suggest if a subscribed topic has no publisher.
   explicit InputStatus(double stale_s, PublishedTopics (*find_topics)() = findPublishedTopics)
       : stale_s_(stale_s), find_topics_(find_topics) {}
 

@@ -125,8 +125,8 @@ class Transforms {
     core_ = makeCore();
   }
 
-  /// The frame's parent at a stamp, if it has one other than `parent`; else empty. A parent whose
-  /// transform is on /tf no longer counts once the transform is over five seconds old.
+  /// The frame's parent at a stamp; empty if it has no parent, or if that is `parent`. A parent
+  /// whose transform is on /tf no longer counts once the transform is over five seconds old.
   std::string otherParentOf(const std::string& frame, const std::string& parent,
                             const ros::Time& stamp) const {
     constexpr double kGone_s = 5.0;

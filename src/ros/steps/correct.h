@@ -47,7 +47,7 @@ using CorrectionResult = dtsdf_mapping::CorrectPoses::Response;
 /// Once the replay has caught up with the journal, its map replaces the live one, and the
 /// correction is written to the journal.
 ///
-/// A correction that arrives meanwhile waits, unless a newer one replaces it.
+/// A correction that arrives during another waits, unless a newer correction replaces it.
 class CorrectStep : public Step {
  public:
   struct Request {

@@ -169,7 +169,7 @@ class LiveMap {
                : "; the backend has failed, so this is the last extracted mesh: " + failure_;
   }
 
-  /// Whether the last extraction left work to the next one.
+  /// Whether the last extraction left work for the next extraction.
   bool isMeshPart() const { return mesh_is_part_; }
 
   /// Empties a part of the map.

@@ -202,7 +202,7 @@ class SpaceStep : public Step {
         "been fused and meshed");
   }
 
-  /// @throws std::runtime_error for too many points, or one that is not finite.
+  /// @throws std::runtime_error for too many points, or for a point that is not finite.
   static void checkPoints(const std::vector<geometry_msgs::Point>& points) {
     constexpr size_t kMaxPoints = 100000;
     if (points.size() > kMaxPoints) {

@@ -54,7 +54,8 @@ __device__ uint16_t packJudged(int direction, int voxel, bool is_covered) {
          static_cast<uint16_t>(is_covered ? kCoveredBit : 0u);
 }
 
-/// Lists the voxels to be judged, to fill warps with them: a warp takes as long for one as for 32.
+/// Lists the voxels to be judged, so that warps are full: a warp takes as long for one voxel as for
+/// 32.
 __device__ void listJudged(const MapView& map, const FusionRules& rules, const SlotEntry& entry,
                            const VisitedBlock& block, JudgedVoxels& list) {
   __syncthreads();  // the previous block's list is no longer read
@@ -203,8 +204,8 @@ __device__ void dropArrays(SlotEntry& entry, uint32_t directions) {
 }
 
 /// One thread block per touched block; more thread blocks and a grid-stride loop for untouched
-/// blocks. The last thread block to finish writes the number of empty blocks to host memory, where
-/// their list is.
+/// blocks. The last thread block to finish writes the number of empty blocks to host memory, which
+/// also holds the list of empty blocks.
 __global__ void __launch_bounds__(kClearThreads, 3)
     clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, MapView map,
                       TouchedView touched, const uint32_t* covered, uint64_t frame_number,

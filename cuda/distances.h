@@ -29,7 +29,7 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
   /// Whether `most_bytes` are enough for the places of all `squares`.
   bool hasRoomFor(const std::vector<std::shared_ptr<uint16_t[]>>& squares, size_t most_bytes) const;
 
-  size_t bytes() const;      ///< On the host; the same again on the device.
+  size_t bytes() const;      ///< On the host; the device holds as many.
   size_t freeBytes() const;  ///< The unused part of bytes().
 
  private:
@@ -51,7 +51,7 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
 
 class DistanceComputer {
  public:
-  /// @param most_bytes Limit for squares on the device; the host needs the same again.
+  /// @param most_bytes Limit for squares on the device; the host needs as many bytes.
   explicit DistanceComputer(size_t most_bytes) : max_bytes_(most_bytes) {}
   ~DistanceComputer() { stream_.drain(); }
 

@@ -21,7 +21,7 @@ struct FrameCounters {
   uint32_t table_full;
   uint32_t untouched;          ///< Untouched blocks that the frame checks.
   uint32_t empty_blocks;       ///< Blocks with empty arrays.
-  uint32_t compared, cleared;  ///< Thread blocks done with each stage.
+  uint32_t compared, cleared;  ///< Thread blocks that have finished comparing, and clearing.
 };
 
 struct TouchedBlock {

@@ -12,7 +12,7 @@ namespace {
 __device__ const MeshTables kTables = kMeshTables;
 
 /// One thread per pair of a dirty block and a block whose units reach into it, in a grid-stride
-/// loop, since the host does not know their number.
+/// loop, since the host does not know the number of pairs.
 __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   const size_t count = static_cast<size_t>(*map.dirty.count) * kUnitReach;
   for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {

@@ -21,7 +21,7 @@ namespace dtsdf {
 
 /// Outcome of a frame.
 enum class FrameStatus {
-  kFused,          ///< It was fused, cleared what it saw through, or painted surfaces.
+  kFused,          ///< The image was fused, cleared what it saw through, or painted surfaces.
   kBadImage,       ///< No data, no pixels, too many pixels, rows that overlap, or a bad unit.
   kBadIntrinsics,  ///< Not finite, or impossible for the size of the image.
   kBadPose,  ///< Not finite, not a rotation, or outside the coordinates a map can hold; also if
@@ -45,13 +45,13 @@ struct IntegrationResult {
 /// The part of a map on disk, with map/page_folder. clear() resets the counters.
 struct PageStats {
   size_t blocks = 0;       ///< Blocks on disk now.
-  size_t bytes = 0;        ///< Disk space of blocks.
+  size_t bytes = 0;        ///< Disk space that blocks take.
   size_t space_bytes = 0;  ///< Disk space of cells and distances of space().
   size_t index_bytes = 0;  ///< Memory of the index and of waiting writes; not part of map_bytes.
   uint64_t written = 0;    ///< Blocks written.
   uint64_t read = 0;       ///< Blocks read back.
   uint64_t waits = 0;      ///< Waits for the disk of a millisecond or more.
-  double wait_ms = 0.0;    ///< Total time of counted waits.
+  double wait_ms = 0.0;    ///< Total time of the waits in `waits`.
   uint64_t failures = 0;   ///< Failed reads and writes; also writes for which the folder was full.
   /// Blocks, and sectors of 32 x 32 x 32 cells, that were lost: damaged on disk, or, for sectors,
   /// unreadable when they had to be changed.

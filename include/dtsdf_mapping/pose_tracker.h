@@ -54,7 +54,7 @@ class PoseTracker {
   /// Whether the camera is lost.
   bool isLost() const { return lost_since_s_.has_value(); }
 
-  /// Stamp of the first frame that did not fit, in seconds; none while tracking.
+  /// Stamp since which the camera is lost, in seconds; none while tracking.
   std::optional<double> lostSince_s() const { return lost_since_s_; }
 
  private:

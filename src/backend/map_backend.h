@@ -185,7 +185,7 @@ class MapBackend {
   /// changes may wait until an extraction under way has read the map.
   virtual void follow(const TableChanges& changes) = 0;
 
-  /// Empties the voxels of these blocks in a region, with their colours.
+  /// Empties the voxels of blocks in a region, and removes their colours.
   /// @return the effect on each block.
   virtual std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,
                                                 const RegionView& region) = 0;
@@ -203,8 +203,8 @@ class MapBackend {
 
   // ---- For map/page_folder only.
 
-  /// Blocks that the last depth image touches, whether or not they are in the map, and those of
-  /// `others` that it may clear without touching them. @pre lookUpBlocks()
+  /// Blocks that the last depth image touches, whether or not they are in the map, and blocks of
+  /// `others` that the image may clear without touching them. @pre lookUpBlocks()
   virtual std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
                                             uint64_t frame_number) = 0;
 

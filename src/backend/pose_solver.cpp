@@ -88,7 +88,8 @@ Matrix6d covarianceOf(const Matrix6d& information, double voxel_size_m) {
   return covariance;
 }
 
-/// Steps of Gauss-Newton. The cutoff falls during the first ones; the others end on convergence.
+/// Steps of Gauss-Newton. The cutoff falls during the first kFallingSteps steps; later steps end on
+/// convergence.
 constexpr int kFallingSteps = 6, kMaxSteps = 12;
 
 /// Cutoff of a step: falls from the reach to the final cutoff, halving the difference each time.

@@ -65,9 +65,9 @@ class BlockMesher {
 
   size_t bytes() const;
 
-  /// Meshes the blocks that were marked since the last call, and those around them. Voxels with
-  /// less evidence than `min_evidence` count as unknown. @return the meshes, except those that were
-  /// empty and still are, sorted by packed key.
+  /// Meshes the blocks that were marked since the last call, and the blocks around them. Voxels
+  /// with less evidence than `min_evidence` count as unknown. @return the meshes, except those that
+  /// were empty and still are, sorted by packed key.
   MeshUpdate update(int32_t min_evidence);
 
   /// Updates the labels of blocks where they are out of date. Does not clear marks.
@@ -123,7 +123,7 @@ class BlockMesher {
   void selectAround(const std::vector<int32_t>& changed, int count, Vec3i (*offset)(int),
                     std::vector<int32_t>& slots);
 
-  /// The meshes to report: all but those that were empty and still are.
+  /// The meshes to report: all except meshes that were empty and still are.
   std::vector<BlockMesh> takeChanges(const std::vector<int32_t>& slots,
                                      std::vector<BlockMesh>& meshes);
 

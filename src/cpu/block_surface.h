@@ -1,5 +1,5 @@
 /// The stage "make" for one block on the CPU: makes its mesh from the labels of its units and of
-/// those around it.
+/// the units around the block.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace dtsdf {
 
-/// Normals of a block's edge vertices, in the same order.
+/// Normals of a block's edge vertices, in the order of `vertices`.
 std::vector<Vec3f> vertexNormals(const ArraysAround& arrays,
                                  const std::vector<BlockVertex>& vertices, bool directional);
 
@@ -32,7 +32,7 @@ class BlockSurface {
             const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);
 
   /// Refines the mesh from emit(): each triangle becomes four.
-  /// @param normals The normals of `known`, in the same order.
+  /// @param normals The normals of `known`, in the order of `known`.
   void refine(const MeshSettings& rules, const ArraysAround& arrays,
               const std::vector<BlockVertex>& known, const std::vector<Vec3f>& normals,
               bool directional, BlockMesh& mesh);

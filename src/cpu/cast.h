@@ -1,5 +1,5 @@
 /// The stages "cast" and "fold" for one block on the CPU: add a frame's surfels to the block's
-/// sums, and merge these into its voxels.
+/// sums, and fold the sums into its voxels.
 #pragma once
 
 #include "cpu/find_blocks.h"

@@ -163,8 +163,8 @@ class RowJudge {
   float pixel_depth_m_[kBlockSide];
 };
 
-/// Finds the voxels of an array that lose evidence, and what becomes of them. None is changed yet,
-/// as feet depend on neighbours. @return their number.
+/// Finds the voxels of an array that lose evidence, and what becomes of them. No voxel is changed
+/// yet, as feet depend on neighbours. @return their number.
 int findContradicted(const BlockCheck& check, int direction, const FrameSensing& sensing,
                      const FusionRules& rules, const Voxel* voxels,
                      std::optional<DistanceGrid>& distances, int (&index)[kVoxelsPerBlock],

@@ -62,7 +62,7 @@ class BlockFinder {
     void reset();
     Bin& find(const Vec3i& block_L, const Vec3i& origin_block);
 
-    std::vector<Bin> bins;  ///< Those of the last frame come first.
+    std::vector<Bin> bins;  ///< Bins of the last frame come first.
     size_t used = 0;        ///< Number of bins of the last frame.
 
    private:

@@ -129,7 +129,7 @@ void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixe
   for (int v = first_row; v < end_row; ++v) {
     const auto* row = static_cast<const uint8_t*>(frame.data) + v * frame.row_bytes;
     ColourPixel* to = pixels + static_cast<size_t>(v) * frame.width;
-    switch (frame.encoding) {  // constant layouts are faster; these are the usual ones
+    switch (frame.encoding) {  // constants for usual layouts are faster
       case ColourEncoding::kRgb8: copyRow(row, frame.width, {3, 0, 1, 2}, to); break;
       case ColourEncoding::kBgr8: copyRow(row, frame.width, {3, 2, 1, 0}, to); break;
       default: copyRow(row, frame.width, layout, to);

@@ -63,7 +63,7 @@ class Painter {
   ColourSensing sensing_ = {};
   std::vector<ColourPixel> pixels_;           ///< The image at all levels.
   std::vector<std::vector<float>> hiding_m_;  ///< Depths for hiding, per thread.
-  std::vector<BlockView> blocks_;             ///< Those in view come first.
+  std::vector<BlockView> blocks_;             ///< Blocks in view come first.
   size_t blocks_in_view_ = 0;
 };
 

@@ -134,7 +134,8 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   return result;
 }
 
-/// Completes the previous frame, and moves blocks between memory and disk.
+/// Completes the previous frame. Moves blocks between memory and disk, unless the helper has done
+/// so or an extraction is under way.
 /// @return the result of blocksInView().
 std::vector<int32_t> Engine::prepareForFrame(const FrameView& view) {
   helper_.wait();

@@ -120,7 +120,8 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
   return released.size() == slots.size();
 }
 
-/// Reads blocks. @pre There is room for them. @return how many stay on disk because reading failed.
+/// Reads blocks back into memory, and drops damaged ones from the map. @pre There is room for the
+/// blocks. @return how many stay on disk because they cannot be read now.
 size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
   const auto start = std::chrono::steady_clock::now();
   std::sort(numbers.begin(), numbers.end(),

@@ -104,7 +104,7 @@ bool DistanceField::mayOverwrite(const std::shared_ptr<const DistanceSector>& se
   return pages_ == nullptr && sector.use_count() == kOwnersIfUnshared;
 }
 
-/// After an exception, the next call updates the remaining sectors.
+/// After an exception, the next call applies the remaining changes.
 void DistanceField::update(const CellSectors& cells) {
   while (!changed_.empty()) {
     auto end = changed_.begin();

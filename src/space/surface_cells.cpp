@@ -76,7 +76,7 @@ std::vector<Vec3i> without(const std::vector<Vec3i>& list, const std::vector<Vec
   return cells;
 }
 
-/// The first cell of a block starts where the block does, since cells are 1, 2, 4 or 8 voxels wide.
+/// A block and its first cell start at the same voxel, since cells are 1, 2, 4 or 8 voxels wide.
 Vec3i firstCellOfBlock(const BlockKey& block, int32_t cell_log2) {
   return shiftDown(firstVoxelOfBlock(block), cell_log2);
 }

@@ -45,7 +45,8 @@ DTSDF_HD Pixel pixelOfPoint(const AlignmentGrid& grid, int32_t index) {
 /// Fits a plane in inverse depth, with slopes per pixel, to the window around a pixel. It uses
 /// pairs of opposite pixels whose mean hardly differs from the middle, so that they lie on the same
 /// surface. `inverse_depth(du, dv)` is positive where something is measured. @return false if the
-/// middle is not measured, or fewer than half of the pairs are used, or these are in line.
+/// middle is not measured, or fewer than half of the pairs are used, or the used pixels are
+/// collinear.
 template <class InverseDepth>
 DTSDF_HD bool fitAlignedPlane(const AlignmentSettings& settings, const InverseDepth& inverse_depth,
                               float& value, float& slope_u, float& slope_v) {

@@ -185,7 +185,7 @@ DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const ProjectedVerte
                                     const ProjectedVertex& b, const ProjectedVertex& c) {
   DrawnTriangle drawn{};
   if (a.inverse_depth == 0.0f || b.inverse_depth == 0.0f || c.inverse_depth == 0.0f) return drawn;
-  // The last pixel at or before a coordinate, and the first at or after it.
+  // `last` is the last pixel at or before a coordinate, `first` the first pixel at or after it.
   const auto last = [](int32_t at) { return at >> 8; };
   const auto first = [](int32_t at) { return (at + kPixelSteps - 1) >> 8; };
   static_assert(kPixelSteps == 1 << 8, "");

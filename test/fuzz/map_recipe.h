@@ -31,7 +31,7 @@ class MapRecipe {
     makeConsistent();
   }
 
-  /// The file: the records of the recipe, with a correct end.
+  /// The file: the records of the recipe; an end record gets correct content.
   Bytes file() {
     Bytes file = fileHead(map_format::kPurpose);
     RecordWriter out([&](const void* data, size_t bytes) {

@@ -195,7 +195,7 @@ std::string nameOfMode(const testing::TestParamInfo<ModeCase>& info) {
          (std::get<2>(info.param) ? "Directional" : "Undirected");
 }
 
-/// random_scene_test.cpp compares two threads with one in every mode.
+/// random_scene_test.cpp compares two threads with one in randomly drawn modes.
 INSTANTIATE_TEST_SUITE_P(TwoThreads, FusionModeParity,
                          testing::Combine(testing::Values(Candidate::kCpuTwoThreads),
                                           testing::Values(FusionMode::kNormalRayCasting),

@@ -99,7 +99,7 @@ class ScenarioRun {
   std::unique_ptr<ProbedMapper> mapper_;
   MeshStore mesh_;
   int count_ = 0;
-  size_t max_ = 0;  ///< Bytes of the map.
+  size_t max_ = 0;  ///< Most bytes of the map so far.
 };
 
 class PagingParity : public testing::TestWithParam<Candidate> {

@@ -1,5 +1,5 @@
-/// Frames for comparing backends: an analytic room from a moving camera, with the defects of real
-/// depth images.
+/// Frames for comparing backends: an analytic room seen by a moving camera, with the defects of
+/// real depth images.
 #pragma once
 
 #include <cstdint>

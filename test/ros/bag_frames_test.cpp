@@ -263,7 +263,7 @@ TEST_F(CompressedBag, DamagedImagesAreCounted) {
   EXPECT_EQ(source_->skipped(), (std::map<std::string, size_t>{{"bad_image", 2}}));
 }
 
-/// Adds colour images from a camera with its own frame to the empty ones of CompressedBag.
+/// Adds colour images whose camera has its own frame; those of CompressedBag are empty.
 class ColourBag : public CompressedBag {
  protected:
   void SetUp() override {

@@ -235,7 +235,7 @@ TEST_F(Correction, MayBeGivenAsAPathOfTheBase) {
   saveTrajectory(posesOf(truth, 4), in("same.txt"));
   const Answer same = callCorrect("/mapping", "same.txt");
   EXPECT_TRUE(same.success) << same.message;
-  EXPECT_EQ(same.moved, 0u) << "the same poses must not move it again";
+  EXPECT_EQ(same.moved, 0u) << "the same poses must not move the map again";
 }
 
 TEST_F(Correction, IsRefusedWithAReasonIfInvalid) {
@@ -298,7 +298,7 @@ TEST_F(Correction, MappingContinuesMeanwhile) {
       std::async(std::launch::async, callCorrect, "/mapping", "live.txt", "", "");
   ASSERT_TRUE(waitUntil([&] { return status_.status().correction_total > 0; }));
   drive(4, drifted);
-  drive(41, truth);  // the SLAM gives true poses from then on
+  drive(41, truth);  // from here on, the SLAM system gives true poses
   const Answer done = answer.get();
   ASSERT_TRUE(done.success) << done.message;
   EXPECT_GT(done.fused, 60u) << "images fused meanwhile are missing from the correction";

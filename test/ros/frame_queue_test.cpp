@@ -195,7 +195,7 @@ TEST_F(FrameQueueTest, DepthWaitsOnceColourHasArrived) {
   EXPECT_EQ(taken(), (Stamps{2.0, 2.0}));
 }
 
-/// Two cameras with the same stamps; the map takes only half of the frames.
+/// Two cameras with equal stamps; the map takes only half of the frames.
 TEST_F(FrameQueueTest, NoCameraStarves) {
   make({5, 1 << 20, 0.1}, 2);
   for (int i = 1; i <= 400; ++i) {
@@ -230,7 +230,7 @@ TEST_F(FrameQueueTest, InfrequentColourAndDepthBothProgress) {
   EXPECT_GT(accounting_[1].counts().fused, 20u);
 }
 
-/// Frames that arrive in time are taken in the same order, however their messages interleave.
+/// If frames arrive in time, their order does not depend on how their messages interleave.
 TEST_F(FrameQueueTest, TheOrderDoesNotDependOnArrival) {
   std::mt19937 random(7);
   for (int round = 0; round < 200; ++round) {

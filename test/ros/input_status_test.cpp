@@ -165,7 +165,7 @@ TEST_F(InputStatusTest, UnexpectedDropsAreReportedForAWhile) {
       << "the drops are recent";
   statusAfter(300, drop::kPaused, 0);
   statusAfter(300, drop::kPaused, 0);
-  EXPECT_EQ(statusAfter(300, drop::kPaused, 0), MapStatus::MAPPING) << "the drops are long ago";
+  EXPECT_EQ(statusAfter(300, drop::kPaused, 0), MapStatus::MAPPING) << "the drops are too old";
   drop(drop::kNoMask, 100);
   EXPECT_EQ(update().message.find("no_mask: "), std::string::npos)
       << "the last drop had another reason";

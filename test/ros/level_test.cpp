@@ -108,7 +108,7 @@ TEST_F(LevelTest, ALoadedMapProvidesItsLevel) {
   loaded.T_W_M = T_W_M;
   step_->replaced(&loaded, nullptr);
   PosedFrame frame = frameAt(0.0);
-  ASSERT_TRUE(place(frame)) << "the search for the floor has ended";
+  ASSERT_TRUE(place(frame)) << "the search for the floor continues";
   EXPECT_TRUE(poseOf(frame).isApprox(T_W_M, 1e-12));
 }
 

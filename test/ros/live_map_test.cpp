@@ -192,7 +192,7 @@ TEST_F(LiveMapTest, NothingIsMeshedUnlessRequested) {
   work();
   EXPECT_TRUE(changes_.take().blocks.empty());
   map_.flushMesh();
-  EXPECT_EQ(changes_.take().blocks.size(), 1u) << "extracted only to save it";
+  EXPECT_EQ(changes_.take().blocks.size(), 1u) << "the mesh was not extracted to save it";
 }
 
 /// Each further part follows when the mesh is due again, or with the next flushMesh().

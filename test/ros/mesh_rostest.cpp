@@ -171,7 +171,7 @@ TEST_F(MeshTest, SurfacePointsAreTheVerticesWithNormals) {
     EXPECT_EQ(fields.count(name), 1u) << name;
   }
   const sensor_msgs::PointCloud2ConstIterator<float> p_W(cloud, "x"), normal(cloud, "normal_x");
-  EXPECT_NEAR(p_W[2], 1.0f, 0.005f) << "the wall, which faces the camera";
+  EXPECT_NEAR(p_W[2], 1.0f, 0.005f) << "the point is not on the wall";
   EXPECT_LT(normal[2], -0.99f);
 }
 

@@ -179,7 +179,7 @@ TEST_F(PosesTest, CamerasOfARigAreCorrectedSeparately) {
     push(1.95 + 0.01 * static_cast<double>(camera), colour, 1, "colour", camera);
   }
   ASSERT_EQ(painted_x_m.size(), 2u);
-  for (const double x_m : painted_x_m) EXPECT_NEAR(x_m, 0.0, 0.1) << "moved like its own camera";
+  for (const double x_m : painted_x_m) EXPECT_NEAR(x_m, 0.0, 0.1) << "not moved like its camera";
   expectAccounted();
 }
 
@@ -309,7 +309,7 @@ using Eigen::Matrix3d;
 
 constexpr double kSigma_m = 0.05, kSigma_rad = 0.035;
 
-/// Standard deviations are 1 mm and 1 mrad, except kSigma_m along one axis, which is not observed.
+/// Standard deviations are 1 mm and 1 mrad, except kSigma_m along `axis`, which is not observed.
 Alignment slidingAlong(const Vector3d& axis) {
   Alignment alignment;
   alignment.status = AlignmentStatus::kAligned;
@@ -348,7 +348,7 @@ TEST(PoseCovariance, TrackedPosesAreUncertainAlongFreeAxes) {
       << "an image that was not aligned must keep its covariance";
 }
 
-/// Compares with an error of the camera that is moved as a rigid body.
+/// Compares with an error of the camera, transformed to another point of the rigid body.
 TEST(PoseCovariance, ErrorsMoveWithTheBody) {
   Eigen::Matrix<double, 6, 1> error;
   error << 0.01, -0.02, 0.03, 0.001, 0.002, -0.003;

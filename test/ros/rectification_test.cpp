@@ -172,11 +172,11 @@ TEST(Rectification, LeavesRectifiedImagesUnchanged) {
   const auto zeros = makeInfo("plumb_bob", std::vector<double>(5, 0.0));
   EXPECT_TRUE(isChanged(Usage::kAuto, "/camera/depth/image_raw", distorted));
   EXPECT_TRUE(isChanged(Usage::kAuto, "/rectified/image", distorted))
-      << "only the last name counts";
+      << "only the last part of the topic counts";
   EXPECT_FALSE(isChanged(Usage::kAuto, "/camera/depth/image_rect_raw", distorted));
   EXPECT_FALSE(isChanged(Usage::kAuto, "/d/image_rect/compressedDepth", distorted));
   EXPECT_FALSE(isChanged(Usage::kAuto, "image_rect", zeros));
-  EXPECT_TRUE(isChanged(Usage::kAuto, "image_raw", plain)) << "P is not K";
+  EXPECT_TRUE(isChanged(Usage::kAuto, "image_raw", plain)) << "P differs from K";
   plain->P = {50.0, 0.0, 29.0, 0.0, 0.0, 52.0, 19.0, 0.0, 0.0, 0.0, 1.0, 0.0};
   EXPECT_FALSE(isChanged(Usage::kAuto, "image_raw", plain));
   plain->R = {0.8, 0.0, 0.6, 0.0, 1.0, 0.0, -0.6, 0.0, 0.8};

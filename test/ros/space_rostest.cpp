@@ -124,7 +124,7 @@ class SpaceTest : public WallCamera {
   ros::Time last_stamp_;  ///< Stamp of the last fused frame.
 };
 
-/// Queries corners of a robot in its own frame; the wall is on its right.
+/// Queries points of a robot in the robot's frame; the wall is on its right.
 TEST_F(SpaceTest, AFootprintCanBeQueried) {
   fuseFrames(3);
   Eigen::Isometry3d T_W_B(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
@@ -179,7 +179,7 @@ TEST_F(SpaceTest, BadRequestsAreRefusedWithAReason) {
   const GetDistances::Response many = ask(bad);
   EXPECT_TRUE(many.success) << many.message;
   EXPECT_EQ(many.distances.size(), 100000u);
-  // No point is too far for a query.
+  // No point is too far away to be queried.
   good.points = {pointOf(1e300, -1e300, 0.0)};
   const GetDistances::Response far = ask(good);
   ASSERT_TRUE(far.success) << far.message;
@@ -308,7 +308,7 @@ TEST_F(SpaceTest, UpdatesMatchTheGridOfLateSubscribers) {
 
   const auto update =
       firstMessage<map_msgs::OccupancyGridUpdate>("/mapping/occupancy_grid_updates");
-  EXPECT_EQ(update.width, reader.grid().info.width) << "a late subscriber gets everything";
+  EXPECT_EQ(update.width, reader.grid().info.width) << "a late subscriber does not get everything";
   EXPECT_EQ(update.data, reader.grid().data);
 }
 

@@ -135,7 +135,7 @@ TEST_F(Track, TrackingContinuesFromASetPose) {
   expectAt(room_bag::poseAt(0));
 }
 
-/// Tracking continues at the same pose in the empty map.
+/// When the map is cleared, tracking continues from the last pose.
 TEST_F(Track, TrajectoryIsSavedAndClearedWithTheMap) {
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
   dtsdf_mapping::SaveTrajectory call;

@@ -176,11 +176,11 @@ TEST_F(TransformsTest, FindsAnotherParentOfAFrame) {
   EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(1.0)), "");
   putTransform(transforms_, 1.0, 1.0, "camera", "odom");
   EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(5.0)), "odom");
-  EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(7.0)), "") << "it has ended";
+  EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(7.0)), "") << "odom has ended";
   EXPECT_EQ(transforms_.otherParentOf("camera", "odom", ros::Time(1.0)), "");
   const auto mount = makeTransform("arm", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0));
   transforms_.take(mount, "test", true);
-  EXPECT_EQ(transforms_.otherParentOf("lens", "map", ros::Time(700.0)), "arm") << "it is static";
+  EXPECT_EQ(transforms_.otherParentOf("lens", "map", ros::Time(700.0)), "arm") << "arm is static";
 }
 
 Eigen::Isometry3d poseAt(double x_m, double turn_deg = 0.0) {

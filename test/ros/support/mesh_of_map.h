@@ -16,7 +16,7 @@ namespace dtsdf {
 
 struct MeshOfMap {
   size_t triangles = 0;  ///< In the status.
-  size_t shown = 0;      ///< In messages, with those that close holes.
+  size_t shown = 0;      ///< In messages, whose chunks are mended.
 };
 
 inline MeshOfMap meshOfMap(const std::string& path) {

@@ -1,4 +1,4 @@
-/// Makes messages of cameras and transforms.
+/// Makes messages with images and transforms.
 #pragma once
 
 #include <sensor_msgs/Image.h>

@@ -1,4 +1,4 @@
-/// A subscriber without roscpp: it connects like ROS, but reads only on demand.
+/// A subscriber without roscpp: it connects as roscpp does, but reads only on demand.
 #pragma once
 
 #include <ros/message_traits.h>

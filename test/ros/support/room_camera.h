@@ -49,7 +49,7 @@ class OdometryWatcher {
   size_t count() const { return count_; }
   const nav_msgs::Path& path() const { return path_; }
 
-  /// Waits for the odometry with a stamp.
+  /// Waits for the odometry with this stamp.
   bool waitFor(const ros::Time& stamp) const;
 
   /// The pose in the newest odometry.

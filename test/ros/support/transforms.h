@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Puts the camera at (x, 0, 0) of its parent, not rotated.
+/// Puts `child` at (x, 0, 0) of `parent`, not rotated.
 inline void putTransform(Transforms& transforms, double stamp_s, double x,
                          const std::string& child = "camera", const std::string& parent = "map") {
   const Eigen::Isometry3d T(Eigen::Translation3d(x, 0.0, 0.0));
@@ -23,7 +23,7 @@ inline sensor_msgs::ImagePtr makeDepthImage(double stamp_s, const std::string& f
       makeHeader(ros::Time(stamp_s), frame), "16UC1", 4, 2, std::vector<uint16_t>(8, 1000)));
 }
 
-/// A mask for such an image.
+/// A mask for an image of makeDepthImage().
 inline sensor_msgs::ImagePtr makeMask(double stamp_s, const std::vector<uint8_t>& pixels) {
   const auto mask = boost::make_shared<sensor_msgs::Image>(
       makeImageMessage(makeHeader(ros::Time(stamp_s), ""), "mono8", 4, 2, pixels));

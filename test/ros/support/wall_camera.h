@@ -1,4 +1,4 @@
-/// Tests of a node with a FakeCamera in front of a wall at one metre.
+/// The fixture of tests with a FakeCamera, which sees a wall at one metre.
 #pragma once
 
 #include <gtest/gtest.h>

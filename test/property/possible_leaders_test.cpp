@@ -11,8 +11,8 @@
 namespace dtsdf {
 namespace {
 
-/// Mostly samples as fused from a plane through the unit, with gaps, so that many corners are known
-/// to at most one direction. Some directions have the back of the plane, or noise.
+/// Mostly samples of a plane through the unit, as fusion makes them. They have gaps, so that many
+/// corners are known to at most one direction. Some directions see the back of the plane, or noise.
 UnitSamples randomUnitSamples(std::mt19937& random) {
   std::normal_distribution<float> normal;
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
@@ -56,8 +56,8 @@ class PossibleLeaders : public testing::TestWithParam<float> {
   }
 };
 
-/// Tests units of directional and of undirected maps.
-TEST_P(PossibleLeaders, AUnitWithoutOneIsEmpty) {
+/// Tests units of directional and undirected maps.
+TEST_P(PossibleLeaders, AUnitWithoutALeaderIsEmpty) {
   for (const bool directional : {true, false}) {
     int surfaces = 0, skipped_active = 0;
     for (int n = 0; n < kCases; ++n) {

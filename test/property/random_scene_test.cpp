@@ -173,8 +173,8 @@ TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   }
 }
 
-/// Regions are cleared between frames: updating the mesh throughout or once at the end gives the
-/// same mesh. Clearing everything leaves nothing.
+/// Regions are cleared between frames. Updating the mesh throughout gives the same mesh as updating
+/// it once. Clearing everything leaves nothing.
 TEST_P(RandomScenes, RegionsMayBeClearedAtAnyTime) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());

@@ -15,7 +15,7 @@ using Colour = std::array<uint8_t, 3>;
 /// The colour of a scene's surface at a point, in W.
 using SurfaceColour = std::function<Colour(const Eigen::Vector3d& p_W)>;
 
-/// Waves of colour, one channel along each axis.
+/// Waves of colour: red along x and z, green along y, blue along z.
 Colour wavesAt(const Eigen::Vector3d& p_W);
 
 /// A colour image, rgb8, that owns its pixels.
@@ -36,7 +36,7 @@ struct PaintedFrame {
 PaintedFrame renderColour(const Scene& scene, const SurfaceColour& colour,
                           const Eigen::Isometry3d& T_W_C, int width = 160, int height = 120);
 
-/// The pose of a camera `offset_m` to the right of another one, looking in the same direction.
+/// The pose of a camera `offset_m` to the right of the camera at T_W_C, with the same orientation.
 Eigen::Isometry3d besideCamera(const Eigen::Isometry3d& T_W_C, double offset_m);
 
 }  // namespace dtsdf

@@ -56,7 +56,7 @@ MapperParams pagedParams(MapperParams params, int max_memory_mb, const std::stri
 /// Fuses all frames and makes the mesh once; every frame must be fused.
 Mesh reconstruct(const MapperParams& params, const std::vector<SceneFrame>& frames);
 
-/// Distances of a mesh's vertices to the surface of a scene.
+/// Distances of a mesh's vertices from the surface of a scene.
 struct SurfaceError {
   double rms_m = 0.0, max_m = 0.0;
   size_t vertices = 0;

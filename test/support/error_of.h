@@ -5,7 +5,7 @@
 
 namespace dtsdf {
 
-/// The text of the `Error` that `action` throws; "" if it throws none.
+/// The text of the `Error` that `action` throws; "" if it throws nothing.
 template <class Error = std::exception, class Action>
 std::string errorOf(const Action& action) {
   try {

@@ -20,7 +20,7 @@ thread_local int allocations_left = -1;
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
-/// Without this one, a sanitizer's own operator new[] would bypass the operator above.
+/// Without this operator, a sanitizer's own operator new[] would bypass operator new above.
 [[gnu::noinline]] void* operator new[](size_t bytes) { return operator new(bytes); }
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }

@@ -12,7 +12,8 @@
 
 namespace dtsdf {
 
-/// Unknown space. Changes come in parts_left parts of many cubes, each with one free cell.
+/// Space without known cells. Its changes come in parts_left parts of many cubes, each with one
+/// free cell.
 class FakeSpace : public Space {
  public:
   double cellSize_m() const override { return 0.1; }
@@ -49,7 +50,7 @@ class FakeMapper : public Mapper {
     return {};
   }
 
-  /// Controlled by `aligns`; without it, the result is unmapped.
+  /// Calls `aligns` if set; otherwise the result is unmapped.
   Alignment align(const DepthFrame& frame, const PosePrior&) override {
     if (aligns) return aligns(frame);
     Alignment alignment;
@@ -89,7 +90,7 @@ class FakeMapper : public Mapper {
     return update;
   }
 
-  /// Only counts the call.
+  /// Counts the call, but clears nothing.
   ClearedRegion clearRegion(const Region&) override {
     throwIf(fails_to_clear);
     ++cleared_regions;
@@ -148,7 +149,7 @@ class FakeMapper : public Mapper {
     if (fails) throw std::runtime_error("out of memory");
   }
 
-  std::map<int, int> changed_;  ///< Number of the last frame that changed a block, by its x.
+  std::map<int, int> changed_;  ///< The last frame that changed a block, by the block's x.
 };
 
 }  // namespace dtsdf

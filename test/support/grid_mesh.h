@@ -1,4 +1,4 @@
-/// Meshes of grids.
+/// Triangles of grids.
 #pragma once
 
 #include <cstdint>

@@ -23,7 +23,7 @@ testing::AssertionResult sameMaps(ProbedMapper& a, ProbedMapper& b) {
       if (!sameBytes(x[i].voxels[d], y[i].voxels[d]))
         return place() << "differs in direction " << d;
       if (!sameBytes(x[i].colours[d], y[i].colours[d]))
-        return place() << "differs in its colours of direction " << d;
+        return place() << "differs in the colours of direction " << d;
     }
   }
   return testing::AssertionSuccess();

@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace {
 
-/// How often triangles traverse a side from its smaller to its greater vertex, and back.
+/// How often triangles traverse a side from its smaller to its greater vertex (up) or back (down).
 struct Passes {
   int up = 0, down = 0;
 };
@@ -35,9 +35,10 @@ size_t countCoincident(const Mesh& mesh) {
 
 std::ostream& operator<<(std::ostream& out, const MeshTopology& t) {
   return out << t.triangles << " triangles, " << t.boundary_edges << " boundary edges, "
-             << t.nonmanifold_edges << " crowded, " << t.inconsistent_edges << " inconsistent, "
-             << t.repeated_corners << " repeated corners, " << t.zero_areas << " zero areas, "
-             << t.unused_vertices << " unused vertices, " << t.coincident_vertices << " coincident";
+             << t.nonmanifold_edges << " non-manifold, " << t.inconsistent_edges
+             << " inconsistent, " << t.repeated_corners << " repeated corners, " << t.zero_areas
+             << " zero areas, " << t.unused_vertices << " unused vertices, "
+             << t.coincident_vertices << " coincident";
 }
 
 MeshTopology measureTopology(const std::vector<Triangle>& triangles) {

@@ -16,11 +16,11 @@ struct MeshTopology {
   size_t triangles = 0;
   size_t boundary_edges = 0;      ///< Sides of a single triangle.
   size_t nonmanifold_edges = 0;   ///< Sides of more than two triangles.
-  size_t inconsistent_edges = 0;  ///< Other sides, traversed more often in one direction.
+  size_t inconsistent_edges = 0;  ///< Shared sides, traversed more often in one direction.
   size_t repeated_corners = 0;    ///< Triangles that contain a vertex twice.
   size_t zero_areas = 0;          ///< Triangles whose corners are collinear.
   size_t unused_vertices = 0;
-  size_t coincident_vertices = 0;  ///< Vertices at exactly the position of another.
+  size_t coincident_vertices = 0;  ///< Vertices at exactly the position of another vertex.
 
   /// Whether there are no holes, and each side joins two triangles with the same orientation.
   bool isClosedManifold() const {
@@ -31,7 +31,7 @@ struct MeshTopology {
 
 std::ostream& operator<<(std::ostream& out, const MeshTopology& topology);
 
-/// Only the counts that need no positions: of sides and repeated corners.
+/// Only the counts that need no positions: triangles, sides and repeated corners.
 MeshTopology measureTopology(const std::vector<Triangle>& triangles);
 
 MeshTopology measureTopology(const Mesh& mesh);

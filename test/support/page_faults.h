@@ -25,7 +25,7 @@ inline std::vector<int> openFilesIn(const std::string& folder) {
   return files;
 }
 
-/// In each page file, overwrites the first bytes of `pieces` successive pieces of `bytes` bytes.
+/// In each page file, overwrites three bytes every `bytes` bytes, `pieces` times.
 inline void damagePages(const std::string& folder, int pieces, off_t bytes) {
   for (const int file : openFilesIn(folder)) {
     for (int i = 0; i < pieces; ++i) {
@@ -45,7 +45,7 @@ inline void overwritePages(const std::string& folder) {
   }
 }
 
-/// While it exists, reads and writes of the page files fail.
+/// Makes reads and writes of the page files fail while it exists.
 class DiskOutage {
  public:
   explicit DiskOutage(const std::string& folder) {
@@ -70,8 +70,8 @@ class DiskOutage {
   std::vector<std::pair<int, int>> saved_;
 };
 
-/// While it exists, this process cannot write files beyond a size: writes fail with EFBIG, like
-/// ENOSPC on a full disk.
+/// Keeps this process from writing files beyond a size while it exists: writes fail with EFBIG, as
+/// they fail with ENOSPC on a full disk.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {

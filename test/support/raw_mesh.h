@@ -1,4 +1,4 @@
-/// Joins block meshes unchanged, without smoothing their outlines.
+/// Joins block meshes unchanged, without smoothing or mending their outlines.
 #pragma once
 
 #include <vector>

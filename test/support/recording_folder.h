@@ -16,7 +16,7 @@ inline std::string poseMatrix(double x) {
   return "0 -1 0 " + std::to_string(x) + "\n1 0 0 -2\n0 0 1 3\n0 0 0 1\n";
 }
 
-/// The pose of poseMatrix(), in one line.
+/// The pose of poseMatrix(), on one line.
 inline std::string poseLine(double x) {
   return "0 -1 0 " + std::to_string(x) + " 1 0 0 -2 0 0 1 3 0 0 0 1\n";
 }

@@ -95,7 +95,7 @@ testing::AssertionResult sameContents(const MapContents& a, const MapContents& b
   if (!haveSameLevel(a, b)) return differ("levels");
   if (a.stamp_s != b.stamp_s) return differ("stamps");
   if (a.frames != b.frames || a.supporting_frames != b.supporting_frames) return differ("frames");
-  if (a.painted != b.painted || a.exposure != b.exposure) return differ("states of colour");
+  if (a.painted != b.painted || a.exposure != b.exposure) return differ("painting or exposure");
   const bool same_blocks = std::equal(a.blocks.begin(), a.blocks.end(), b.blocks.begin(),
                                       b.blocks.end(), [](const MapBlock& x, const MapBlock& y) {
                                         return x.key.x == y.key.x && x.key.y == y.key.y &&

@@ -20,7 +20,7 @@ struct RoomRecording {
 };
 const RoomRecording& roomRecording();
 
-/// The colour of a surface point.
+/// Colours that change every 0.1 m along each axis.
 Colour stripes(const Eigen::Vector3d& p_W);
 
 /// Fuses the depth images `first` to `last` - 1 and, if `painted`, paints with the colour images.

@@ -86,7 +86,7 @@ TEST(SeenByViews, IncludesOnlyFacingSurfaces) {
 }
 
 TEST(SeenByViews, ExcludesHiddenAndOutOfViewPoints) {
-  // A sheet from x = -1 to 1, with its right half hidden from above by another.
+  // A sheet from x = -1 to 1. Another sheet above hides its right half.
   const MeshScene sheets(
       joined(makeRectangle(-1, -1, 1, 1, 0), makeRectangle(0, -2, 2, 2, 0.001f)));
   const SurfaceSamples samples = sampleSurface(sheets.mesh(), 20000, 1);
@@ -173,7 +173,7 @@ TEST(MeshTopology, BordersAndHolesUseWeldedVertices) {
 
 TEST(MeshTopology, ComponentsAreConnectedByVertices) {
   TriangleMesh mesh = joined(makeCube(0.5f), makeCube(0.5f));
-  EXPECT_EQ(meshTopology(mesh).components, 2u) << "touching vertices were welded";
+  EXPECT_EQ(meshTopology(mesh).components, 2u) << "coincident vertices were welded";
   mesh.triangles.push_back({0, 1, 12});
   EXPECT_EQ(meshTopology(mesh).components, 1u);
 }

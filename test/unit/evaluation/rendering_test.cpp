@@ -61,7 +61,7 @@ TEST(RenderView, MatchesTheAnalyticScene) {
     for (size_t i = 0; i < depth_m.size(); ++i) {
       if (std::abs(depth_m[i] - expected_m[i]) > 1e-5f) ++different;
     }
-    EXPECT_LT(different, 20u) << "only pixels on the silhouette may round differently";
+    EXPECT_LT(different, 20u) << "more than pixels on the silhouette differ";
   }
 }
 
@@ -167,9 +167,9 @@ TEST(DepthNoise, LosesGrazingAnglesAndEdges) {
   for (size_t i = 0; i < depth_m.size(); ++i) {
     if (depth_m[i] > 0.0f) continue;
     ++lost;
-    ASSERT_NEAR(i % 640, 319.5, 5.0) << "lost far from the edge";
+    ASSERT_NEAR(i % 640, 319.5, 5.0) << "lost a pixel far from the edge";
   }
-  EXPECT_NEAR(lost, 480, 60) << "about half of the two columns are lost";
+  EXPECT_NEAR(lost, 480, 60) << "not about half of two columns";
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ MapperParams mapParams(double voxel_m, int cell_voxels, double reach_m) {
   return readMapperParams({{"backend", std::string("cpu")},
                            {"space/enabled", true},
                            {"threads", 2},
-                           {"mesh/min_support", 1},  // the ground truth counts a single view, too
+                           {"mesh/min_support", 1},  // a single view is enough for the ground truth
                            {"map/voxel_size_m", voxel_m},
                            {"space/cell_voxels", cell_voxels},
                            {"space/max_distance_m", reach_m}});
@@ -71,7 +71,7 @@ TEST(SpaceFigures, DistinguishTheRightSceneFromAnother) {
   EXPECT_GT(figures.truly_free, 100u);
   EXPECT_GT(figures.found_free, 0.6 * figures.truly_free);
 
-  // Compared with another scene, distances are wrong and free cells are not free.
+  // In another scene, these distances are wrong and some of these free cells are not free.
   Scene other = viewed.scene;
   other.add(makeBox({0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}));
   const SpaceFigures wrong =

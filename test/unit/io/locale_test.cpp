@@ -1,5 +1,5 @@
-// Numbers in files and messages have decimal points even if the host program, for example through
-// Qt, sets a C or C++ locale with decimal commas.
+// Numbers in files and messages have decimal points, even if the host program sets a C or C++
+// locale with decimal commas, for example through Qt.
 #include <gtest/gtest.h>
 
 #include <clocale>

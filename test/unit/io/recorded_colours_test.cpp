@@ -14,7 +14,7 @@ class RecordedColoursTest : public testing::Test {
   void SetUp() override {
     writeTumFolder(folder_, 3);
     std::filesystem::create_directories(folder_ / "rgb");
-    // Blue, green, red for OpenCV. Not sorted by stamp; the last one has no pose.
+    // OpenCV puts blue first. The list is not sorted by stamp, and its last image has no pose.
     cv::imwrite(folder_ / "rgb/a.png", cv::Mat(kTumHeight, kTumWidth, CV_8UC3, {10, 20, 30}));
     cv::imwrite(folder_ / "rgb/b.jpg", cv::Mat(kTumHeight, kTumWidth, CV_8UC3, {200, 100, 50}));
     writeBytes(folder_ / "rgb.txt",
@@ -110,7 +110,7 @@ TEST_F(RecordedColoursTest, OtherPixelTypesBecomeRgb) {
   EXPECT_EQ(first("clear.png", cv::Mat(4, 5, CV_8UC4, {1, 2, 3, 4})), (std::vector<int>{3, 2, 1}));
 }
 
-/// libpng may write beyond the pixels of such an image.
+/// libpng may write beyond the pixels of an interlaced image with 16 bits.
 TEST_F(RecordedColoursTest, Interlaced16BitImagesAreRefused) {
   const std::string head(
       "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\2\0\0\0\2\x10\2\0\0\1\332\103\166\246\0\0\0\0IDAT", 41);
@@ -129,7 +129,7 @@ TEST_F(RecordedColoursTest, UnsupportedSubsamplingIsReported) {
   EXPECT_NE(error().find("subsampling"), std::string::npos) << error();
 }
 
-/// A truncated file is an error at any length and is not read in part.
+/// A truncated file is an error at any length; no part of it is read.
 TEST_F(RecordedColoursTest, TruncatedFilesAreErrors) {
   for (const std::string name : {"rgb/a.png", "rgb/b.jpg"}) {
     cv::Mat image(40, 60, CV_8UC3);
@@ -166,8 +166,8 @@ TEST(RateLimit, RestartsAfterGapsAndJumps) {
   EXPECT_TRUE(limit.takes(100.0));
   EXPECT_FALSE(limit.takes(100.05));
   EXPECT_TRUE(limit.takes(107.0));
-  EXPECT_FALSE(limit.takes(107.05)) << "missed images are not made up for";
-  EXPECT_TRUE(limit.takes(5.0)) << "stamps go back when a bag loops";
+  EXPECT_FALSE(limit.takes(107.05)) << "made up for missed images";
+  EXPECT_TRUE(limit.takes(5.0)) << "dropped an image after a bag looped";
   EXPECT_FALSE(limit.takes(5.05));
 }
 

@@ -37,7 +37,7 @@ class JournalOfALap : public testing::Test {
     return poses;
   }
 
-  /// Waits until all added records are in the file, then starts.
+  /// Starts once all added records are in the file.
   Refusion refusionOf(const std::vector<StampedPose>& poses) {
     EXPECT_TRUE(journal_.written().get());
     return Refusion(journal_.path(), journaledParams(), {journal_.count(), poses});
@@ -73,7 +73,7 @@ class CorrectedJournal : public JournalOfALap {
 TEST_F(CorrectedJournal, GivesTheMapOfTheCorrectedPoses) {
   JournalReplay replay(journal_.path());
   const CorrectionEffect effect = replay.correctGiven(truePoses());
-  EXPECT_EQ(effect.moved, size_t{kCount - 1}) << "all but the first move";
+  EXPECT_EQ(effect.moved, size_t{kCount - 1}) << "not all but the first moved";
   EXPECT_NEAR(effect.farthest_rad, 0.002 * (kCount - 1), 1e-6);
   EXPECT_TRUE(mapOf(replay, journaledParams()) == trueMap());
 }
@@ -106,7 +106,7 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileBeingWritten) {
   EXPECT_TRUE(mapOf(again, journaledParams()) == corrected);
 }
 
-/// A path may have a million poses: only those of images are kept.
+/// A path may have a million poses. Only poses of images are kept.
 TEST_F(CorrectedJournal, KeepsOnlyPosesOfImages) {
   std::vector<StampedPose> poses = truePoses();
   for (int i = 0; i < 1000000; ++i) poses.push_back({1000.0 + i, Eigen::Isometry3d::Identity()});
@@ -245,8 +245,7 @@ TEST(LevelledJournal, StaysLevel) {
   }
   ASSERT_TRUE(journal.written().get());
   JournalReplay replay(journal.path());
-  EXPECT_EQ(replay.correctGiven(given).moved, 0u)
-      << "apart from rounding, these are the fused poses";
+  EXPECT_EQ(replay.correctGiven(given).moved, 0u) << "poses moved that differ only by rounding";
   EXPECT_TRUE(mapOf(replay, journaledParams()) == fileOf(map.mapper()));
   JournalReplay tipped(journal.path());
   EXPECT_TRUE(contains(errorOf([&] {

@@ -89,7 +89,7 @@ TEST(GivenMotion, ConsecutiveJumpsAreDetected) {
 
 TEST(GivenMotion, StampsGoingBackBeginANewRecording) {
   const GivenMotion motion = seenUpTo(10);
-  EXPECT_FALSE(motion.isNewRecording({0.5, poseAtTime(0.5)})) << "only out of order";
+  EXPECT_FALSE(motion.isNewRecording({0.5, poseAtTime(0.5)})) << "the stamp is only out of order";
   EXPECT_TRUE(motion.isNewRecording({0.3, poseAtTime(0.3)}));
 }
 
@@ -99,9 +99,9 @@ TEST(GivenMotion, ACorrectionIsAdoptedOnlyOnce) {
   EXPECT_FALSE(motion.adoptsCorrection(T, {1.0, poseAtTime(1.0)}));
   EXPECT_TRUE(motion.adoptsCorrection(T, {1.1, T * poseAtTime(1.1)}));
   EXPECT_FALSE(motion.adoptsCorrection(T, {1.2, T * poseAtTime(1.2)}))
-      << "the correction was already adopted";
+      << "adopted a correction twice";
   EXPECT_TRUE(motion.adoptsCorrection(T, {0.3, poseAtTime(0.3)}));
-  EXPECT_FALSE(motion.isNewRecording({0.3, poseAtTime(0.3)})) << "its stamp was not added";
+  EXPECT_FALSE(motion.isNewRecording({0.3, poseAtTime(0.3)})) << "the stamp was not added";
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ TEST_F(JournalProgram, FusesCorrectedPoses) {
     poses.push_back({0.1 * static_cast<double>(i), images_[i].frame.T_W_C});
   }
   saveTrajectory(poses, folder_ / "poses.txt");
-  // The poses as read from the file, with its limited digits. The first one counts as unmoved.
+  // The poses as read from the file, with limited digits. The first pose counts as unmoved.
   const std::vector<StampedPose> read = readTrajectory(folder_ / "poses.txt", "").poses();
   for (size_t i = 0; i < images_.size(); ++i) {
     plain->integrate(withPose(images_[i], i == 0 ? wrongPose(0) : read[i].T_W_C).view());

@@ -1,4 +1,4 @@
-// A journal restores the map that it recorded, whatever happens to the process or the disk.
+// A journal restores the map that it recorded, and stays readable after a crash or a full disk.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -47,7 +47,7 @@ class Journal : public testing::Test {
 TEST_F(Journal, RestoresTheMap) {
   JournalWriter journal(journalOptions(folder_.path()));
   const std::string map = write(journal);
-  EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == map) << "an open journal can be read";
+  EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == map) << "cannot read an open journal";
   JournalReplay replay(journal.path());
   EXPECT_EQ(replay.depthImages(), size_t{kCount});
   EXPECT_EQ(replay.count(), journal.count());
@@ -66,7 +66,7 @@ TEST_F(Journal, ContainsTheLoadedMap) {
   map.load(folder_ / "map.dtsdf");
   map.fuse(image(3), 0.3);
   ASSERT_TRUE(journal.written().get());
-  fs::remove(folder_ / "map.dtsdf");  // the journal contains it
+  fs::remove(folder_ / "map.dtsdf");  // the journal contains the map
   EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == fileOf(map.mapper()));
   map.clear();
   map.fuse(image(5), 0.5);
@@ -129,12 +129,12 @@ TEST_F(Journal, IsReadableWhereverItIsCutOff) {
   }
   EXPECT_LT(fewest, most);
   writeBytes(path, bytes.substr(0, bytes.size() - 100) + std::string(100, '\0'));
-  EXPECT_NE(JournalReplay(path).incompleteEnd(), "") << "pages that never reached the disk";
+  EXPECT_NE(JournalReplay(path).incompleteEnd(), "") << "unwritten pages went unnoticed";
   std::string damaged = bytes;
   damaged[bytes.size() / 2] = static_cast<char>(damaged[bytes.size() / 2] ^ 4);
   writeBytes(path, damaged);
   EXPECT_NE(errorOf([&] { mapOf(path, journaledParams()); }), "")
-      << "damage in the middle is an error";
+      << "accepted damage in the middle";
 }
 
 TEST_F(Journal, ReportsWhenAFullDiskStoppedIt) {
@@ -281,7 +281,7 @@ TEST_F(Journal, OtherFilesAreRefused) {
   getrusage(RUSAGE_SELF, &before);
   EXPECT_NE(errorOf([&] { JournalReplay journal(sparse); }), "");
   getrusage(RUSAGE_SELF, &after);
-  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 << 10) << "KiB";
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 << 10) << "KiB allocated";
 }
 
 }  // namespace

@@ -27,8 +27,8 @@ double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm() + (a.linear() - b.linear()).norm();
 }
 
-// If all corrected poses move by one rigid motion, so do all images: before, between and after
-// them.
+// If all corrected poses move by one rigid motion, images before, between and after them move by
+// it, too.
 TEST(PoseCorrection, RigidMotionOfSomePosesMovesAll) {
   const std::vector<StampedPose> fused = straightPath(40);
   const Eigen::Isometry3d T = pose(0.3, -2.0, 0.4);
@@ -67,8 +67,8 @@ TEST(PoseCorrection, DriftIsDistributedByTime) {
   }
 }
 
-// A pose that differs only by the rounding of a file counts as unmoved. Images up to it stay, bit
-// for bit.
+// A pose that differs only by the rounding of a file counts as unmoved. Images up to that pose keep
+// theirs, bit for bit.
 TEST(PoseCorrection, UnmovedPosesStayBitIdentical) {
   const std::vector<StampedPose> fused = straightPath(40);
   Eigen::Isometry3d rounded = fused[10].T_W_C;
@@ -124,15 +124,15 @@ TEST(PoseCorrection, RefusesInvalidCorrections) {
   EXPECT_NE(errorFor(wrong).find("not a position"), std::string::npos);
   wrong = {0.5, fused[6].T_W_C};  // like rtabmap's mapPath, with one stamp for all poses
   EXPECT_NE(errorFor(wrong).find("the same stamp, 0.500 s"), std::string::npos) << errorFor(wrong);
-  EXPECT_EQ(errorFor({0.5, fused[5].T_W_C}), "") << "given twice";
+  EXPECT_EQ(errorFor({0.5, fused[5].T_W_C}), "") << "refuses a pose given twice";
   const std::string other = errorOf([&] { PoseCorrection({{500.0, fused[0].T_W_C}}, fused); });
   EXPECT_NE(other.find("no corrected pose has the stamp"), std::string::npos) << other;
   EXPECT_NE(errorOf([&] { PoseCorrection({}, fused); }), "");
   EXPECT_NE(errorOf([&] { PoseCorrection({{0.0, fused[0].T_W_C}}, {}); }), "");
 }
 
-// The corrected path may contain an image that was not fused. Its pose is not used, since the
-// motion there is unknown (here, a zigzag).
+// The corrected path may contain an image that was not fused. The pose of such an image is not
+// used, since the motion there is unknown (here, a zigzag).
 TEST(PoseCorrection, PosesOfDroppedImagesAreIgnored) {
   std::vector<StampedPose> path;
   for (int i = 0; i < 20; ++i) path.push_back({0.1 * i, pose(0.1 * i, 0.2 * (i % 2), 0.05 * i)});

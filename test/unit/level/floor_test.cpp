@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = 0.017453292519943295;
 
-/// T_M_R, where R is the room's frame (z up, floor at z = 0) and M that of the given poses.
+/// T_M_R. R is the room's frame (z up, floor at z = 0), and the given poses are in M.
 Eigen::Isometry3d tilted(double tilt_deg, const Vector3d& axis, const Vector3d& shift_m) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = Eigen::AngleAxisd(tilt_deg * kDegree, axis.normalized()).toRotationMatrix();
@@ -39,7 +39,7 @@ std::vector<SceneFrame> lapFrames(const Eigen::Isometry3d& T_M_R,
   return frames;
 }
 
-/// Searches all frames together.
+/// Searches for a floor in all frames together.
 FloorSearch searched(const std::vector<SceneFrame>& frames) {
   FloorSearch search;
   for (const SceneFrame& frame : frames) search.add(frame.view());
@@ -47,7 +47,7 @@ FloorSearch searched(const std::vector<SceneFrame>& frames) {
   return search;
 }
 
-/// Checks that levelling turns the room's z axis to that of W and puts its floor at z = 0.
+/// Checks that levelling aligns the room's z axis with that of W and puts its floor at z = 0.
 void expectLevel(const FloorPlane& floor, const Eigen::Isometry3d& T_M_R, double max_deg,
                  double max_m) {
   const Eigen::Isometry3d T_W_R = levelPose(floor.normal(), -floor.offset()) * T_M_R;
@@ -67,7 +67,7 @@ TEST(Floor, IsFoundExactlyInATiltedRoom) {
       tilted(25.0, Vector3d(1.0, 2.0, 0.0), Vector3d(3.0, -1.0, 7.0)),
       tilted(90.0, Vector3d::UnitX(), Vector3d(0.0, 1.0, 0.0)),
       tilted(180.0, Vector3d::UnitY(), Vector3d(0.0, 0.0, -2.0)),
-      roomCameraPose(0.0).inverse(),  // the map frame is the first camera's
+      roomCameraPose(0.0).inverse(),  // M is the first camera's frame
   };
   for (const Eigen::Isometry3d& T_M_R : frames) {
     const FloorSearch search = searched(lapFrames(T_M_R));
@@ -99,7 +99,7 @@ FloorSearch searchResultFrom(const Scene& scene, const Vector3d& eye, const Vect
 TEST(Floor, IsFoundNextToALargeTable) {
   Scene scene;
   scene.add(Plane{Vector3d::Zero(), Vector3d::UnitZ()});
-  scene.add(makeBox(Vector3d(1.6, 0.0, 0.4), Vector3d(1.6, 1.0, 0.8)));  // most of the view
+  scene.add(makeBox(Vector3d(1.6, 0.0, 0.4), Vector3d(1.6, 1.0, 0.8)));  // fills most of the view
   scene.add(makeBox(Vector3d(4.0, 0.0, 1.5), Vector3d(0.2, 8.0, 3.0)));
   const FloorSearch search =
       searchResultFrom(scene, Vector3d(0.0, 0.0, 1.5), Vector3d(2.0, 0.0, 0.6));
@@ -187,7 +187,7 @@ TEST(FloorSearch, SearchesUntilAFloorIsFound) {
   EXPECT_TRUE(search.problem().empty());
   const FloorPlane found = *search.floor();
   for (size_t i = 0; i < FloorSearch::kViews; ++i) EXPECT_FALSE(search.add(no_floor.view()));
-  EXPECT_EQ(search.floor()->offset(), found.offset()) << "the first result is kept";
+  EXPECT_EQ(search.floor()->offset(), found.offset()) << "a later result replaced the first";
 }
 
 TEST(FloorSearch, SkipsUnusableImages) {
@@ -213,7 +213,7 @@ TEST(LevelPose, IsTheSmallestRotation) {
   const Eigen::Isometry3d of_optical = levelPose(-Vector3d::UnitY(), 0.5);
   EXPECT_TRUE((of_optical.linear() * Vector3d::UnitX()).isApprox(Vector3d::UnitX()));
   EXPECT_TRUE((of_optical.linear() * Vector3d::UnitZ()).isApprox(Vector3d::UnitY()))
-      << "forward is not y";
+      << "the optical axis is not y";
   EXPECT_NEAR((of_optical * Vector3d(0.0, -0.5, 0.0)).z(), 0.0, 1e-12);
   EXPECT_NEAR(tiltOf(of_optical), 90.0, 1e-9);
   const Eigen::Isometry3d of_ned = levelPose(-Vector3d::UnitZ());

@@ -17,7 +17,7 @@ Eigen::Isometry3d opticalFromBody() {
   return T;
 }
 
-/// What PoseConvention says after a lap through the room with the poses poseOf(true pose).
+/// What PoseConvention reports after 4 s of a lap of `lap_s` with the poses poseOf(true pose).
 template <class PoseOf>
 std::string doubtAbout(const PoseOf& poseOf, double lap_s = 6.0,
                        DepthEncoding encoding = DepthEncoding::kFloat32) {

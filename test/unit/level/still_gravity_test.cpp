@@ -1,4 +1,4 @@
-// Tests the up vector from an accelerometer, which counts only while it is held still.
+// Tests the up vector from an accelerometer, whose samples count only while it is held still.
 #include "level/still_gravity.h"
 
 #include <gtest/gtest.h>
@@ -85,7 +85,7 @@ TEST(StillGravity, SkipsNonFiniteSamplesAndHandlesRestarts) {
   EXPECT_FALSE(gravity.add({52.01, Vector3d(nan, 0.0, 0.0), {}}));
   EXPECT_FALSE(gravity.add({nan, kGravity * kUp, {}}));
   EXPECT_TRUE(gravity.add({52.02, kGravity * kUp, {}}));
-  EXPECT_FALSE(gravity.add({10.0, kGravity * kUp, {}})) << "accepts stamps that go back";
+  EXPECT_FALSE(gravity.add({10.0, kGravity * kUp, {}})) << "kept samples although stamps went back";
   EXPECT_TRUE(feed(gravity, 10.0, 1.1, 100.0, kGravity * kUp));
 }
 

@@ -180,8 +180,8 @@ TEST(Align, RefusesBadFramesAndLeavesTheMapUnchanged) {
   EXPECT_TRUE(sameMaps(untouched.mapper(), session.mapper()));
 }
 
-/// All poses have the same error, plus noise. Images are corrected, and the filter learns most of
-/// the error, but little of the noise.
+/// All given poses share one error, plus noise. Each image is corrected, and the filter learns most
+/// of the shared error, but little of the noise.
 TEST(PoseRefiner, LearnsAConstantErrorButNotNoise) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
@@ -198,8 +198,7 @@ TEST(PoseRefiner, LearnsAConstantErrorButNotNoise) {
     frame.T_W_C = off(truth, constant + sign * noise, 0.5 * sign);
     const Alignment found = refiner.refine(session.mapper(), frame);
     ASSERT_EQ(found.status, AlignmentStatus::kAligned);
-    // An error that is not corrected is insignificant: it moves no wall by more than 0.2 voxels of
-    // 20 mm.
+    // An uncorrected error is insignificant: it moves no wall by more than 0.2 voxels of 20 mm.
     const double least_m = found.is_significant ? 1e-3 : 0.2 * 0.02 * std::sqrt(3.0);
     EXPECT_LT((found.T_W_C.translation() - truth.translation()).norm(), least_m) << i;
     if (i < 10) continue;
@@ -207,7 +206,7 @@ TEST(PoseRefiner, LearnsAConstantErrorButNotNoise) {
   }
 }
 
-/// The odometry has another origin than the map.
+/// The odometry and the map have different origins.
 TEST(PoseRefiner, LearnsTheOffsetOfTheOdometry) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
@@ -241,7 +240,8 @@ TEST(PoseRefiner, LeavesCorrectPosesUnchanged) {
   EXPECT_TRUE(refiner.T_W_O().isApprox(Isometry3d::Identity(), 1e-12));
 }
 
-/// From this pose the image fits all walls but one, and the alignment slips by centimetres.
+/// At the given pose, the image fits all walls but one, and the alignment from there slips by
+/// centimetres.
 TEST(PoseRefiner, AlsoTriesThePreviousPose) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
@@ -314,7 +314,7 @@ TEST(PoseRefiner, IgnoresInvalidPoses) {
   EXPECT_EQ(refiner.T_W_O().matrix(), undisturbed.T_W_O().matrix());
 }
 
-/// An error along the wall does not count.
+/// Only the error towards the wall counts, not the error along it.
 TEST(Align, ReportsTheMisplacement) {
   Session session(makeCpuParams());
   mapFrom(session, wall(), wallPose());

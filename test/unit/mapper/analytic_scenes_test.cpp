@@ -202,8 +202,8 @@ INSTANTIATE_TEST_SUITE_P(All, AnalyticScenes,
                          });
 
 /// Seen from all sides, a ball is a closed surface with one orientation. With support from one
-/// frame, 24 views are enough. If each sample needs support from two frames, it takes twice as
-/// many, because view rays miss some far samples.
+/// frame, 24 views are enough. If each sample needs support from two frames, it takes twice as many
+/// views, because view rays miss some far samples.
 class ClosedBall : public testing::TestWithParam<Mode> {};
 
 TEST_P(ClosedBall, HasNoBoundary) {
@@ -223,7 +223,7 @@ TEST_P(ClosedBall, HasNoBoundary) {
   }
 }
 
-/// Casting along view rays into the directional map is left out: some triangles are missing with
+/// Casting along view rays into the directional map is left out, as it misses some triangles with
 /// any number of views.
 INSTANTIATE_TEST_SUITE_P(Modes, ClosedBall,
                          testing::Values(Mode{FusionMode::kVoxelProjection, true},

@@ -24,7 +24,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 MapperParams testParams() { return makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f); }
 
-/// A frame of the room, or a later one. Both are rendered only once.
+/// A frame of the room, or a later frame. Each is rendered only once.
 SceneFrame goodFrame(bool later = false) {
   static const SceneFrame frames[] = {renderFrame(makeRoomScene(), roomCameraPose(0.0), 80, 60),
                                       renderFrame(makeRoomScene(), roomCameraPose(2.0), 80, 60)};
@@ -148,8 +148,8 @@ TEST(EmptyDepth, IsNoMeasurement) {
   }
 }
 
-/// Depths of 50 m are out of range, but clear. Such a frame counts as empty only where nothing
-/// clears: without clearing, or with voxel projection.
+/// Depths of 50 m are too far to be fused, but clear space. Without clearing, or with voxel
+/// projection, such a frame counts as empty.
 TEST(EmptyDepth, OutOfRangeDepthOnlyClears) {
   SceneFrame frame = goodFrame();
   std::fill(frame.depth_m.begin(), frame.depth_m.end(), 50.0f);
@@ -225,8 +225,8 @@ TEST(OddFrames, RoundedRotationsAreAccepted) {
   EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kFused);
 }
 
-/// A pixel more than a pixel away from all others has no normal. Voxel projection into the
-/// undirected map needs none, so only there does it count.
+/// A pixel more than a pixel away from all others has no normal. Only voxel projection into the
+/// undirected map needs no normals and counts such pixels.
 TEST(LonelyPixels, CountIfNoNormalsAreNeeded) {
   SceneFrame frame = goodFrame();
   for (int v = 0; v < frame.frame.height; ++v) {

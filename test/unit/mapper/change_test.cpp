@@ -70,7 +70,8 @@ TEST_P(Change, RemovedObjectsVanish) {
     ASSERT_GT(trianglesOfBallNow(session), 300u);
     see(session, look(farWall()), removed_after);
     EXPECT_EQ(trianglesOfBallNow(session), 0u)
-        << "remembers " << memory_frames << ", needs " << min_support << ", seen in " << seen;
+        << "memory_frames " << memory_frames << ", min_support " << min_support << ", seen "
+        << seen;
   };
   for (const int seen : {2, 60}) check(8, 2, seen, 12);
   check(8, 1, 60, 12);

@@ -104,7 +104,7 @@ TEST_P(ClearRegion, EmptiesExactlyTheVoxelsInside) {
         ++(inside ? emptied : kept);
         holds = holds || !inside;
       }
-      EXPECT_EQ(is_there, holds) << "an empty array was not freed, or another was";
+      EXPECT_EQ(is_there, holds) << "not exactly the empty arrays were freed";
       arrays += holds;
     }
   }

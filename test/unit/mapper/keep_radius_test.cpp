@@ -23,7 +23,7 @@ MapperParams params(float keep_radius_m) {
   return params;
 }
 
-/// A view of a wall that runs along x, from a place at this x.
+/// A view of a wall that runs along x, from a camera at `x`.
 SceneFrame lookFrom(double x, int width = 80) {
   Scene scene;
   scene.add(Plane{{0.0, 1.5, 0.0}, -Vector3d::UnitY()});
@@ -97,7 +97,7 @@ TEST(KeepRadius, MeshesOfDroppedBlocksAreRemoved) {
 }
 
 /// A flight far longer than the budget allows: nothing is refused, whether meshes are updated
-/// always, never or only at first.
+/// throughout, never or only at first.
 TEST(KeepRadius, BoundsMemoryOnLongFlights) {
   for (const int meshed_frames : {0, 40, 1000}) {
     MapperParams settings = params(kKeptRadius_m);
@@ -117,7 +117,7 @@ TEST(KeepRadius, BoundsMemoryOnLongFlights) {
   }
 }
 
-/// The kept ball may have another centre than the camera.
+/// The centre of the kept ball need not be the camera.
 TEST(KeepRadius, UsesTheCentreGivenByAFrame) {
   Session session(params(kKeptRadius_m));
   session.integrate(lookFrom(0.0));
@@ -147,7 +147,6 @@ TEST(KeepRadius, DropsALimitedNumberOfBlocksPerFrame) {
   EXPECT_EQ(session.mapper().stats().dropped_blocks, first);
 }
 
-/// A refused frame drops nothing.
 TEST(KeepRadius, RefusedFramesDropNothing) {
   Session session(params(kKeptRadius_m));
   session.integrate(lookFrom(0.0));

@@ -29,7 +29,8 @@ std::vector<SceneFrame> noisyFrames(const Scene& scene, const Vector3d& eye_W, i
 }
 
 /// Noise of 6 mm, with voxels of 5 mm. If the reach stayed at 1.75 voxels, the 15 % of depths
-/// beyond it would form surfaces of their own. The few beyond the truncation distance still do.
+/// beyond it would form surfaces of their own. The few depths beyond the truncation distance still
+/// do.
 TEST(NoisyWall, AveragesToOneSurface) {
   constexpr float kVoxel_m = 0.005f, kNoise = 0.006f;
   Scene scene;
@@ -42,7 +43,7 @@ TEST(NoisyWall, AveragesToOneSurface) {
   EXPECT_LT(found.rms_m, 0.5 * kVoxel_m);
 }
 
-/// With noise of 8 mm, more depths lie beyond the truncation distance. They form small isolated
+/// With noise of 8 mm, more depths lie beyond the truncation distance. These form small isolated
 /// pieces near the wall.
 TEST(NoisyWall, LosesMostSmallPiecesNearby) {
   constexpr float kVoxel_m = 0.005f, kNoise = 0.008f;

@@ -55,7 +55,7 @@ std::vector<PackedChunk> packAll(const MeshStore& store, int chunk_blocks) {
   return packed;
 }
 
-/// Triangles of all chunks, with vertices at the same place merged.
+/// Triangles of all chunks. Vertices at the same place are merged.
 Mesh joinByPlace(const std::vector<PackedChunk>& chunks, double step_m) {
   std::map<Point, uint32_t> numbers;
   Mesh mesh;
@@ -162,7 +162,7 @@ TEST(PackedChunks, MeetWhereTheMeshEnds) {
   }
 }
 
-/// Floats in metres would be 4 mm apart there.
+/// Floats in metres are 4 mm apart at 40 km.
 TEST(PackedChunks, AreTheSameFortyKilometresAway) {
   const MeshUpdate near = meshOfABall(0);
   MeshUpdate far = near;
@@ -198,8 +198,8 @@ BlockMesh squareIn(const BlockKey& key) {
   return mesh;
 }
 
-TEST(PackedChunks, TakeWideIndicesOnlyWhereTheyHaveTo) {
-  // Blocks have no vertices on their upper faces, so they share none.
+TEST(PackedChunks, UseWideIndicesOnlyIfNeeded) {
+  // These blocks have no vertices on their upper faces, so they share none.
   const auto chunkWith = [](int blocks) {
     MeshStore store(kVoxelSize);
     std::vector<PackedKey> keys;
@@ -229,7 +229,7 @@ TEST(PackedChunks, TakeWideIndicesOnlyWhereTheyHaveTo) {
   EXPECT_EQ(wide.corner(wide.triangles32.size() - 1), 129u * 512u - 1);
 }
 
-TEST(PackedChunks, HaveColoursOnceSomethingIsPainted) {
+TEST(PackedChunks, HaveColoursIfAnyBlockIsPainted) {
   const ChunkLattice lattice(kVoxelSize, 4);
   MeshUpdate update;
   update.blocks = {squareIn({0, 0, 0}), squareIn({2, 0, 0})};
@@ -244,7 +244,7 @@ TEST(PackedChunks, HaveColoursOnceSomethingIsPainted) {
   EXPECT_EQ(vertexColour(MeshColour::kImage, mesh, 4), (std::array<uint8_t, 3>{10, 20, 30}));
 }
 
-TEST(PackedNormals, AreWithinTenThousandths) {
+TEST(PackedNormals, AreOffByLessThanATenThousandth) {
   std::mt19937 random(1);
   float worst = 0.0f;
   const auto check = [&](const Vec3f& n) {

@@ -39,7 +39,7 @@ Colour plateColour(const Vector3d& p_W) {
   return p_W.x() > 0.0033 ? kRed : kBlue;
 }
 
-/// Poses around the plate, at `radius_m` from the z axis and changing heights.
+/// Poses around the plate, at `radius_m` from the z axis, at changing heights.
 std::vector<Eigen::Isometry3d> orbit(int count, double radius_m) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < count; ++i) {
@@ -123,7 +123,7 @@ INSTANTIATE_TEST_SUITE_P(Voxels, PaintedPlate, testing::Values(0.01f, 0.02f),
                            return std::to_string(std::lround(1000.0f * info.param)) + "mm";
                          });
 
-/// One array cannot store two colours.
+/// A voxel of an undirected map has one colour for both sides.
 TEST(Paint, UndirectedMapMixesTheSides) {
   const PlateColours judged = judgePlate(paintedPlate(0.02f, false), 0.02);
   EXPECT_GT(judged.other_side + judged.background + judged.unpainted, 0.05);
@@ -207,8 +207,8 @@ TEST(Paint, HiddenSurfacesAreNotPainted) {
   EXPECT_NEAR(seen.mean[1], kGreen[1], 0.5);
 }
 
-/// The colour stays the same while the camera moves along a wall and its exposure and white balance
-/// change.
+/// The wall keeps its colour while a camera moves along it and changes its exposure and white
+/// balance.
 TEST(Paint, ExposureChangesLeaveNoPatches) {
   const auto mapper = makeMapperAt(0.02f);
   for (double x = 0.0; x < 2.0; x += 0.5) fuse(*mapper, wallScene(), lookingAtWall({x, 0.0, 0.0}));
@@ -258,7 +258,7 @@ void feed(Mapper& mapper, const RoomFrames& frames, size_t i) {
   mapper.paint(frames.colour[i].view());
 }
 
-TEST(Paint, RepeatingAnImageChangesNoMesh) {
+TEST(Paint, RepeatingAnImageDoesNotChangeTheMesh) {
   const auto mapper = makeMapperAt(0.02f);
   fuse(*mapper, wallScene(), lookingAtWall(Vector3d::Zero()));
   const PaintedFrame frame = plainFrame(kGreen, lookingAtWall({0.1, 0.1, 0.0}));
@@ -370,7 +370,7 @@ TEST(Paint, BadImagesAreRefusedAndChangeNothing) {
   EXPECT_EQ(makeMapperAt(0.02f)->paint(good.view()).status, FrameStatus::kNoMeasurement);
 }
 
-/// A picture in each colour encoding, and a grey one; rows are padded.
+/// One picture in each colour encoding, and a grey picture. Rows are padded.
 TEST(Paint, ReadsEveryEncoding) {
   const PaintedFrame rgb = plainFrame({200, 100, 50}, lookingAtWall(Vector3d::Zero()));
   const auto colours = [&](ColourEncoding encoding, const std::vector<uint8_t>& pixel) {

@@ -158,7 +158,7 @@ TEST_P(AfterTheDark, TheCameraIsFoundAgainNearby) {
   }
   EXPECT_EQ(found.status, AlignmentStatus::kAligned);
   EXPECT_FALSE(tracking.tracker().isLost());
-  EXPECT_GE(unsure, 2) << "a single image may fit by chance";
+  EXPECT_GE(unsure, 2) << "trusted a single image";
   EXPECT_GT(tracking.fused(), 30u);
 }
 
@@ -199,7 +199,7 @@ TEST(PoseTracker, ResumesFromASetPose) {
   EXPECT_LT(shiftBetween_m(found.T_W_C, truth), 5e-3);
 }
 
-/// The pose found for the first image slid away and is not held.
+/// The alignment of the first image slides away, so the tracker searches around the set pose.
 TEST(PoseTracker, SearchesAroundASetPose) {
   FakeMapper mapper;
   mapper.integrate(DepthFrame());
@@ -217,7 +217,7 @@ TEST(PoseTracker, SearchesAroundASetPose) {
   EXPECT_TRUE(tracker.lastPose()->isApprox(handAt(0.0)));
   tracker.track(mapper, DepthFrame(), kPeriod_s);
   ASSERT_GT(tried.size(), 1u);
-  EXPECT_TRUE(tried[1].isApprox(handAt(0.0))) << "the search begins elsewhere";
+  EXPECT_TRUE(tried[1].isApprox(handAt(0.0))) << "the search began elsewhere";
 }
 
 /// In a loaded map the camera may be anywhere. The step from the first guess to the found pose must

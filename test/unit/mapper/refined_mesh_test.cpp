@@ -92,7 +92,7 @@ double meanRadius(const Mesh& mesh, const Vector3d& centre) {
   return sum / static_cast<double>(mesh.vertices_m.size());
 }
 
-/// Midpoints lie as far out as the vertices; the midpoints of straight sides do not.
+/// Midpoints lie as far from the centre as the vertices; midpoints of straight sides do not.
 TEST_P(RefinedMesh, OfABallIsRoundBetweenVertices) {
   const Vector3d centre(0.13, -0.07, 0.21);
   Scene scene;
@@ -106,8 +106,8 @@ TEST_P(RefinedMesh, OfABallIsRoundBetweenVertices) {
   EXPECT_LT(std::abs(rest_m), 0.2 * sagitta_m);
 }
 
-/// The vertices on edges come first and equal those of the plain mesh; each midpoint names two of
-/// them.
+/// The vertices on edges come first and equal those of the plain mesh; the number of each midpoint
+/// encodes the edges of two such vertices.
 TEST_P(RefinedMesh, KeepsTheVerticesOfThePlainMesh) {
   const std::vector<SceneFrame> frames = {renderFrame(makeRoomScene(), roomCameraPose(2.0))};
   const MeshUpdate plain = fuseAndMesh(params(0), frames), mesh = fuseAndMesh(params(1), frames);

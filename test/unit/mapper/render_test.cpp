@@ -39,7 +39,8 @@ void see(Session& session, const Scene& scene, const std::vector<Isometry3d>& T_
 /// Differences between a view and the scene's own depth.
 struct Differences {
   double median_voxels = 0.0, p95_voxels = 0.0;
-  size_t missing = 0, extra = 0, pixels = 0;  ///< Surface only in the scene; only in the view.
+  size_t missing = 0, extra = 0,
+         pixels = 0;  ///< Missing: only in the scene. Extra: only in the view.
 };
 
 Differences compare(const RenderedView& view, const SceneFrame& truth) {

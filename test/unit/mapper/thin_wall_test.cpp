@@ -33,7 +33,7 @@ Scene makeWall(double thickness_voxels, double yaw_rad) {
   return scene;
 }
 
-/// Eight views, four from each side, up to 35 degrees from the wall's normal.
+/// Eight views, four from each side, up to 35 degrees from the y axis.
 std::vector<Eigen::Isometry3d> wallPoses() {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < 8; ++i) {

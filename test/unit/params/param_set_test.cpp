@@ -124,8 +124,8 @@ TEST(ParamSet, AcceptsYamlBooleans) {
     reader.finish();
     return use;
   };
-  EXPECT_EQ(readUse(true), Use::kAlways) << "on";
-  EXPECT_EQ(readUse(false), Use::kNever) << "off";
+  EXPECT_EQ(readUse(true), Use::kAlways) << "YAML reads `on` as true";
+  EXPECT_EQ(readUse(false), Use::kNever) << "YAML reads `off` as false";
   EXPECT_EQ(readUse(std::string("Always")), Use::kAlways);
   EXPECT_THROW(readUse(1), ParamError);
   EXPECT_NE(violationsOf({{"part/fruit", true}})[0].find("must be one of: "), std::string::npos);

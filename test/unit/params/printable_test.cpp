@@ -20,7 +20,7 @@ TEST(Printable, EscapesControlCharacters) {
   EXPECT_EQ(printable("a\nb\rc\td"), "a\\x0ab\\x0dc\\x09d");
   EXPECT_EQ(printable(std::string("a\0b", 3)), "a\\x00b");
   EXPECT_EQ(printable("\x1b[2J\x7f"), "\\x1b[2J\\x7f");
-  EXPECT_EQ(printable("\u0085"), "\\xc2\\x85") << "next line";
+  EXPECT_EQ(printable("\u0085"), "\\xc2\\x85") << "a control character (next line)";
   EXPECT_EQ(printable("\u009b2J"), "\\xc2\\x9b2J") << "starts a terminal command";
   EXPECT_EQ(printable("\u2028"), "\\xe2\\x80\\xa8");
 }
@@ -34,7 +34,7 @@ TEST(Printable, EscapesDirectionalFormatting) {
 
 TEST(Printable, EscapesInvalidUtf8) {
   EXPECT_EQ(printable("\x9b"), "\\x9b") << "C1 as a single byte";
-  EXPECT_EQ(printable("a\xc3"), "a\\xc3") << "truncated";
+  EXPECT_EQ(printable("a\xc3"), "a\\xc3") << "a truncated character";
   EXPECT_EQ(printable("\xc0\x8a"), "\\xc0\\x8a") << "an overlong line feed";
   EXPECT_EQ(printable("\xe0\x80\x8a"), "\\xe0\\x80\\x8a");
   EXPECT_EQ(printable("\xed\xa0\x80"), "\\xed\\xa0\\x80") << "half of a surrogate pair";
@@ -44,7 +44,8 @@ TEST(Printable, EscapesInvalidUtf8) {
 TEST(Printable, IsTruncated) {
   EXPECT_EQ(printable(std::string(200, 'x')), std::string(200, 'x'));
   EXPECT_EQ(printable(std::string(201, 'x')), std::string(200, 'x') + "...");
-  EXPECT_EQ(printable("\u00fc\u00fc\u00fc", 2), "\u00fc\u00fc...") << "between characters";
+  EXPECT_EQ(printable("\u00fc\u00fc\u00fc", 2), "\u00fc\u00fc...")
+      << "truncated between characters";
   EXPECT_FALSE(hasControlCharacter(std::string(1000, 'x')));
 }
 

@@ -21,7 +21,7 @@ ParamTree treeOf(Rules rules) {
   return writer.tree;
 }
 
-/// Each key sets exactly one number. Numbers have four bytes; one has no key, as a setting
+/// Each key sets exactly one number. Numbers have four bytes. One number has no key, as a setting
 /// determines it.
 TEST(Rules, EachKeySetsOneNumber) {
   const ParamTree defaults = treeOf(Rules());

@@ -108,13 +108,13 @@ TEST(GroundGrid, UsesLayersThatOverlapTheHeightRange) {
   EXPECT_EQ(layers(0.1, 0.3, 0.1), std::make_pair(1, 2));
   EXPECT_EQ(layers(-0.05, 0.05, 0.1), std::make_pair(-1, 0));
   EXPECT_EQ(layers(0.0, 0.01, 0.1), std::make_pair(0, 0));
-  // A cell size from a setting in float is not exactly 0.08 m.
+  // A cell size computed from a float setting is not exactly 0.08 m.
   const double cell_m = 4.0 * static_cast<double>(0.02f);
   EXPECT_EQ(layers(0.08, 0.8, cell_m), std::make_pair(1, 9));
   EXPECT_EQ(layers(-0.8, -0.08, cell_m), std::make_pair(-10, -2));
 }
 
-/// Layers 1 to 3 count. If half of them must be free, two are enough and one is not.
+/// Layers 1 to 3 count. If half of the layers must be free, two are enough and one is not.
 TEST(GroundGrid, ColumnsSummariseTheirCells) {
   double share = 0.5;
   const auto valueOf = [&](std::vector<CellState> layers) {
@@ -138,11 +138,10 @@ TEST(GroundGrid, ColumnsSummariseTheirCells) {
   EXPECT_EQ(valueOf({f, s, f, f, f}), kColumnOccupied);
   share = 1.0;
   EXPECT_EQ(valueOf({u, f, f, f, u}), kColumnFree);
-  EXPECT_EQ(valueOf({f, u, f, f, f}), kColumnUnknown)
-      << "a low obstacle may be in the unknown layer";
+  EXPECT_EQ(valueOf({f, u, f, f, f}), kColumnUnknown) << "an unknown layer may hide a low obstacle";
   EXPECT_EQ(valueOf({f, f, f, u, f}), kColumnUnknown);
   share = 0.0;
-  EXPECT_EQ(valueOf({u, u, u, u, u}), kColumnUnknown) << "at least one layer must be free";
+  EXPECT_EQ(valueOf({u, u, u, u, u}), kColumnUnknown) << "free without any free layer";
   EXPECT_EQ(valueOf({u, u, f, u, u}), kColumnFree);
 }
 
@@ -189,7 +188,7 @@ TEST(GroundGrid, ANewCellSizeMakesANewGrid) {
   EXPECT_EQ(grid.next(), Pending::kGrid);
   EXPECT_EQ(grid.cellSize_m(), 2.0 * kCell_m);
   grid.apply({true, {}}, kCell_m);
-  EXPECT_EQ(grid.next(), Pending::kGrid) << "an empty grid is sent, too";
+  EXPECT_EQ(grid.next(), Pending::kGrid) << "an empty grid is not sent";
 }
 
 /// A single remote cell must not cost memory for the whole area in between.

@@ -96,7 +96,7 @@ TEST(SceneProperty, HitsLieOnTheSurface) {
   }
 }
 
-/// No surface is nearer than the distance, and a step of that length leads to one.
+/// No surface is nearer than the distance, and a step of that length leads to a surface.
 TEST(SceneProperty, DistancesAreTight) {
   std::mt19937 random(8);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
@@ -107,7 +107,7 @@ TEST(SceneProperty, DistancesAreTight) {
       const double distance = scene.signedDistance(p);
       for (int k = 0; k < 20; ++k) {
         const double there = scene.signedDistance(p + 0.1 * randomUnit(random));
-        ASSERT_LE(std::abs(there - distance), 0.1 + kTolerance_m) << "changes faster than the step";
+        ASSERT_LE(std::abs(there - distance), 0.1 + kTolerance_m) << "changes by more than a step";
       }
       // The gradient leads to the surface where the nearest point is unique.
       Vector3d gradient;
@@ -129,7 +129,7 @@ TEST(SceneRender, LookAtFollowsTheOpticalFrame) {
   EXPECT_TRUE((T_W_C * Vector3d(0, 1, 0)).isApprox(Vector3d(1, 2, 2))) << "y is not down";
 }
 
-/// The image bounds of a shape must not cut anything off.
+/// The image bounds of a shape must not cut off a part of it.
 TEST(SceneRender, EqualsSingleRays) {
   std::mt19937 random(9);
   std::uniform_real_distribution<double> coordinate(-1.2, 1.2);

@@ -30,7 +30,7 @@ TEST(ParallelFor, VisitsEachNumberOnce) {
   }
 }
 
-/// Many almost empty loops: helpers are called, released and called again.
+/// In many almost empty loops, helpers are called, released and called again.
 TEST(ParallelFor, LosesNothingBetweenLoops) {
   for (size_t loop = 0; loop < 20000; ++loop) {
     int visits[3] = {};
@@ -68,7 +68,7 @@ TEST(ParallelFor, ThrowsOnceAllThreadsHaveStopped) {
   EXPECT_EQ(inside, 0);
   visited = 0;
   EXPECT_THROW(parallelFor(100000, 1, body), std::runtime_error);
-  EXPECT_EQ(visited, 11) << "the loop went on";
+  EXPECT_EQ(visited, 11) << "the loop went on after an exception";
   parallelFor(5, 2, body);  // the next loop works as usual
   EXPECT_EQ(inside, 0);
 }

@@ -21,7 +21,6 @@ TEST(Flight, DepthMatchesTheGround) {
   }
 }
 
-/// The way back leads over the same ground.
 TEST(Flight, ReturnsOverTheSameGround) {
   MapperParams params;
   params.backend = Backend::kCpu;
@@ -34,7 +33,7 @@ TEST(Flight, ReturnsOverTheSameGround) {
     EXPECT_EQ(times[i].on_return, i >= times.size() / 2);
     EXPECT_EQ(times[i].mapped_bytes, times[times.size() - 1 - i].mapped_bytes);
   }
-  EXPECT_LT(mapper->stats().map_bytes, size_t(6) << 20) << "the way back maps new blocks";
+  EXPECT_LT(mapper->stats().map_bytes, size_t(6) << 20) << "the way back mapped new blocks";
 }
 
 }  // namespace

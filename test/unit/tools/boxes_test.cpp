@@ -78,7 +78,7 @@ TEST(IndexRanges, CountEachIndexOnce) {
   EXPECT_EQ(countOfUnion({}), 0u);
 }
 
-/// A lap through the room, with one empty frame. The second half is 60 m away.
+/// A lap through the room, with one empty frame. The second half of the lap is 60 m away.
 class Boxes : public testing::Test {
  protected:
   static constexpr int kFrames = 14;
@@ -194,7 +194,7 @@ TEST_F(Boxes, MissingOrOverlappingOnesAreReported) {
   const Outcome missing = join();
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_NE(missing.err.find("boxes are missing: " + boxes[2]), std::string::npos) << missing.err;
-  // A killed process leaves either nothing or a complete file.
+  // Once the missing box is made, all boxes can be joined.
   make({boxes[0], boxes[1], boxes[2], boxes[3]}, kPlain);
   EXPECT_EQ(join().exit_code, 0);
   make({boxes[0], boxes[0]}, kPlain);

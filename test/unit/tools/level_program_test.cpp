@@ -84,7 +84,7 @@ TEST_F(LevelProgram, PutsTheFloorAtZero) {
     lowest = std::min(lowest, block.key.z);
     highest = std::max(highest, block.key.z);
   }
-  EXPECT_EQ(lowest, -1) << "the floor is at the border of two blocks";
+  EXPECT_EQ(lowest, -1) << "the floor is not at a border of blocks";
   EXPECT_EQ(highest, static_cast<int>(std::floor((2.6 + 0.16) / block_m)));
   const Outcome info = run(std::string(DTSDF_MAP_TOOL) + " info " + in("map.dtsdf"));
   EXPECT_EQ(info.exit_code, 0) << info.err;
@@ -104,7 +104,7 @@ TEST_F(LevelProgram, ContinuesInTheFrameOfTheMap) {
   const std::string input = "--tum " + in("first") + " ";
   mapOf(input + "--set map/level=floor", "whole.dtsdf");
   mapOf(input + "--set map/level=floor --frames 0:11", "half.dtsdf");
-  // Alone, the second half would find a slightly different floor.
+  // The second half alone would give a slightly different floor.
   const std::string second = input + "--frames 12: --save-map " + in("joined.dtsdf");
   for (const char* level : {"", " --set map/level=floor", " --set map/level=imu"}) {
     const Outcome outcome =
@@ -127,7 +127,7 @@ TEST_F(LevelProgram, FailsIfUpCannotBeFound) {
   EXPECT_EQ(reconstruct(input + " --set map/level=imu").exit_code, 1);
 }
 
-/// Each process finds the same level, though it makes only one box.
+/// Each process finds the same level, although each makes only one box.
 TEST_F(LevelProgram, BoxesGiveTheMapOfOneRun) {
   const std::string input =
       "--tum " + in("first") + " --frames 0:11 --poses-mode tf --set map/level=floor --save-map ";

@@ -66,7 +66,7 @@ TEST_F(MapToolDiff, SwappingMapsSwapsGoneAndAdded) {
   const Outcome gone = diff("ball", "empty");
   ASSERT_EQ(gone.exit_code, 0) << gone.err;
   const double gone_m2 = valueOf("gone", gone.out);
-  EXPECT_GT(gone_m2, 0.8 * kBall_m2) << gone.out;  // no camera sees it from below
+  EXPECT_GT(gone_m2, 0.8 * kBall_m2) << gone.out;  // no camera sees the ball from below
   EXPECT_LT(gone_m2, 1.05 * kBall_m2) << gone.out;
   EXPECT_EQ(valueOf("added", gone.out), 0.0);
   EXPECT_GT(valueOf("unchanged", gone.out), 20.0) << gone.out;

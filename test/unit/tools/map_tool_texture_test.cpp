@@ -135,7 +135,7 @@ TEST_F(MapToolTexture, ResolvesDetailsFinerThanVoxels) {
       middle += corner.p_W / 3.0;
       of_corners += corner.vertex_rgb / 3.0;
     }
-    if (std::abs(middle.z()) > 0.3) continue;  // next to the walls' ends
+    if (std::abs(middle.z()) > 0.3) continue;  // far above or below the cameras
     const Colour truth = fineWavesAt(middle);
     const Vector3d rgb(truth[0], truth[1], truth[2]);
     of_texture += (colourAtMiddle(triangle, texture_) - rgb).squaredNorm();
@@ -144,7 +144,7 @@ TEST_F(MapToolTexture, ResolvesDetailsFinerThanVoxels) {
   }
   ASSERT_GT(count, 1000u);
   EXPECT_LT(std::sqrt(of_texture / static_cast<double>(count)), 25.0);
-  EXPECT_LT(of_texture, 0.25 * of_vertices) << "6 dB";
+  EXPECT_LT(of_texture, 0.25 * of_vertices) << "less than 6 dB better than vertices";
 }
 
 TEST_F(MapToolTexture, SeparatesTheSidesOfAThinPlate) {
@@ -193,7 +193,7 @@ TEST_F(MapToolTexture, GlbMatchesObj) {
     ASSERT_NEAR(shares[i], corner.u, 1e-6);
     ASSERT_NEAR(shares[i + 1], 1.0 - corner.v, 1e-6);
   }
-  // A pose far from the map, as of another recording.
+  // A pose far from the map, as if from another recording.
   const std::string list = readBytes(out_ / "room/depth.txt");
   const std::string stamp = list.substr(0, list.find(' '));
   writeBytes(out_ / "far.txt", stamp + " 100 0 0 0 0 0 1\n");

@@ -113,8 +113,8 @@ TEST_F(ReconstructProgram, ReportsAFullPageFolder) {
   EXPECT_EQ(outcome.err.find("lost"), std::string::npos) << outcome.err;
 }
 
-/// Meshes that do not fit into an eighth of the budget are on disk. The saved file, simplified or
-/// not, is the same as without paging.
+/// Meshes that do not fit into an eighth of the budget are on disk. Simplified or not, the saved
+/// file equals the file saved without paging.
 TEST_F(ReconstructProgram, SavesMeshesThatArePartlyOnDisk) {
   const TemporaryFolder room;
   std::vector<Eigen::Isometry3d> poses;
@@ -130,7 +130,7 @@ TEST_F(ReconstructProgram, SavesMeshesThatArePartlyOnDisk) {
   };
   const std::string paged = "map/max_memory_mb=2 map/page_folder=" + (out_ / "pages");
   const std::string whole = saved("");
-  EXPECT_GT(whole.size(), 4u * (2 << 20) / 8) << "no part of it would be on disk";
+  EXPECT_GT(whole.size(), 4u * (2 << 20) / 8) << "the mesh is too small for this test";
   EXPECT_TRUE(saved(paged) == whole);
   const std::string simplified = saved("--simplify-error 0.005");
   EXPECT_TRUE(saved(paged + " --simplify-error 0.005") == simplified);
@@ -163,7 +163,7 @@ TEST_F(ReconstructProgram, ContinuesALoadedMapExactly) {
   ASSERT_EQ(run(tum_option_ + cpu + to_half).exit_code, 0);
   EXPECT_TRUE(meshOf("--backend cpu --frames 3:" + half + "--save-map " + (out_ / "both.dtsdf")) ==
               mesh)
-      << "the voxel size may come from the file alone";
+      << "did not use the voxel size of the file";
   EXPECT_TRUE(readBytes(out_ / "both.dtsdf") == readBytes(out_ / "whole.dtsdf"));
   EXPECT_TRUE(meshOf(cpu + "--frames 3:" + half) == mesh);
 
@@ -192,8 +192,7 @@ TEST_F(ReconstructProgram, MapToolDescribesAndMeshesASavedMap) {
   std::string bytes = readBytes(file);
   bytes[bytes.size() / 2] = static_cast<char>(~bytes[bytes.size() / 2]);
   writeBytes(file, bytes);
-  EXPECT_EQ(run("info " + file, DTSDF_MAP_TOOL).exit_code, 0)
-      << "the records that it reads are intact";
+  EXPECT_EQ(run("info " + file, DTSDF_MAP_TOOL).exit_code, 0) << "`info` reads the damaged record";
   EXPECT_EQ(run("info " + file + " --verify", DTSDF_MAP_TOOL).exit_code, 1);
   EXPECT_EQ(run("mesh " + file + " " + (out_ / "tool.ply"), DTSDF_MAP_TOOL).exit_code, 1);
   EXPECT_EQ(run("", DTSDF_MAP_TOOL).exit_code, 2);
@@ -234,7 +233,7 @@ TEST_F(ReconstructProgram, SimplifiesOnRequest) {
   EXPECT_NE(outcome.out.find(std::to_string(before)), std::string::npos) << outcome.out;
   EXPECT_LT(triangles(readBytes(out_ / "mesh.ply")), before / 2);
   ASSERT_EQ(run(arguments + " --simplify-error 0").exit_code, 0);
-  EXPECT_EQ(triangles(readBytes(out_ / "mesh.ply")), before) << "0 should simplify nothing";
+  EXPECT_EQ(triangles(readBytes(out_ / "mesh.ply")), before) << "an error of 0 simplified the mesh";
   expectError(arguments + " --simplify-error -0.1", 2, "--simplify-error");
   expectError(arguments + " --simplify-error 1000", 2, "more than the whole mesh");
 }
@@ -288,9 +287,9 @@ TEST_F(ReconstructProgram, RefinesAndTracksPoses) {
   EXPECT_GT(report["poses_moved"]["points_on_surfaces"], 0.9);
   const std::string mesh = readBytes(out_ / "mesh.ply");
   ASSERT_EQ(run(command + " --poses-mode refine").exit_code, 0);
-  EXPECT_TRUE(readBytes(out_ / "mesh.ply") == mesh) << "refine is the default";
+  EXPECT_TRUE(readBytes(out_ / "mesh.ply") == mesh) << "the default is not refine";
   EXPECT_EQ(readMapInfo(map).poses.mode, PoseMode::kRefine);
-  // Without any poses the map is in the first camera's frame.
+  // Without poses, the map is in the first camera's frame.
   std::filesystem::remove(folder / "groundtruth.txt");
   const Eigen::Isometry3d first = truth[0];
   for (Eigen::Isometry3d& pose : truth) pose = first.inverse() * pose;

@@ -28,7 +28,7 @@ class OrderedMapper : public FakeMapper {
   std::string calls;
 };
 
-/// Gives frames of these widths; reports three more as skipped.
+/// Returns frames of these widths and reports three more as skipped.
 class FakeSource : public FrameSource {
  public:
   explicit FakeSource(std::vector<int> widths) : widths_(std::move(widths)) {}
@@ -86,8 +86,8 @@ TEST_F(ReconstructionTest, PaintsInTheOrderOfStamps) {
   EXPECT_EQ(result.skipped.at("colour without pose"), 1u);
 }
 
-/// The map contains all images up to its stamp of -1. Later ones are painted, even before the first
-/// frame.
+/// The map contains all images up to its stamp of -1. Later images are painted, even before the
+/// first frame.
 TEST_F(ReconstructionTest, PaintsOnlyImagesNewToTheMap) {
   FakeSource source({1, 1});
   FakeColours colours({-2.0, -1.0, 0.5, 1.5});

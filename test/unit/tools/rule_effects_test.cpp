@@ -1,5 +1,5 @@
-/// Each number of the surfel, fusion and mesh rules has an effect: at one end of its range at
-/// least, the mesh differs.
+/// Each number of the surfel, fusion and mesh rules has an effect: at least at one end of its
+/// range, the mesh differs.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -12,8 +12,8 @@ namespace {
 
 constexpr size_t kWidth = 160;  // of renderFrame()
 
-/// A wall at 2.2 m, with a box, a ball and a rod one pixel wide in front. One part of the noise is
-/// independent between pixels, another is shared by neighbours.
+/// A wall at 2.2 m, with a box, a rod one pixel wide, and one or two balls in front. One part of
+/// the noise is independent between pixels, another is shared by neighbours.
 SceneFrame renderView(double x_m, bool with_small_ball, double noise) {
   Scene scene;
   scene.add(Plane{{0.0, 0.0, 2.2}, Eigen::Vector3d(0.2, -0.1, -1.0).normalized()});
@@ -86,8 +86,7 @@ struct NumberSetter {
   }
 };
 
-/// @return the rules with one number at an end of its range, and its key: empty if there is no such
-/// number.
+/// @return the rules with one number at an end of its range, and its key, empty if there is none.
 std::pair<Rules, std::string> rulesWith(int wanted, bool to_greatest) {
   Rules rules;
   NumberSetter set{wanted, to_greatest, {}};

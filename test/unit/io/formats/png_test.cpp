@@ -27,7 +27,7 @@ class OwnImages : public testing::Test {
     const std::vector<SourceFrame> frames = readAll(*openRecording(options_));
     ASSERT_EQ(frames.size(), 3u) << name;
     for (int i = 0; i < 3; ++i) {
-      EXPECT_EQ(rawAt(frames[i].depth, 0, 0), 108 + i) << "10 follows 9";
+      EXPECT_EQ(rawAt(frames[i].depth, 0, 0), 108 + i) << "not in the order 8, 9, 10";
       EXPECT_TRUE((frames[i].depth.T_W_C * Eigen::Vector3d(1, 2, 3))
                       .isApprox(Eigen::Vector3d(i - 2, -1, 6), 1e-6))
           << name;
@@ -104,7 +104,7 @@ TEST_F(OwnImages, AreFoundWithCameraAndColour) {
   EXPECT_EQ(openRecording(options_)->next()->depth.T_W_C(2, 2), 1.0) << "not converted once";
   EXPECT_EQ(readAllColours(options_).size(), 3u);
   options_.selection.step = 2;
-  EXPECT_EQ(readAllColours(options_).size(), 2u) << "one per depth image";
+  EXPECT_EQ(readAllColours(options_).size(), 2u) << "not one per depth image";
   EXPECT_NE(assumptionsOf(options_).find("--depth-scale"), std::string::npos);
   options_.units_per_metre = 1000.0;
   EXPECT_EQ(assumptionsOf(options_), "");
@@ -136,7 +136,7 @@ TEST_F(OwnImages, DamagedOnesCanBeSkipped) {
   EXPECT_NE(source->problems().at("bad_image").find("d_8.png"), std::string::npos);
   EXPECT_EQ(readAllColours(options_).size(), 2u);
   std::filesystem::remove(folder_ / "color/c_8.jpg");
-  EXPECT_EQ(readAllColours(options_).at(0).colour.T_W_C(0, 3), 1.0) << "that of depth image 9";
+  EXPECT_EQ(readAllColours(options_).at(0).colour.T_W_C(0, 3), 1.0) << "not image 9's pose";
 }
 
 TEST(TumAssociations, AreNotMistakenForIclNuim) {
@@ -155,7 +155,7 @@ TEST(TumAssociations, AreNotMistakenForIclNuim) {
   options.pose_tolerance_s = 1.0;
   EXPECT_EQ(guessRecordingFormat(options.path), "tum");
   EXPECT_NE(readingErrorOf(options).find("--intrinsics"), std::string::npos)
-      << "the ICL camera is not assumed";
+      << "assumes the camera of ICL-NUIM";
   options.intrinsics = Intrinsics{10, 10, 8, 6};
   EXPECT_EQ(readAll(*openRecording(options)).size(), 3u);
   EXPECT_EQ(readAllColours(options).size(), 3u);

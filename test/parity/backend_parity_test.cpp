@@ -88,7 +88,7 @@ TEST_P(FusionModeParity, MovingCameraMeshedEveryFrame) {
 }
 
 /// Both mappers use mesh rules other than the defaults.
-TEST_P(FusionModeParity, OtherMeshRules) {
+TEST_P(FusionModeParity, ChangedMeshRules) {
   const auto [candidate, mode, directional] = GetParam();
   Rules rules;
   rules.mesh.min_weight_share = 0.2f;
@@ -331,7 +331,7 @@ TEST_P(BackendParity, RenderedViews) {
 
 /// A mesh without colours exists first; then images of any size, down to a single pixel, are
 /// painted during a mesh update.
-TEST_P(BackendParity, PaintedLaterAndInOtherSizes) {
+TEST_P(BackendParity, PaintedLaterWithImagesOfAnySize) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;
   settings.count = 3;
@@ -447,7 +447,7 @@ TEST_P(BackendParity, ClearForgetsEverything) {
   EXPECT_EQ(pair.candidate().stats().blocks, 0u);
   EXPECT_TRUE(pair.candidate().finishMeshUpdate().blocks.empty());
   EXPECT_TRUE(space->cells().empty());
-  EXPECT_EQ(pair.candidate().space(), space) << "must live as long as the mapper";
+  EXPECT_EQ(pair.candidate().space(), space) << "space does not live as long as the mapper";
   ASSERT_NO_FATAL_FAILURE(integrateAll(pair, after, 2));
   expectSpace(pair.candidate());
   pair.compareMaps();

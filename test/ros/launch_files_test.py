@@ -219,7 +219,7 @@ class Loading(unittest.TestCase):
 
     def test_tracking_needs_only_the_driver(self):
         """Every node is found although no package that estimates poses is installed."""
-        ours = {"dtsdf_mapping", "nodelet", "tf2_ros"}  # the stubs include tf2_ros
+        ours = {"dtsdf_mapping", "nodelet", "tf2_ros"}  # the stubs start nodes of tf2_ros
         for name in CAMERAS:
             for package in ([], ["package:=astra_camera"]) if name == "astra" else ([],):
                 with self.subTest(name, package=package):

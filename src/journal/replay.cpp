@@ -73,7 +73,7 @@ std::string JournalReplay::incompleteEnd() const {
          printable(file_->path()) + "' are incomplete or damaged, and are ignored";
 }
 
-/// Adds an image only when its pixels are in the file. The last record may be incomplete.
+/// Adds an image only when its pixels are in the file, and the last call only when it is complete.
 bool JournalReplay::readAppended() {
   if (next_record_ >= file_->records().size() && !file_->readAppended()) return false;
   const std::vector<Record>& records = file_->records();

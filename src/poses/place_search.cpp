@@ -49,7 +49,7 @@ constexpr int kMatchedPoints = 64, kFitPoints = 512;
 constexpr int kMovedPoses = 5000, kAlignedPoses = 224, kRenderedPoses = 48;
 
 /// A pose is accepted if its alignment is held and at least kPlaceShare of the image matches the
-/// map there. Any other place must mismatch more: by the factor kClearlyMore, plus
+/// map there. In any other place, more of the image must mismatch: by the factor kClearlyMore, plus
 /// kClearlyMoreShare.
 constexpr double kPlaceShare = 0.7, kClearlyMore = 1.5, kClearlyMoreShare = 0.01;
 
@@ -453,7 +453,8 @@ bool CoarseMap::isSeenFrom(const Vector3f& way, uint8_t facing) const {
   return false;
 }
 
-/// Sphere tracing: the distance to the nearest surface is the step.
+/// Sphere tracing: each step is at most the distance to the nearest surface. @return the distance
+/// to the surface that is seen, in cells.
 float CoarseMap::castRay(const Vector3f& from, const Vector3f& way, Octaves& seen) const {
   constexpr float kShortest = 0.7f;
   float along = 0.0f;

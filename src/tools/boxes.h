@@ -34,7 +34,8 @@ BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
                   const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box);
 
 /// Boxes that cover all of space and divide a recording's surfaces about equally, judged by a
-/// sample of its images. @throws std::runtime_error if there are fewer blocks than boxes.
+/// sample of its images. @throws std::runtime_error if the sample shows no surface, or fewer blocks
+/// than boxes.
 /// @param count Number of boxes; 0: as many as `edge_m` requires.
 /// @param edge_m Largest extent of the surfaces in a box along an axis, in metres; 0: no limit.
 std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings& settings,

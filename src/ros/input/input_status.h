@@ -150,7 +150,7 @@ class InputStatus {
     if (reportSilence(depth, is_lost, name, status)) return;
     if (depth.fused == 0) return reportNoFrame(depth, name, status);
     if (!depth.warning.empty()) warn(MapStatus::DOUBTFUL_INPUT, depth.warning);
-    // A larger fraction of dropped images is reported.
+    // Larger fractions of dropped images are reported.
     constexpr double kReportedShare = 0.02;
     const uint64_t received = depth.received - first.received;
     const double share = static_cast<double>(dropped) / static_cast<double>(received);

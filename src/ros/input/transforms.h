@@ -125,8 +125,8 @@ class Transforms {
     core_ = makeCore();
   }
 
-  /// The frame's parent at a stamp; empty if it has no parent, or if that is `parent`. A parent
-  /// whose transform is on /tf no longer counts once the transform is over five seconds old.
+  /// The frame's newest parent; empty if it has none, or if that is `parent`. A parent on /tf does
+  /// not count if its newest transform is over five seconds older than `stamp`.
   std::string otherParentOf(const std::string& frame, const std::string& parent,
                             const ros::Time& stamp) const {
     constexpr double kGone_s = 5.0;
@@ -229,7 +229,7 @@ class Transforms {
   SteadyDuration wait_after_restart_ = std::chrono::seconds(5);
   bool is_any_accepted_ = false;
   uint64_t refused_ = 0;   ///< Transforms without usable name, rotation or stamp.
-  uint64_t restarts_ = 0;  ///< How often the buffer was replaced.
+  uint64_t restarts_ = 0;  ///< How often restart() replaced the buffer.
   ros::Time last_now_;
   ros::Subscriber tf_, tf_static_;
 };

@@ -27,7 +27,8 @@ inline void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max
   }
 }
 
-/// Used on the output thread, unless stated otherwise. The map never waits for it.
+/// Used on the output thread, unless stated otherwise. The map thread waits for it only when
+/// save_mesh brings the mesh up to date.
 class Output {
  public:
   /// `params` and `steps` must outlive it. @param wake Makes the loop look for changes.

@@ -51,8 +51,8 @@ NodeParams readParams(const ros::NodeHandle& private_nh) {
 
 /// The threads are dtsdf_input (messages, poses), dtsdf_map (fusion, mesh), dtsdf_output
 /// (publishing), dtsdf_query (planners) and three named dtsdf_service. The threads of the caller's
-/// node handles publish the status and serve pause. Calls that wait for a loop rethrow its
-/// exceptions, and throw std::future_error once the loops have stopped.
+/// node handles publish the status, and serve pause and the rates. Calls that wait for a loop
+/// rethrow its exceptions, and throw std::future_error once the loops have stopped.
 class Pipeline {
  public:
   Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)

@@ -395,11 +395,11 @@ class CorrectStep : public Step {
   int work_since_frame_ = 0;
   std::future<void> freeing_;
 
-  // For the first camera.
-  /// Poses of fused frames, by stamp; cleared if stamps jump back.
+  /// Poses of the first camera's fused frames, by stamp; cleared if stamps jump back.
   std::vector<StampedPose> fused_;
-  GivenMotion given_;
-  /// Moves given poses to corrected ones.
+  GivenMotion given_;  ///< Of the first camera.
+  /// Moves given poses of all cameras to corrected poses; the identity once their source has
+  /// adopted the correction.
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();
 
   mutable std::mutex mutex_;              ///< Guards the members below.

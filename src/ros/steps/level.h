@@ -127,9 +127,8 @@ class LevelStep : public Step {
   MapFrame& frame_;
   FloorSearch floor_;
   StillGravity gravity_;
-  std::optional<Eigen::Vector3d>
-      up_I_;  ///< The vertical in the sensor's frame, kept until its transform arrives.
-  std_msgs::Header measured_;  ///< Frame and stamp of up_I_.
+  std::optional<Eigen::Vector3d> up_I_;  ///< Up in the sensor's frame, until its transform arrives.
+  std_msgs::Header measured_;            ///< Frame and stamp of up_I_.
   ros::Subscriber imu_;
 
   std::optional<tf2_ros::StaticTransformBroadcaster> broadcaster_;

@@ -292,7 +292,8 @@ class LiveMap {
     return true;
   }
 
-  /// When to extract the mesh; none if nobody wants it or nothing has changed.
+  /// When to begin an extraction; none if nobody wants the mesh, nothing has changed or an
+  /// extraction is running.
   std::optional<SteadyTime> nextMesh() {
     if (!fused_since_mesh_ || is_extracting_) return std::nullopt;
     std::optional<double> rate_hz;
@@ -413,9 +414,8 @@ class LiveMap {
     fused_since_mesh_ = report_outdated_ = true;
   }
 
-  /// Updates the report. After an extraction, it waits until blocks have moved to disk. While
-  /// frames arrive, it is therefore called only while no frame is ready, or after fusing a frame,
-  /// which has already waited for the disk.
+  /// After an extraction, waits until blocks have moved to disk. So step() calls it only while no
+  /// frame is ready, or after fusing a frame, which has already waited for the disk.
   void updateReport() {
     report_outdated_ = false;
     const MapStats stats = mapper_->stats();

@@ -188,7 +188,8 @@ class PosesStep : public Step {
     return tracks && !params.odom_frame.empty() ? params.odom_frame : params.map_frame;
   }
 
-  /// The pose at which tracking begins: an upright camera in a frame with x forward and z up.
+  /// Pose of an upright camera in a frame with x forward and z up. Tracking begins there unless
+  /// poses/base_frame is set.
   static Eigen::Isometry3d uprightCamera() {
     Eigen::Isometry3d T_B_C = Eigen::Isometry3d::Identity();
     T_B_C.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;

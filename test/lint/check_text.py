@@ -27,7 +27,7 @@ RETHROWN = re.compile(r"\bthrow|\bUsageError\(|\bproblem = |\breturn error\.what
 BY_LOCALE = re.compile(r"\b(strto[dfl]d?|ato[fil]|sto[dfl]d?|v?sn?printf|v?f?scanf|vsscanf|setlocale)\("
                        r"|\bto_string\(\w*(_m|_s|_deg|_mb|_hz|seconds)\)")
 STREAM = re.compile(r"std::o?stringstream (\w+)$")
-# Files that clean texts.
+# These files clean texts where the texts are shown.
 CLEANERS = {"src/program/run_program.cpp", "src/ros/common/node_start.h"}
 
 

@@ -19,7 +19,7 @@ class Deb(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
-        # Outside of the build folder: inside it, roslaunch would find each launch file twice.
+        # Inside the build folder, roslaunch would find each launch file twice.
         packed, root = os.path.join(cls.folder.name, "deb"), os.path.join(cls.folder.name, "root")
         cls.run_quietly(["cpack", "-G", "DEB", "-B", packed], cwd=BUILD,
                         env=dict(os.environ, DTSDF_PACKAGING="1"))

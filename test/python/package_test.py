@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""package_test.py [--messages]: checks that the package on sys.path is complete: it maps, it is documented,
-its stubs match the compiled part, and with --messages it contains the generated messages."""
+"""package_test.py [--messages]: checks that the package on sys.path is complete: it can map, is documented,
+has stubs that match the compiled part, and with --messages contains the generated messages."""
 import ast
 import inspect
 import os

@@ -472,7 +472,7 @@ def write_tum_folder(folder):
 def write_tum_bag(path, with_colour=False, with_imu=False, with_masks=False, packed=False,
                   depth="/camera/depth/image", info="/camera/depth/camera_info"):
     """Writes a bag like the published ones: frame names begin with a slash, depth is in metres. `packed`:
-    with depth as compressedDepth only."""
+    depth is only in compressedDepth, in millimetres."""
     import rosbag
     import rospy
     from geometry_msgs.msg import TransformStamped

@@ -111,8 +111,8 @@ exec rosrun tf2_ros static_transform_publisher 0 0 0 0 0 0 odom camera_link "$@"
 '''
 
 # rtabmap: publishes poses on TF, and adds every fifth image to its graph. After 25 images it closes a
-# loop, which moves all poses by 0.1 m. Its message has only the fields that are used here. As in
-# rtabmap, each node's stamp is sent once.
+# loop, which moves all poses by 0.1 m. The message MapData has only the fields that are used here. As
+# in rtabmap, the stamp of a node of the graph is sent once.
 SLAM = '''#!/usr/bin/env python3
 import genpy.dynamic
 import rospy

@@ -107,7 +107,7 @@ void compareDistances(const Space& space, const SpaceTruth& truth, double max_di
   figures.at_points = summarise(at_points, space.cellSize_m());
 }
 
-/// Looks for truly free cells within the bounds of the known ones.
+/// Looks for truly free cells within the bounds of the known cells.
 void countFreeCells(const Space& space, const SpaceTruth& truth, const SpaceQuestions& questions,
                     const std::vector<SpaceCell>& known, SpaceFigures& figures) {
   AlignedBox3d bounds;

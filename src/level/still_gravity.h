@@ -27,7 +27,7 @@ class StillGravity {
  private:
   std::optional<Eigen::Vector3d> upIfStill() const;
 
-  std::deque<InertialSample> samples_;  ///< Samples of the last kSpan_s, in the order of stamps.
+  std::deque<InertialSample> samples_;  ///< Samples of the last kSpan_s and one before, by stamp.
 };
 
 }  // namespace dtsdf

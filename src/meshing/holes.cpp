@@ -37,7 +37,7 @@ class HoleCloser {
     findBridges();
   }
 
-  /// Closes the holes whose first vertex is that of a rim.
+  /// Closes the holes whose first vertex is the vertex of a rim.
   template <class Add>
   void closeFrom(const Outline::Rim& rim, const Add& add) {
     for (uint32_t k = 0; k < rim.fan_count; ++k) {
@@ -81,8 +81,8 @@ class HoleCloser {
     return packKey({(cell.x + kHalf) & kMask, (cell.y + kHalf) & kMask, (cell.z + kHalf) & kMask});
   }
 
-  /// The plain vertices in one fan, sorted by cells as wide as the longest bridge. Another cell
-  /// marks the end.
+  /// The plain vertices in one fan, sorted by cells as wide as the longest bridge. A last entry
+  /// without a vertex marks the end.
   std::vector<Cell> sortedCells() const {
     std::vector<Cell> cells;
     for (const Outline::Rim& rim : outline_.rims()) {

@@ -143,7 +143,7 @@ void MeshStream::add(const BlockMesh& block) {
   for (size_t i = 0; i < kSteps; ++i) {
     ahead_[i].emplace_back(block.key, end());
     passed_[i] = dropPassedBlocks(ahead_[i], kBlocksBehind[i], last_block_, next, passed_[i]);
-    next = packKey(ahead_[i].front().first);  // no step has passed this block yet
+    next = packKey(ahead_[i].front().first);  // this step has not passed its front block
   }
   if (passed_[0] - done_[0] < std::max(vertices_at_once_, (end() - first_) / 4)) return;
   process(passed_);

@@ -1,5 +1,5 @@
-/// Replaces `new` by one that fails on demand. Include it in one file of a program, outside of
-/// unity builds.
+/// Replaces `new` by a version that fails on demand. Include this header in one file of a program,
+/// outside of unity builds.
 #pragma once
 
 #include <cstdlib>
@@ -12,7 +12,7 @@ thread_local int allocations_left = -1;
 
 }  // namespace dtsdf
 
-// If they were inlined, the compiler would report mismatched new and delete.
+// If these operators were inlined, the compiler would report mismatched new and delete.
 [[gnu::noinline]] void* operator new(size_t bytes) {
   const bool fails = dtsdf::allocations_left == 0;
   if (dtsdf::allocations_left >= 0) --dtsdf::allocations_left;

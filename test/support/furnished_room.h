@@ -1,4 +1,4 @@
-/// An empty room, a furnished one whose parts all look different, and views of them.
+/// An empty room, a furnished room whose parts all look different, and views of both rooms.
 #pragma once
 
 #include <Eigen/Geometry>

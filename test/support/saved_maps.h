@@ -26,7 +26,7 @@ Colour stripes(const Eigen::Vector3d& p_W);
 /// Fuses the depth images `first` to `last` - 1 and, if `painted`, paints with the colour images.
 void feed(Mapper& mapper, size_t first, size_t last, bool painted);
 
-/// With one thread, because on a busy machine several would wait for each other.
+/// With one thread, because several threads would wait for each other on a busy machine.
 inline MapperParams roomParams(float voxel_size_m = 0.02f) {
   return makeCpuParams(FusionMode::kNormalRayCasting, true, voxel_size_m, 1);
 }

@@ -138,8 +138,8 @@ TEST(MeshTopology, CountsBoundaryEdges) {
   EXPECT_EQ(meshTopology(makeSphere(0.5f, 12)).boundary_edges, 0u);
 }
 
-/// A sheet of squares of 0.1 m that share no vertices, without those at the `missing` columns and
-/// rows.
+/// A sheet of squares of 0.1 m that share no vertices, without the squares at the `missing` columns
+/// and rows.
 TriangleMesh makePiercedSheet(int side, const std::set<std::pair<int, int>>& missing) {
   TriangleMesh sheet;
   const auto at = [](int i) { return 0.1f * static_cast<float>(i); };

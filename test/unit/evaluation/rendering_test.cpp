@@ -73,7 +73,7 @@ TEST(RenderView, GivesTheAngleOfIncidence) {
   EXPECT_NEAR(view.incidence_cosine[240 * 640], std::cos(std::atan(319.5f / 525.0f)), 1e-4f);
 }
 
-TEST(ReadViews, BenchmarkFoldersDefaultToItsCamera) {
+TEST(ReadViews, BenchmarkFoldersDefaultToTheBenchmarksCamera) {
   const TemporaryFolder folder;
   const TumWriter writer(folder / "freiburg1", centredCamera(640, 480, 300.0),
                          orbitPoses(OrbitShape::kHelix, 3, 1.5));

@@ -37,7 +37,8 @@ inline TriangleMesh makeCube(float half) {
   return mesh;
 }
 
-/// A sphere centred at the origin, with `rings` rings of 2 * rings facets; the vertices lie on it.
+/// A sphere centred at the origin, with `rings` rings of 2 * rings facets; vertices lie on the
+/// sphere.
 inline TriangleMesh makeSphere(float radius_m, uint32_t rings) {
   constexpr double kPi = 3.14159265358979323846;
   TriangleMesh mesh;

@@ -216,13 +216,13 @@ TEST_F(MeshFile, GlbIsValidAndMatchesPly) {
   mesh_.origin_m = {4.0e5, -3.0e6, 0.1};
   for (Vec3f& p : mesh_.vertices_m) p = {p.x + 5000.3f, p.y - 77.7f, p.z};
   expectAlike(MeshColour::kImage);
-  // A normal of length 0, as the mean of opposite normals is, and one of length 5.
+  // A normal of length 0, as the mean of opposite normals is, and a normal of length 5.
   mesh_.normals[0] = {0, 0, 0};
   mesh_.normals[1] = {0, 3, 4};
   expectAlike(MeshColour::kImage);
 }
 
-/// Tests only the size limit; no such file is written.
+/// Tests only the size limit; no file of that size is written.
 TEST(Glb, HoldsSixtyMillionVertices) {
   EXPECT_LT(maxGlbBytes(60'000'000, 120'000'000), kMaxGlbBytes);
   EXPECT_GT(maxGlbBytes(80'000'000, 160'000'000), kMaxGlbBytes);

@@ -16,7 +16,7 @@ Eigen::Isometry3d drift(int i) {
   return T;
 }
 
-/// The images of a lap, and a map that records what it fuses in a journal.
+/// The images of a lap, and a map that records all fused images in a journal.
 class JournalOfALap : public testing::Test {
  protected:
   JournalOfALap()
@@ -96,8 +96,8 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileBeingWritten) {
     offline.correct({refusion.correction().before, truePoses()});
     EXPECT_TRUE(mapOf(offline, journaledParams()) == corrected);
   }
-  // Once the correction is in the journal, the journal gives the corrected map, and the same poses
-  // move nothing.
+  // Once the correction is in the journal, the journal gives the corrected map, and correcting with
+  // the same poses again moves nothing.
   journal_.add(refusion.correction());
   ASSERT_TRUE(journal_.written().get());
   EXPECT_TRUE(mapOf(journal_.path(), journaledParams()) == corrected);
@@ -228,8 +228,8 @@ TEST(CorrectedJournalWithKeepRadius, DropsBlocksFarFromCorrectedPoses) {
   EXPECT_TRUE(mapOf(replay, near) == fileOf(*expected));
 }
 
-/// correctGiven() levels the poses like those of the journal, so the map stays level; correct()
-/// takes levelled poses.
+/// correctGiven() levels the given poses, as the journal's poses are, so the map stays level.
+/// correct() takes levelled poses.
 TEST(LevelledJournal, StaysLevel) {
   const TemporaryFolder folder;
   JournalWriter journal(journalOptions(folder.path()));

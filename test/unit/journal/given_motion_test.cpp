@@ -40,7 +40,7 @@ TEST(GivenMotion, RotationJumpsAreDetected) {
   EXPECT_TRUE(motion.isMovedBy(T, {1.0, T * poseAtTime(1.0)}));
 }
 
-TEST(GivenMotion, AfterOnePoseJumpsAreDetected) {
+TEST(GivenMotion, JumpsAreDetectedAfterOnePose) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.1, 0.0, 0.0));
   EXPECT_FALSE(GivenMotion().isMovedBy(T, {0.0, T}));
   GivenMotion motion;

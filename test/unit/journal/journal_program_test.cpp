@@ -1,5 +1,5 @@
-// reconstruct makes a map from a journal, with the node's poses or corrected ones. map_tool exports
-// its images.
+// reconstruct makes a map from a journal, with the node's poses or corrected poses. map_tool
+// exports the journal's images.
 #include <gtest/gtest.h>
 
 #include "io/trajectory.h"

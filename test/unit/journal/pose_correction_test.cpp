@@ -81,7 +81,7 @@ TEST(PoseCorrection, UnmovedPosesStayBitIdentical) {
   EXPECT_NE(correction.correct(1.1, fused[11].T_W_C).matrix(), fused[11].T_W_C.matrix());
 }
 
-// A SLAM system may give poses between images: here, 0.04 s (4 cm) after one.
+// A SLAM system may give poses between images: here, 0.04 s (4 cm) after an image.
 TEST(PoseCorrection, APoseBetweenImagesCorrectsThemToo) {
   const std::vector<StampedPose> fused = straightPath(20);
   Eigen::Isometry3d T_W_C = pose(0.54, 0.0, 0.27);

@@ -162,7 +162,7 @@ TEST(BlockTable, VacatingUnderRandomLoadLosesNothing) {
   EXPECT_EQ(table.bytesInUse(), 0u);
 }
 
-/// A vacated block that was in no extraction can be released at once; others wait for a mesh
+/// A vacated block that was in no extraction can be released at once; other blocks wait for a mesh
 /// update.
 TEST(BlockTable, DistinguishesUnmeshedVacantBlocks) {
   BlockTable table(kPlenty);
@@ -178,8 +178,8 @@ TEST(BlockTable, DistinguishesUnmeshedVacantBlocks) {
   EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{seen});
 }
 
-/// A block that was emptied and refilled before an extraction is in that mesh. If it is emptied
-/// again during the extraction, it stays until the next one.
+/// A block that was emptied and refilled before an extraction is in its mesh. If the block is
+/// emptied again during the extraction, it stays until the next extraction.
 TEST(BlockTable, RefilledBlocksAreReportedVacantAgain) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x01}});
@@ -223,7 +223,7 @@ TEST(BlockTable, FindsBlocksBeyondABall) {
   EXPECT_EQ(beyond(12.0), slots({keyOf(3), keyOf(2, 2)})) << "a touching block was listed";
 }
 
-/// Memory is allocated beforehand for the sizes from sizesAfter(), so they must suffice.
+/// Memory is allocated beforehand for the sizes from sizesAfter(), so these must suffice.
 TEST(BlockTable, PoolsStayWithinThePredictedSizes) {
   std::mt19937 random(25);
   for (const size_t budget : {kPlenty, 40 * BlockTable::kArrayBytes}) {

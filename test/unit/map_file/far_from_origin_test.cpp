@@ -1,5 +1,5 @@
-// A wall up to 100 km from the map's origin gets as good a mesh as one near it. This holds for the
-// published chunks, too.
+// A wall up to 100 km from the map's origin gets as good a mesh as a wall near the origin. This
+// holds for published chunks, too.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -205,7 +205,7 @@ TEST_F(MapFile, EmptyMapsCanBeSaved) {
   EXPECT_EQ(readMapInfo(path_).size.blocks, 0u);
 }
 
-/// Several chunks of blocks, the last one not full.
+/// Several chunks of blocks; the last chunk is not full.
 TEST_F(MapFile, RestoresMapsOfManyChunks) {
   const MapContents contents = roomContents(true, roomParams(0.015f));
   ASSERT_GT(contents.blocks.size(), 3 * kBlocksPerChunk);
@@ -282,7 +282,7 @@ TEST_F(MapFile, InfoNeedsNoVoxels) {
 }
 
 TEST_F(MapFile, WithABitFlippedIsRefused) {
-  // All bytes of the headers and of the small records, and a sample of the others.
+  // All bytes of the headers and of the small records, and a sample of the other bytes.
   const size_t step = std::max<size_t>(1, bytes_.size() / 3000);
   for (size_t i = 0; i < bytes_.size(); i += i < 6000 || i + 200 > bytes_.size() ? 1 : step) {
     std::string spoilt = bytes_;

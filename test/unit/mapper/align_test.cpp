@@ -101,7 +101,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Offset{{0.06, 0.06, -0.05}, 4.0}, Offset{{-0.06, 0.06, 0.053}, 0.0},
                     Offset{{0.0, 0.0, 0.0}, 8.0}, Offset{{0.0, 0.0, 0.0}, -8.0}));
 
-/// Errors that a wall does not constrain remain; the others are corrected.
+/// Errors that a wall does not constrain remain; other errors are corrected.
 TEST(Align, AWallConstrainsThreeDegreesOfFreedom) {
   Session session(makeCpuParams());
   mapFrom(session, wall(), wallPose());

@@ -83,7 +83,8 @@ TEST(AlignmentGain, FollowsStepsLargerThanNoise) {
   EXPECT_NEAR(shareOfStep(gain, 0.20), 1.0 - 0.052 / 0.20, 0.1);
 }
 
-/// A smooth error of the odometry, which the alignments correct, does not count as their noise.
+/// A smooth error of the odometry, which the alignments correct, does not count as noise of the
+/// alignments.
 TEST(AlignmentGain, FollowsExactAlignmentsIfOdometryDriftsSmoothly) {
   AlignmentGain gain;
   for (int i = 0; i < 100; ++i) {

@@ -37,7 +37,7 @@ struct BadFrame {
   std::function<void(DepthFrame&)> spoil;
 };
 
-/// Without this, GoogleTest prints the bytes.
+/// Without this operator, GoogleTest prints the bytes of a BadFrame.
 std::ostream& operator<<(std::ostream& out, const BadFrame& frame) { return out << frame.name; }
 
 BadFrame badPose(const std::string& name, const std::function<void(DepthFrame&)>& spoil) {

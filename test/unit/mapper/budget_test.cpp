@@ -1,5 +1,5 @@
-// A map that has reached its budget keeps and updates what it contains; blocks beyond that are
-// refused and counted.
+// A map that has reached its budget keeps and updates what it contains; further blocks are refused
+// and counted.
 #include <gtest/gtest.h>
 
 #include <map>

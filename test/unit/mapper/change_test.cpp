@@ -139,8 +139,8 @@ class MinSupport : public testing::TestWithParam<int> {
   bool shows_left_ = false, shows_right_ = false;
 };
 
-/// The first frame is meshed at once. From the second one on, if two frames are required, a surface
-/// that only one of them saw disappears until it is seen again.
+/// The first frame is meshed at once. From the second frame on, if two frames must support a
+/// surface, a surface seen in only one frame disappears until it is seen again.
 TEST_P(MinSupport, AppliesFromTheSecondFrame) {
   const bool one_is_enough = GetParam() == 1;
   see(true);

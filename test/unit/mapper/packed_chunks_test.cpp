@@ -90,7 +90,7 @@ TEST_P(PackedBall, IsClosedAcrossChunksOfAnySize) {
   }
 }
 
-TEST_P(PackedBall, IsHalfAStepFromTheMeshAtMost) {
+TEST_P(PackedBall, IsAtMostHalfAStepFromTheMesh) {
   const MeshStore store = storeOf(meshOfABall(GetParam()));
   for (const int chunk_blocks : {1, 4, 64}) {
     const ChunkLattice lattice(kVoxelSize, chunk_blocks);

@@ -273,7 +273,7 @@ TEST(PoseTracker, StartsAtTheFirstNonEmptyImage) {
   EXPECT_LT(shiftBetween_m(*T_W_C, Isometry3d::Identity()), 2e-3);
 }
 
-/// Only the first image has a given pose: the second one may already show another place.
+/// Only the first image has a given pose: the second image may already show another place.
 TEST(PoseTracker, DoesNotFuseAnUnmappedSecondImage) {
   Scene near, far;
   near.add(Plane{{1.0, 0.0, 0.0}, -Vector3d::UnitX()});

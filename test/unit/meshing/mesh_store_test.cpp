@@ -200,7 +200,7 @@ TEST(MeshStore, MeshesFarAwayHaveTheirOwnOrigin) {
   EXPECT_EQ(positionInMap(mesh, inside), (std::array<double, 3>{1000.125, 0.125, -2.5625}));
 }
 
-/// Blocks meshed before the first colour lie next to painted ones.
+/// Blocks meshed before the first colour lie next to painted blocks.
 TEST(MeshStore, JoinsBlocksWithAndWithoutColours) {
   MeshStore store(kVoxelSize);
   const auto block = [](int x, std::vector<VertexColour> colours) {

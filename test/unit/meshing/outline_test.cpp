@@ -187,7 +187,7 @@ TEST(Outline, ClosesHolesOfUpToEightEdges) {
   EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim + 10);
 }
 
-TEST(Outline, ClosesHolesAtAnEdge) {
+TEST(Outline, ClosesHolesAtABend) {
   Sheet sheet;
   for (uint32_t y = 0; y < kRows; ++y) {
     for (uint32_t x = 10; x < kColumns; ++x) {

@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-/// A chunk of this many vertices at one place, with a triangle that uses the last of them.
+/// A chunk of this many vertices at one place, with a triangle that uses the last vertex.
 PackedChunk chunkOf(size_t vertices) {
   PackedChunk chunk;
   chunk.positions.resize(3 * vertices);

@@ -66,7 +66,7 @@ TEST_F(Simplify, ReducesAPlaneButKeepsItsBorder) {
   }
 }
 
-/// The reported error equals the measured one and does not exceed the limit.
+/// The reported error equals the measured error and does not exceed the limit.
 TEST_F(Simplify, RespectsTheLimitAndReportsTheError) {
   Mesh mesh;
   addSheet(mesh, 2.0f, 0.02f, true,

@@ -1,4 +1,4 @@
-// A map that pages to disk equals, bit for bit, the same map with enough memory.
+// A map that pages to disk equals, bit for bit, a map with enough memory.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/syscall.h>
@@ -24,7 +24,7 @@ namespace {
 /// Rate at which the disk reads and writes; 0: unlimited.
 std::atomic<double> disk_bytes_per_s{0.0};
 
-/// If n > 0, reads fail that start in one of every n units of 256 bytes.
+/// If n > 0, reads fail that begin in one sector (256 bytes) of every n.
 std::atomic<off_t> bad_sectors{0};
 
 void takeTimeOfDisk(size_t bytes) {
@@ -189,7 +189,7 @@ TEST_F(Paging, MeshesALargeMapInParts) {
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
-/// The last blocks in order are meshed, too, even if a camera keeps changing the first ones.
+/// The last blocks in order are meshed, too, even if a camera keeps changing the first blocks.
 TEST_F(Paging, MeshesAllPartsWhileACameraMaps) {
   TourOptions options;
   options.mesh_every = 0;
@@ -329,8 +329,8 @@ TEST_F(Paging, MapsCanShareAFolder) {
   EXPECT_TRUE(sameMaps(second.mapper(), whole.mapper()));
 }
 
-/// The blocks of a depth image stay in memory, however small the budget; a colour image paints
-/// those that fit.
+/// The blocks of a depth image stay in memory, however small the budget; a colour image paints the
+/// blocks that fit.
 TEST_F(Paging, ExceedsABudgetThatIsTooSmallForAnImage) {
   for (const bool painted : {false, true}) {
     SCOPED_TRACE(painted);

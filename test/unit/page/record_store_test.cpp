@@ -64,7 +64,7 @@ TEST_F(RecordStoreTest, ReadsBackWhatWasWritten) {
   EXPECT_EQ(folder_.entryCount(), 0u) << "the page file is visible in its folder";
   for (const StoredRecord& record : records_) store_.erase(record);
   EXPECT_EQ(store_.stats().bytes, 0u);
-  EXPECT_EQ(lseek(openFilesIn(folder_.path()).front(), 0, SEEK_END), 0) << "space was not freed";
+  EXPECT_EQ(lseek(openFilesIn(folder_.path()).front(), 0, SEEK_END), 0) << "disk space not freed";
 }
 
 TEST_F(RecordStoreTest, RespectsItsSizeLimit) {

@@ -86,7 +86,7 @@ TEST(ParamSet, RangesIncludeTheirEnds) {
   }
 }
 
-TEST(ParamSet, RefusesUnknownKeysAndSuggestsKnownOnes) {
+TEST(ParamSet, RefusesUnknownKeysAndSuggestsKnownKeys) {
   const auto violations = violationsOf({{"part/cuont", 5}});
   ASSERT_EQ(violations.size(), 1u);
   EXPECT_EQ(violations[0].find("part/cuont = 5: no such setting; known: part/count, part/"), 0u)

@@ -138,7 +138,7 @@ TEST(GroundGrid, ColumnsSummariseTheirCells) {
   EXPECT_EQ(valueOf({f, s, f, f, f}), kColumnOccupied);
   share = 1.0;
   EXPECT_EQ(valueOf({u, f, f, f, u}), kColumnFree);
-  EXPECT_EQ(valueOf({f, u, f, f, f}), kColumnUnknown) << "an unknown layer may hide a low obstacle";
+  EXPECT_EQ(valueOf({f, u, f, f, f}), kColumnUnknown) << "free despite an unknown layer";
   EXPECT_EQ(valueOf({f, f, f, u, f}), kColumnUnknown);
   share = 0.0;
   EXPECT_EQ(valueOf({u, u, u, u, u}), kColumnUnknown) << "free without any free layer";

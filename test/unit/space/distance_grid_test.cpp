@@ -24,7 +24,7 @@ bool liesIn(const Region& region, const Vec3i& cell) {
   return ((box.T_W_B.inverse() * p).cwiseAbs() - 0.5 * box.size_m).maxCoeff() <= 0.0;
 }
 
-/// Random cells, most of them free; those in the `cleared` regions are all free.
+/// Random cells, most of them free; all cells in the `cleared` regions are free.
 SpaceChanges randomCells(const std::vector<Region>& cleared) {
   std::mt19937 random(7);
   SpaceChanges changes{true, {}};

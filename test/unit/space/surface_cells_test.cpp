@@ -26,7 +26,7 @@ bool has(const std::vector<Vec3i>& cells, const Vec3i& cell) {
 }
 
 /// All points of random triangles lie in the listed cells, and each listed cell contains such a
-/// point or is about a tenth of its edge away from one.
+/// point or is about a tenth of its edge away from such a point.
 TEST(CellsOfMesh, AreThoseThatTrianglesPassThrough) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<float> any(-1.9f, 9.9f);

@@ -187,7 +187,7 @@ TEST_F(Boxes, CanBeContinued) {
   EXPECT_TRUE(readBytes(out_ / "all.dtsdf") == readBytes(out_ / "one.dtsdf"));
 }
 
-TEST_F(Boxes, MissingOrOverlappingOnesAreReported) {
+TEST_F(Boxes, MissingOrOverlappingBoxesAreReported) {
   const std::vector<std::string> boxes = plan(kPlain, "--count 4");
   ASSERT_EQ(boxes.size(), 4u);
   make({boxes[0], boxes[1], boxes[3]}, kPlain);

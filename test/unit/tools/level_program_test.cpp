@@ -28,8 +28,8 @@ std::vector<Eigen::Isometry3d> lapPoses(size_t count) {
 
 class LevelProgram : public testing::Test {
  protected:
-  /// Writes a recording of the room, with poses in its first camera's frame, and one of a wall
-  /// only.
+  /// Writes a recording of the room, with poses in its first camera's frame, and another recording
+  /// of a wall only.
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
     const std::vector<Eigen::Isometry3d> poses = lapPoses(20);

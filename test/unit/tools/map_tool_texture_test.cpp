@@ -1,4 +1,5 @@
-/// Tests `map_tool texture` on recordings of analytic scenes, and reads its files independently.
+/// Tests `map_tool texture` on recordings of analytic scenes, and reads its .obj and .glb files
+/// with separate code.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -146,7 +146,7 @@ TEST_F(ReconstructProgram, MeshDoesNotDependOnThreadsOrUpdates) {
   EXPECT_NE(meshOf("--set mesh/colour=plain"), mesh);
 }
 
-/// The file may be the node's configuration, too.
+/// The file may also be the node's configuration.
 TEST_F(ReconstructProgram, CommandLineOverridesConfigFile) {
   writeBytes(out_ / "a.yaml",
              "backend: cuda\nthreads: 1\nmap_frame: odom\nmap:\n  voxel_size_m: 0.05\n");

@@ -123,7 +123,7 @@ TEST_F(OwnImages, WithoutNumbersAreOrderedByName) {
   EXPECT_EQ(frames[1].depth.T_W_C.translation().x(), 8.0);
 }
 
-TEST_F(OwnImages, DamagedOnesCanBeSkipped) {
+TEST_F(OwnImages, DamagedImagesCanBeSkipped) {
   writeBytes(folder_ / "poses.txt", poseLine(0) + poseLine(1) + poseLine(2));
   writeBytes(folder_ / "depth/d_9.png", "junk");
   writeBytes(folder_ / "color/c_10.jpg", "junk");

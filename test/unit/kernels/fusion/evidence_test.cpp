@@ -19,7 +19,7 @@ TEST(Evidence, CountsSupportingFramesAndSaturates) {
   EXPECT_EQ(supportedEvidence(22, kRules), 24);
 }
 
-TEST(Evidence, AContradictionOnlyLowersEvidence) {
+TEST(Evidence, AContradictionLowersOnlyEvidence) {
   const Voxel after = contradictedVoxel(makeVoxel(-0.75f, 12345, 9), 1, kUncovered, kRules);
   EXPECT_EQ(evidenceOf(after), 7);
   EXPECT_EQ(weightUnits(after), 12345u);

@@ -66,8 +66,8 @@ TEST(FreeDepth, EndsAMarginBeforeThePlane) {
   }
 }
 
-/// One pixel at 12 m and one not measured. A negative inverse depth means measured, but beyond the
-/// fusion range. Without a plane the margin is kept along the ray.
+/// One pixel at 12 m, and another not measured. A negative inverse depth means measured, but beyond
+/// the fusion range. Without a plane, the margin is kept along the ray.
 TEST(FreeDepth, ReachesBeyondTheFusionRange) {
   const float row[] = {0.0f, 0.0f};
   const PixelLinks links[] = {0, 0};

@@ -40,9 +40,9 @@ UnitLabels single(int index) {
   return labelsOfSheets(static_cast<unsigned>(index), static_cast<unsigned>(index));
 }
 
-/// Around a corner, `behind` units have it behind the surface, `in_front` units have it in front,
-/// and the others have no index. Each unit with an index takes the decision of the majority; a tie
-/// counts as in front.
+/// Around a corner, `behind` units have the corner behind the surface, `in_front` units have the
+/// corner in front, and the other units have no index. Each unit with an index follows the
+/// majority; a tie counts as in front.
 TEST(Regularisation, TheMajorityDecidesACorner) {
   for (int behind = 0; behind <= 8; ++behind) {
     for (int in_front = 0; behind + in_front <= 8; ++in_front) {

@@ -57,7 +57,7 @@ TEST(Links, StepsWithinNoiseAreLinked) {
 }
 
 /// Equal steps of 0.05 1/m in all rows are a real side, however steep. The steps at its ends are
-/// less than half as large, so its plane does not predict them.
+/// less than half as large, so the side's plane does not predict them.
 TEST(Links, SteepSidesAreOneSurface) {
   for (const float nearest : {1.0f, 0.05f}) {  // also at 20 m
     std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
@@ -70,7 +70,7 @@ TEST(Links, SteepSidesAreOneSurface) {
   }
 }
 
-/// The pixels of a steep side are not linked if the row above or below has other depths.
+/// The pixels of a steep side are not linked if the row above or below has different depths.
 TEST(Links, SteepSidesMustMatchAdjacentRows) {
   const std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
   const std::vector<float> other{1.0f, 1.0f, 0.99f, 0.90f, 0.875f, 0.87f, 0.87f};

@@ -1,4 +1,4 @@
-/// Tests the noise of single lines of depths, and the window and reach that follow from it.
+/// Tests the noise of single lines of depths, and the window and reach that follow from the noise.
 #include "kernels/surfels/noise.h"
 
 #include <gtest/gtest.h>

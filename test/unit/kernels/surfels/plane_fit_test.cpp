@@ -18,7 +18,7 @@ constexpr float kVoxel_m = 10.0f / 35.0f;  // 10 pixels at 1 m
 const SurfelSettings kSurfels{2, 0.03f, SurfelRules(), 0};
 
 /// A relative rounding error of 6e-8 in 1 / z, divided by slopes of about 1 / (f z) per pixel,
-/// turns the normal by about f * 6e-8; this tolerance is some ten times that.
+/// turns the normal by about f * 6e-8; this tolerance is about ten times as large.
 constexpr double kExact = 2e-5;
 
 struct Image {
@@ -116,7 +116,7 @@ TEST(NormalFit, IsExactOnPlanesOfAnyTilt) {
   }
 }
 
-/// Two planes with a jump in depth along a slanted border: no normal mixes them.
+/// Two planes with a jump in depth along a slanted border: no normal mixes both planes.
 TEST(NormalFit, DoesNotMixAcrossADepthJump) {
   const FreePlane near = makePlane(0.2, -0.1, -1.0, -2.0), far = makePlane(-0.4, 0.3, -1.0, -3.8);
   const auto onNear = [](int u, int v) { return 3 * u + 5 * v < 120; };

@@ -145,7 +145,7 @@ double SurfaceTree::search(const Vec3f& p, double limit_m, const MayCount& may_c
     put(node.first);
     put(node.first + 1);
     if (count > 1 && waiting[count - 1].first > waiting[count - 2].first) {
-      std::swap(waiting[count - 1], waiting[count - 2]);  // the nearer child comes first
+      std::swap(waiting[count - 1], waiting[count - 2]);  // the nearer node comes first
     }
   }
   return std::sqrt(nearest);

@@ -64,7 +64,7 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
 
 /// An image may converge to a wrong pose that fits most of it. If the map explains less of it than
 /// of the previous image, it is also aligned from that image's pose. The better result is used,
-/// unless the prior makes it unlikely: other places may look alike.
+/// unless the prior makes it unlikely, since other places may look alike.
 Alignment PoseRefiner::align(Mapper& mapper, const DepthFrame& expected, PosePrior prior) {
   Alignment found = mapper.align(expected, prior);
   if (found.status != AlignmentStatus::kAligned) {

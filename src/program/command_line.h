@@ -41,8 +41,8 @@ class TextRequest : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// An option, a positional argument (a name without dashes), or a flag, which takes no value. The
-/// caller of CommandLine::add() sets the first four members.
+/// An option, a positional argument (a name without dashes), or a flag, which takes no value.
+/// Callers of CommandLine may set the first four members.
 struct ProgramOption {
   std::string name;
   std::string value;  ///< Placeholder of the value in the help.
@@ -54,11 +54,11 @@ struct ProgramOption {
   std::function<void(const std::string&)> read = nullptr;  ///< Reads each value; null for a flag.
   std::function<void()> set = nullptr;                     ///< Called for a flag.
   std::string needs = {};                                  ///< Option that this requires, or empty.
-  std::vector<std::string> values = {};  ///< Values given; for a flag, an empty one.
+  std::vector<std::string> values = {};  ///< Values given; for a flag, an empty string.
 };
 
-/// The options of one program. Each is bound to a variable, whose initial value is the default.
-/// Only lists may be given more than once.
+/// The options of one program. An option may be bound to a variable, whose initial value is the
+/// default. Only lists may be given more than once.
 class CommandLine {
  public:
   /// `usage` follows the program's name in the help, `about` says what the program does.

@@ -100,7 +100,7 @@ void save(const SharedMesh& mesh, const py::object& path, const std::string& col
   saveMesh(*mesh, mode, name);
 }
 
-/// Lets Python handle signals meanwhile; an exception, as from Ctrl-C, cancels the work.
+/// Lets Python handle signals during the work. An exception, as from Ctrl-C, cancels it.
 py::tuple simplify(const SharedMesh& mesh, double max_error_m) {
   SimplifiedMesh simplified;
   {

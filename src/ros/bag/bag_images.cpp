@@ -56,7 +56,7 @@ std::string topicsOf(const rosbag::Bag& bag) {
   return "; its topics are " + joined({topics.begin(), topics.end()});
 }
 
-/// @throws std::runtime_error if the topic has no messages; the text lists the bag's topics and
+/// @throws std::runtime_error if the topic has no messages. Its text lists the bag's topics and
 /// ends with `help`.
 void requireMessages(const rosbag::Bag& bag, const std::string& topic,
                      const std::string& help = "") {

@@ -15,7 +15,8 @@
 
 namespace dtsdf {
 
-/// Exists only if journal/folder is set. After the constructor, it never waits for the disk.
+/// Exists only if journal/folder is set. Between constructor and destructor, it never waits for the
+/// disk.
 class JournalStep : public Step {
  public:
   /// @throws std::runtime_error as JournalWriter does.

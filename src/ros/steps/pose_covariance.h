@@ -26,8 +26,8 @@ inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, 
 }
 
 /// Covariance of a pose in the map. With poses/mode track, errors along a free axis add up from
-/// image to image, so its variance is made large. An image that was not aligned, such as the first,
-/// has a given pose, so its covariance is kept.
+/// image to image, so the variance along that axis is made large. An image that was not aligned,
+/// such as the first, has a given pose, so its covariance is kept.
 inline Matrix6d odometryCovariance(const Alignment& alignment, const PoseParams& params) {
   // Variances of unknown quantities, small enough for filters.
   constexpr double kUnknown_m2 = 1e3, kUnknown_rad2 = 10.0;

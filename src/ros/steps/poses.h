@@ -35,8 +35,8 @@
 namespace dtsdf {
 
 /// Aligns images if poses/mode is refine or track; otherwise leaves poses unchanged. With refine,
-/// each camera is aligned by itself; the correction and poses of the first are published. Serves
-/// set_pose and save_trajectory.
+/// each camera is aligned by itself; the correction and the poses of the first camera are
+/// published. Serves set_pose and save_trajectory.
 class PosesStep : public Step {
  public:
   explicit PosesStep(const Host& host)

@@ -18,8 +18,8 @@ struct FrameTime {
   double distances_ms = 0.0;  ///< Update of distances after fetching; 0 without space.
   size_t map_bytes = 0;       ///< Size of the map after the frame.
   size_t mapped_bytes = 0;    ///< In a flight: map_bytes plus paged and dropped blocks.
-  bool on_return = false;     ///< On the way back; mapped_bytes is then that of the same place on
-                              ///< the way out.
+  bool on_return = false;     ///< Whether the camera flies back; mapped_bytes is then the value at
+                              ///< this place on the way out.
   size_t resident_bytes = 0;  ///< In a flight: resident memory of the process.
 };
 

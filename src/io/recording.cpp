@@ -90,7 +90,7 @@ bool isReadable(const StampedImage& image) try {
   return false;
 }
 
-/// The camera from the options or the folder's files; none if it is the format's usual one.
+/// The camera from the options or the folder's files; none if the format's usual camera applies.
 std::optional<CameraInfo> givenCamera(const RecordingOptions& options, const FolderFormat& format,
                                       std::vector<StampedImage> images) {
   if (options.skip_bad) {  // the camera's size may come from the first image
@@ -136,7 +136,8 @@ void findFirstPose(const RecordingOptions& options, const FolderFormat& format,
   for (StampedImage& image : images) image.T_W_C = T_W_C;
 }
 
-/// The depth scale from the options or the folder's files; none if it is the format's usual one.
+/// The depth scale from the options or the folder's files; none if the format's usual scale
+/// applies.
 std::optional<double> givenUnits(const RecordingOptions& options, const FolderFormat& format) {
   if (options.units_per_metre || format.unitsOf == nullptr) return options.units_per_metre;
   return format.unitsOf(options.path);

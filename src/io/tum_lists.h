@@ -23,7 +23,8 @@ struct StampedImage {
 // std::runtime_error if a file is missing, or, with its line number, if a line is malformed.
 
 /// Whether a folder has depth.txt, or associations.txt together with groundtruth.txt or
-/// camera_info.yaml. A folder of ICL-NUIM has associations.txt too, but neither of the other two.
+/// camera_info.yaml. A folder of ICL-NUIM has associations.txt too, but neither of the other two
+/// files.
 bool isTumFolder(const std::filesystem::path& folder);
 /// The images in associations.txt whose paths begin with `kind`. A line is like "0 depth/0.png 0
 /// rgb/0.png"; depth or colour may come first. @throws std::runtime_error if there are none.

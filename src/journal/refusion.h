@@ -26,7 +26,7 @@ class Refusion {
 
   /// Repeats the next call of the journal, or updates the mesh at its end.
   /// @param live_bytes Size of the live map; both maps must fit into map/max_memory_mb.
-  /// @return false if it has caught up with the journal, so that nothing was left to do.
+  /// @return false if the replay has caught up with the journal, so that nothing was left to do.
   /// @throws std::runtime_error if there is too little memory, or the journal is damaged.
   bool step(size_t live_bytes);
 

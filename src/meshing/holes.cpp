@@ -43,7 +43,7 @@ class HoleCloser {
     for (uint32_t k = 0; k < rim.fan_count; ++k) {
       close(rim.vertex, rim.vertex, rim.fans[k][kBackwards], add);
     }
-    // A loop may leave its lowest vertex over a bridge.
+    // The first step of a loop from its lowest vertex may be a bridge.
     const uint32_t across = bridgeFrom(rim.vertex);
     if (across == kNone || across < rim.vertex) return;
     close(rim.vertex, across, outline_.rimOf(across).fans[0][kBackwards], add);

@@ -27,9 +27,9 @@ class Outline {
     uint32_t next, previous;
   };
 
-  /// What surrounds a vertex: links and the fans that they form. The outline comes from `last` of
-  /// one fan and goes on to `first` of it; a gap lies between the last vertex of a fan and the
-  /// first of the next. Patches change only `links` and `beside`.
+  /// What surrounds a vertex: links and the fans that they form. The outline comes from the last
+  /// vertex of a fan and goes on to its first vertex; a gap lies between the last vertex of a fan
+  /// and the first of the next. Patches change only `links` and `beside`.
   struct Rim {
     using Fan = std::array<uint32_t, 2>;  ///< First and last vertex.
 

@@ -30,7 +30,7 @@ constexpr int8_t kColumnFree = 0;        ///< No surface, and enough of its cell
 constexpr int8_t kColumnUnknown = -1;    ///< Neither occupied nor free.
 
 /// A grid for a robot on level ground: whether each column of cells between two heights is free or
-/// occupied. Also keeps track of what to publish.
+/// occupied. The grid also keeps track of what to publish.
 ///
 /// Subscribers have a window of columns, the last whole grid. Its edges lie on multiples of kStep
 /// cells; when columns outside the window become known, a whole grid of a new window is sent. Other

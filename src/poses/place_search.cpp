@@ -249,7 +249,7 @@ struct CoarseMap {
   struct CellSurface {
     Vector3f middle = Vector3f::Zero(), normal = Vector3f::Zero();
     float points = 0.0f;
-    uint8_t faces = 0;  ///< Directions that it faces, one bit each.
+    uint8_t faces = 0;  ///< Directions that the surface faces, one bit each.
   };
 
   /// The orientations to try; for each, the rays of the image's first points; and for each point,

@@ -36,7 +36,7 @@ bool spinUntil(const Condition& condition) {
   return false;
 }
 
-/// A thread of a team. The caller waits for it only if it has started the work.
+/// A thread of a team. The caller waits for the thread only if it has started the work.
 class TeamMember {
  public:
   TeamMember() : thread_([this] { serve(); }) {}

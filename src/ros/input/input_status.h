@@ -178,7 +178,8 @@ class InputStatus {
     }
   }
 
-  /// Reports that images no longer arrive, or are no longer fused. @return whether it did.
+  /// Reports that images no longer arrive, or are no longer fused. @return whether it reported
+  /// anything.
   bool reportSilence(const StreamReport& depth, bool is_lost, const std::string& name,
                      MapStatus& status) const {
     // Age of the last event, at most the time for which events have been expected; 0 if there was

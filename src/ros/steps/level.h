@@ -23,9 +23,8 @@
 namespace dtsdf {
 
 /// Levels the map as map/level says. Frames are dropped until the floor or gravity is known. The
-/// level then stays fixed until a map with its own level is loaded. It is published on /tf_static.
-/// Used on the map thread only, so that the IMU cannot overwrite the level of a map loaded
-/// meanwhile.
+/// level, published on /tf_static, then stays fixed until a map with its own level is loaded. Used
+/// on the map thread only, so that the IMU cannot overwrite the level of a map loaded meanwhile.
 class LevelStep : public Step {
  public:
   LevelStep(const NodeParams& params, const Transforms& transforms, MapFrame& frame)

@@ -177,7 +177,7 @@ class ChunkTopic {
 };
 
 /// Publishes `mesh` and `mesh_blocks`: all changes; the whole mesh when a listener connects; and
-/// all of it again within mesh_topics/refresh_s, for listeners that lost a piece.
+/// the whole mesh again within mesh_topics/refresh_s, for listeners that lost a piece.
 class MeshTopicsStep : public Step {
  public:
   MeshTopicsStep(const NodeParams& params, const Rates& rates)

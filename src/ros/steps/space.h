@@ -34,8 +34,8 @@
 namespace dtsdf {
 
 /// Without space/enabled, publishes nothing and refuses queries. Queries never wait for the map.
-/// Changes go from the map thread to the output thread through a queue; when it is full, the rest
-/// stays in the map.
+/// Changes go from the map thread to the output thread through a queue; when the queue is full,
+/// further changes stay in the map.
 class SpaceStep : public Step {
  public:
   explicit SpaceStep(const Host& host)

@@ -107,7 +107,7 @@ class Step {
   /// The backend has failed.
   virtual void failed() {}
   /// Does some work of the step, unless a frame waits and has precedence. @return whether it did
-  /// any.
+  /// any work.
   virtual bool work(bool /*frame_waits*/) { return false; }
 
   // Called on the output thread, unless stated otherwise.

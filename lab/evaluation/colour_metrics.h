@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// Errors of colour at area-uniform samples of the reconstruction.
+/// Colour errors at points sampled uniformly by area on the reconstruction.
 struct ColourEvaluation {
   size_t samples = 0;
   double rmse_rgb = 0.0;    ///< Over all three channels, whose values range from 0 to 255.

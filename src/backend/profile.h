@@ -1,4 +1,4 @@
-/// Measures the host time of each stage.
+/// Measures the host time of each stage; on a GPU, only of those that the engine runs.
 #pragma once
 
 #include <chrono>

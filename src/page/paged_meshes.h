@@ -34,8 +34,8 @@ void visitRecord(Io& io, BlockMesh& mesh) {
   io.array(mesh.colours, sizes[2]);
 }
 
-/// Meshes may take 1 / kMeshShare of map/max_memory_mb, in addition to it, but at most
-/// kMaxMeshBytes.
+/// With map/page_folder, meshes may take 1 / kMeshShare of map/max_memory_mb, in addition to it,
+/// but at most kMaxMeshBytes.
 constexpr size_t kMeshShare = 8, kMaxMeshBytes = size_t{64} << 20;
 
 inline size_t meshBudgetOf(const MapParams& params) {

@@ -1,5 +1,5 @@
-/// Makes external text, such as names in messages and files or errors of libraries, safe to log and
-/// to publish. test/lint/check_text.py finds places that show such text unchanged.
+/// Makes external text safe to log and to publish: names in messages and files, and errors of
+/// libraries. test/lint/check_text.py finds places that show such text unchanged.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-/// Converts space to an OctoMap tree; only for builds with OctoMap.
+/// Adds the known cells of a map to an OctoMap tree; only for builds with OctoMap.
 #pragma once
 
 #include <octomap/OcTree.h>

@@ -1,4 +1,5 @@
-/// The space of a map: its cells, and the distances that are computed from them on request.
+/// Free space and surfaces of a map, as cells in cubes of 8 x 8 x 8, and distances computed from
+/// them on request.
 #pragma once
 
 #include <vector>
@@ -22,9 +23,9 @@ int32_t cellLog2Of(const MapperParams& params);
 /// The largest distance, in cells.
 int reachInCells(const MapperParams& params);
 
-/// Makes the pages for cells and distances, with `max_bytes` of memory; null without
-/// map/page_folder.
-/// @throws std::runtime_error if the folder cannot be written.
+/// Creates the store that moves cells and distances to disk and keeps at most `max_bytes` of them
+/// in memory; null if map/page_folder is empty.
+/// @throws std::runtime_error if the folder is not writable.
 SharedPagedValues makePages(const MapperParams& params, size_t max_bytes);
 
 class SpaceMap : public Space {
@@ -32,33 +33,34 @@ class SpaceMap : public Space {
   /// @throws std::runtime_error if map/page_folder cannot be written.
   SpaceMap(const MapperParams& params, int threads);
 
-  /// Limits the map to `cubes`, as part of a larger map. The limit outlasts clear().
+  /// Limits cubesInView() to `cubes`, for one part of a larger map. clear() does not lift the
+  /// limit.
   void restrictTo(const BlockExtent& cubes) { extent_ = cubes; }
 
   /// Sets the function that computes distances. If it returns false, the host does.
   void setDistanceBackend(DistanceWork work_out) { distances_.setBackend(std::move(work_out)); }
 
-  /// The cubes that may be in view of an image, sorted by key. No other cubes can become free.
+  /// The cubes that may be in the camera's view, sorted by key. Only their cells can become free.
   std::vector<Vec3i> cubesInView(const FrameView& frame) const;
 
-  /// Adds the cells that an image saw through. Cubes must be sorted by key; those beyond the budget
-  /// are refused.
+  /// Adds the cells that an image shows to be empty. Cubes must be sorted by key. A cube without
+  /// free cells is refused if the budget is used up or the disk is full.
   void addFree(const std::vector<CubeMask>& cubes);
 
   /// Applies the surface changes of a mesh update.
   void addSurfaces(const std::vector<BlockMesh>& blocks);
 
-  /// Forgets free cells with their centres in a region, which is in units of voxels. Surfaces
-  /// follow the mesh.
+  /// Forgets the free cells whose centres lie in a region, which is given in voxels. Surfaces
+  /// change with the next mesh update.
   void clearRegion(const RegionView& region);
 
-  /// Forgets free cells in cubes entirely outside `kept`.
+  /// Forgets free cells in cubes whose bounding balls lie outside the ball `kept`.
   void dropBeyond(const RegionView& kept);
 
   void clear();
 
   /// Adds the free cells to `contents`. Surfaces can be found again from the mesh.
-  /// @throws std::runtime_error if they cannot be read from the disk now.
+  /// @throws std::runtime_error if the disk does not respond.
   void copyTo(MapContents& contents) const;
   /// Adds the free cells of `contents`. @pre No cell is known, the contents have the same cell
   /// size, and their free cells are within the budget.
@@ -66,7 +68,7 @@ class SpaceMap : public Space {
 
   size_t freeBytes() const;                                 ///< Counted towards the budget.
   uint64_t refusedCubes() const { return refused_cubes_; }  ///< Since the start or clear().
-  /// Adds the counts of cells on disk.
+  /// Adds the statistics of the page file, and sets its size.
   void addTo(PageStats& pages) const;
 
   double cellSize_m() const override;
@@ -92,11 +94,11 @@ class SpaceMap : public Space {
   const double voxel_size_m_;
   const float max_range_m_;
   const size_t free_budget_;
-  const SharedPagedValues pages_;  ///< Null without map/page_folder.
-  BlockExtent extent_;             ///< The cubes that the map may have.
+  const SharedPagedValues pages_;  ///< Null if map/page_folder is empty.
+  BlockExtent extent_;             ///< The limit of cubesInView().
   size_t free_cubes_ = 0;          ///< Cubes with free cells.
   uint64_t refused_cubes_ = 0;
-  uint64_t lost_ = 0;  ///< Records lost on disk, as of the last count of cubes.
+  uint64_t lost_ = 0;  ///< Records lost on disk when free_cubes_ was last counted.
   CellTable table_;
   SurfaceCells surfaces_;
   DistanceField distances_;

@@ -102,7 +102,7 @@ TEST(Clouds, AreRefusedIfUnusable) {
   cloud = cloudOfRoom();
   std::fill(cloud.data.begin(), cloud.data.end(), 0xff);
   EXPECT_EQ(rejectionReason(cloud), drop::kNoMeasurement);
-  cloud = cloudOfRoom();  // mirrored: x to the left
+  cloud = cloudOfRoom({sensor_msgs::PointField::FLOAT32, "xyz", 0});  // mirrored: x to the left
   for (size_t at = cloud.fields[0].offset; at < cloud.data.size(); at += cloud.point_step) {
     cloud.data[at + 3] ^= 0x80;
   }

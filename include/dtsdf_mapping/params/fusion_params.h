@@ -5,11 +5,12 @@
 
 namespace dtsdf {
 
-/// The paper's fusion modes (Sec. IV); each works on the directional and the undirected map.
+/// The fusion modes of the Directional TSDF paper (Sec. IV); each works with directional and with
+/// undirected maps.
 enum class FusionMode {
   kVoxelProjection,  ///< Each voxel takes the projective distance of the pixel that it projects to.
   kRayCasting,       ///< Samples along the view ray, point-to-plane distance.
-  kNormalRayCasting,  ///< Samples along the normal; the noisier the depth, the nearer to the ray.
+  kNormalRayCasting,  ///< Samples along the normal, turned towards the ray if depth is noisy.
 };
 
 /// Maximum of FusionParams::normal_radius_px.
@@ -21,12 +22,12 @@ struct FusionParams {
   float min_depth_m = 0.1f;                         ///< Nearer measurements are ignored.
   float max_depth_m = 10.0f;  ///< Farther measurements only clear space in front of them.
   int normal_radius_px = 5;   ///< Largest half width of the window that a normal is fitted in.
-  float depth_jump = 0.03f;   ///< Relative difference of depth that separates neighbouring pixels.
-  float max_weight = 64.0f;   ///< Cap of a voxel's weight; a frame adds 1 at most.
-  bool clearing = true;       ///< Whether surfaces that images see through are removed;
-                              ///< no effect with kVoxelProjection.
-  /// Limit of a voxel's evidence, positive or negative, as a number of supporting images; 0: 8. The
-  /// node and the programs replace 0 by 19 if they align poses, since aligned poses agree for
+  float depth_jump = 0.03f;  ///< Larger relative differences of depth separate neighbouring pixels.
+  float max_weight = 64.0f;  ///< Cap of a voxel's weight; a frame adds 1 at most.
+  bool clearing = true;      ///< Whether surfaces that images see through are removed;
+                             ///< no effect with kVoxelProjection.
+  /// Limit of a voxel's evidence for or against a surface, as a number of supporting images. 0
+  /// selects 8, or 19 where the node and the programs align poses, as aligned images agree for
   /// longer.
   int memory_frames = 0;
 };

@@ -1,4 +1,4 @@
-/// The step of free and occupied space: the ground grid and its updates, slices of distances, and
+/// Free and occupied space: the ground grid and its updates, slices of distances, and
 /// planners' queries.
 #pragma once
 
@@ -42,10 +42,10 @@ class SpaceStep : public Step {
       : host_(host), is_on_(host.params.mapper.space.enabled), pace_(host.rates.space_hz) {
     if (!is_on_) return;
     const MapperParams& params = host.params.mapper;
-    // Limit of pages in memory with map/page_folder: as much as the map's cells may take, at most
-    // 64 MiB.
+    // With map/page_folder, cells and distances for planners may keep as much in memory as the
+    // map's own cells, but at most 64 MiB.
     const size_t most_bytes = std::min(freeBudgetOf(params), size_t{64} << 20);
-    // Leaves cores to the threads of map and output.
+    // Leaves half of the cores to the rest of the node.
     const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 2);
     follower_ = std::make_unique<SpaceFollower>(params.space.max_distance_m, threads,
                                                 makePages(params, most_bytes));
@@ -238,8 +238,8 @@ class SpaceStep : public Step {
     waiting_stamp_ = host_.map.meshStamp();
   }
 
-  /// Queues changes, or a part of them if there are many. Their stamp is that of the surfaces.
-  /// Another frame may be fused before an extraction is finished, and may have freed cells.
+  /// Queues changes, or a part of them if there are many. Their stamp is that of the newest frame
+  /// in the mesh; a later frame, fused during the extraction, may already have freed some cells.
   void handOver() {
     Space* const space = host_.map.mapper().space();
     if (space == nullptr) return;
@@ -384,7 +384,7 @@ class SpaceStep : public Step {
 
   bool is_part_ = false;  ///< For the map thread: whether changes are left to queue.
 
-  // Used on the output thread only.
+  // Used on the output thread only, except the topics and the servers.
   std::unique_ptr<SpaceFollower> follower_;
   std::optional<GroundGrid> grid_;  ///< Set while somebody listens.
   bool is_grid_due_ = false, is_outdated_ = false;

@@ -74,7 +74,7 @@ struct Handles {
   std::string ns;           ///< Namespace of node and input topics; empty for the root.
 };
 
-/// One feature of the node. Steps run in the order of `Steps`.
+/// One feature of the node. Steps are called in the order in which makeSteps() adds them.
 class Step {
  public:
   virtual ~Step() = default;
@@ -114,8 +114,8 @@ class Step {
 
   /// Changes were applied to the mesh. Called on any thread, with the mutex of the mesh held.
   virtual void changed(const MeshChanges&) {}
-  /// Publishes what is due. The mesh is null if it must not be used, as while another thread uses
-  /// it. @return the time until something is due.
+  /// Publishes what is due. The mesh is null if it must not be used, for example while another
+  /// thread uses it. @return the time until something is due.
   virtual SteadyDuration publish(ShownMesh*) { return SteadyDuration::max(); }
 
   /// Writes the step's part of the status, on the threads of the nodelet manager or node.

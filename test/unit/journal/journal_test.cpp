@@ -47,7 +47,8 @@ class Journal : public testing::Test {
 TEST_F(Journal, RestoresTheMap) {
   JournalWriter journal(journalOptions(folder_.path()));
   const std::string map = write(journal);
-  EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == map) << "cannot read an open journal";
+  EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == map)
+      << "an open journal restores another map";
   JournalReplay replay(journal.path());
   EXPECT_EQ(replay.depthImages(), size_t{kCount});
   EXPECT_EQ(replay.count(), journal.count());
@@ -245,7 +246,7 @@ TEST_F(Journal, LeavesAllOtherFilesAlone) {
   EXPECT_TRUE(journal.written().get()) << "old journals still count";
 }
 
-TEST_F(Journal, DropsImagesIfTheDiskIsTooSlow) {
+TEST_F(Journal, StopsIfTheDiskIsTooSlow) {
   std::atomic<bool> is_slow{true};
   JournalWriter::Options options = journalOptions(folder_.path());
   options.max_waiting = 60000;

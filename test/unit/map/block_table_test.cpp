@@ -76,8 +76,8 @@ TEST(BlockTable, IgnoresBlocksOutsideItsExtent) {
   EXPECT_TRUE(table.admit({{keyOf(7), 1}}).changed_slots.empty()) << "clear() removed the extent";
 }
 
-/// allocate() and publish() together give the same as admit(), even if some blocks exist already
-/// and the budget runs out.
+/// allocate() followed by publish() has the same effect as admit(), even if some blocks exist
+/// already and the budget runs out.
 TEST(BlockTable, AllocateAndPublishMatchAdmit) {
   std::mt19937 random(11);
   BlockTable at_once(300 * kArray), deferred(300 * kArray);

@@ -84,10 +84,10 @@ class JournalWriter {
   const Options options_;
   std::string path_;
   int descriptor_ = -1;
-  uint64_t other_journals_bytes_ =
-      0;                      ///< For the thread only: size of other journals in the folder.
-  uint64_t whole_bytes_ = 0;  ///< For the thread only: end of the last complete record.
-  size_t records_ = 0;        ///< For the thread only: number of records in the file.
+  // For the thread only.
+  uint64_t other_journals_bytes_ = 0;  ///< Size of other journals in the folder.
+  uint64_t whole_bytes_ = 0;           ///< End of the last complete record.
+  size_t records_ = 0;                 ///< Number of records in the file.
 
   mutable std::mutex mutex_;  ///< Guards the members below.
   std::condition_variable changed_;

@@ -9,8 +9,7 @@ namespace {
 
 /// Smallest rotation that turns `up` into z.
 Eigen::Quaterniond smallestTurnToZ(const Eigen::Vector3d& up) {
-  constexpr double kOpposite =
-      1e-9;  // below this, `up` points along -z, and any horizontal axis will do
+  constexpr double kOpposite = 1e-9;  // `up` then points along -z; any horizontal axis will do
   if (1.0 + up.z() < kOpposite) return {0.0, 1.0, 0.0, 0.0};
   const Eigen::Vector3d axis = up.cross(Eigen::Vector3d::UnitZ());
   return Eigen::Quaterniond(1.0 + up.z(), axis.x(), axis.y(), axis.z()).normalized();

@@ -118,6 +118,7 @@ struct StreamReport : dtsdf_mapping::StreamStatus {
   StreamReport() { received_age_s = camera_info_age_s = fused_age_s = -1.0f; }
 
   std::map<DropReason, uint64_t> dropped_by;  ///< Used instead of `dropped`.
+  DropReason last_reason{""};                 ///< Reason of `last_drop`.
   uint64_t droppedSum() const {
     return std::accumulate(dropped_by.begin(), dropped_by.end(), uint64_t{0},
                            [](uint64_t sum, const auto& of) { return sum + of.second; });
@@ -168,6 +169,7 @@ class FrameAccounting {
     const std::lock_guard<std::mutex> lock(mutex_);
     const uint64_t count = ++counts_.dropped_by[rejection.reason];
     counts_.last_drop = message.str();
+    counts_.last_reason = rejection.reason;
     if (mayWarn(rejection.reason)) {
       ROS_WARN_STREAM_NAMED("dtsdf_mapping",
                             message.str() << " [" << count << " dropped for this reason so far]");

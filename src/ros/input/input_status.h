@@ -155,13 +155,11 @@ class InputStatus {
     const uint64_t received = depth.received - first.received;
     const double share = static_cast<double>(dropped) / static_cast<double>(received);
     if (received >= kMinImages && share > kReportedShare) {
-      const std::string reason = most_common.name;
       std::string remedy = most_common.remedy;
-      const bool is_last = depth.last_drop.find("(" + reason + ")") != std::string::npos;
-      if (remedy.empty() && is_last) remedy = depth.last_drop;
+      if (remedy.empty() && depth.last_reason == most_common) remedy = depth.last_drop;
       warn(MapStatus::SOME_DROPPED, std::to_string(std::lround(100.0 * share)) +
                                         " % of the latest depth images were dropped, most as " +
-                                        reason + (remedy.empty() ? "" : ": " + remedy));
+                                        most_common.name + (remedy.empty() ? "" : ": " + remedy));
     }
     if (index + 1 == streams.size() || !streams[index + 1].isColour()) return;
     // Reports colour that is required but missing, or that cannot be used.

@@ -12,12 +12,12 @@ struct StampedPose {
   Eigen::Isometry3d T_W_C;  ///< Optical frame to map frame, in metres.
 };
 
-/// Expected error of a pose: standard deviations per axis. Directions that the image does not
-/// constrain, such as along a plain corridor, stay at the prior.
+/// Expected error of a pose: standard deviations per axis. In directions that the image does not
+/// constrain, such as along a plain corridor, the pose stays at the prior.
 struct PosePrior {
   double sigma_m = 0.05;     ///< For the position, in metres.
   double sigma_rad = 0.035;  ///< For the orientation, in radians.
-  /// Where the search starts, if not at the frame's pose: an image may fit at several poses.
+  /// Start of the optimisation, if not the frame's pose: an image may fit at several poses.
   std::optional<Eigen::Isometry3d> start_T_W_C = std::nullopt;
   /// Pose for which Alignment::compared_share is computed, if any.
   std::optional<Eigen::Isometry3d> compared_T_W_C = std::nullopt;
@@ -29,7 +29,7 @@ enum class AlignmentStatus {
   kUnmapped,   ///< The map contains too little of what the image shows.
   kMisfit,     ///< The image does not fit the map: wrong place, or a pose too far off.
   kAmbiguous,  ///< Several places in the map look like the image (place_search.h).
-  kUnsure,     ///< Fits again after tracking was lost, but not for enough images yet.
+  kUnsure,     ///< The image fits, but too few in a row have fitted since tracking was lost.
 };
 
 /// Short description for messages ("does not fit the map").
@@ -42,8 +42,8 @@ struct Alignment {
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   double matched_share = 0.0;  ///< Share of the image's points that lie near a surface of the map.
   double inlier_share = 0.0;   ///< Share of the matched points that fit.
-  /// Share of the image's points that fit at PosePrior::compared_T_W_C; 0 without that pose or
-  /// unless the image was aligned.
+  /// Share of the image's points that fit at PosePrior::compared_T_W_C; 0 if there is no such pose
+  /// or the image was not aligned.
   double compared_share = 0.0;
   /// Whether enough of the matched points fit for PoseTracker and findPlace() to trust the pose.
   bool is_held = false;
@@ -58,7 +58,7 @@ struct Alignment {
   double misplacement_m = 0.0;
   bool is_significant = false;  ///< misplacement_m exceeds what the map's own error explains.
   /// Covariance of T_W_C: position along the axes of the map frame in m^2, then small rotations
-  /// about these axes in rad^2. Directions that the image does not constrain have the covariance of
+  /// about these axes in rad^2. Directions that the image does not constrain have the variance of
   /// the prior. If T_W_C is not the best fit, the squared offset from the best fit is added.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };

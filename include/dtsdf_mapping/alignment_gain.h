@@ -1,4 +1,4 @@
-/// How far refined poses follow noisy alignments.
+/// Determines how closely refined poses follow noisy alignments.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,9 +11,8 @@ namespace dtsdf {
 /// refined poses then follow alignments only on average.
 ///
 /// Independent errors show in third differences, which smooth motion and drift hardly affect. Third
-/// differences of the given poses bound their errors. Third differences of the corrections contain
-/// the errors of both; any excess over those of the given poses comes from the alignments. Not
-/// thread safe.
+/// differences of the given poses bound the errors of these poses. Third differences of the
+/// corrections contain the errors of both; any excess comes from the alignments. Not thread safe.
 class AlignmentGain {
  public:
   /// Adds the next given pose, camera to odometry.
@@ -24,7 +23,8 @@ class AlignmentGain {
   bool addAligned(const Eigen::Isometry3d& T_W_C);
 
   /// Fraction of the step from the expected to the aligned pose that the refined pose takes: 1
-  /// unless alignments are known to be noisy. For steps beyond their noise, it grows with the step.
+  /// unless alignments are known to be noisy. For steps larger than the noise of alignments, the
+  /// fraction grows with the step.
   double share(const Eigen::Isometry3d& expected_T_W_C,
                const Eigen::Isometry3d& aligned_T_W_C) const;
 

@@ -15,7 +15,7 @@ namespace dtsdf {
 /// A refined mesh (mesh/refine) also has vertices at the midpoints of triangle sides. A midpoint's
 /// `edge` is 4374 + 4374 * a + b, where a < b are the `edge` values of the side's ends.
 struct BlockVertex {
-  Vec3f position;  ///< In voxels, relative to the block's first voxel, each in [-2, 10].
+  Vec3f position;  ///< In voxels, relative to the block's first voxel; coordinates in [-2, 10].
   uint32_t edge;   ///< Identifies the vertex in its block.
 };
 
@@ -31,21 +31,23 @@ struct VertexColour {
 /// block's far faces are repeated, bit for bit, by the neighbour that owns their edge.
 ///
 /// The midpoints of a refined mesh follow the vertices on edges, in the order of their units. A
-/// midpoint on the face between two units is listed by both, with the same `edge` and bits.
+/// midpoint on the face between two units is listed for each of them, with the same `edge` and the
+/// same bits.
 struct BlockMesh {
   BlockKey key;                       ///< Key of the block.
-  std::vector<BlockVertex> vertices;  ///< First those on edges, sorted by `edge`, each once;
-                                      ///< some may belong to no triangle.
+  std::vector<BlockVertex> vertices;  ///< First those on edges, sorted by `edge`, without
+                                      ///< duplicates; some may belong to no triangle.
   std::vector<uint16_t> triangles;    ///< Three indices into `vertices` each, in canonical order.
   std::vector<VertexColour> colours;  ///< One per vertex; empty before the map is first painted.
 };
 
-/// Meshes that changed since the last extraction. A mesh that vanished has no triangles.
+/// Meshes of blocks that changed since the last extraction. If the mesh of a block vanished, the
+/// block is listed without triangles.
 struct MeshUpdate {
   std::vector<BlockMesh> blocks;  ///< Sorted by packed key.
   double duration_ms = 0.0;       ///< Time the extraction took.
-  bool is_part = false;           ///< The next extraction has more: with map/page_folder, large
-                                  ///< updates come in parts.
+  bool is_part = false;           ///< Whether the next extraction returns more changes: with
+                                  ///< map/page_folder, large updates come in parts.
 };
 
 }  // namespace dtsdf

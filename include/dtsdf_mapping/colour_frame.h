@@ -1,4 +1,4 @@
-/// A colour image with its camera, to paint the surfaces of a map.
+/// A colour image and its camera, for painting the surfaces of a map.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -19,14 +19,14 @@ enum class ColourEncoding : int32_t {
 };
 
 /// One colour image, with its own camera: pose, size, lens and time may differ from those of the
-/// depth images. The pixels need to stay valid only during the call that they are passed to.
+/// depth images. The pixels need to stay valid only during the call to which they are passed.
 struct ColourFrame {
   const void* data = nullptr;                       ///< First row; rows are `row_bytes` apart.
   size_t row_bytes = 0;                             ///< At least `width` pixels of the encoding.
   int width = 0;                                    ///< In pixels.
   int height = 0;                                   ///< In pixels.
   ColourEncoding encoding = ColourEncoding::kRgb8;  ///< Layout of a pixel.
-  Intrinsics intrinsics{0, 0, 0, 0};                ///< Camera of this rectified image.
+  Intrinsics intrinsics{0, 0, 0, 0};                ///< Intrinsics of the rectified image.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Optical frame to map frame, metres.
 };
 

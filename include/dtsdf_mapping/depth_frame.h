@@ -1,4 +1,4 @@
-/// A depth image with its camera.
+/// A depth image and its camera.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,8 +10,8 @@
 namespace dtsdf {
 
 /// One depth image: for each pixel the distance along the optical axis, z in the camera's frame C
-/// (x right, y down, z forward). The pixels need to stay valid only during the call that they are
-/// passed to.
+/// (x right, y down, z forward). The pixels need to stay valid only during the call to which they
+/// are passed.
 struct DepthFrame {
   const void* data = nullptr;                       ///< First row; rows are `row_bytes` apart.
   size_t row_bytes = 0;                             ///< At least `width` pixels of the encoding.
@@ -19,9 +19,10 @@ struct DepthFrame {
   int height = 0;                                   ///< In pixels.
   DepthEncoding encoding = DepthEncoding::kUint16;  ///< Type of the raw values.
   float unit_m = 0.001f;              ///< Metres per unit of the raw value (1 for depth in metres).
-  Intrinsics intrinsics{0, 0, 0, 0};  ///< Camera of this rectified image.
+  Intrinsics intrinsics{0, 0, 0, 0};  ///< Intrinsics of the rectified image.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Optical frame to map frame, metres.
-  /// Centre of the ball of radius map/keep_radius_m, in the map frame, in metres; none: the camera.
+  /// Centre of the ball with radius map/keep_radius_m, in the map frame, in metres; the camera's
+  /// position if not set.
   std::optional<Eigen::Vector3d> keep_center_W;
 };
 

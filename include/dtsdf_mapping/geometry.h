@@ -5,14 +5,14 @@
 
 namespace dtsdf {
 
-/// Three numbers; the name and comment of each variable give frame and unit.
+/// Three numbers. The name and comment of each variable state its frame and unit.
 struct Vec3f {
   float x;  ///< First component.
   float y;  ///< Second component.
   float z;  ///< Third component.
 };
 
-/// Three integers; the name and comment of each variable give frame and unit.
+/// Three integers. The name and comment of each variable state its frame and unit.
 struct Vec3i {
   int32_t x;  ///< First component.
   int32_t y;  ///< Second component.

@@ -1,4 +1,4 @@
-/// A copy of a whole map, as a map file stores it. A mapper can resume from it.
+/// A copy of a whole map, as stored in a map file. A mapper can resume from it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -17,8 +17,8 @@
 
 namespace dtsdf {
 
-/// An array of fixed size whose elements are not initialised, so that the threads that fill it are
-/// the first to touch it. Can be moved, not copied.
+/// An array of fixed size whose elements are not initialised, so that its memory is first touched
+/// by the threads that fill it. Can be moved but not copied.
 template <class T>
 class PlainArray {
   static_assert(std::is_trivially_copyable<T>::value, "elements must be trivially copyable");
@@ -28,7 +28,7 @@ class PlainArray {
   /// Allocates `size` elements. @throws std::bad_alloc
   explicit PlainArray(size_t size) : data_(size == 0 ? nullptr : new T[size]), size_(size) {}
 
-  /// @name Its elements
+  /// @name Elements
   /// @{
   T* data() { return data_.get(); }              ///< First element.
   const T* data() const { return data_.get(); }  ///< First element.
@@ -43,17 +43,17 @@ class PlainArray {
   size_t size_ = 0;
 };
 
-/// A block of the map, and which arrays and bricks it has.
+/// A block of the map: which voxel arrays and colour bricks it has.
 struct MapBlock {
   BlockKey key;         ///< Position of the block.
-  uint32_t directions;  ///< Bit d: there are voxels of direction d (X+, X-, Y+, Y-, Z+, Z-).
+  uint32_t directions;  ///< Bit d: the block has voxels in direction d (X+, X-, Y+, Y-, Z+, Z-).
   uint64_t bricks;      ///< Bit 8 d + b: brick b of direction d has colours.
 };
 
 /// A cube of 8 x 8 x 8 cells of space, at least one of which is free.
 struct MapFreeCube {
   Vec3i key;                      ///< The cube's first cell is 8 * key.
-  std::array<uint64_t, 8> cells;  ///< Word z, bit x + 8 y: cell (x, y, z) is free. Not all 0.
+  std::array<uint64_t, 8> cells;  ///< Bit x + 8 y of word z: cell (x, y, z) is free. Not all 0.
 };
 
 /// Size of a map.
@@ -69,8 +69,9 @@ struct MapSize {
 
 /// Facts about a map that its user supplies. The mapper itself does not use them.
 struct MapOrigin {
-  std::string map_frame;  ///< Name of the frame that poses are given in; empty: unnamed.
-  /// Transform from the poses' frame M to the frame W of a levelled map; none: it is not levelled.
+  std::string map_frame;  ///< Name of the frame in which poses are given; empty: unnamed.
+  /// Transform from the poses' frame M to the frame W of a levelled map; not set if the map is not
+  /// levelled.
   std::optional<Eigen::Isometry3d> T_W_M;
   double stamp_s = 0.0;  ///< Stamp of the newest frame fused, in seconds; 0: not known.
   PoseParams poses;      ///< Settings with which the frames' poses were found.
@@ -79,31 +80,31 @@ struct MapOrigin {
 /// Description of a map, without its blocks, voxels, colours and free cells.
 struct MapHead : MapOrigin {
   /// The mapper's settings (except backend, threads, memory budget, paging and mesh colour) and the
-  /// numbers of its rules (rules/..., except rules/poses/...). In a file also poses/..., unless
-  /// poses were taken as given.
+  /// numbers of its rules (rules/..., except rules/poses/...). In a file, they include poses/...,
+  /// unless poses were taken as given.
   ParamTree settings;
   uint64_t frames = 0;             ///< Depth frames fused.
   uint64_t supporting_frames = 0;  ///< Depth frames that touched a block.
   bool painted = false;            ///< Whether the map was ever painted; meshes then have colours.
   std::array<float, 3> exposure = {1.0f, 1.0f, 1.0f};  ///< Gains of the last colour image.
-  int cell_voxels = 0;  ///< Edge of a cell of space, in voxels; 0: without space/enabled.
+  int cell_voxels = 0;  ///< Edge of a cell of space, in voxels; 0 if space/enabled is off.
 };
 
 /// The complete state of a map. Equal maps have equal contents on every backend. A mapper made from
 /// contents continues as the original mapper would have, byte for byte, given equal settings and
 /// enough budget.
 struct MapContents : MapHead {
-  std::vector<MapBlock> blocks;  ///< Sorted by packed key, each once; each has voxels.
+  std::vector<MapBlock> blocks;  ///< Sorted by packed key, without duplicates; each has voxels.
   /// 512 words per voxel array, x fastest, in the order of blocks, then of directions. Bits 0 to 15
   /// are the signed distance in 2^-11 voxels (two's complement), 16 to 31 the anchor, 32 to 39 the
   /// evidence, 40 to 63 the weight in 2^-16.
   PlainArray<uint64_t> voxels;
   /// 64 words per brick of 4 x 4 x 4 voxels, x fastest, in the order of blocks, directions and
-  /// bricks. Bits 0 to 7 are red, 8 to 15 green, 16 to 23 blue, 24 to 31 the code of the weight; 0
-  /// where nothing is painted.
+  /// bricks. Bits 0 to 7 are red, 8 to 15 green, 16 to 23 blue, 24 to 31 the encoded weight. A word
+  /// is 0 where nothing is painted.
   PlainArray<uint32_t> colours;
 
-  std::vector<MapFreeCube> free_cubes;  ///< Sorted by packed key, each once.
+  std::vector<MapFreeCube> free_cubes;  ///< Sorted by packed key, without duplicates.
 };
 
 /// Values encoded in a word of MapContents::voxels.
@@ -120,9 +121,9 @@ VoxelValues decodeVoxel(uint64_t word);
 MapSize sizeOf(const MapContents& contents);
 
 /// Size of a map with these blocks.
-/// @throws std::runtime_error for blocks that no map can have: not in the order of their keys,
-/// beyond the coordinates of a map, with no or invalid directions, or with colours where there are
-/// no voxels.
+/// @throws std::runtime_error for blocks that no map can have: not sorted by key, beyond the
+/// coordinates of a map, with no directions or invalid ones, or with colours where there are no
+/// voxels.
 MapSize sizeOf(const std::vector<MapBlock>& blocks);
 
 /// Checks that contents are valid. @throws std::runtime_error that says what is wrong.
@@ -139,21 +140,22 @@ MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
 void checkFrame(const MapContents& contents, const std::string& map_frame);
 
 /// Checks that a run can resume from the contents: both must be levelled, or neither. Contents
-/// without frames suit any run. @throws std::runtime_error if not, with what to do.
+/// without frames suit any run. @throws std::runtime_error if the run cannot resume; the message
+/// says what to do.
 void checkLevel(const MapContents& contents, bool is_levelled);
 
-/// A value of map/max_memory_mb with which a mapper of these settings can resume from the contents.
-/// With map/page_folder, less may be enough.
+/// A value of map/max_memory_mb that is large enough for a mapper with these settings to resume
+/// from the contents. With map/page_folder, less may be enough.
 int minMemoryMb(const MapContents& contents, MapperParams params);
 
-/// Memory budget plus, with map/page_folder, the limit of one file there, in bytes: the limit that
-/// loadMap() applies.
+/// Limit that loadMap() applies, in bytes: the memory budget plus, with map/page_folder, the
+/// maximum size of one file there.
 size_t maxMapBytes(const MapperParams& params);
 
 /// Remedy to pass to checkFits() if settings were given together with a map.
 constexpr char kLeaveSettingOut[] = "leave this setting out: it comes from the file";
 
-/// Checks that a mapper of these settings can resume from the contents. With space/enabled, the
+/// Checks that a mapper with these settings can resume from the contents. With space/enabled, the
 /// size of free cells must match too, if the contents have any.
 /// @throws std::runtime_error if a bound setting differs (the message names the first and ends with
 /// `remedy`), if space/cell_voxels differs, or if the map exceeds the memory budget and, with

@@ -12,8 +12,8 @@ namespace dtsdf {
 struct MapParts {
   std::shared_ptr<const MapContents> head;  ///< The contents without voxels and colours.
   /// Calls `take` for one part after another. Each part has some of the head's blocks, sorted by
-  /// packed key, with their voxels and colours; no block is in two parts. Calls may come from
-  /// several threads, but one at a time.
+  /// packed key, with their voxels and colours; no block is in two parts. `take` may be called from
+  /// different threads, but never concurrently.
   std::function<void(const std::function<void(const MapContents& part)>& take)> visit;
 };
 

@@ -1,4 +1,4 @@
-/// Interface of a map, for programs, the node and other packages.
+/// Interface to a map, for programs, the node and other packages.
 #pragma once
 
 #include <cstddef>
@@ -19,15 +19,15 @@
 /// Namespace of the library.
 namespace dtsdf {
 
-/// Outcome of a frame.
+/// What became of a frame.
 enum class FrameStatus {
-  kFused,          ///< The image was fused, cleared what it saw through, or painted surfaces.
+  kFused,          ///< The image was fused, painted, or used only to clear space.
   kBadImage,       ///< No data, no pixels, too many pixels, rows that overlap, or a bad unit.
   kBadIntrinsics,  ///< Not finite, or impossible for the size of the image.
   kBadPose,  ///< Not finite, not a rotation, or outside the coordinates a map can hold; also if
              ///< keep_center_W is not finite.
   kNoMeasurement,  ///< No pixel has a depth that can be fused or used to clear. For a colour image:
-                   ///< it sees no surface of the map well enough to paint it.
+                   ///< it shows no surface of the map well enough to paint it.
   kNoMemory,       ///< The GPU has too little memory for this frame; a later one may succeed.
 };
 
@@ -38,23 +38,25 @@ const char* toString(FrameStatus status);
 struct IntegrationResult {
   FrameStatus status = FrameStatus::kFused;  ///< The map is unchanged unless this is kFused.
   std::string message;                       ///< Why the frame was not fused; or a warning.
-  size_t refused_blocks = 0;  ///< Requests for blocks, arrays or bricks that found no room.
+  size_t refused_blocks = 0;  ///< Requests for blocks, arrays or bricks that were refused for lack
+                              ///< of memory.
   double duration_ms = 0.0;   ///< Wall time of the call.
 };
 
 /// The part of a map on disk, with map/page_folder. clear() resets the counters.
 struct PageStats {
   size_t blocks = 0;       ///< Blocks on disk now.
-  size_t bytes = 0;        ///< Disk space that blocks take.
-  size_t space_bytes = 0;  ///< Disk space of cells and distances of space().
-  size_t index_bytes = 0;  ///< Memory of the index and of waiting writes; not part of map_bytes.
+  size_t bytes = 0;        ///< Disk space used by blocks.
+  size_t space_bytes = 0;  ///< Disk space used by cells and distances of space().
+  size_t index_bytes = 0;  ///< Memory used by the index and by pending writes; not part of
+                           ///< map_bytes.
   uint64_t written = 0;    ///< Blocks written.
   uint64_t read = 0;       ///< Blocks read back.
-  uint64_t waits = 0;      ///< Waits for the disk of a millisecond or more.
+  uint64_t waits = 0;      ///< Waits for the disk that took a millisecond or more.
   double wait_ms = 0.0;    ///< Total time of the waits in `waits`.
-  uint64_t failures = 0;   ///< Failed reads and writes; also writes for which the folder was full.
-  /// Blocks, and sectors of 32 x 32 x 32 cells, that were lost: damaged on disk, or, for sectors,
-  /// unreadable when they had to be changed.
+  uint64_t failures = 0;   ///< Failed reads and writes, including writes to a full folder.
+  /// Blocks, and sectors of 32 x 32 x 32 cells, that were lost because they were damaged on disk
+  /// or, for sectors, unreadable when they had to be changed.
   uint64_t lost = 0;
   std::string problem;  ///< Description of the last failure; empty: none.
 };
@@ -69,12 +71,12 @@ struct MapStats {
   uint64_t refused_blocks = 0;  ///< Requests refused since the start or the last clear().
   size_t colour_bytes = 0;      ///< Part of map_bytes that holds colour; 0 before any painting.
   uint64_t dropped_blocks = 0;  ///< Dropped beyond map/keep_radius_m, since the start or clear().
-  size_t free_bytes = 0;        ///< Bytes of the budget that free cells of space() take.
+  size_t free_bytes = 0;        ///< Bytes of the budget used by free cells of space().
   /// How often, since the start or the last clear(), the budget had no room for a cube of 8 x 8 x 8
-  /// cells that an image saw partly free.
+  /// cells that an image showed to be partly free.
   uint64_t refused_cubes = 0;
-  /// Limit of map_bytes: map/max_memory_mb, less an eighth with space/enabled. With map/page_folder
-  /// one image that needs more may exceed it.
+  /// Limit of map_bytes: map/max_memory_mb, less an eighth with space/enabled. With
+  /// map/page_folder, a single image that needs more may exceed it.
   size_t max_map_bytes = 0;
   size_t map_bytes_peak = 0;  ///< Largest map_bytes since the start or the last clear().
   PageStats pages;            ///< All 0 without map/page_folder.
@@ -119,16 +121,16 @@ class Mapper {
   /// @throws std::exception when the backend fails.
   virtual Alignment align(const DepthFrame& frame, const PosePrior& prior) = 0;
 
-  /// Paints the surfaces of the map that a colour image sees. Only surfaces already in the map are
-  /// painted: fuse the depth frames that show them first. The back of a thin plate keeps its own
-  /// colour, and surfaces that the map itself hides from the camera are not painted. A map that is
-  /// never painted needs no time or memory for colour.
+  /// Paints the surfaces of the map that are visible in a colour image. Only surfaces already in
+  /// the map are painted, so fuse the depth frames that show them first. The back of a thin plate
+  /// keeps its own colour, and surfaces that other parts of the map hide from the camera are not
+  /// painted. Colour costs no time or memory if this is never called.
   /// @throws std::exception when the backend fails.
   virtual IntegrationResult paint(const ColourFrame& frame) = 0;
 
   /// Renders the surfaces of the map that face a camera: those of an up-to-date mesh without
-  /// mesh/refine, even if it was not extracted. The map is unchanged. Equal maps give equal bytes
-  /// on every backend.
+  /// mesh/refine, whether or not it was extracted. The map is unchanged. Equal maps give equal
+  /// bytes on every backend.
   /// @param camera Size and intrinsics of the images.
   /// @param T_W_C Optical frame to map frame, in metres.
   /// @param view Receives the images; its memory is reused, which saves time in a loop.
@@ -145,8 +147,9 @@ class Mapper {
     return view;
   }
 
-  /// Starts to mesh the blocks that changed since the last extraction. On a GPU this returns before
-  /// the work is done, and frames may be integrated meanwhile. Only one extraction runs at a time.
+  /// Starts to mesh the blocks that changed since the last extraction. On a GPU, this returns
+  /// before the work is done, and frames may be integrated meanwhile. Only one extraction runs at a
+  /// time.
   /// @throws std::exception when the backend fails.
   virtual void beginMeshUpdate() = 0;
 
@@ -162,18 +165,18 @@ class Mapper {
   MeshUpdate updateMesh();
 
   /// Empties all voxels in a region, in every direction, and removes their colours. Arrays and
-  /// blocks that become empty are freed. The next mesh update has the changes; an extraction
-  /// already under way may still show the region. Later frames may fill the region again.
-  /// @throws std::invalid_argument for a region with a problem (see findProblem()), with the map
+  /// blocks that become empty are freed. The next mesh update contains the changes; an extraction
+  /// already under way may still contain the region. Later frames may fill the region again.
+  /// @throws std::invalid_argument for an invalid region (see findProblem()), leaving the map
   /// unchanged; PartlyCleared if blocks on disk cannot be read back; std::exception when the
   /// backend fails.
   virtual ClearedRegion clearRegion(const Region& region) = 0;
 
-  /// Empties the map and drops an extraction under way. Clear the MeshStore too.
+  /// Empties the map and discards any extraction under way. Clear the MeshStore too.
   virtual void clear() = 0;
 
-  /// Copies the map, with all frames and images so far. The caller sets the name of the map frame
-  /// and the stamp of the newest image.
+  /// Copies the map, including all frames and images so far. The caller sets the name of the map
+  /// frame and the stamp of the newest image.
   /// @throws std::exception when the backend fails (a CUDA error, out of host memory).
   virtual MapContents contents() = 0;
 
@@ -182,8 +185,8 @@ class Mapper {
   /// @throws std::exception when the backend fails.
   virtual MapContents outline() = 0;
 
-  /// Copies the voxels and colours of some blocks of outline(), in its order. @pre The map is
-  /// unchanged since outline().
+  /// Copies the voxels and colours of some blocks of outline(), given in the same order. @pre The
+  /// map is unchanged since outline().
   /// @throws std::exception when the backend fails, or a block on disk cannot be read.
   virtual MapContents part(const std::vector<MapBlock>& blocks) = 0;
 
@@ -194,8 +197,8 @@ class Mapper {
   virtual Space* space() { return nullptr; }
 
   /// Size of the map after the last call that changed it. Does not wait for the device: on a GPU,
-  /// what the last frame emptied or saw through is counted only after the next call that uses the
-  /// map.
+  /// what the last frame cleared or showed to be free is counted only after the next call that uses
+  /// the map.
   virtual MapStats stats() const = 0;
 
   /// Memory that the mapper uses now in addition to map_bytes.
@@ -211,7 +214,7 @@ class Mapper {
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params);
 
 /// Makes a mapper that resumes from the contents of another, on any backend. Its first mesh update
-/// has the whole mesh.
+/// contains the whole mesh.
 /// @throws std::runtime_error like checkContents(), checkFits() and makeMapper(params), or if the
 /// GPU has too little memory.
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params, const MapContents& contents);

@@ -15,12 +15,12 @@ namespace dtsdf {
 
 /// Triangle mesh in the map frame W, in metres. Canonical: equal maps give equal bytes.
 ///
-/// Floats are too coarse far from the origin of W: 4 mm apart at 40 km. A mesh that reaches beyond
-/// 64 m therefore has its own origin near its centre, and its vertices are relative to that.
+/// Floats are too coarse far from the origin of W: 4 mm apart at 40 km. A mesh that extends beyond
+/// 64 m therefore has its own origin near its centre, and its vertices are relative to that origin.
 struct Mesh {
-  std::array<double, 3> origin_m = {0.0, 0.0, 0.0};  ///< In W, in whole metres; usually 0.
-  std::vector<Vec3f> vertices_m;                     ///< Positions in W, less `origin_m`.
-  std::vector<Vec3f> normals;                      ///< Unit, per vertex, pointing to the free side.
+  std::array<double, 3> origin_m = {0.0, 0.0, 0.0};  ///< Origin in W, in whole metres; usually 0.
+  std::vector<Vec3f> vertices_m;                     ///< Positions in W minus `origin_m`.
+  std::vector<Vec3f> normals;  ///< Unit normals per vertex, pointing to the free side.
   std::vector<std::array<uint32_t, 3>> triangles;  ///< Counter-clockwise seen from the free side.
   std::vector<VertexColour> colours;               ///< Per vertex; empty if no block has colours.
 };
@@ -40,7 +40,7 @@ inline bool isFarFromOrigin(const Mesh& mesh) {
 /// A block's mesh, immutable and shared by the code that shows, keeps or saves it.
 using SharedBlockMesh = std::shared_ptr<const BlockMesh>;
 
-/// The latest mesh of every block. Apply each MeshUpdate of a mapper, in order. Copies are cheap,
+/// The latest mesh of every block. Apply every MeshUpdate of a mapper, in order. Copies are cheap,
 /// since they share the meshes.
 class MeshStore {
  public:
@@ -72,7 +72,7 @@ class MeshStore {
   /// pieces are left out, small holes and cracks are closed, and borders are smoothed.
   Mesh assemble() const;
 
-  /// The triangles of assemble() whose corners all lie in a box, with unchanged normals.
+  /// The triangles of assemble() whose corners all lie in a box, with their normals unchanged.
   /// @pre findProblem(region) is empty.
   Mesh assemble(const BoxRegion& region) const;
 

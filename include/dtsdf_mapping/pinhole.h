@@ -1,4 +1,4 @@
-/// The pinhole camera and the depth encodings.
+/// Pinhole camera and depth encodings.
 #pragma once
 
 #include <cstdint>

@@ -12,9 +12,10 @@ namespace dtsdf {
 /// Where an image was taken.
 struct FoundPlace {
   /// kAligned, with the pose, if the camera was found. kAmbiguous if another place looks the same,
-  /// or a whole stretch does, as in a corridor: the pose is then only one of several that fit.
+  /// or if the image fits along a whole stretch, as in a corridor; the pose is then only one of
+  /// several that fit.
   Alignment alignment;
-  /// Share of the image's depths that match those of the map, seen from the pose.
+  /// Share of the image's depths that match those of the map as rendered from the pose.
   double explained_share = 0.0;
   /// If kAmbiguous: another pose, optical frame to W.
   std::optional<Eigen::Isometry3d> other_T_W_C;
@@ -25,7 +26,8 @@ struct FoundPlace {
 /// on a coarse distance field, and the image is aligned to the map from the best of these. The
 /// result is the same on every backend and with any number of threads. The search takes seconds on
 /// a CPU. It reads the map piece by piece into a coarse copy, whose cells are three or more voxels
-/// wide: 9 bytes a cell, 130 MB at most, and 32 bytes more for each cell with a surface.
+/// wide. The copy takes 9 bytes per cell, at most 130 MB, and 32 more bytes for each cell with a
+/// surface.
 /// @param mapper Holds the map, which is not changed. No other thread may use it during the search.
 /// The search waits for the mapper's device.
 /// @param frame The image, with its camera.

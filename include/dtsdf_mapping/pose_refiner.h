@@ -11,18 +11,18 @@
 namespace dtsdf {
 
 /// A Kalman filter estimates the correction from the frame O of the given poses to the map frame W.
-/// Its variance grows with the distance travelled, and each aligned pose measures the correction
-/// with the noise of a given pose, so drift is corrected and noise is averaged. A pose within the
-/// map's own error is not moved. If alignments are noisier than given poses, refined poses follow
-/// them only on average. If an image may have converged to a wrong pose, it is also aligned from
-/// the pose of the previous image. Not thread safe.
+/// The variance of the correction grows with the distance travelled. Each aligned pose measures it
+/// with the noise of a given pose, so drift is corrected and noise is averaged out. A pose within
+/// the map's own error is not moved. If alignments are noisier than given poses, refined poses
+/// follow them only on average. If the alignment of an image may have converged to a wrong pose, it
+/// is repeated from the pose of the previous image. Not thread safe.
 class PoseRefiner {
  public:
   /// @param params Expected errors of given poses, and what to do with frames that do not fit.
   explicit PoseRefiner(const PoseParams& params) : params_(params) { forget(); }
 
-  /// Finds the pose of a frame, whose T_W_C is taken as T_O_C, and updates the correction if the
-  /// frame was aligned. Fuse the frame at `T_W_C` of the result.
+  /// Finds the pose of a frame, whose `T_W_C` is interpreted as T_O_C, and updates the correction
+  /// if the frame was aligned. Fuse the frame at `T_W_C` of the result.
   /// @throws std::exception when the backend fails.
   Alignment refine(Mapper& mapper, const DepthFrame& frame);
 

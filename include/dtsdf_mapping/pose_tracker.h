@@ -26,7 +26,8 @@ class PoseTracker {
   /// of the track.
   /// @param mapper Aligns the frame to its map; nothing is fused.
   /// @param frame Depth image, in the camera's optical frame.
-  /// @param stamp_s Stamp of the frame in seconds; motion is extrapolated only while stamps rise.
+  /// @param stamp_s Stamp of the frame in seconds; motion is extrapolated only while stamps
+  /// increase.
   /// @throws std::exception when the backend fails.
   Alignment track(Mapper& mapper, const DepthFrame& frame, double stamp_s);
 
@@ -43,18 +44,18 @@ class PoseTracker {
   /// @param stamp_s Stamp of the next frame, in seconds.
   void seek(const Eigen::Isometry3d& near_T_W_C, double stamp_s);
 
-  /// The pose given for the next frame; else that of the newest frame that fitted, or where the
-  /// search began. None before the first frame.
+  /// The pose given for the next frame, if any; otherwise the pose of the newest frame that fitted,
+  /// or where the search began. Empty before the first frame.
   std::optional<Eigen::Isometry3d> lastPose() const;
 
-  /// The pose predicted for a time after the last frame; none before the first frame, while the
+  /// The pose predicted for a time after the last frame. Empty before the first frame, while the
   /// camera is lost, and between setPose() and the next frame.
   std::optional<Eigen::Isometry3d> poseAt(double stamp_s) const;
 
   /// Whether the camera is lost.
   bool isLost() const { return lost_since_s_.has_value(); }
 
-  /// Stamp since which the camera is lost, in seconds; none while tracking.
+  /// Stamp at which the camera was lost, in seconds; empty while tracking.
   std::optional<double> lostSince_s() const { return lost_since_s_; }
 
  private:

@@ -1,4 +1,4 @@
-/// Regions of space in the map frame, to clear or to save on their own.
+/// Regions of space in the map frame, for clearing or saving a part of a map.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// A box of any orientation, its faces included.
+/// A box with any orientation, including its faces.
 struct BoxRegion {
   /// Box frame B to map frame, in metres. B's origin is the box's centre, its axes are parallel to
   /// the edges.
@@ -15,7 +15,7 @@ struct BoxRegion {
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Edge lengths along B's axes, in metres.
 };
 
-/// A ball, its surface included.
+/// A ball, including its surface.
 struct SphereRegion {
   Eigen::Vector3d center_W = Eigen::Vector3d::Zero();  ///< In metres.
   double radius_m = 0.0;                               ///< In metres.

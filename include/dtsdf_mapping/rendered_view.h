@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Camera that a view is rendered for: a pinhole without distortion.
+/// Camera for which a view is rendered: a pinhole without distortion.
 struct RenderCamera {
   int width = 640;                                        ///< In pixels.
   int height = 480;                                       ///< In pixels.

@@ -1,4 +1,4 @@
-/// Meshes with fewer triangles, within a given distance of the original.
+/// Simplifies meshes: fewer triangles, within a given distance of the original.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,8 @@ struct SimplifiedMesh {
   double error_m = 0.0;  ///< Largest distance of a vertex of the original from this mesh.
 };
 
-/// Called now and then with the fraction of the work done. To cancel the work, throw an exception.
+/// Called from time to time with the fraction of the work done. To cancel the work, throw an
+/// exception.
 using SimplifyProgress = std::function<void(double share)>;
 
 /// Removes vertices while the surface stays within `max_error_m` of them; 0 removes none. A larger
@@ -23,7 +24,7 @@ using SimplifyProgress = std::function<void(double share)>;
 /// surfaces, such as the two sides of a thin plate or of a gap, stay apart: each stays in its half
 /// of the space between them. Runs on one thread; the time grows with the number of triangles.
 /// @throws std::invalid_argument unless max_error_m is finite, at least 0, and no more than the
-/// diagonal of the mesh's box; any exception that `progress` throws.
+/// diagonal of the mesh's bounding box; any exception that `progress` throws.
 SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m,
                             const SimplifyProgress& progress = nullptr);
 

@@ -15,8 +15,8 @@ namespace dtsdf {
 /// State of a cell.
 enum class CellState : unsigned char {
   kUnknown,  ///< Neither free nor with a surface.
-  kFree,     ///< An image saw through all of it, and it contains no surface.
-  kSurface,  ///< A surface of the mesh passes through it, whichever way it faces.
+  kFree,     ///< An image looked through all of it, and it contains no surface.
+  kSurface,  ///< A surface of the mesh passes through it, facing either way.
 };
 
 /// The distance from a point to the nearest surface.
@@ -25,14 +25,14 @@ struct SpaceDistance {
   /// Distance to the nearest surface in metres, negative if the point's cell is unknown. Its
   /// magnitude is at most space/max_distance_m, rounded up to whole cells.
   float distance_m = 0.0f;
-  /// Gradient of distance_m, per axis of W; 0 at the largest distance. If `known`, it points away
-  /// from the nearest surface, else towards it, since distance_m is negative there.
+  /// Gradient of distance_m along the axes of W; 0 at the maximum distance. If `known`, it points
+  /// away from the nearest surface, otherwise towards it, since distance_m is then negative.
   Vec3f gradient{};
 };
 
 /// A cell and its state.
 struct SpaceCell {
-  Vec3i cell;       ///< Spans `cell` to `cell` + 1, times cellSize_m(), in W.
+  Vec3i cell;       ///< The cell spans `cell` to `cell` + 1, times cellSize_m(), in W.
   CellState state;  ///< Never kUnknown.
 };
 
@@ -68,13 +68,14 @@ struct SpaceCube {
 /// Changes to space.
 struct SpaceChanges {
   bool begins_anew = false;      ///< Discard all earlier cubes first.
-  std::vector<SpaceCube> cubes;  ///< These replace earlier cubes; a cube of zeros is unknown again.
+  std::vector<SpaceCube> cubes;  ///< Cubes that replace earlier ones; a cube of zeros is unknown
+                                 ///< again.
   bool is_part = false;          ///< More changes follow: call again.
 };
 
-/// Queries of space. Cells are cubes with an edge of space/cell_voxels voxels. Surfaces are those
-/// of a mesh update, so even a plate thinner than a voxel counts. A cell is free once an image saw
-/// through all of it, until a surface appears in it.
+/// Space queries. Cells are cubes with an edge of space/cell_voxels voxels. Surfaces are those of a
+/// mesh update, so even a plate thinner than a voxel counts. A cell is free once an image has
+/// looked through all of it, until a surface appears in it.
 class KnownSpace {
  public:
   virtual ~KnownSpace() = default;
@@ -97,7 +98,8 @@ class KnownSpace {
   virtual std::vector<SpaceCube> cubes(int32_t first_z, int32_t last_z) const = 0;
 
   /// Exact squared distance, in cells, from the centre of a cell to that of the nearest surface
-  /// cell; -1 if none is within space/max_distance_m; 0 if it cannot be read from disk.
+  /// cell; -1 if no surface is within space/max_distance_m; 0 if the distance cannot be read from
+  /// disk.
   virtual int squaredDistance(const Vec3i& cell) const = 0;
 
   /// Distance at a point, interpolated between the centres of the cells around it. A point that is
@@ -113,7 +115,8 @@ class Space : public KnownSpace {
   virtual std::vector<SpaceCell> cells() const = 0;
 
   /// Cubes that may have changed since the last call, in no particular order. The first call, and
-  /// one with `all`, returns all. Large changes come in parts: see SpaceChanges::is_part.
+  /// any call with `all`, returns all cubes. Large changes come in parts: see
+  /// SpaceChanges::is_part.
   virtual SpaceChanges takeChanges(bool all = false) = 0;
 
   /// Recomputes the distances near surfaces that appeared or vanished since the last call.

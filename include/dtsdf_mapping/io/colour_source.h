@@ -1,4 +1,4 @@
-/// Interface of recorded colour: a sequence of colour images with poses.
+/// Interface to recorded colour images: a sequence of images with poses.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ struct SourceColour {
   ColourFrame colour;                  ///< Its `data` points to memory that `pixels` owns.
   std::shared_ptr<const void> pixels;  ///< Keeps the image's memory alive.
   double stamp_s = 0.0;                ///< Stamp of the colour image.
-  size_t index = 0;                    ///< Its index among the recording's colour images, by stamp.
+  size_t index = 0;  ///< Index among the recording's colour images, in the order of their stamps.
 };
 
 /// The colour images of a recording in the order of their stamps.

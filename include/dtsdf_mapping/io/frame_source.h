@@ -1,4 +1,4 @@
-/// Interface of recorded input: a sequence of depth images with poses, from a folder or a bag.
+/// Interface to recorded input: a sequence of depth images with poses, from a folder or a bag.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ struct FrameSelection {
   size_t first = 0;                                  ///< Index of the first selected image.
   size_t last = std::numeric_limits<size_t>::max();  ///< Largest selected index.
   size_t step = 1;                                   ///< At least 1.
-  /// Further restricts the selection to these indices, in rising order; null: no restriction.
+  /// Further restricts the selection to these indices, in ascending order; null: no restriction.
   std::shared_ptr<const std::vector<size_t>> listed;
 
   /// Whether an image of the recording is selected.
@@ -36,7 +36,7 @@ struct FrameSelection {
     return index >= first && index <= last && (index - first) % step == 0 &&
            (listed == nullptr || std::binary_search(listed->begin(), listed->end(), index));
   }
-  /// Whether the colour image of this index is selected: one of every `step` images.
+  /// Whether the colour image with this index is selected: one in every `step` images.
   bool containsColour(size_t index) const { return index % step == first % step; }
   /// How many of a recording's `total` images are selected.
   size_t countIn(size_t total) const {
@@ -50,7 +50,7 @@ struct FrameSelection {
   }
 };
 
-/// Delivers the images of a recording in order, without loss. One thread at a time.
+/// Delivers the images of a recording in order, without loss. Not thread safe.
 template <class Image>
 class ImageSource {
  public:
@@ -71,7 +71,8 @@ class ImageSource {
   /// Images skipped so far, by reason ("no pose within 20 ms").
   virtual const std::map<std::string, size_t>& skipped() const { return skipped_; }
 
-  /// For each reason that needs an explanation, a sentence about the first image skipped for it.
+  /// For each reason that needs an explanation, a sentence about the first image skipped for that
+  /// reason.
   virtual std::map<std::string, std::string> problems() const { return problems_; }
 
  protected:

@@ -1,4 +1,4 @@
-/// Saves and loads maps as .dtsdf files; docs/map_format.md describes them byte by byte.
+/// Saves and loads maps as .dtsdf files; docs/map_format.md describes the format byte by byte.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Usual extension of map files; saveMap() accepts any.
+/// Usual extension of map files; saveMap() accepts any extension.
 constexpr char kMapExtension[] = ".dtsdf";
 
 /// Summary of a map file.
@@ -22,10 +22,10 @@ struct MapInfo : MapHead {
   BlockKey most = {0, 0, 0};   ///< Largest block coordinate per axis; 0 if the map is empty.
 };
 
-/// Saves a map. Equal contents give equal bytes, with any number of threads (0: all cores). A
-/// temporary file in the same folder is written and renamed; missing folders are created.
-/// @return Head and bounds of the contents, and length and hash of the file.
-/// @throws std::runtime_error for contents that checkContents() refuses, or a file that cannot be
+/// Saves a map. Writes a temporary file in the same folder and renames it; creates missing folders.
+/// Equal contents give equal bytes, with any number of threads (0: all cores).
+/// @return Head and bounds of the map, and length and hash of the file.
+/// @throws std::runtime_error for contents that checkContents() rejects, or a file that cannot be
 /// written; the message names the path and says what to do. An existing file then stays intact.
 MapInfo saveMap(const MapContents& contents, const std::string& path, int threads = 0);
 
@@ -41,14 +41,14 @@ MapContents loadMap(const std::string& path, size_t max_bytes = kNoMapLimit, int
 /// towards it even if the mapper ignores them because space/enabled is off.
 MapContents loadMap(const std::string& path, const MapperParams& params, int threads = 0);
 
-/// Reads a map file except its voxels and colours, so damage to these goes unnoticed.
+/// Reads a map file except for its voxels and colours, so damage to these goes unnoticed.
 /// @throws std::runtime_error as loadMap() does.
 MapInfo readMapInfo(const std::string& path);
 
 /// Hash of a map: its bound settings, blocks, voxels, colours, exposure, free cells and frame
 /// counts. Equal maps have equal hashes, whatever their file, backend or map frame. XXH64;
 /// docs/map_format.md lists the bytes. @throws std::runtime_error for contents that saveMap() would
-/// refuse.
+/// reject.
 uint64_t contentHash(const MapContents& contents, int threads = 0);
 
 }  // namespace dtsdf

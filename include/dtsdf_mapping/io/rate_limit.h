@@ -25,7 +25,8 @@ class RateLimit {
 
  private:
   double interval_s_;
-  /// When the next image is due; infinity: the first is taken, whatever its stamp.
+  /// When the next image is due. At first infinity, so that the first image is taken, whatever its
+  /// stamp.
   double due_s_ = std::numeric_limits<double>::infinity();
 };
 

@@ -1,4 +1,4 @@
-/// Reads recordings in folders through the FrameSource interface.
+/// Reads recordings from folders through the FrameSource interface.
 #pragma once
 
 #include <memory>
@@ -23,40 +23,44 @@ struct RecordingOptions {
   /// Convention of the poses: "optical" (x right, y down, z forward), "opengl" (y up, z backwards),
   /// "body" (x forward, z up), or "inverted" (map to camera); empty: that of the file's format.
   std::string pose_convention;
-  bool skip_bad = false;           ///< Images that cannot be decoded are skipped and counted.
-  double pose_tolerance_s = 0.02;  ///< Largest time between an image and its nearest pose.
-  /// For programs that track the camera: depth images need no poses, and all get the pose of the
-  /// first selected image, or the identity. Colour images get poses in the depth camera's frame.
+  bool skip_bad = false;           ///< Whether to skip and count images that cannot be decoded.
+  double pose_tolerance_s = 0.02;  ///< Maximum time in seconds between an image and its nearest
+                                   ///< pose.
+  /// For programs that track the camera: depth images need no poses. All get the pose of the first
+  /// selected image, or the identity if it has none. Colour images get poses in the depth camera's
+  /// frame.
   bool first_pose_only = false;
-  /// Images are not decoded: their `data` is null, only poses and cameras are set. Ignored for
-  /// bags.
+  /// Whether to read only poses and cameras: images are not decoded, and their `data` is null.
+  /// Ignored for bags.
   bool poses_only = false;
   FrameSelection selection;  ///< Selected depth images.
-  /// Selected colour images, by SourceColour::index, in rising order; null: all.
+  /// Selected colour images, by SourceColour::index, in ascending order; null: all.
   std::shared_ptr<const std::vector<size_t>> listed_colours;
 };
 
 /// Names of the supported folder formats: tum, icl, 7scenes, replica, scannet, png.
 std::vector<std::string> recordingFormats();
 
-/// Detects the format of a recording: a name of recordingFormats(), or "bag".
+/// Detects the format of a recording: one of recordingFormats(), or "bag".
 /// @throws std::runtime_error if the path is missing or in no known format. For a folder, the
-/// message says which files were expected, and names folders below it that contain recordings.
+/// message says which files were expected, and lists subfolders that contain recordings.
 std::string guessRecordingFormat(const std::string& path);
 
-/// Reads the folder's lists; images are decoded one by one.
+/// Opens a recording: reads the lists of its images and poses. Images are decoded one at a time by
+/// next().
 /// @throws std::runtime_error for a missing or malformed file, which the message names, and for
 /// bags, which the library does not read.
 std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options);
 
-/// Values that neither the folder nor the options give, so the format's defaults are used: "the
-/// camera of the format (--intrinsics), 1000 units per metre (--depth-scale)"; or empty.
+/// Lists the values that neither the folder nor the options give, and for which the format's
+/// defaults are used: "the camera of the format (--intrinsics), 1000 units per metre
+/// (--depth-scale)". Empty if there are none.
 std::string assumptionsOf(const RecordingOptions& options);
 
-/// Opens the colour images of a recording, one of every FrameSelection::step; null if there are
-/// none. Their camera is the format's colour camera, or else the depth camera; their poses are
-/// taken at the stamps or numbers of the colour images.
-/// @throws std::runtime_error as openRecording().
+/// Opens the colour images of a recording, one in every FrameSelection::step; null if there are
+/// none. Their camera is the format's colour camera, or else the depth camera. Their poses are
+/// looked up by the stamps or numbers of the colour images.
+/// @throws std::runtime_error as openRecording() does.
 std::unique_ptr<ColourSource> openRecordingColours(const RecordingOptions& options);
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// Settings of fusion: which samples a pixel updates, and with what weight.
+/// Settings for fusion: which samples a pixel updates, and with what weight.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
@@ -21,14 +21,13 @@ struct FusionParams {
   FusionMode mode = FusionMode::kNormalRayCasting;  ///< Fusion mode.
   float min_depth_m = 0.1f;                         ///< Nearer measurements are ignored.
   float max_depth_m = 10.0f;  ///< Farther measurements only clear space in front of them.
-  int normal_radius_px = 5;   ///< Largest half width of the window that a normal is fitted in.
+  int normal_radius_px = 5;   ///< Maximum half width of the window in which a normal is fitted.
   float depth_jump = 0.03f;  ///< Larger relative differences of depth separate neighbouring pixels.
-  float max_weight = 64.0f;  ///< Cap of a voxel's weight; a frame adds 1 at most.
-  bool clearing = true;      ///< Whether surfaces that images see through are removed;
-                             ///< no effect with kVoxelProjection.
+  float max_weight = 64.0f;  ///< Maximum weight of a voxel; a frame adds at most 1.
+  bool clearing = true;  ///< Whether surfaces that images look through are removed; no effect with
+                         ///< kVoxelProjection.
   /// Limit of a voxel's evidence for or against a surface, as a number of supporting images. 0
-  /// selects 8, or 19 where the node and the programs align poses, as aligned images agree for
-  /// longer.
+  /// selects 8, or 19 if the node or a program aligns poses, since aligned images agree for longer.
   int memory_frames = 0;
 };
 

@@ -1,4 +1,4 @@
-/// Settings of the map.
+/// Settings for the map.
 #pragma once
 
 #include <string>
@@ -17,8 +17,8 @@ struct MapParams {
   int max_memory_mb = 4096;
   float keep_radius_m = 0.0f;  ///< Blocks entirely farther than this from the camera, or from
                                ///< DepthFrame::keep_center_W if set, are dropped; 0: off.
-  /// Folder for the least recently used blocks: they are written when the budget is full and read
-  /// back when needed. Empty: off; the map is limited to the budget.
+  /// Folder to which the least recently used blocks are written when the budget is full; they are
+  /// read back when needed. Empty: no paging; the map is limited to the budget.
   std::string page_folder;
   float page_max_gb = 64.0f;  ///< Maximum size of each file in page_folder, in GiB.
 };

@@ -15,7 +15,7 @@ enum class Backend {
   kCpu,   ///< The CPU, on `threads` threads.
 };
 
-/// How the noise of depth grows with depth; its scale is estimated from the images.
+/// How depth noise grows with depth; its scale is estimated from the images.
 enum class Sensor {
   kStructuredLight,  ///< Noise uniform in inverse depth, as in all triangulation (z^2).
   kStereo,           ///< Noise uniform in inverse depth, like kStructuredLight.
@@ -27,12 +27,12 @@ struct MapperParams {
   Backend backend = Backend::kAuto;          ///< Where the work is done.
   int threads = 0;                           ///< CPU threads; 0: all cores.
   Sensor sensor = Sensor::kStructuredLight;  ///< Sensor of the depth images.
-  MapParams map;                             ///< Section "map" of a file.
+  MapParams map;                             ///< Section "map" of a settings file.
   FusionParams fusion;                       ///< Section "fusion".
   MeshParams mesh;                           ///< Section "mesh".
   SpaceParams space;                         ///< Section "space".
-  /// Whether colour images are matched to the brightness of the map; false: exposure and white
-  /// balance of the camera are locked.
+  /// Whether colour images are matched to the brightness of the map. Choose false if the exposure
+  /// and white balance of the camera are locked.
   bool adapt_exposure = true;
   float max_paint_depth_m = 0.0f;  ///< Farther surfaces are not painted; 0: no limit.
 };
@@ -57,7 +57,8 @@ void visitParams(MapperParams& p, Visitor& visit) {
   visit("colour/max_depth_m", p.max_paint_depth_m, Range{0.0, 1000.0});
 }
 
-/// Checks rules between settings. Call it before the reader's finish(), which reports violations.
+/// Checks rules that involve several settings. Call it before the reader's finish(), which reports
+/// violations.
 void checkParams(const MapperParams& params, ParamReader& reader);
 
 /// Reads a tree that holds mapper settings only. Missing settings keep their defaults.

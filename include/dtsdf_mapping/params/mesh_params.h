@@ -1,4 +1,4 @@
-/// Settings of the mesh.
+/// Settings for the mesh.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
@@ -8,17 +8,17 @@ namespace dtsdf {
 /// What the colour of a vertex shows.
 enum class MeshColour {
   kAuto,    ///< kImage if the map was painted, else kNormal.
-  kImage,   ///< Colour from images; like kPlain where no image has seen the surface.
+  kImage,   ///< Colour from images; like kPlain where the surface is not painted.
   kNormal,  ///< Direction of the surface normal as red, green and blue.
   kHeight,  ///< z in the map frame, as a repeating rainbow.
-  kPlain,   ///< One light grey.
+  kPlain,   ///< The same light grey everywhere.
 };
 
-/// How a mesh looks.
+/// How a mesh is made and coloured.
 struct MeshParams {
   MeshColour colour = MeshColour::kAuto;  ///< Colour of the vertices, in RViz and in saved files.
-  int min_support = 2;  ///< Frames that must support a surface; fewer in a map of fewer frames.
-  int refine = 0;       ///< 1: splits each triangle into four on the curved surface.
+  int min_support = 2;  ///< Frames that must support a surface; fewer if the map has fewer frames.
+  int refine = 0;       ///< 1: split each triangle into four on the curved surface.
 };
 
 /// Visits each member with its key and its rule.

@@ -1,4 +1,4 @@
-/// Strict reading of settings: a flat tree of keys is read into structs, or refused as a whole.
+/// Strict reading of settings: a flat tree of keys is read into structs, or rejected as a whole.
 ///
 /// Each settings struct has one visitParams() overload that names its keys and rules; reading,
 /// writing and the tests of config/ all go through it. The command-line programs fill the tree from
@@ -24,7 +24,7 @@ using ParamTree = std::map<std::string, ParamValue>;
 /// Formats a value as in a file, for messages.
 std::string toString(const ParamValue& value);
 
-/// Thrown with every violation found: full key, its value and the rule it breaks.
+/// Thrown with every violation found: the full key, its value and the rule it breaks.
 class ParamError : public std::runtime_error {
  public:
   /// Makes an error from one line per violation; what() joins the lines.
@@ -47,8 +47,8 @@ template <class Enum>
 using EnumNames = std::vector<std::pair<std::string, Enum>>;
 
 /// Visitor that sets members from a tree. A missing key keeps the default; an unknown key, a wrong
-/// type or a broken rule is a violation. A whole number may stand for a floating-point one, and
-/// YAML's words (such as "yes" and "off") for a truth value.
+/// type or a broken rule is a violation. A whole number is accepted for a floating-point member,
+/// and YAML's words (such as "yes" and "off") for a Boolean.
 class ParamReader {
  public:
   /// A reader of this tree.

@@ -1,4 +1,4 @@
-/// Settings of poses: where they come from, and how they are aligned to the map.
+/// Settings for poses: where they come from, and how they are aligned to the map.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"

@@ -1,4 +1,4 @@
-/// Settings of free space and distances, for planners.
+/// Settings for free space and distances, which planners use.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
@@ -10,7 +10,7 @@ struct SpaceParams {
   bool enabled = false;         ///< Whether free space is recorded; if not, it costs nothing.
   int cell_voxels = 4;          ///< Edge of a cell, in voxels: 1, 2, 4 or 8.
   float max_range_m = 5.0f;     ///< Depth up to which an image marks cells as free.
-  float max_distance_m = 2.0f;  ///< Cap of distances to surfaces.
+  float max_distance_m = 2.0f;  ///< Maximum distance to surfaces.
 };
 
 /// Visits each member with its key and its rule.

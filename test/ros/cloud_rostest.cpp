@@ -64,7 +64,7 @@ TEST_F(Clouds, GiveTheSameMeshAsDepthImages) {
     ASSERT_TRUE(status_.waitForFused(fused + 1 + static_cast<uint64_t>(i)))
         << status_.status().message;
     DepthFrame frame = depthFrameOf(depth_m, kCloudCamera, kCloudWidth, kCloudHeight, T_W_C);
-    // Converted back from the message, whose quaternion rounds the rotation.
+    // The pose as the node gets it: the message's quaternion rounds the rotation.
     frame.T_W_C = toIsometry(makeTransform("map", "camera", T_W_C, stamp).transform);
     mapper->integrate(frame);
   }

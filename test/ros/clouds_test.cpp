@@ -61,7 +61,7 @@ TEST(Clouds, AreReadInEveryLayout) {
   }
 }
 
-/// The intrinsics are exact up to the rounding of the points.
+/// The intrinsics are exact except for rounding errors in the points.
 TEST(Clouds, YieldTheIntrinsicsOfTheirCamera) {
   CloudImages images("/points");
   const auto converted = images.convert(cloudOfRoom(), false, kEnoughBytes);
@@ -102,14 +102,14 @@ TEST(Clouds, AreRefusedIfUnusable) {
   cloud = cloudOfRoom();
   std::fill(cloud.data.begin(), cloud.data.end(), 0xff);
   EXPECT_EQ(rejectionReason(cloud), drop::kNoMeasurement);
-  cloud = cloudOfRoom({sensor_msgs::PointField::FLOAT32, "xyz", 0});  // mirrored: x to the left
+  cloud = cloudOfRoom({sensor_msgs::PointField::FLOAT32, "xyz", 0});  // mirrored: x points left
   for (size_t at = cloud.fields[0].offset; at < cloud.data.size(); at += cloud.point_step) {
     cloud.data[at + 3] ^= 0x80;
   }
   EXPECT_EQ(rejectionReason(cloud), drop::kBadIntrinsics);
 }
 
-/// 48 rings of a spinning lidar in its own frame, x forward and z up.
+/// A cloud from a spinning lidar with 48 rings, in the lidar's frame (x forward, z up).
 TEST(Clouds, FromALidarAreRefused) {
   sensor_msgs::PointCloud2 cloud = cloudOfRoom();
   for (int v = 0; v < kCloudHeight; ++v) {

@@ -24,7 +24,7 @@ sensor_msgs::CameraInfo colourInfo(uint32_t width = kWidth, uint32_t height = kH
   return info;
 }
 
-/// An image whose pixels all have the bytes `pixel`.
+/// An image in which every pixel consists of the bytes `pixel`.
 sensor_msgs::ImagePtr makeImage(const std::string& encoding, const std::vector<uint8_t>& pixel,
                                 uint32_t width = kWidth, uint32_t height = kHeight) {
   const auto image = boost::make_shared<sensor_msgs::Image>();
@@ -78,7 +78,7 @@ TEST(ColourImage, SupportsTheEncodingsOfTheMapper) {
 
 TEST(ColourImage, ConvertsOtherEncodings) {
   EXPECT_EQ(firstPixel(makeImage("mono16", {0, 77})), (std::vector<int>{77, 77, 77}));
-  // Grey in YUV, with U and V of 128, shows the byte order.
+  // Grey pixels (U = V = 128): with swapped bytes, all would have the same luminance.
   for (const int luminance : {50, 200}) {
     const auto y = static_cast<uint8_t>(luminance);
     const std::vector<int> uyvy = firstPixel(makeImage("yuv422", {128, y}));
@@ -89,7 +89,7 @@ TEST(ColourImage, ConvertsOtherEncodings) {
   }
 }
 
-/// An image of one colour, in each Bayer pattern.
+/// An image of a single colour, in each Bayer pattern.
 TEST(ColourImage, DemosaicsBayerPatterns) {
   const auto bayer = [](const std::string& pattern, const std::vector<int>& colour, int depth) {
     const auto image =
@@ -107,7 +107,7 @@ TEST(ColourImage, DemosaicsBayerPatterns) {
   const std::vector<int> colour{200, 100, 50};
   for (const std::string pattern : {"rggb", "bggr", "gbrg", "grbg"}) {
     EXPECT_EQ(bayer(pattern, colour, 8), colour) << pattern;
-    // 200 is sent as 200 * 256 of 65535, which rounds to 199 of 255.
+    // 200 is sent as 200 * 256 out of 65535, which rounds to 199 out of 255.
     EXPECT_EQ(bayer(pattern, colour, 16), (std::vector<int>{199, 100, 50})) << pattern;
   }
 }

@@ -1,5 +1,5 @@
-/// A colour camera next to the depth camera. Its images have a different size and rate; they are
-/// late, without transforms, or stop. Depth is fused in all cases.
+/// A colour camera next to the depth camera, with a different image size and rate. Its images
+/// arrive late, lack transforms, or stop arriving. Depth is fused in all cases.
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 
@@ -29,7 +29,7 @@ struct Lens {
 const Lens kDepthLens{96, 72, {80.0f, 80.0f, 47.5f, 35.5f}};
 const Lens kColourLens{128, 80, {70.0f, 70.0f, 63.5f, 39.5f}};
 
-/// One depth or colour image with its messages.
+/// A depth or colour image with its camera_info and transform.
 struct Sent {
   sensor_msgs::Image image;
   sensor_msgs::CameraInfo info;
@@ -74,7 +74,8 @@ class Colour : public testing::Test {
     begin();
   }
 
-  /// Sets start_ after all earlier stamps; a test may use the next two seconds.
+  /// Sets start_ to a time after all earlier stamps. The following stamps may be up to two seconds
+  /// after start_.
   void begin() {
     static ros::Time last;
     start_ = last = std::max(last + ros::Duration(2.0), ros::Time::now());
@@ -169,7 +170,7 @@ std::string bytesOfBag(const std::string& bag_path) {
 TEST_F(Colour, BagAndLiveGiveTheSameBytes) {
   std::vector<Sent> depth, colour;
   for (int i = 0; i < 10; ++i) depth.push_back(makeDepth(start_ + ros::Duration(0.1 * i), 0.3 * i));
-  for (int i = 0; i < 15; ++i) {  // every third has the stamp of a depth image
+  for (int i = 0; i < 15; ++i) {  // every third stamp is that of a depth image
     colour.push_back(makeColour(start_ + ros::Duration(0.1 * i * 2 / 3), 0.2 * i));
   }
   while (colour.back().image.header.stamp > depth.back().image.header.stamp) colour.pop_back();

@@ -1,4 +1,4 @@
-/// Compressed depth, with or without image_transport's plugin: fused, or dropped and counted.
+/// Compressed depth is fused, or dropped and counted, with or without image_transport's plugin.
 #include <gtest/gtest.h>
 #include <image_transport/image_transport.h>
 #include <sensor_msgs/CompressedImage.h>
@@ -61,14 +61,14 @@ class Compressed : public testing::Test {
 TEST_F(Compressed, BothCodecsAndEncodingsAreFused) {
   const std::vector<uint16_t> pixels(FakeCamera::kWidth * FakeCamera::kHeight, 1000);
   const cv::Mat image(FakeCamera::kHeight, FakeCamera::kWidth, CV_16UC1, cv::Scalar(1000));
-  // The value 1000 is one metre.
+  // With this header, a value of 1000 means one metre.
   const std::vector<uint8_t> inverse = compressedHeader(1000.0f, 0.0f);
   expectFused("16UC1; compressedDepth rvl", compressRvl(pixels, FakeCamera::kWidth));
   expectFused("32FC1; compressedDepth png", compressPng(image, inverse));
 }
 
 TEST_F(Compressed, DamagedImagesAreCounted) {
-  if (hasPlugin()) GTEST_SKIP() << "image_transport's plugin decodes on this machine";
+  if (hasPlugin()) GTEST_SKIP() << "image_transport's plugin is installed, and decodes first";
   std::vector<uint8_t> huge = compressedHeader();
   for (int i = 0; i < 8; ++i) huge.push_back(0xff);
   const std::pair<std::string, std::vector<uint8_t>> damaged[] = {

@@ -1,5 +1,5 @@
-/// Corrected poses: while mapping continues, the map becomes, byte for byte, the one that
-/// reconstruct makes from the journal and these poses.
+/// Corrects poses while mapping continues. The map then equals, byte for byte, the map that
+/// reconstruct makes from the journal and the corrected poses.
 #include <dtsdf_mapping/CorrectPoses.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 constexpr double kPeriod_s = 1.0 / 15.0;
 
-/// Error of the camera's pose `i`.
+/// Error in camera pose `i`.
 Eigen::Isometry3d drift(int i) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.001 * i, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(0.0, 0.005 * i, 0.0);
@@ -74,7 +74,7 @@ class Correction : public testing::Test {
     ASSERT_TRUE(waitUntil([&] { return hasReceivedTransform(); })) << status_.status().message;
   }
 
-  /// Whether the node has received a transform of this test; a busy node may connect late.
+  /// Whether the node has received a transform from this test; a busy node may connect late.
   bool hasReceivedTransform() {
     camera_.sendTransform("map", "base", Eigen::Isometry3d::Identity(),
                           start_ - ros::Duration(0.5));
@@ -97,7 +97,7 @@ class Correction : public testing::Test {
 
   std::string in(const std::string& name) const { return folder_ + "/" + name; }
 
-  /// In whole milliseconds, which a trajectory file represents exactly.
+  /// Stamps are in whole milliseconds, which a trajectory file represents exactly.
   ros::Time stampOf(int i) const { return start_ + ros::Duration(i / 15, (i % 15) * 66000000); }
 
   void send(PoseOf poseOf) {
@@ -112,7 +112,7 @@ class Correction : public testing::Test {
     for (int i = 0; i < count; ++i) {
       send(poseOf);
       if (i % 8 == 7) {
-        // No more images may wait than fit into the queue.
+        // Do not send more images than fit into the queue.
         ASSERT_TRUE(status_.waitForFused(fused + i - 1)) << status_.status().message;
       }
     }
@@ -209,14 +209,14 @@ TEST_F(Correction, GivesTheSameMapAsReconstruct) {
   expectJournalRestoresMap();
   EXPECT_TRUE(waitUntil([&] { return status_.status().last_correction == answer.message; }))
       << status_.status().last_correction;
-  // Listeners have the same mesh.
+  // Listeners have the corrected mesh.
   const MeshOfMap corrected = meshOfMap(in("again.dtsdf"));
   EXPECT_TRUE(waitUntil([&] { return status_.status().triangles == corrected.triangles; }));
   EXPECT_TRUE(waitUntil([&] { return blocks.state().triangles() == corrected.shown; }))
       << blocks.state().triangles() << " of " << corrected.shown << " triangles";
   EXPECT_GT(blocks.state().addedChunks(), chunks);
 
-  // Later frames are fused relative to the corrected ones, while their source keeps drifting.
+  // Later frames, which still drift, are fused relative to the corrected frames.
   drive(10, drifted);
   expectJournalRestoresMap();
 }
@@ -260,7 +260,7 @@ TEST_F(Correction, IsRefusedWithAReasonIfInvalid) {
   writeBytes(in("nan.txt"), std::to_string(stampOf(3).toSec()) + " nan 0 0 0 0 0 1\n");
   expectRefused("nan.txt", "nan.txt");
   expectRefused("missing.txt", "missing.txt");
-  expectRefused("/nowhere/poses.txt", "no such file");  // files are read from anywhere
+  expectRefused("/nowhere/poses.txt", "no such file");  // may be in any folder
   saveTrajectory(posesOf(truth), in("fine.txt"));
   expectRefused("fine.txt", "'nowhere'", "nowhere");
   expectRefused("fine.txt", "'nowhere'", "", "nowhere");

@@ -110,7 +110,7 @@ class CorrectTest : public testing::Test {
     return host_.map.step();
   }
 
-  /// Works until this many corrections are answered.
+  /// Steps until `count` corrections have been answered.
   void workUntilAnswered(size_t count = 1) {
     for (int i = 0; i < 20000 && answers_.size() < count; ++i) {
       if (step() > std::chrono::milliseconds(0)) {
@@ -141,7 +141,7 @@ class CorrectTest : public testing::Test {
     return status.correction_fused;
   }
 
-  /// Works until this many images are fused again.
+  /// Steps until the correction has fused `count` images again.
   void workUntilFusedAgain(size_t count) {
     for (int i = 0; i < 5000 && fusedAgain() < count; ++i) {
       step();
@@ -156,7 +156,7 @@ class CorrectTest : public testing::Test {
     return poses;
   }
 
-  /// Poses with `left` times the drift, from image `from` on.
+  /// Poses with `left` times the drift, starting at image `from`.
   std::vector<StampedPose> corrected(double left, int from = 0) const {
     std::vector<StampedPose> poses;
     for (int i = from; i < kBefore; ++i) {
@@ -166,7 +166,8 @@ class CorrectTest : public testing::Test {
     return poses;
   }
 
-  /// Applies the changes for the output; returns the number of changed blocks.
+  /// Applies the waiting mesh changes to mesh_, and publishes space. Returns the number of changed
+  /// blocks.
   size_t follow() {
     MeshChanges changes = host_.mesh_changes.take();
     if (!changes.stamp.isZero()) mesh_stamp_ = changes.stamp;
@@ -177,7 +178,7 @@ class CorrectTest : public testing::Test {
     return changes.blocks.size();
   }
 
-  /// Checks that map, mesh and space equal those of the first images, fused at these poses.
+  /// Checks that map, mesh and space equal those made from the first images, fused at these poses.
   void expectMapOf(const std::vector<Eigen::Isometry3d>& T_W_C) {
     ASSERT_EQ(host_.map.flushMesh(), "");
     follow();
@@ -251,7 +252,7 @@ TEST_F(CorrectTest, ListenersGetOnlyChangedBlocks) {
   EXPECT_LT(changed, all * 3 / 4);
 }
 
-/// A frame is always waiting: the correction still ends, and no frame is lost.
+/// Although a frame is always waiting, the correction ends, and no frame is lost.
 TEST_F(CorrectTest, EndsEvenIfFramesKeepArriving) {
   begin();
   int next = kBefore;
@@ -270,7 +271,8 @@ TEST_F(CorrectTest, EndsEvenIfFramesKeepArriving) {
   expectMapOf(truths(next));
 }
 
-/// Later frames with the same drift move with the corrected images, until their source jumps.
+/// Later frames with the drift of the last corrected image are corrected too, until their poses
+/// jump.
 TEST_F(CorrectTest, LaterFramesAreCorrectedUntilAJump) {
   begin();
   correct(corrected(0.0));
@@ -296,7 +298,8 @@ TEST_F(CorrectTest, LaterFramesAreCorrectedUntilAJump) {
   EXPECT_EQ(contentHash(again->contents()), contentHash(now));
 }
 
-/// While a correction runs, only the newest other one waits. The rest are refused at once.
+/// While a correction runs, only the newest further correction waits. Older ones are refused at
+/// once.
 TEST_F(CorrectTest, OnlyTheNewestCorrectionWaits) {
   begin();
   correct(corrected(0.9));
@@ -313,8 +316,8 @@ TEST_F(CorrectTest, OnlyTheNewestCorrectionWaits) {
   expectMapOf(truths(kBefore));
 }
 
-/// A running correction is refused, too, when the journal ends: frames after its end would be lost.
-/// Clearing the map starts a new journal.
+/// When the journal ends, even a running correction is refused, as it would lose frames fused after
+/// that. Clearing the map starts a new journal.
 TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   begin();
   correct(corrected(0.0));
@@ -338,7 +341,7 @@ TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   EXPECT_TRUE(answers_[2].success) << answers_[2].message;
 }
 
-/// The second correction gives the same poses as the running one, so it is answered when that ends.
+/// The second correction has the same poses as the running one, and is answered when that ends.
 TEST_F(CorrectTest, ARepeatedCorrectionMovesNothing) {
   begin();
   correct(corrected(0.0));
@@ -398,7 +401,7 @@ TEST_F(CorrectTest, IsRefusedWithAReason) {
       << status.last_correction;
 }
 
-/// A map so large that a second one would exceed the memory budget.
+/// A map so large that a second copy would exceed the memory budget.
 class CorrectionOfALargeMap : public CorrectTest {
  protected:
   CorrectionOfALargeMap() : CorrectTest(std::make_unique<FakeMapper>()) {}

@@ -60,7 +60,7 @@ class Disk : public WallCamera {
     fs::remove_all(folder_);
   }
 
-  /// Fuses a frame from a new place, so that the next saved files differ.
+  /// Fuses a frame from a new position, so that the next saved files differ.
   void fuseFrame() {
     const auto fused = static_cast<double>(status_.status().frames_fused);
     WallCamera::fuseFrame({0.001 * (fused + 1.0), 0.0, 0.0});

@@ -1,4 +1,4 @@
-/// With wrong settings neither the nodelet nor the node starts, and the log names every key.
+/// With wrong settings, neither the nodelet nor the node starts, and the log names every wrong key.
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <sys/wait.h>
@@ -86,7 +86,7 @@ TEST_P(FailingStart, AMissingMapIsAnError) {
   ros::param::del("/mapless");
 }
 
-/// The error must be logged before the last node handle is destroyed, which ends logging.
+/// The error must be logged before the last node handle is destroyed, as that ends logging.
 TEST(Arguments, WrongCameraParametersAreNamed) {
   ros::param::set("/camera/rate_hz", std::string("often"));
   ros::param::set("/camera/widht_px", 640);

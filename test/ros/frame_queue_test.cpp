@@ -170,7 +170,7 @@ TEST_F(FrameQueueTest, AllWaitingDataCountsTowardsTheLimit) {
 TEST_F(FrameQueueTest, CamerasAreMergedByStamp) {
   make({}, 2);
   posed(1.0, 1);
-  EXPECT_TRUE(taken().empty()) << "the other camera may bring an earlier frame";
+  EXPECT_TRUE(taken().empty()) << "the other camera may still send an earlier frame";
   posed(0.9, 0);
   EXPECT_EQ(taken(), (Stamps{0.9}));
   posed(1.0, 0);
@@ -182,7 +182,7 @@ TEST_F(FrameQueueTest, CamerasAreMergedByStamp) {
   EXPECT_EQ(dropped(drop::kOutOfOrder, 1), 1u);
 }
 
-/// Colour may be late: its first frame is taken after a later depth frame.
+/// The first colour frame may be late: it is taken although a newer depth frame has been taken.
 TEST_F(FrameQueueTest, DepthWaitsOnceColourHasArrived) {
   make({});
   posed(1.0);
@@ -249,7 +249,7 @@ TEST_F(FrameQueueTest, TheOrderDoesNotDependOnArrival) {
   }
 }
 
-/// A slow map gets a short queue, so that it shows recent frames.
+/// If the map is too slow, its queue is shortened, so that the map shows recent frames.
 TEST_F(FrameQueueTest, ALastingBacklogIsShortened) {
   make({30, 1 << 20, 0.1});
   size_t most = 0;
@@ -263,9 +263,9 @@ TEST_F(FrameQueueTest, ALastingBacklogIsShortened) {
   }
   EXPECT_GE(most, 6u);
   EXPECT_LE(most, 8u)
-      << "3 may always wait; the backlog grows by 1 per 9 of the 30 taken before it is shortened";
+      << "3 may always wait; the backlog grows by 1 per 9 frames taken, and is shortened after 30";
 
-  // After catching up, a burst fits again.
+  // Once the map has caught up, the whole queue may fill in a burst again.
   taken();
   const uint64_t dropped_before = dropped(drop::kQueueFull);
   EXPECT_GT(dropped_before, 0u);
@@ -274,7 +274,7 @@ TEST_F(FrameQueueTest, ALastingBacklogIsShortened) {
   EXPECT_EQ(dropped(drop::kQueueFull), dropped_before);
 }
 
-/// How many images the map takes for each new one. During the stall it takes none.
+/// Number of images that the map takes for each new image; during the stall it takes none.
 struct MapSpeed {
   double taken_per_image;
   size_t room;

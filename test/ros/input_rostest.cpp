@@ -53,7 +53,7 @@ class Input : public WallCamera {
   ros::Publisher tf_ = advertiseUntilExit<tf2_msgs::TFMessage>(nh_, "/tf");
 };
 
-/// Must be the first test, because no image has been received yet.
+/// Must be the first test, before any image is received.
 TEST_F(Input, StatusReportsMissingImages) {
   EXPECT_TRUE(waitUntil([&] {
     return status_.status().code == dtsdf_mapping::MapStatus::NO_IMAGES;
@@ -121,11 +121,11 @@ TEST_F(Input, WaitingImagesAreCountedAndBounded) {
     }
   }
   EXPECT_TRUE(waitUntil([&] { return status_.status().images_received == received + kImages; }));
-  EXPECT_LE(max_waiting, 9u) << "8 MB may wait, and one may be in progress";
+  EXPECT_LE(max_waiting, 9u) << "8 images of 1 MB may wait, and one may be in progress";
   EXPECT_GE(max_waiting, 6u);
   EXPECT_LE(most_bytes, 8u << 20);
   EXPECT_GE(most_bytes, 6u << 20);
-  expectGoodFrameFused();  // drops the earlier ones
+  expectGoodFrameFused();  // drops the waiting images
   EXPECT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
   EXPECT_EQ(status_.status().images_received,
             status_.status().frames_fused + status_.status().frames_dropped);
@@ -147,12 +147,12 @@ TEST_F(Input, RatesMayChangeAtRunTime) {
   EXPECT_EQ(call.response.config.doubles.at(2).value, 100.0);
   const ros::Time before = status_.status().header.stamp;
   EXPECT_TRUE(waitUntil([&] { return status_.status().header.stamp > before; }, 1.0));
-  rate.value = 20.0;  // for the other tests
+  rate.value = 20.0;  // as in test.yaml
   ASSERT_TRUE(callService("/mapping/publish/set_parameters", call));
 }
 
-/// After a transform that is an hour ahead, here on /tf_static, tf2 refuses all current ones as too
-/// old. The node must recover.
+/// After a transform stamped an hour ahead, here on /tf_static, tf2 refuses all current transforms
+/// as too old. The node must recover.
 TEST_F(Input, MappingRecoversFromAWrongTransform) {
   expectGoodFrameFused();
   constexpr bool kLatched = true;
@@ -191,7 +191,7 @@ TEST_F(Input, MappingRecoversFromAStampFarAhead) {
   expectGoodFrameFused();
 }
 
-/// If the camera stays at its new place, the next frame is fused.
+/// If the camera stays at its new position, the next frame is fused.
 TEST_F(Input, APoseJumpCostsOneFrame) {
   expectGoodFrameFused();
   const uint64_t dropped = status_.dropped("pose_jump"), fused = status_.status().frames_fused;
@@ -244,7 +244,7 @@ TEST_F(Input, LongNamesAreRefused) {
   expectGoodFrameFused();
 }
 
-/// This stamp rounds to 2^32 s, for which ros::Time throws.
+/// As a double, this stamp rounds to 2^32 s, for which ros::Time throws.
 TEST_F(Input, AStampAtTheEndOfTimeIsHarmless) {
   const ros::Time end(4294967295u, 999999900u);
   camera_.send(camera_.image(end), camera_.info(end));
@@ -254,7 +254,7 @@ TEST_F(Input, AStampAtTheEndOfTimeIsHarmless) {
   expectGoodFrameFused();
 }
 
-/// Stops a separate node that has many images and long paths waiting.
+/// Stops a separate node while many images and long paths are waiting.
 TEST_F(Input, NodeEndsSoonDespiteWaitingInput) {
   ros::param::set("/second/backend", "cpu");
   ros::param::set("/second/threads", 1);

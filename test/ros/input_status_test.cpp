@@ -13,7 +13,7 @@ namespace {
 PublishedTopics published;
 constexpr char kImage[] = "sensor_msgs/Image", kCompressed[] = "sensor_msgs/CompressedImage";
 
-/// The status of the input, for reports and times that the test sets.
+/// Fills the input's status from reports and times that the test sets.
 class InputStatusTest : public testing::Test {
  protected:
   InputStatusTest() {

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Tests that each launch file loads correctly and, with stub drivers, starts a mapper that fuses frames.
-Needs the environment of the build (env.sh), but no camera."""
+Needs the build's environment (env.sh), but no camera."""
 import ast
 import concurrent.futures
 import contextlib
@@ -37,7 +37,7 @@ MANAGERS = {"realsense": "/camera/realsense2_camera_manager",
 ENVIRONMENT = {("MALLOC_ARENA_MAX", "2")}
 EXTRA = {"gazebo": ["world:=room.world"]}
 
-# A program that waits for a condition on the status, then prints an expression of it.
+# Waits until an expression in `status` is true, then prints the value of another.
 WATCH = """
 import rospy, sys, time
 from dtsdf_mapping.msg import MapStatus
@@ -56,7 +56,8 @@ print("no status" if status is None else eval(shown))
 
 
 def watch(environment, until, shown, seconds=30.0):
-    """Waits until `until` is true; returns `shown` as printed. Both are Python expressions of `status`."""
+    """Waits at most `seconds` until `until` is true, then returns the value of `shown` as text. Both are
+    Python expressions in `status`."""
     output = subprocess.run([sys.executable, "-c", WATCH, until, shown, str(seconds)], text=True,
                             env=environment, stdout=subprocess.PIPE, check=False).stdout
     return output.splitlines()[-1] if output else ""
@@ -64,7 +65,7 @@ def watch(environment, until, shown, seconds=30.0):
 
 @contextlib.contextmanager
 def free_master(folder):
-    """The environment for a separate ROS master."""
+    """Yields the environment for a separate ROS master."""
     port = free_port()
     with tempfile.TemporaryDirectory() as home:
         yield dict(os.environ, ROS_MASTER_URI=f"http://localhost:{port}", PORT=str(port),
@@ -77,14 +78,14 @@ def start(environment, *words, cwd=None):
 
 
 def of_mapping(name, environment, *arguments):
-    """The arguments of roslaunch for a launch file of the package."""
+    """Arguments with which roslaunch starts a launch file of this package."""
     return ("-p", environment["PORT"], os.path.join(LAUNCH, name + ".launch"), "rviz:=false",
             "backend:=cpu", *arguments)
 
 
 @contextlib.contextmanager
 def launched(environment, *words, cwd=None):
-    """Runs a launch file during the block. Yields a list, which receives the output afterwards."""
+    """Runs a launch file during the block. Yields a list, to which the output is appended afterwards."""
     launch, printed = start(environment, *words, cwd=cwd), []
     try:
         yield printed
@@ -99,7 +100,7 @@ def cameras_page():
 
 
 def commands_of(page):
-    """{heading: commands} of the page."""
+    """The shell commands in each section of the page, by heading."""
     commands = {}
     for section in re.split(r"^## ", page, flags=re.M)[1:]:
         blocks = re.findall(r"^```sh\n(.*?)^```", section, flags=re.M | re.S)
@@ -223,7 +224,7 @@ class Loading(unittest.TestCase):
         for name in CAMERAS:
             for package in ([], ["package:=astra_camera"]) if name == "astra" else ([],):
                 with self.subTest(name, package=package):
-                    # roslaunch caches package paths, so this comes before packages disappear.
+                    # roslaunch caches package paths, so load before packages disappear.
                     config = load(name, "poses:=track", *package, *EXTRA.get(name, []))
                     others = {node.package for node in config.nodes} - ours
                     self.assertLessEqual(others, set(stub_drivers.DRIVERS))
@@ -317,8 +318,8 @@ class Running(unittest.TestCase):
         self.assertGreater(os.path.getsize(os.path.join(folder, name)), 1000)
 
     def test_commands_of_the_cameras_page(self):
-        """Runs each command of the page as far as possible without a camera, with stubs of drivers and
-        downloads, and without installing anything."""
+        """Runs each command on the page as far as possible without a camera: with stub drivers and made-up
+        recordings, and without installing anything."""
         sections = commands_of(cameras_page())
         self.assertIn("roslaunch dtsdf_mapping rtabmap.launch",
                       "\n".join(sections.pop("rtabmap as SLAM")))  # has its own test
@@ -383,7 +384,7 @@ class Running(unittest.TestCase):
             self.assertIn(expected[name], topics)
 
     def counts(self, name, *arguments, cwd, kinds=("depth", "color"), least=3):
-        """{kind: number of fused images}, after `least` of each of `kinds`, or a time limit."""
+        """{kind: number of fused images}, once `least` of each of `kinds` are fused, or after 15 s."""
         with free_master(cwd) as environment:
             with launched(environment, *of_mapping(
                     name, environment, f"output_directory:={cwd}", *arguments), cwd=cwd) as printed:
@@ -463,7 +464,7 @@ def grey_png(width, height, value):
 
 
 def write_tum_folder(folder):
-    """Writes a folder like an unpacked archive of freiburg1, with images of a wall at 2 m."""
+    """Writes a folder like an unpacked freiburg1 archive, with images of a wall at 2 m."""
     image = grey_png(640, 480, 10000)
     tum_folder.write(folder, [
         (f"{1305031102.16 + 0.1 * i:.6f}", image, (0.01 * i, 0, 0, 0, 0, 0, 1)) for i in range(5)])
@@ -471,8 +472,8 @@ def write_tum_folder(folder):
 
 def write_tum_bag(path, with_colour=False, with_imu=False, with_masks=False, packed=False,
                   depth="/camera/depth/image", info="/camera/depth/camera_info"):
-    """Writes a bag like the published ones: frame names begin with a slash, depth is in metres. `packed`:
-    depth is only in compressedDepth, in millimetres."""
+    """Writes a bag like the published TUM bags: frame names begin with a slash, depth is in metres. If
+    `packed`, the bag contains depth only as compressedDepth, in millimetres."""
     import rosbag
     import rospy
     from geometry_msgs.msg import TransformStamped
@@ -520,7 +521,7 @@ def write_tum_bag(path, with_colour=False, with_imu=False, with_masks=False, pac
 
 
 def load_tests(_, suites, __):
-    """Selects every n-th test if the environment sets the sharding variables of GoogleTest."""
+    """Selects every n-th test if the environment sets GoogleTest's sharding variables."""
     tests = [test for suite in suites for test in suite]
     count = int(os.environ.get("GTEST_TOTAL_SHARDS", 1))
     return unittest.TestSuite(tests[int(os.environ.get("GTEST_SHARD_INDEX", 0))::count])

@@ -28,7 +28,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// The pose of the room, whose z axis is vertical, in the frame `map`.
+/// The pose of the room (z up) in the frame `map`.
 Eigen::Isometry3d roomInMap() { return roomCameraPose(0.0).inverse(); }
 
 class LevelTest : public WallCamera {
@@ -62,7 +62,7 @@ class LevelTest : public WallCamera {
            roomInMap();
   }
 
-  /// Checks that the map is level within max_deg, with the floor at floor_m within max_m.
+  /// Checks that the map is level to within max_deg, with the floor at floor_m to within max_m.
   void expectLevel(double max_deg, double floor_m, double max_m) {
     const Eigen::Isometry3d T_W_R = roomInLevel();
     const Vector3d up_W = T_W_R.linear().col(2);
@@ -111,8 +111,7 @@ class LevelTest : public WallCamera {
 
   std::string lastDrop() const { return status_.status().cameras.at(0).streams.at(0).last_drop; }
 
-  /// Passes the poses of the sent images, in `map`, as corrections. They must not move the levelled
-  /// map.
+  /// Sends the images' poses, in `map`, as corrections, which must not move the levelled map.
   void expectNothingIsCorrected() {
     saveTrajectory(sent_, outputFolder() + "/sent.txt");
     dtsdf_mapping::CorrectPoses call;
@@ -128,7 +127,7 @@ class LevelTest : public WallCamera {
 };
 
 TEST_F(LevelTest, floor) {
-  // The camera faces a wall: without a floor, there is no level, and no frame is fused.
+  // The camera faces a wall: no floor is found, and no frame is fused.
   for (int i = 0; i < 12; ++i) {
     const uint64_t dropped = status_.dropped("not_level");
     camera_.sendFrame();
@@ -142,9 +141,9 @@ TEST_F(LevelTest, floor) {
   EXPECT_NE(early.message.find("not level yet"), std::string::npos) << early.message;
   EXPECT_FALSE(savedMap().T_W_M) << "an empty map has no level";
 
-  // Each search takes ten images. The first has failed on ten images of the wall. The second gets
-  // two of the wall and eight of the room, and may fail, too; the third gets only images of the
-  // room.
+  // Each search uses ten images. The first has failed, as all ten show the wall. The second uses
+  // two images of the wall and eight of the room, and may fail, too; the third uses only images of
+  // the room.
   for (int i = 0; i < 18 && status_.status().frames_fused == 0; ++i) sendRoom(0.1 * i);
   sendRoom(1.8);
   EXPECT_GE(status_.status().frames_fused, 1u);
@@ -154,7 +153,7 @@ TEST_F(LevelTest, floor) {
   EXPECT_EQ(status_.dropped("not_level"), dropped) << "all later frames are fused";
   expectNothingIsCorrected();
 
-  // A place has the same distance, whichever frame its coordinates are given in.
+  // A point has the same distance, whichever frame its coordinates are given in.
   const Vector3d p_R(1.2, 0.9, 0.3);
   const auto in_level = ask("map_level", roomInLevel() * p_R),
              in_map = ask("map", roomInMap() * p_R);
@@ -170,7 +169,7 @@ TEST_F(LevelTest, floor) {
       0.05)
       << "gradients are not along the axes of the requested frame";
 
-  // A loaded map keeps its own level instead of the one that the node has found.
+  // The level of a loaded map replaces the level that the node has found.
   const MapContents saved = savedMap();
   ASSERT_TRUE(saved.T_W_M);
   EXPECT_EQ(saved.map_frame, "map");

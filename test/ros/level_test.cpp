@@ -26,7 +26,7 @@ class LevelTest : public testing::Test {
 
   bool place(PosedFrame& frame) { return !step_->place(frame); }
 
-  /// The view of the room camera at `time_s`; the map frame is that of the first camera.
+  /// The room camera's view at `time_s`. The map frame is the camera's frame at time 0.
   PosedFrame frameAt(double time_s) {
     const Intrinsics K{60.0f, 60.0f, 31.5f, 23.5f};
     const Eigen::Isometry3d T_R_C = roomCameraPose(time_s);
@@ -49,7 +49,7 @@ class LevelTest : public testing::Test {
     return std::visit([](const auto& image) { return image.T_W_C; }, frame.image);
   }
 
-  /// A sample at rest, in a frame with y up.
+  /// An IMU sample at rest, with y pointing up.
   static sensor_msgs::Imu atRest(double stamp_s) {
     sensor_msgs::Imu imu;
     imu.header.stamp = ros::Time(stamp_s);
@@ -114,8 +114,8 @@ TEST_F(LevelTest, ALoadedMapProvidesItsLevel) {
 
 TEST_F(LevelTest, ImuIsRotatedIntoTheMapFrame) {
   make(LevelChoice::kImu);
-  const Eigen::Isometry3d T(
-      Eigen::AngleAxisd(M_PI / 2.0, Vector3d::UnitZ()));  // y of the sensor is -x of the map
+  const Eigen::Isometry3d T(Eigen::AngleAxisd(
+      M_PI / 2.0, Vector3d::UnitZ()));  // the sensor's y axis is the map's -x axis
   PosedFrame frame = frameAt(0.0);
   for (int i = 0; i <= 100; ++i) {
     EXPECT_FALSE(place(frame));

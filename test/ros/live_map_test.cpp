@@ -22,7 +22,7 @@ MapContents mapOf(double stamp_s, const std::optional<Eigen::Isometry3d>& T_W_M 
   return contents;
 }
 
-/// Requests the mesh at a rate; 0: never.
+/// Requests the mesh at a rate, or never if the rate is 0.
 class MeshRequest : public Step {
  public:
   explicit MeshRequest(const double& rate_hz) : rate_hz_(rate_hz) {}
@@ -41,7 +41,7 @@ class LiveMapTest : public testing::Test {
     host_.steps.push_back(std::make_unique<LevelStep>(host_.params, host_.transforms, host_.frame));
   }
 
-  /// Adds a frame that changes the block with this x.
+  /// Adds a frame that changes the block at block_x.
   void pushFrame(int block_x = 0) {
     PosedFrame frame;
     frame.stamp = ros::Time(static_cast<double>(++frames_sent_));
@@ -89,7 +89,7 @@ TEST_F(LiveMapTest, TheMeshIsExtractedAtTheRequestedRate) {
   EXPECT_EQ(mapper_->meshes, 11) << "nothing has changed";
 }
 
-/// After a slow extraction, at least as much time is spent on frames.
+/// After a slow extraction, at least as much time is spent on fusing frames.
 TEST_F(LiveMapTest, FramesGetAsMuchTimeAsMeshing) {
   mapper_->mesh_ms = 3000.0;
   for (int i = 0; i < 100; ++i) {
@@ -164,8 +164,8 @@ TEST_F(LiveMapTest, FusesInOrderAndQueuesTheMesh) {
   EXPECT_EQ(changes.stamp, ros::Time(3.0));
 }
 
-/// The report waits for blocks that move to disk after a mesh, so it comes after the next frame, or
-/// as soon as no frame is ready.
+/// The report would have to wait until blocks have been moved to disk after meshing. So it is made
+/// after the next frame, or as soon as no frame is ready.
 TEST_F(LiveMapTest, AReadyFrameDelaysTheMeshReport) {
   pushFrame();
   map_.step();  // fuses
@@ -178,10 +178,10 @@ TEST_F(LiveMapTest, AReadyFrameDelaysTheMeshReport) {
   EXPECT_EQ(changes_.take().blocks.size(), 1u);
   EXPECT_EQ(mapper_->reports, reports);
   work();
-  EXPECT_EQ(mapper_->reports, reports + 1) << "the report does not follow the frame";
+  EXPECT_EQ(mapper_->reports, reports + 1) << "no report after the frame";
   map_.flushMesh();
   work();
-  EXPECT_EQ(mapper_->reports, reports + 2) << "the report does not come when idle";
+  EXPECT_EQ(mapper_->reports, reports + 2) << "no report when idle";
 }
 
 TEST_F(LiveMapTest, NothingIsMeshedUnlessRequested) {
@@ -192,10 +192,10 @@ TEST_F(LiveMapTest, NothingIsMeshedUnlessRequested) {
   work();
   EXPECT_TRUE(changes_.take().blocks.empty());
   map_.flushMesh();
-  EXPECT_EQ(changes_.take().blocks.size(), 1u) << "the mesh was not extracted to save it";
+  EXPECT_EQ(changes_.take().blocks.size(), 1u) << "the mesh was not extracted for saving";
 }
 
-/// Each further part follows when the mesh is due again, or with the next flushMesh().
+/// Each further part is extracted when the mesh is due again, or in the next flushMesh().
 TEST_F(LiveMapTest, MeshesInPartsUntilNothingIsLeft) {
   mapper_->parts_left = 2;
   pushFrame();
@@ -224,7 +224,7 @@ TEST_F(LiveMapTest, FusesWhileTheOutputIsStalled) {
     work();
   }
   EXPECT_EQ(mapper_->frames, 1000);
-  // The changes were not taken: each block waits once, with its newest mesh.
+  // As no changes were taken, each block is in the queue once, with its newest mesh.
   const MeshChanges changes = changes_.take();
   ASSERT_EQ(changes.blocks.size(), 4u);
   for (const SharedBlockMesh& block : changes.blocks) {
@@ -270,7 +270,7 @@ TEST_F(LiveMapTest, TheMeshCanBeSavedAfterAFailure) {
   EXPECT_EQ(changes_.take().blocks.size(), 1u);
 }
 
-/// Until the map is cleared, the mesh is the one from before the failure.
+/// Until the map is cleared, the mesh stays as it was before the failure.
 TEST_F(LiveMapTest, FailedMeshingKeepsTheLastMesh) {
   mesh_rate_hz_ = 0.0;
   pushFrame();
@@ -283,7 +283,7 @@ TEST_F(LiveMapTest, FailedMeshingKeepsTheLastMesh) {
   EXPECT_NE(map_.flushMesh().find("last extracted mesh: out of memory"), std::string::npos);
   EXPECT_EQ(host_.status().message, "the backend failed: out of memory");
   mapper_->fails_to_mesh = false;
-  EXPECT_NE(map_.flushMesh(), "") << "the lost part would be a hole";
+  EXPECT_NE(map_.flushMesh(), "") << "the mesh would lack the part that failed";
   EXPECT_TRUE(changes_.take().blocks.empty());
   map_.clear();
   EXPECT_EQ(map_.flushMesh(), "");
@@ -375,7 +375,7 @@ TEST_F(LiveMapTest, ColourIsPaintedAndCountedSeparately) {
   EXPECT_EQ(host_.colour.counts().dropped_by[drop::kBackendError], 1u);
 }
 
-/// Until the map is level, frames are dropped; later ones are fused in the level frame.
+/// Until the map is level, frames are dropped. After that, they are fused in the level frame.
 TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
   NodeParams params;
   params.level = LevelChoice::kImu;
@@ -410,7 +410,7 @@ TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
   EXPECT_TRUE(host.map.origin().T_W_M) << "clearing removed the level";
 }
 
-/// An example of a feature: rejects frames in one half of space, and reports them in the status.
+/// An example of a feature: rejects frames on one side of a plane, and counts them in the status.
 class HalfSpaceStep : public Step {
  public:
   std::optional<Rejection> place(PosedFrame& frame) override {

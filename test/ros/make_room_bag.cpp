@@ -1,5 +1,5 @@
-/// make_room_bag KIND OUT.bag writes a bag of a path through the analytic room. `late`: with late
-/// transforms; `drifting` and `covered`: see room_bags.h.
+/// make_room_bag KIND OUT.bag writes a bag of images along a path through the analytic room. KIND
+/// is `late` (transforms come after their images), `drifting` or `covered` (see room_bags.h).
 #include <rosbag/bag.h>
 
 #include <exception>
@@ -54,7 +54,7 @@ class RoomBag {
 void writeLate(const std::string& path) {
   constexpr int kFrames = 30;
   constexpr double kInterval_s = 0.1;
-  /// Delay of the transforms after their images.
+  /// Delay of each transform after its image.
   const ros::Duration late(0.15);
   RoomBag bag(path, {96, 72, {80.0f, 80.0f, 47.5f, 35.5f}});
   const ros::Time start(1000.0);

@@ -1,4 +1,4 @@
-/// Tests the services save_map and load_map, and calls that they refuse.
+/// Tests the services save_map and load_map, including calls that they refuse.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
@@ -37,7 +37,7 @@ class MapsTest : public WallCamera {
 
   std::string in(const std::string& name) const { return folder_ + "/" + name; }
 
-  /// Writes a map of the same wall with this voxel size and map frame.
+  /// Writes a map of the same wall with the given voxel size and map frame.
   void writeOtherMap(const std::string& name, float voxel_size_m, const std::string& map_frame) {
     MapperParams params;
     params.backend = Backend::kCpu;
@@ -114,7 +114,7 @@ TEST_F(MapsTest, ReplaceTheCurrentMap) {
   EXPECT_TRUE(readBytes(saveMesh("after.ply").path) == mesh);
 }
 
-/// The journal restores a map that was loaded, partly cleared and mapped further.
+/// The journal restores a map that was loaded, partly cleared and extended.
 TEST_F(MapsTest, AreRestoredByTheirJournal) {
   ASSERT_TRUE(saveMapAs("wall.dtsdf").success);
   fuseFrames(2);
@@ -177,7 +177,7 @@ TEST_F(MapsTest, GiveAnEmptyMapTheirSettings) {
     for (const geometry_msgs::Point& point : marker.points) EXPECT_NEAR(point.z, 1.0, 0.02);
   }
   fuseFrames(2);
-  // A map is saved with its own settings; once empty, it adopts those of the next file.
+  // A map is saved with its own settings. Once cleared, it adopts the settings of the next file.
   ASSERT_TRUE(saveMapAs("coarse_too.dtsdf").success);
   EXPECT_NEAR(std::get<double>(readMapInfo(in("coarse_too.dtsdf")).settings["map/voxel_size_m"]),
               0.08, 1e-9);
@@ -191,13 +191,13 @@ TEST_F(MapsTest, AreRefusedIfTheyDoNotFit) {
   expectRefused("coarse.dtsdf", "map/voxel_size_m");
   writeOtherMap("elsewhere.dtsdf", 0.05f, "odom");
   expectRefused("elsewhere.dtsdf", "'odom'");
-  // The name of the map frame is external: it must not move the cursor or forge a line of the log.
+  // The map frame's name comes from a file: it must not move the cursor or forge a log line.
   const std::string evil = "map\n[INFO] all is well\x1b[2J\u009b2J\u202e" + std::string(5000, 'x');
   writeOtherMap("evil.dtsdf", 0.05f, evil);
   expectRefused("evil.dtsdf", "'map\\x0a[INFO] all is well\\x1b[2J\\xc2\\x9b2J\\xe2\\x80\\xae");
   EXPECT_LT(loadMapFrom("evil.dtsdf").message.size(), 500u);
   writeOtherMap("unnamed.dtsdf", 0.05f, "");
-  EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success) << "a map without a frame name fits any node";
+  EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success) << "a map without a frame name is accepted";
 }
 
 TEST_F(MapsTest, AreRefusedIfDamaged) {
@@ -214,7 +214,7 @@ TEST_F(MapsTest, AreRefusedIfDamaged) {
 }
 
 TEST_F(MapsTest, AreSavedUnderTheOutputDirectory) {
-  expectRefused("/nowhere/map.dtsdf", "cannot read");  // files are read from anywhere
+  expectRefused("/nowhere/map.dtsdf", "cannot read");  // may be in any folder
   const auto saved = saveMapAs("../map.dtsdf");
   EXPECT_FALSE(saved.success);
   EXPECT_NE(saved.message.find("output_directory"), std::string::npos) << saved.message;

@@ -1,4 +1,4 @@
-/// Frames with masks, and one camera_info for all of them.
+/// Frames with masks, and a single camera_info message for all of them.
 #include <gtest/gtest.h>
 
 #include "ros/support/fake_camera.h"

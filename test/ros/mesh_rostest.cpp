@@ -1,4 +1,4 @@
-/// The mesh on its topics and in files: chunks, late subscribers, surface points, services.
+/// Tests the mesh on its topics and in files: chunks, late subscribers, surface points, services.
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
@@ -142,8 +142,8 @@ TEST_F(MeshTest, OnlyChangedChunksAreSent) {
   for (const auto& [id, marker] : mesh.shown()) old_ids.insert(id);
   const uint64_t added = mesh.addedMarkers();
 
-  // At its new place, the camera sees only other chunks. The first frame after the jump is dropped,
-  // and a surface is meshed after two frames.
+  // From its new position, the camera sees no part of the old chunks. The first frame after the
+  // jump is dropped, and a surface is meshed only after two frames.
   const uint64_t fused = status_.status().frames_fused;
   for (int i = 0; i < 3; ++i) {
     const ros::Time stamp = camera_.nextStamp();
@@ -186,7 +186,7 @@ TEST_F(MeshTest, ExampleWritesTheBlocksThatItReads) {
   EXPECT_NE(header.find("element face " + std::to_string(saved.triangles) + "\n"),
             std::string::npos);
   EXPECT_NE(header.find("property double x\n"), std::string::npos);
-  // The first vertex: 1 m ahead, facing the camera.
+  // The first vertex is 1 m ahead and faces the camera.
   const size_t begin = header.find("end_header\n") + 11;
   double p_W[3];
   float normal[3];
@@ -197,7 +197,7 @@ TEST_F(MeshTest, ExampleWritesTheBlocksThatItReads) {
   EXPECT_LT(normal[2], -0.99f);
 }
 
-/// Invalid messages are refused, here a triangle of a block without vertices.
+/// Invalid messages are refused: here, a block with a triangle but no vertices.
 TEST_F(MeshTest, ExampleRefusesInvalidMeshes) {
   dtsdf_mapping::MeshBlocks message;
   message.step_m = 0.001;
@@ -228,7 +228,7 @@ TEST_F(MeshTest, SavesEveryFormatAndReportsCounts) {
     ASSERT_TRUE(saved.success) << saved.message;
     EXPECT_EQ(saved.triangles, ply.triangles);
   }
-  EXPECT_TRUE(readBytes(saveMesh("again.ply").path) == bytes) << "saving again gives other bytes";
+  EXPECT_TRUE(readBytes(saveMesh("again.ply").path) == bytes) << "saved again, the bytes differ";
   for (const auto& entry : fs::directory_iterator(folder_)) {
     EXPECT_TRUE(entry.is_directory() || !meshFormatOf(entry.path().string()).empty())
         << "left behind: " << entry.path();

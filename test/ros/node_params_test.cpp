@@ -106,7 +106,7 @@ TEST(NodeParams, CamerasAreDistinctNamespaces) {
       1u);
 }
 
-/// dynamic_reconfigure has the keys, defaults and ranges of the rates in the settings.
+/// In dynamic_reconfigure, the rates have the same keys, defaults and ranges as in the settings.
 TEST(NodeParams, ReconfigurableRatesMatchTheSettings) {
   const auto minimum = dtsdf_mapping::PublishConfig::__getMin__();
   const auto defaults = dtsdf_mapping::PublishConfig::__getDefault__();

@@ -55,7 +55,7 @@ TEST(OutputPath, RefusesPathsOutsideTheOutputDirectory) {
   }
 }
 
-/// The system ends a name at its first NUL, but the check of the extension would read the rest.
+/// The operating system ends a name at its first NUL, but the check of the extension would read on.
 TEST(OutputPath, RefusesControlCharacters) {
   const TemporaryFolder folder;
   for (const std::string& name :

@@ -71,7 +71,8 @@ class PagedMap : public WallCamera {
               2 * kFrames);
   }
 
-  /// Saves the map, and loads it into memory. Compares distances; returns the mesh as a .ply file.
+  /// Saves the map and loads it into memory. Checks that its distances equal the node's, and
+  /// returns its mesh as a .ply file.
   std::string meshOfSavedMap() {
     const auto saved = saveMapAs("map.dtsdf");
     EXPECT_TRUE(saved.success) << saved.message;

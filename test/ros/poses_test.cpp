@@ -108,7 +108,7 @@ class PosesTest : public testing::Test {
 TEST_F(PosesTest, RefinedFramesAreFusedAtAlignedPoses) {
   start(PoseMode::kRefine);
   push(1.0);
-  EXPECT_EQ(alignments_, 0) << "an empty map cannot align";
+  EXPECT_EQ(alignments_, 0) << "frames cannot be aligned to an empty map";
   push(1.1, 0.04);
   EXPECT_EQ(fused(), 2u);
   EXPECT_NEAR(foundX_m(), 0.0, 1e-9);
@@ -203,7 +203,7 @@ TEST_F(PosesTest, TrackingStartsUprightWithoutAPose) {
   ASSERT_EQ(fused(), 1u);
   const Isometry3d T_M_C = readPose(poses_->published()->pose.pose);
   EXPECT_EQ(T_M_C.translation(), Vector3d::Zero());
-  EXPECT_TRUE((T_M_C.linear() * Vector3d::UnitZ()).isApprox(Vector3d::UnitX()));  // looks ahead
+  EXPECT_TRUE((T_M_C.linear() * Vector3d::UnitZ()).isApprox(Vector3d::UnitX()));  // facing ahead
   EXPECT_TRUE((T_M_C.linear() * -Vector3d::UnitY()).isApprox(Vector3d::UnitZ()));
   camera_x_m_ = 0.03;
   push(1.1);
@@ -224,7 +224,7 @@ TEST_F(PosesTest, ALostCameraFusesNothingUntilItFitsAgain) {
   camera_x_m_ = 0.02;
   for (int i = 6; i < 12; ++i) push(1.0 + 0.1 * i);
   EXPECT_TRUE(statusOf(0).lost_since.isZero());
-  EXPECT_GT(dropped(drop::kLost), 4u) << "the first fit may be by chance";
+  EXPECT_GT(dropped(drop::kLost), 4u) << "a single fit may be a coincidence";
   EXPECT_GT(fused(), 2u);
   pushColour(2.15, "camera");
   EXPECT_EQ(host_->colour.counts().fused, 1u);
@@ -309,7 +309,8 @@ using Eigen::Matrix3d;
 
 constexpr double kSigma_m = 0.05, kSigma_rad = 0.035;
 
-/// Standard deviations are 1 mm and 1 mrad, except kSigma_m along `axis`, which is not observed.
+/// An alignment that does not observe shifts along `axis`, where the standard deviation is
+/// kSigma_m. All others are 1 mm or 1 mrad.
 Alignment slidingAlong(const Vector3d& axis) {
   Alignment alignment;
   alignment.status = AlignmentStatus::kAligned;
@@ -348,7 +349,7 @@ TEST(PoseCovariance, TrackedPosesAreUncertainAlongFreeAxes) {
       << "an image that was not aligned must keep its covariance";
 }
 
-/// Compares with an error of the camera, transformed to another point of the rigid body.
+/// Compares with an error in the camera's pose, transformed to another point on the rigid body.
 TEST(PoseCovariance, ErrorsMoveWithTheBody) {
   Eigen::Matrix<double, 6, 1> error;
   error << 0.01, -0.02, 0.03, 0.001, 0.002, -0.003;

@@ -45,7 +45,7 @@ sensor_msgs::CameraInfoPtr makeInfo(const std::string& model, const std::vector<
   return info;
 }
 
-/// The distortion models by their published formulas, on the plane z = 1.
+/// The published formula of each distortion model, on the plane z = 1.
 Eigen::Vector2d distort(const std::string& model, const std::vector<double>& D, double x,
                         double y) {
   const double r2 = x * x + y * y;
@@ -132,7 +132,7 @@ TEST(Rectification, RotationLeavesPointsInPlace) {
       Eigen::AngleAxisd(0.05, Eigen::Vector3d(1, 2, 0.5).normalized()).toRotationMatrix();
   for (int i = 0; i < 9; ++i) info->R[static_cast<size_t>(i)] = R(i / 3, i % 3);
   const auto image = makeRawImage();
-  image->encoding = "32FC1";  // a wall at two metres along the raw axis
+  image->encoding = "32FC1";  // a wall 2 m ahead of the raw camera
   image->step = 4 * kSensorWidth;
   image->data.resize(image->step * kSensorHeight);
   const float depth_m = 2.0f;
@@ -153,7 +153,7 @@ TEST(Rectification, RotationLeavesPointsInPlace) {
   EXPECT_GT(measured, kSensorWidth * kSensorHeight / 2);
 }
 
-/// R rotates the rectified camera by 180 degrees, so that all its pixels are behind the raw camera.
+/// R turns the rectified camera by 180 degrees, so all its rays point behind the raw camera.
 TEST(Rectification, NothingIsMeasuredBehindTheCamera) {
   const auto info = makeInfo("plumb_bob", kPlumbBob);
   info->R = {-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0};

@@ -1,5 +1,5 @@
-/// If another call saves, or the node ends, the simplification of a mesh is cancelled at once. Its
-/// call reports this and leaves no file.
+/// If another call saves a file, or the node ends, the simplification of a mesh is cancelled at
+/// once. The cancelled call says so and leaves no file.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -105,7 +105,7 @@ class Simplify : public testing::Test {
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
 
-  /// Number of files whose names contain `begin`, including partly written ones.
+  /// Number of files whose names contain `begin`, including partly written files.
   static size_t filesNamed(const std::string& begin) {
     size_t count = 0;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
@@ -147,7 +147,7 @@ TEST_F(Simplify, IsCancelledBySavingAnotherMesh) {
   EXPECT_TRUE(readBytes(folder_ + "/next.ply") == readBytes(folder_ + "/whole.ply"));
 }
 
-/// A separate node with the same map ends while it simplifies.
+/// A separate node with the same map ends while it simplifies the mesh.
 TEST_F(Simplify, EndsWithTheNode) {
   ros::param::set("/ending/backend", "cpu");
   ros::param::set("/ending/output_directory", folder_);

@@ -17,8 +17,8 @@ namespace {
 constexpr uint64_t kFramesOfLap = 60;
 constexpr double kVoxel_m = 0.05;
 
-/// Checks that the wall in the middle is yellow on one side and green on the other. It is 30 mm
-/// thick, less than a voxel.
+/// Checks that the wall in the middle is yellow on one side and green on the other, although it is
+/// only 30 mm thick, less than a voxel.
 void expectWallPainted(const MeshWatcher& mesh) {
   size_t sides[2] = {0, 0}, wrong = 0;
   for (const auto& [id, marker] : mesh.shown()) {

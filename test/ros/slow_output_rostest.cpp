@@ -20,7 +20,7 @@ TEST_F(SlowOutput, DoesNotStopFusing) {
       "/mapping/surface_points", 1, [&](const sensor_msgs::PointCloud2::ConstPtr&) { ++clouds; });
   for (int i = 0; i < kPlaces; ++i) fuseNextPlace();
 
-  // Each frame is sent after the previous one is fused, so all counted ones were fused before the
+  // Each frame is sent once the previous one is fused, so all counted frames were fused before the
   // save ended.
   int fused_while_saving = 0;
   for (int saves = 0; saves < 10 && fused_while_saving < 5; ++saves) {
@@ -37,7 +37,7 @@ TEST_F(SlowOutput, DoesNotStopFusing) {
   EXPECT_GE(fused_while_saving, 5);
   EXPECT_EQ(status_.status().frames_dropped, 0u);
 
-  // After catching up, everything is published.
+  // Once the output has caught up, everything is published.
   const auto saved = saveMesh("large.obj");
   EXPECT_TRUE(waitUntil([&] { return mesh.triangles() == saved.triangles; }));
   EXPECT_TRUE(waitUntil([&] { return clouds > 0; }));

@@ -1,4 +1,4 @@
-/// What planners get from the node, and how it follows the map: grid, slices and distances.
+/// Tests what planners get from the node (grid, slices and distances), and that it follows the map.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dtsdf_mapping/GetDistanceGrid.h>
 #include <dtsdf_mapping/GetDistances.h>
@@ -31,7 +31,7 @@ using dtsdf_mapping::GetDistances;
 
 constexpr double kCell_m = 0.05;
 
-/// Pose of a camera at x_m that looks along x; the wall is 1 m ahead. z of the map is up.
+/// Pose of a camera at x_m that faces along the map's x axis, with z up. The wall is 1 m ahead.
 Eigen::Isometry3d lookAlongX(double x_m) {
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   T_W_C.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -39,7 +39,7 @@ Eigen::Isometry3d lookAlongX(double x_m) {
   return T_W_C;
 }
 
-/// The first message on a topic for a new subscriber.
+/// The first message that a new subscriber to the topic gets.
 template <class Message>
 Message firstMessage(const std::string& topic) {
   const auto message = listenRaw<Message>(topic).template readMessage<Message>(10.0);
@@ -72,7 +72,7 @@ class SpaceTest : public WallCamera {
     ASSERT_TRUE(callService("/mapping/publish/set_parameters", call));
   }
 
-  /// Asks until the answer includes the last frame.
+  /// Repeats the query until the answer includes the last frame.
   GetDistances::Response queryUpToDate(const GetDistances::Request& request) {
     GetDistances::Response response;
     EXPECT_TRUE(waitUntil([&] {
@@ -87,7 +87,7 @@ class SpaceTest : public WallCamera {
     clearMap();
   }
 
-  /// The camera is at 0.02 m plus x_m, so that the wall is in the middle of a cell.
+  /// The camera is at x_m plus 0.02 m, so that the wall is in the middle of a cell.
   void fuseFrames(int count, double x_m = 0.0) {
     for (int i = 0; i < count; ++i) {
       const uint64_t fused = status_.status().frames_fused;
@@ -98,7 +98,7 @@ class SpaceTest : public WallCamera {
     }
   }
 
-  /// The reader's number of grids, once those for new subscribers have arrived.
+  /// Number of grids that the reader has received, once none has arrived for half a second.
   static size_t settledGrids(const GridReader& reader) {
     size_t grids = 0;
     ros::WallTime since = ros::WallTime::now();
@@ -124,7 +124,7 @@ class SpaceTest : public WallCamera {
   ros::Time last_stamp_;  ///< Stamp of the last fused frame.
 };
 
-/// Queries points of a robot in the robot's frame; the wall is on its right.
+/// Queries points on a robot, in the robot's frame. The wall is to its right.
 TEST_F(SpaceTest, AFootprintCanBeQueried) {
   fuseFrames(3);
   Eigen::Isometry3d T_W_B(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
@@ -141,14 +141,14 @@ TEST_F(SpaceTest, AFootprintCanBeQueried) {
     ASSERT_EQ(response.known.size(), 4u);
     ASSERT_EQ(response.distances.size(), 4u);
     ASSERT_EQ(response.gradients.size(), 4u);
-    // The wall is at x = 1.02 m of the map: y = -0.42 m of the robot.
+    // The wall is at x = 1.02 m in the map, so at y = -0.42 m in the robot's frame.
     for (size_t i = 0; i < 3; ++i) {
       EXPECT_TRUE(response.known[i]) << i;
       EXPECT_NEAR(response.distances[i], 0.42 + request.points[i].y, 1.0 * kCell_m) << i;
       EXPECT_NEAR(response.gradients[i].y, 1.0, 0.05) << i;
       EXPECT_NEAR(response.gradients[i].x, 0.0, 0.05) << i;
     }
-    EXPECT_FALSE(response.known[3]) << "behind the wall is unknown";
+    EXPECT_FALSE(response.known[3]) << "space behind the wall is unknown";
     EXPECT_LT(response.distances[3], 0.0f);
   }
 }
@@ -197,7 +197,7 @@ TEST_F(SpaceTest, OthersAreServedWhileAQueryWaits) {
   std::future<bool> answered =
       std::async(std::launch::async, [&] { return distances.call(query); });
   int served = 0;
-  std_srvs::SetBool pause;  // does not pause
+  std_srvs::SetBool pause;  // data = false: does not pause
   while (answered.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
     ASSERT_TRUE(pauses.call(pause));
     ++served;
@@ -207,7 +207,8 @@ TEST_F(SpaceTest, OthersAreServedWhileAQueryWaits) {
   EXPECT_GE(served, 10);
 }
 
-/// The wall is at x = 1.02 m. A request can declare regions free, such as the robot's own arm.
+/// The wall is at x = 1.02 m. A request can declare regions free, for example where the robot's own
+/// arm is.
 TEST_F(SpaceTest, AGridCanBeQueried) {
   fuseFrames(3);
   GetDistances::Request points;
@@ -231,7 +232,7 @@ TEST_F(SpaceTest, AGridCanBeQueried) {
   EXPECT_EQ(answer.distances[4], queryUpToDate(points).distances[0]);
   EXPECT_NEAR(answer.distances[2], 1.02 - 0.6, kCell_m);
   EXPECT_NEAR(answer.gradients[6], -1.0, 0.05);
-  EXPECT_TRUE(std::isnan(answer.distances[8])) << "behind the wall is unknown";
+  EXPECT_TRUE(std::isnan(answer.distances[8])) << "space behind the wall is unknown";
   EXPECT_TRUE(std::isnan(answer.gradients[24]));
 
   request.cleared_spheres.resize(1);
@@ -240,7 +241,7 @@ TEST_F(SpaceTest, AGridCanBeQueried) {
   ASSERT_TRUE(callService("/mapping/get_distance_grid", call));
   ASSERT_TRUE(answer.success) << answer.message;
   EXPECT_NEAR(answer.distances[4], std::hypot(0.22, 0.3), kCell_m);
-  EXPECT_FALSE(std::isnan(answer.distances[8])) << "the cleared sphere is not taken as free";
+  EXPECT_FALSE(std::isnan(answer.distances[8])) << "the cleared sphere does not count as free";
   EXPECT_NEAR(queryUpToDate(points).distances[0], 0.22, kCell_m) << "the map has changed";
 
   request.resolution = 0.001;
@@ -283,8 +284,8 @@ TEST_F(SpaceTest, UpdatesMatchTheGridOfLateSubscribers) {
   EXPECT_EQ(reader.grid().info.height % 256, 0u);
   EXPECT_EQ(reader.grid().header.frame_id, "map");
   EXPECT_EQ(reader.at(0.5, 0.0), 0);
-  EXPECT_EQ(reader.at(1.3, 0.0), -1) << "behind the wall is unknown";
-  EXPECT_EQ(reader.at(0.5, 0.6), -1) << "outside of the view is unknown";
+  EXPECT_EQ(reader.at(1.3, 0.0), -1) << "space behind the wall is unknown";
+  EXPECT_EQ(reader.at(0.5, 0.6), -1) << "space outside the view is unknown";
   expectUpToDate(reader);
 
   // Changes inside the grid are published as updates.
@@ -294,7 +295,7 @@ TEST_F(SpaceTest, UpdatesMatchTheGridOfLateSubscribers) {
   EXPECT_EQ(reader.grids(), grids);
   expectUpToDate(reader);
 
-  // For changes outside, the grid grows by 256 cells.
+  // If something changes outside the grid, the grid grows by 256 cells.
   const uint32_t width = reader.grid().info.width;
   grids = settledGrids(reader);
   fuseFrames(3, 13.0);
@@ -344,7 +345,7 @@ TEST_F(SpaceTest, GridFollowsClearedAndLoadedMaps) {
   expectUpToDate(reader);
 }
 
-/// Free space has an eighth of the 256 MB.
+/// Free space gets an eighth of the memory budget of 256 MB.
 TEST_F(SpaceTest, StatusReportsItsBudgetAndTopics) {
   std::map<std::string, uint64_t> limits;
   ASSERT_TRUE(waitUntil([&] {

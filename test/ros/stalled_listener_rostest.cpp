@@ -27,7 +27,7 @@ using Clock = std::chrono::steady_clock;
 constexpr size_t kMegabyte = 1 << 20;
 constexpr int kListeners = 20;
 
-/// Duration without reading; DTSDF_STALL_S overrides it.
+/// How long the listeners read nothing; DTSDF_STALL_S overrides it.
 double stallSeconds() {
   const char* text = std::getenv("DTSDF_STALL_S");
   return text == nullptr ? 15.0 : std::strtod(text, nullptr);
@@ -80,10 +80,10 @@ TEST_F(StalledListener, TakesLittleMemoryAndDelaysNobody) {
   }
   std::printf("resident: base %zu MB, most %zu MB\n", base / kMegabyte, most / kMegabyte);
   EXPECT_LT(most - base, 3 * 32 * kMegabyte + 60 * kMegabyte)
-      << "32 MB per topic, plus a larger map";
+      << "32 MB per topic, plus the growth of the map";
   EXPECT_EQ(topicStatus("mesh").listeners, 1u + kListeners);
 
-  // Other subscribers received changes during the stall, and finally have the whole mesh.
+  // Other subscribers received changes during the stall, and have the whole mesh in the end.
   EXPECT_GT(mesh.addedMarkers() - markers_before, 100u);
   EXPECT_GT(clouds, clouds_before);
   const auto saved = saveMesh("mesh.ply");
@@ -93,7 +93,7 @@ TEST_F(StalledListener, TakesLittleMemoryAndDelaysNobody) {
   }));
   EXPECT_TRUE(waitUntil([&] { return cornersOf(mesh) == blocks.state().corners(); }));
 
-  // A stalled listener that reads again gets the whole mesh with a refresh.
+  // A stalled listener that reads again gets the whole mesh with the next refresh.
   BlocksState late;
   const auto deadline = Clock::now() + std::chrono::seconds(60);
   while (Clock::now() < deadline) {
@@ -103,18 +103,19 @@ TEST_F(StalledListener, TakesLittleMemoryAndDelaysNobody) {
       continue;
     }
     ros::spinOnce();
-    if (late.corners() == blocks.state().corners()) break;  // too slow after each message
+    if (late.corners() == blocks.state().corners())
+      break;  // comparing after each message would be slow
   }
   EXPECT_TRUE(late.corners() == blocks.state().corners())
       << late.triangles() << " of " << saved.triangles << " triangles";
 }
 
-/// Needs the map of the test above, so that a message does not fit into a connection's buffers.
+/// Needs the large map from the test above, so that messages exceed a connection's buffers.
 TEST_F(StalledListener, DisconnectingMidMessageHarmsNobody) {
   const MeshWatcher mesh(nh_);
   ASSERT_TRUE(waitUntil([&] { return mesh.triangles() > 100000; }));
   const auto listeners = [&](const std::string& topic) { return topicStatus(topic).listeners; };
-  // The listeners of the test above have closed their connections.
+  // The listeners from the test above have closed their connections.
   ASSERT_TRUE(
       waitUntil([&] { return listeners("mesh") == 1 && listeners("surface_points") == 0; }));
   for (const char* topic : {"mesh", "surface_points"}) {
@@ -125,7 +126,7 @@ TEST_F(StalledListener, DisconnectingMidMessageHarmsNobody) {
                              : listenRaw<PointCloud2>("/mapping/surface_points");
     ASSERT_TRUE(waitUntil([&] { return listeners(topic) == before + 1; }));
     fuseNextPlace();
-    ros::WallDuration(1.0).sleep();  // the node is then sending a message
+    ros::WallDuration(1.0).sleep();  // by then, the node is sending a message
     killed.disconnectAfter(1000);
     EXPECT_TRUE(waitUntil([&] { return listeners(topic) == before; }));
     fuseNextPlace();

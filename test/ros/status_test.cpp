@@ -1,4 +1,4 @@
-// Tests what the parts of the node, except for the input, add to the status.
+// Tests what all parts of the node except for the input add to the status.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -64,7 +64,7 @@ TEST(Status, ReportsWhatExceedsTheBudget) {
          "4 blocks or sectors of cells could not be read back and are lost: no space");
 }
 
-/// Counts of refused blocks last until the map is cleared, but must not hide a current problem.
+/// Counts of refused blocks stay until the map is cleared, but must not hide a current problem.
 TEST(Status, AFullMapDoesNotHideCurrentProblems) {
   MapStats counts;
   counts.refused_blocks = 7;
@@ -154,7 +154,7 @@ TEST(Status, ListsMemoryWithPlacesAndLimits) {
     EXPECT_EQ(partOf(status, "staging").bytes, on_gpu ? 55u : 0u);
     EXPECT_EQ(partOf(status, "space").place, "host");
     addMemory(status, "space", kHost, 7);
-    EXPECT_EQ(partOf(status, "space").bytes, 77u) << "parts with the same name are added";
+    EXPECT_EQ(partOf(status, "space").bytes, 77u) << "parts with the same name are summed";
     fillMeshes({}, 300, 600, status);
     EXPECT_EQ(partOf(status, "mesh").bytes, 300u);
     EXPECT_EQ(partOf(status, "mesh").limit_bytes, 600u);

@@ -1,6 +1,6 @@
-"""Stubs of camera drivers that see a wall. Packages, launch files, arguments, managers, topics and frames
-have the names that the drivers use; encodings and distortion models are also those of the drivers. An
-unknown argument in one of our launch files is an error, as it would be with the driver."""
+"""Stub camera drivers, which publish images of a wall. Packages, launch files, arguments, managers, topics
+and frames have the same names as those of the real drivers; encodings and distortion models are the same,
+too. An unknown argument in one of our launch files is an error, as it would be with the real driver."""
 import os
 import stat
 
@@ -67,7 +67,7 @@ DRIVERS = {
         "distortion": "0 0 0 0 0", "encoding": "32FC1", "clock": True},
 }
 
-# A node that publishes depth of a wall at one metre, with its camera_info.
+# A node that publishes depth images of a wall 1 m away, with camera_info.
 NODE = '''#!/usr/bin/env python3
 import struct
 import time
@@ -105,14 +105,14 @@ while not rospy.is_shutdown():
     time.sleep(0.1)
 '''
 
-# Stationary odometry under the name of rtabmap's node.
+# Odometry of a stationary camera, under the name of rtabmap's node.
 ODOMETRY = '''#!/bin/sh
 exec rosrun tf2_ros static_transform_publisher 0 0 0 0 0 0 odom camera_link "$@"
 '''
 
-# rtabmap: publishes poses on TF, and adds every fifth image to its graph. After 25 images it closes a
-# loop, which moves all poses by 0.1 m. The message MapData has only the fields that are used here. As
-# in rtabmap, the stamp of a node of the graph is sent once.
+# A stub of rtabmap, which publishes poses on TF and adds every fifth image to its graph. After 25 images
+# it closes a loop, which moves all poses by 0.1 m. The message MapData has only the fields that are used
+# here. As in rtabmap, the stamp of each graph node is sent only once.
 SLAM = '''#!/usr/bin/env python3
 import genpy.dynamic
 import rospy
@@ -260,7 +260,7 @@ def make_packages(folder):
 
 
 def make_drivers(folder):
-    """Makes a package for each driver in the folder, and no others."""
+    """Makes packages for the drivers, and no others, in the folder."""
     for name, driver in DRIVERS.items():
         driver = dict(driver, package=name)
         write(f"{folder}/{name}/package.xml", manifest(name))

@@ -21,21 +21,22 @@ namespace {
 /// Half a voxel, and the corresponding angle at 2 m.
 constexpr double kClose_m = 0.02, kClose_rad = 0.01;
 
-/// The pose in the map of a camera at T_R_C: tracking starts with an upright camera at the origin.
+/// Pose in the map of a camera at T_R_C in the room. Tracking starts with an upright camera at the
+/// map's origin.
 Eigen::Isometry3d mapPose(const Eigen::Isometry3d& T_R_C) {
   Eigen::Isometry3d begin = Eigen::Isometry3d::Identity();
   begin.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
   return begin * room_bag::poseAt(0).inverse() * T_R_C;
 }
 
-/// All tests share one bag and continue where the previous one ended.
+/// All tests play the same bag. Each continues where the previous test ended.
 class Track : public testing::Test {
  protected:
   void SetUp() override {
     ASSERT_TRUE(waitUntil([&] { return status_.received() && way_.isConnected(); }));
   }
 
-  /// Plays the images `from` to `to` - 1 of the bag.
+  /// Plays the images `from` to `to` - 1 from the bag.
   static void play(int from, int to) {
     const BagPlayer player(room_bag::kPeriod_s * (from - 0.5), room_bag::kPeriod_s * (to - 0.5));
   }
@@ -107,7 +108,7 @@ TEST_F(Track, TheCameraIsFoundAgainNearby) {
   expectAt(room_bag::heldPose());
   EXPECT_GT(status_.status().frames_fused, fused);
   EXPECT_LT(status_.status().frames_fused, fused + room_bag::kHeld)
-      << "the first fit may be by chance";
+      << "a single fit may be a coincidence";
   EXPECT_TRUE(poseStatus().lost_since.isZero());
   EXPECT_TRUE(waitUntil([&] { return way_.path().poses.size() > 10; }));
   expectAccounted();
@@ -158,7 +159,7 @@ TEST_F(Track, TrajectoryIsSavedAndClearedWithTheMap) {
 
   clearMap();
   ASSERT_TRUE(callService("/mapping/save_trajectory", call));
-  EXPECT_FALSE(call.response.success) << "its poses belong to the removed map";
+  EXPECT_FALSE(call.response.success) << "its poses belong to the cleared map";
   const ros::Time stamp = room_bag::stampOf(room_bag::kCarried + 61);
   camera_.see(room_bag::poseAt(0), stamp);
   ASSERT_TRUE(way_.waitFor(stamp)) << status_.status().message;
@@ -169,7 +170,7 @@ TEST_F(Track, TrajectoryIsSavedAndClearedWithTheMap) {
 /// upside down.
 TEST_F(Track, TheCameraIsFoundAfterARestart) {
   ros::param::set("/mapping/map/load_file", outputFolder() + "/room.dtsdf");
-  // A new node replaces the running node of the same name.
+  // A new node replaces the running node with the same name.
   const std::string command = std::string(DTSDF_MAPPING_NODE) +
                               " __name:=mapping depth/image_rect:=/camera/depth/image_rect "
                               "depth/camera_info:=/camera/depth/camera_info < /dev/null";

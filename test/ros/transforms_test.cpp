@@ -15,7 +15,7 @@ namespace {
 
 class TransformsTest : public testing::Test {
  protected:
-  TransformsTest() { ros::Time::init(); }  // for the throttling of warnings
+  TransformsTest() { ros::Time::init(); }  // needed to throttle warnings
 
   bool says(const PoseAnswer& answer, const std::string& text) const {
     return answer.text.find(text) != std::string::npos;
@@ -29,7 +29,7 @@ class TransformsTest : public testing::Test {
   }
 
   /// Adds ten transforms per second, and looks up the pose of an image at each of their stamps.
-  /// Returns how many poses were found.
+  /// Returns the number of poses found.
   int map(double from_s, double duration_s) {
     int found = 0;
     for (double stamp_s = from_s; stamp_s < from_s + duration_s - 0.05; stamp_s += 0.1) {
@@ -129,7 +129,8 @@ geometry_msgs::TransformStamped cameraAt(double stamp_s) {
   return makeTransform("map", "camera", Eigen::Isometry3d::Identity(), ros::Time(stamp_s));
 }
 
-/// A static transform an hour ahead, of a frame on /tf: tf2 then refuses the frame's transforms.
+/// A static transform stamped an hour ahead, for a frame that is published on /tf: tf2 then refuses
+/// the frame's other transforms.
 TEST_F(TransformsTest, RecoversFromAStaticTransformOfAMovingFrame) {
   transforms_.take(makeTransform("camera", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0)),
                    "test", true);
@@ -155,7 +156,7 @@ TEST_F(TransformsTest, RecoversFromATransformFarAhead) {
 }
 
 TEST_F(TransformsTest, RestartsAreLimited) {
-  for (int i = 0; i < 600; ++i) {  // for ten minutes, a wrong transform each second
+  for (int i = 0; i < 600; ++i) {  // a wrong transform each second, for ten minutes
     putTransform(transforms_, 3700.0 + i, 1.0);
     map(100.0 + i, 1.0);
   }
@@ -176,7 +177,7 @@ TEST_F(TransformsTest, FindsAnotherParentOfAFrame) {
   EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(1.0)), "");
   putTransform(transforms_, 1.0, 1.0, "camera", "odom");
   EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(5.0)), "odom");
-  EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(7.0)), "") << "odom has ended";
+  EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(7.0)), "") << "odom has stopped";
   EXPECT_EQ(transforms_.otherParentOf("camera", "odom", ros::Time(1.0)), "");
   const auto mount = makeTransform("arm", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0));
   transforms_.take(mount, "test", true);
@@ -215,7 +216,7 @@ TEST_F(FindJumpTest, DetectsRotations) {
   EXPECT_TRUE(jumps(1.2, poseAt(0.0, 150.0)));
 }
 
-/// Limits of 0 switch the check off.
+/// Limits of 0 disable the check.
 TEST_F(FindJumpTest, ResetsWhenStampsGoBack) {
   EXPECT_FALSE(jumps(100.0, poseAt(0.0)));
   EXPECT_FALSE(jumps(1.0, poseAt(50.0)));

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests RViz's display of mesh_blocks on a virtual screen: its picture matches that of the markers, and
-its options work. Needs the environment of the build (env.sh); skipped if a program of NEEDED is missing."""
+"""Tests RViz's display of mesh_blocks on a virtual screen: it looks the same as the markers, and its
+options work. Needs the build's environment (env.sh). Skipped if a program in NEEDED is missing."""
 import os
 import shutil
 import subprocess
@@ -19,7 +19,7 @@ PROGRAMS = os.environ["DTSDF_PROGRAMS"]
 NEEDED = ("Xvfb", "convert", "roscore")
 SKIPPED = 77  # see test/rviz/CMakeLists.txt
 TRIANGLES = 30000
-BACKGROUND = 48  # of all three colours, as in the configurations
+BACKGROUND = 48  # grey level, as in the configurations
 
 
 def setUpModule():
@@ -54,7 +54,7 @@ def tearDownModule():
 
 
 def show(config, *options):
-    """The picture of a configuration: a row of red, green and blue for each pixel."""
+    """The picture that RViz draws with a configuration: a row of red, green and blue for each pixel."""
     path = os.path.join(folder, "picture.png")
     result = subprocess.run(
         [f"{PROGRAMS}/show_mesh", f"{SOURCE}/rviz/{config}.rviz", str(TRIANGLES), "0.1", path, "3", *options],

@@ -2,8 +2,8 @@
 /// SECONDS, measures the frame rate, and saves a picture of the configured view.
 ///   show_mesh CONFIG TRIANGLES SECONDS PICTURE.png [DISTANCE_M [NAME=VALUE]...]
 /// NAME is a property of the display "Mesh", or Pitch for the view. Prints "LOADED_S TRIANGLES
-/// PICTURES_PER_S CPU_MS_PER_PICTURE"; the CPU time is that of all threads. Exits with 1 if the
-/// triangles do not arrive in time.
+/// PICTURES_PER_S CPU_MS_PER_PICTURE"; the CPU time is the sum over all threads. Exits with 1 if
+/// the triangles do not arrive within five minutes.
 #include <OgreRenderTarget.h>
 #include <OgreRenderWindow.h>
 #include <ros/ros.h>

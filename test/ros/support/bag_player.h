@@ -1,4 +1,4 @@
-/// Plays a part of a bag to the mapper, under simulated time.
+/// Plays part of a bag to the mapper, with simulated time.
 #pragma once
 
 #include <ros/param.h>
@@ -12,8 +12,8 @@ namespace dtsdf {
 /// Runs `rosbag play` in another process while the test waits for its effects.
 class BagPlayer {
  public:
-  /// Plays the test's bag (parameter "~bag") between two times after its start, once all its topics
-  /// have subscribers.
+  /// Plays the test's bag (parameter "~bag") from from_s to to_s, counted from its start, as soon
+  /// as all its topics have subscribers.
   BagPlayer(double from_s, double to_s) {
     std::string bag;
     ros::param::get("~bag", bag);

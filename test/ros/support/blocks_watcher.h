@@ -1,4 +1,4 @@
-/// The mesh as received by a subscriber of mesh_blocks.
+/// The mesh as received by a subscriber to mesh_blocks.
 #pragma once
 
 #include <dtsdf_mapping/MeshBlocks.h>

@@ -17,7 +17,7 @@ class CameraTopics {
       : images_(advertiseUntilExit<sensor_msgs::Image>(nh, ns + "/image_rect")),
         infos_(advertiseUntilExit<sensor_msgs::CameraInfo>(nh, ns + "/camera_info")) {}
 
-  /// Whether this many mappers have subscribed.
+  /// Whether at least this many mappers have subscribed.
   bool isConnected(uint32_t mappers = 1) const {
     return images_.getNumSubscribers() >= mappers && infos_.getNumSubscribers() >= mappers;
   }

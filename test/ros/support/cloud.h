@@ -16,12 +16,12 @@ namespace dtsdf {
 /// The layout of points in a message.
 struct CloudLayout {
   uint8_t datatype = sensor_msgs::PointField::FLOAT32;
-  std::string names = "xyz";  ///< In the order of their bytes, after 4 unused bytes.
+  std::string names = "xyz";  ///< Fields in the order of their offsets; 4 unused bytes come first.
   uint32_t padding = 4;       ///< Bytes after each row.
   bool is_bigendian = false;
 };
 
-/// A cloud of depths in metres; a depth of 0 becomes NaN.
+/// A cloud made from depths in metres; a depth of 0 becomes NaN.
 inline sensor_msgs::PointCloud2 makeCloud(const std_msgs::Header& header, const Intrinsics& K,
                                           int width, int height, const std::vector<float>& depth_m,
                                           const CloudLayout& layout = {}) {

@@ -1,6 +1,7 @@
-// A library to preload into a program, which simulates a failing disk for the folder FOLDER, the
-// value of DTSDF_DISK_FOLDER, while the file FOLDER.fault contains "full", "read_only" or "gone".
-// Permissions would not stop root, and filling the real disk would disturb other programs.
+// A library to be preloaded, which simulates a failing disk: while the file FOLDER.fault contains
+// "full", "read_only" or "gone", calls for files in FOLDER (the value of DTSDF_DISK_FOLDER) fail
+// accordingly. Permissions would not stop root, and filling the real disk would disturb other
+// programs.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -35,7 +36,8 @@ bool liesInFolder(int file) {
   return liesInFolder(path);
 }
 
-/// Whether a fault of this kind is set. Uses system calls, because our own functions would recurse.
+/// Whether this fault is simulated now. Makes system calls directly, because the functions below
+/// would recurse.
 bool isFault(const char* kind) {
   const int error = errno;
   char path[4096], content[32] = "";

@@ -1,4 +1,4 @@
-/// A camera in front of a wall at one metre; tests can make any of its messages wrong.
+/// A camera 1 m in front of a wall. Tests may alter its messages before they are sent.
 #pragma once
 
 #include <ros/node_handle.h>

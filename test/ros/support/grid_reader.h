@@ -15,18 +15,18 @@ class GridReader {
  public:
   explicit GridReader(ros::NodeHandle nh);
 
-  /// The last grid with its updates.
+  /// The last grid, with all updates applied.
   const nav_msgs::OccupancyGrid& grid() const { return grid_; }
 
   size_t grids() const { return grids_; }
   size_t updates() const { return updates_; }
-  /// Number of updates that would have written outside of the grid.
+  /// Number of updates that reached beyond the grid; they are skipped.
   size_t misplaced() const { return misplaced_; }
 
   /// Number of cells with this value.
   size_t count(int8_t value) const;
 
-  /// The value at a point of the map frame; -2 outside of the grid.
+  /// The value at a point in the map frame; -2 outside the grid.
   int at(double x_m, double y_m) const;
 
  private:

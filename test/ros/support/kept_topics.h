@@ -13,7 +13,7 @@ namespace dtsdf {
 /// just then from the master that the topic is gone (docs/reliability.md).
 ros::Publisher keepTopic(const ros::Publisher& publisher);
 
-/// Call it before ROS shuts down.
+/// Releases all kept topics. Must be called before ROS shuts down.
 void releaseKeptTopics();
 
 /// Advertises a topic that stays until the program ends.

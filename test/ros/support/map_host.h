@@ -1,4 +1,4 @@
-/// A live map with everything that it needs, for tests without a master.
+/// A live map with everything that it needs, for tests without a ROS master.
 #pragma once
 
 #include <boost/make_shared.hpp>
@@ -29,7 +29,7 @@ struct MapHost {
       : params(std::move(settings)),
         rates(params),
         map(std::move(mapper), params, queue, frame, mesh_changes, steps, clock.reader()) {
-    ros::Time::init();  // for the throttling of warnings
+    ros::Time::init();  // needed to throttle warnings
     queue.addStream("", false, "", std::nullopt, depth);
     queue.addStream("", true, "", std::nullopt, colour);
   }
@@ -39,7 +39,7 @@ struct MapHost {
     pushPosed(queue, stream, std::move(posed));
   }
 
-  /// Works until nothing is left to do.
+  /// Steps until nothing is left to do.
   void work() {
     while (map.step() == std::chrono::milliseconds(0)) {
     }

@@ -1,4 +1,4 @@
-/// The triangles that the node and its subscribers should have for the mesh of a saved map.
+/// The numbers of triangles that the node and its subscribers should have for a saved map.
 #pragma once
 
 #include <memory>

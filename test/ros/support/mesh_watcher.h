@@ -1,4 +1,4 @@
-/// What RViz would display of the mesh topic, and how many markers were added and deleted.
+/// What RViz would display for the mesh topic, and how many markers were added and deleted.
 #pragma once
 
 #include <ros/node_handle.h>

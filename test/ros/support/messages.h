@@ -20,7 +20,7 @@ inline std_msgs::Header makeHeader(const ros::Time& stamp, const std::string& fr
   return header;
 }
 
-/// An image without padding, in the machine's byte order.
+/// An image without padding, in native byte order.
 template <class Pixel>
 sensor_msgs::Image makeImageMessage(const std_msgs::Header& header, const std::string& encoding,
                                     int width, int height, const std::vector<Pixel>& pixels) {

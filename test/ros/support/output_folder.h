@@ -1,4 +1,4 @@
-/// Service calls of tests to the node, and the folder that it saves to.
+/// Calls to the node's services, and the folder that the node saves to.
 #pragma once
 
 #include <dtsdf_mapping/LoadMap.h>
@@ -38,7 +38,7 @@ inline std::string outputFolder() {
   return ros::param::param<std::string>("/mapping/output_directory", "");
 }
 
-/// Path of the newest journal; names of journals begin with the time.
+/// Path of the newest journal, which has the last name, as journals are named by time.
 inline std::string newestJournalIn(const std::string& folder) {
   std::string newest;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
@@ -47,7 +47,7 @@ inline std::string newestJournalIn(const std::string& folder) {
   return newest;
 }
 
-/// Call it at the end of a test suite.
+/// Must be called at the end of a test suite.
 inline void removeOutputFolder() { std::filesystem::remove_all(outputFolder()); }
 
 inline void clearMap() {

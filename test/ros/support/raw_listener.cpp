@@ -20,7 +20,7 @@ void expect(bool condition, const char* what) {
   if (!condition) throw std::runtime_error(std::string("raw listener: ") + what);
 }
 
-/// Calls a method of a node's XML-RPC interface; returns the value without code and message.
+/// Calls a method of a node's XML-RPC interface. Returns only the value, without the status.
 XmlRpc::XmlRpcValue callNode(const std::string& node, const char* method,
                              XmlRpc::XmlRpcValue parameters) {
   XmlRpc::XmlRpcValue request, response, uri;

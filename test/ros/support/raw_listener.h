@@ -1,4 +1,4 @@
-/// A subscriber without roscpp: it connects as roscpp does, but reads only on demand.
+/// A subscriber without roscpp, which connects as roscpp does, but reads only on demand.
 #pragma once
 
 #include <ros/message_traits.h>
@@ -23,7 +23,7 @@ class RawListener {
   /// The next message, serialised; empty on timeout.
   std::vector<uint8_t> read(double timeout_s);
 
-  /// The next message of the topic.
+  /// The next message; nothing on timeout.
   template <class Message>
   std::optional<Message> readMessage(double timeout_s) {
     std::vector<uint8_t> bytes = read(timeout_s);
@@ -34,8 +34,8 @@ class RawListener {
     return message;
   }
 
-  /// Reads this many bytes and disconnects like a killed process, which discards undelivered data.
-  /// Nothing can be read afterwards.
+  /// Reads this many bytes, then disconnects as a killed process does, so that undelivered data is
+  /// discarded. Nothing can be read afterwards.
   void disconnectAfter(size_t bytes);
 
  private:

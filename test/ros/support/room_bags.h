@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-/// The pose of the camera on its base.
+/// Pose of the camera relative to its base.
 inline Eigen::Isometry3d mount() {
   Eigen::Isometry3d T_B_C(Eigen::Translation3d(0.2, 0.0, 0.5));
   T_B_C.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
@@ -25,10 +25,10 @@ inline ros::Time stampOf(int frame) { return ros::Time(1000.0) + ros::Duration(k
 /// Pose of the camera in the room, R.
 inline Eigen::Isometry3d poseAt(int frame) { return roomCameraPose(kPeriod_s * frame); }
 
-/// The bag `drifting`: the transforms from odom to base drift, finally by 9 cm and 3 degrees.
+/// In the bag `drifting`, the transforms from odom to base drift by up to 9 cm and 3 degrees.
 constexpr int kDriftingFrames = 60;
 
-/// The pose of odom in the room.
+/// Pose of odom in the room.
 inline Eigen::Isometry3d driftAt(int frame) {
   const double share = static_cast<double>(frame) / kDriftingFrames;
   Eigen::Isometry3d T_R_O(Eigen::Translation3d(0.08 * share, -0.04 * share, 0.01 * share));
@@ -36,8 +36,8 @@ inline Eigen::Isometry3d driftAt(int frame) {
   return T_R_O;
 }
 
-/// The bag `covered`, without transforms: the camera is carried, then covered for two seconds, then
-/// held still near its last place.
+/// The bag `covered` has no transforms. The camera is carried, then covered for two seconds, then
+/// held still near its last position.
 constexpr int kCarried = 30, kCovered = 40, kHeld = 10;
 
 inline bool isCovered(int frame) { return frame >= kCarried && frame < kCarried + kCovered; }

@@ -1,5 +1,5 @@
-/// A depth camera carried through the analytic room by a test, and the node's output about its
-/// motion.
+/// A depth camera that a test carries through the analytic room, and a watcher of the poses that
+/// the node publishes.
 #pragma once
 
 #include <nav_msgs/Odometry.h>
@@ -26,7 +26,7 @@ class RoomCamera {
   /// Waits until this many mappers have subscribed.
   bool connect(uint32_t mappers = 1) const;
 
-  /// Sends the view from a pose in the room.
+  /// Sends an image of the room from a pose in the room.
   void see(const Eigen::Isometry3d& T_R_C, const ros::Time& stamp);
 
   void sendTransform(const std::string& parent, const std::string& child,
@@ -55,7 +55,7 @@ class OdometryWatcher {
   /// The pose in the newest odometry.
   Eigen::Isometry3d pose() const;
 
-  /// The transform from TF at a stamp; waits up to 10 s for it.
+  /// The transform from TF at a stamp. Waits up to 10 s for it, then returns nothing.
   std::optional<Eigen::Isometry3d> transform(const std::string& parent, const std::string& child,
                                              const ros::Time& stamp) const;
 

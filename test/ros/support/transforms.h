@@ -1,4 +1,4 @@
-/// Transforms and depth images as received from topics, for tests without a master.
+/// Transforms and depth images as received from topics, for tests without a ROS master.
 #pragma once
 
 #include <boost/make_shared.hpp>
@@ -10,24 +10,24 @@
 
 namespace dtsdf {
 
-/// Puts `child` at (x, 0, 0) of `parent`, not rotated.
+/// Puts `child` at (x, 0, 0) in `parent`, without rotation.
 inline void putTransform(Transforms& transforms, double stamp_s, double x,
                          const std::string& child = "camera", const std::string& parent = "map") {
   const Eigen::Isometry3d T(Eigen::Translation3d(x, 0.0, 0.0));
   transforms.take(makeTransform(parent, child, T, ros::Time(stamp_s)), "test");
 }
 
-/// 4 x 2 pixels at one metre.
+/// An image of 4 x 2 pixels, all with a depth of 1 m.
 inline sensor_msgs::ImagePtr makeDepthImage(double stamp_s, const std::string& frame = "camera") {
   return boost::make_shared<sensor_msgs::Image>(makeImageMessage(
       makeHeader(ros::Time(stamp_s), frame), "16UC1", 4, 2, std::vector<uint16_t>(8, 1000)));
 }
 
-/// A mask for an image of makeDepthImage().
+/// A mask for an image from makeDepthImage().
 inline sensor_msgs::ImagePtr makeMask(double stamp_s, const std::vector<uint8_t>& pixels) {
   const auto mask = boost::make_shared<sensor_msgs::Image>(
       makeImageMessage(makeHeader(ros::Time(stamp_s), ""), "mono8", 4, 2, pixels));
-  mask->step = 4;  // for any number of pixels
+  mask->step = 4;  // whatever the number of pixels
   return mask;
 }
 

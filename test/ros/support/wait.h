@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// Serves callbacks; returns true as soon as `condition()` holds, false on timeout.
+/// Runs callbacks until `condition()` holds. Returns false on timeout.
 template <class Condition>
 bool waitUntil(Condition condition, double timeout_s = 60.0) {
   const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(timeout_s);
@@ -19,8 +19,8 @@ bool waitUntil(Condition condition, double timeout_s = 60.0) {
   return false;
 }
 
-/// Calls a service of the node, from any thread. On a busy machine, roscpp may fail to reach the
-/// ROS master, which it asks only once, so this tries again for a while.
+/// Calls a service, from any thread. On a busy machine, roscpp may fail to reach the ROS master,
+/// and asks only once, so this retries for a while.
 template <class Service>
 bool callService(const std::string& name, Service& call) {
   for (int tries = 0; tries < 20; ++tries) {

@@ -1,4 +1,4 @@
-/// The fixture of tests with a FakeCamera, which sees a wall at one metre.
+/// Fixture for tests with a FakeCamera, which is 1 m in front of a wall.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ class WallCamera : public testing::Test {
   }
   static void TearDownTestSuite() { removeOutputFolder(); }
 
-  /// Sends a frame from a place in the map frame, and waits until it is fused.
+  /// Sends a frame from a position in the map frame, and waits until it is fused.
   void fuseFrame(const Eigen::Vector3d& t_W = {0.0, 0.0, 0.0}) {
     const uint64_t fused = status_.status().frames_fused;
     const ros::Time stamp = camera_.nextStamp();
@@ -33,7 +33,7 @@ class WallCamera : public testing::Test {
     for (int i = 0; i < count; ++i) ASSERT_NO_FATAL_FAILURE(fuseFrame());
   }
 
-  /// Fuses a frame from the next of kPlaces places in a grid parallel to the wall.
+  /// Fuses a frame from the next of kPlaces positions in a grid parallel to the wall.
   void fuseNextPlace() {
     const int place = static_cast<int>(status_.status().frames_fused) % kPlaces;
     fuseFrame({0.5 * (place % 8), 0.5 * (place / 8), 0.0});

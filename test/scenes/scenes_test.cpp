@@ -1,5 +1,5 @@
-// Analytic scenes: the map must contain what was seen, and nothing else, with voxels of 20 and 10
-// mm. lab/scenes describes the cases and the bounds of their figures.
+// Analytic scenes, with voxels of 20 and 10 mm: the map must contain what was seen, and nothing
+// else. lab/scenes describes the cases and the bounds for their figures.
 #include <gtest/gtest.h>
 
 #include <cctype>
@@ -32,7 +32,7 @@ std::vector<SceneCase> casesAt10mm() {
   return cases;
 }
 
-/// gtest accepts only letters, digits and underscores.
+/// gtest accepts only letters, digits and underscores in names of tests.
 std::string testName(const testing::TestParamInfo<std::tuple<SceneCase, int>>& info) {
   std::string name;
   for (const char letter : std::get<0>(info.param).name()) {
@@ -42,8 +42,8 @@ std::string testName(const testing::TestParamInfo<std::tuple<SceneCase, int>>& i
   return name + "_at_" + std::to_string(std::get<1>(info.param)) + "mm";
 }
 
-/// Known misses, by case, figure and voxel size in mm. The list may only become shorter: a figure
-/// on it must miss its bound.
+/// Figures known to miss their bounds, by case, name of the figure and voxel size in mm. The list
+/// may only become shorter: the test fails if a figure on it keeps its bound.
 const std::set<std::pair<std::string, int>>& knownMisses() {
   static const std::set<std::pair<std::string, int>> misses = {
 #include "known_misses.inc"
@@ -66,7 +66,7 @@ TEST_P(Scenes, KeepTheirBounds) {
     EXPECT_NE(figure.holds(), is_missed)
         << what << ": " << figure.value << " " << figure.unit << ", wanted "
         << describeBound(figure)
-        << (is_missed ? "; this bound is kept now: remove the figure from known_misses.inc" : "");
+        << (is_missed ? "; this bound holds now: remove the figure from known_misses.inc" : "");
   }
 }
 
@@ -79,7 +79,7 @@ INSTANTIATE_TEST_SUITE_P(At10mm, Scenes,
 
 }  // namespace
 
-/// Names cases in gtest's messages.
+/// Lets gtest's messages show the names of cases.
 void PrintTo(const SceneCase& scene_case, std::ostream* out) { *out << scene_case.name(); }
 
 }  // namespace dtsdf

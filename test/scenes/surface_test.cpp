@@ -1,4 +1,4 @@
-// Tests the measurements of the scenes on meshes with known areas and distances.
+// Tests the functions that measure the scenes, on meshes with known areas and distances.
 #include "scenes/surface.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-/// The voxels and colours of a map, block by block, for the tests.
+/// The voxels and colours of a map, block by block.
 #pragma once
 
 #include <cstring>
@@ -13,9 +13,9 @@ namespace dtsdf {
 /// A copy of one block's voxels.
 struct BlockSnapshot {
   BlockKey key;
-  /// kVoxelsPerBlock voxels for each direction in use; empty for others.
+  /// kVoxelsPerBlock voxels for each direction in use; empty for the other directions.
   std::vector<Voxel> voxels[kDirectionCount];
-  /// kVoxelsPerBlock colours for each painted direction; empty for others.
+  /// kVoxelsPerBlock colours for each painted direction; empty for the other directions.
   std::vector<VoxelColour> colours[kDirectionCount];
 };
 

@@ -18,7 +18,7 @@ using SurfaceColour = std::function<Colour(const Eigen::Vector3d& p_W)>;
 /// Waves of colour: red along x and z, green along y, blue along z.
 Colour wavesAt(const Eigen::Vector3d& p_W);
 
-/// A colour image, rgb8, that owns its pixels.
+/// An rgb8 colour image that owns its pixels.
 struct PaintedFrame {
   ColourFrame frame;
   std::vector<uint8_t> pixels;
@@ -31,8 +31,8 @@ struct PaintedFrame {
   }
 };
 
-/// A camera with a horizontal field of view of 65 degrees; each pixel is the mean of 2 x 2 rays,
-/// black without a hit.
+/// Renders an image from a camera with a horizontal field of view of 65 degrees. Each pixel is the
+/// mean of 2 x 2 rays; a ray that hits nothing is black.
 PaintedFrame renderColour(const Scene& scene, const SurfaceColour& colour,
                           const Eigen::Isometry3d& T_W_C, int width = 160, int height = 120);
 

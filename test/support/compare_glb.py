@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reads a .glb by the specification of glTF 2.0, and a .ply, and compares their meshes.
+"""Compares the mesh in a .glb, read according to the glTF 2.0 specification, with the mesh in a .ply.
 
 compare_glb.py MESH.glb MESH.ply: exits 0 if the .glb conforms to the parts of the specification that
 it uses, and both have the same vertices, normals, colours and triangles (with y up in the .glb).
@@ -47,7 +47,7 @@ def read_accessor(document, binary, number, kind):
     require((accessor["type"], accessor["componentType"], view["target"]) ==
             (kind, *((5125, 34963) if index else (5126, 34962))), f"accessor {number}: wrong type")
     values = np.frombuffer(binary, "<u4" if index else "<f4", view["byteLength"] // 4, view["byteOffset"])
-    require(len(values) == WIDTHS[kind] * accessor["count"], f"accessor {number} has a wrong view")
+    require(len(values) == WIDTHS[kind] * accessor["count"], f"accessor {number}: its view has the wrong size")
     return values.reshape(-1, WIDTHS[kind])
 
 
@@ -61,7 +61,7 @@ def read_glb(path):
         document, binary = read_chunks(file.read())
     check_views(document, binary)
     require(document["asset"]["version"] == "2.0", "wrong version")
-    # Viewers multiply colours by those of the material, and draw metal black.
+    # Viewers multiply the vertices' colours by the material's colour, and draw metal black.
     require(document["materials"] == [MATERIAL], "wrong material")
     root = document["nodes"][document["scenes"][document["scene"]]["nodes"][0]]
     node = document["nodes"][root["children"][0]]
@@ -93,7 +93,7 @@ def read_ply(path):
 def main():
     places, normals, colours, triangles, reach = read_glb(sys.argv[1])
     vertices, faces = read_ply(sys.argv[2])
-    require(len(places) == len(vertices) and np.array_equal(triangles, faces), "different mesh")
+    require(len(places) == len(vertices) and np.array_equal(triangles, faces), "numbers of vertices or triangles differ")
     require(reach <= np.ptp(vertices["p"], axis=0).max() + 1.0, "positions are off centre")
 
     def upright(rows):

@@ -1,4 +1,4 @@
-/// Depth frames of analytic scenes, and maps of them.
+/// Depth frames of analytic scenes, and meshes made from them.
 #pragma once
 
 #include <memory>
@@ -24,7 +24,7 @@ struct SceneFrame {
   }
 };
 
-/// A camera with a horizontal field of view of 65 degrees.
+/// Renders an image from a camera with a horizontal field of view of 65 degrees.
 SceneFrame renderFrame(const Scene& scene, const Eigen::Isometry3d& T_W_C, int width = 160,
                        int height = 120);
 
@@ -32,15 +32,15 @@ std::vector<SceneFrame> renderFrames(const Scene& scene,
                                      const std::vector<Eigen::Isometry3d>& T_W_C, int width = 160,
                                      int height = 120);
 
-/// A room of 3 x 2.4 x 2 m with a ball.
+/// A 3 x 2.4 x 2 m room with a ball in it.
 Scene makeBallRoom();
 
-/// A box that moves along a wall and disappears after 12 frames, seen by a camera that moves a
-/// little.
+/// Images of a box that moves along a wall and disappears after 12 frames, from a camera that moves
+/// slightly.
 std::vector<SceneFrame> movingFrames(int count);
 
-/// Poses of `count` cameras around `centre_W` that look at it, spread evenly over the sphere of
-/// directions.
+/// Poses of `count` cameras that look at `centre_W` from `distance_m` away, spread evenly over a
+/// sphere.
 std::vector<Eigen::Isometry3d> sphereOfPoses(const Eigen::Vector3d& centre_W, double distance_m,
                                              int count);
 
@@ -50,10 +50,10 @@ MapperParams makeCpuParams(FusionMode mode = FusionMode::kNormalRayCasting, bool
 /// A name such as "NormalRayCastingDirectional".
 std::string modeName(FusionMode mode, bool directional);
 
-/// The settings with a memory budget and a folder for paging.
+/// `params` with this memory budget and this folder for paging.
 MapperParams pagedParams(MapperParams params, int max_memory_mb, const std::string& folder);
 
-/// Fuses all frames and makes the mesh once; every frame must be fused.
+/// Fuses all frames, then extracts the mesh. The test fails if a frame is not fused.
 Mesh reconstruct(const MapperParams& params, const std::vector<SceneFrame>& frames);
 
 /// Distances of a mesh's vertices from the surface of a scene.

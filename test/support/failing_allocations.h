@@ -1,5 +1,5 @@
-/// Replaces `new` by a version that fails on demand. Include this header in one file of a program,
-/// outside of unity builds.
+/// Replaces `new` with a version that fails on demand. Include this header in only one source file
+/// of a program, which must not be part of a unity build.
 #pragma once
 
 #include <cstdlib>
@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// Number of allocations of this thread before one fails; -1: none fails.
+/// Number of allocations on this thread that succeed before one fails; -1 if none shall fail.
 thread_local int allocations_left = -1;
 
 }  // namespace dtsdf

@@ -50,7 +50,7 @@ class FakeMapper : public Mapper {
     return {};
   }
 
-  /// Calls `aligns` if set; otherwise the result is unmapped.
+  /// Calls `aligns` if set; otherwise the frame keeps its pose, with the default status.
   Alignment align(const DepthFrame& frame, const PosePrior&) override {
     if (aligns) return aligns(frame);
     Alignment alignment;
@@ -72,7 +72,8 @@ class FakeMapper : public Mapper {
     ++meshes;
   }
 
-  /// One triangle per changed block; the edge of its first vertex is the number of the frame.
+  /// One triangle per changed block. The edge of its first vertex is the number of the frame that
+  /// last changed the block.
   MeshUpdate finishMeshUpdate() override {
     throwIf(fails_to_mesh);
     MeshUpdate update;
@@ -137,7 +138,7 @@ class FakeMapper : public Mapper {
   int frames = 0, images = 0, meshes = 0, cleared_regions = 0;
   Eigen::Isometry3d last_T_W_C = Eigen::Isometry3d::Identity();  ///< Pose of the newest frame.
   mutable int reports = 0;                                       ///< Number of memory reports.
-  int parts_left = 0;  ///< Number of extractions that still return only a part.
+  int parts_left = 0;  ///< Number of further extractions that return only a part.
   double mesh_ms = 0.0;
   MapStats counts;  ///< Counts that do not depend on the frames.
   MapperMemory held;

@@ -32,7 +32,7 @@ inline Eigen::Isometry3d cameraTowards(const Eigen::Vector3d& eye, double azimut
   return lookAt(eye, eye + way, Eigen::Vector3d::UnitZ());
 }
 
-/// Views in all directions from a few places.
+/// Poses of cameras that look in all directions from a few positions.
 inline std::vector<Eigen::Isometry3d> viewsAround() {
   std::vector<Eigen::Isometry3d> looks;
   for (const Eigen::Vector3d& eye :

@@ -1,4 +1,4 @@
-/// Triangles of grids.
+/// Triangulates grids of vertices.
 #pragma once
 
 #include <cstdint>

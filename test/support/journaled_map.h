@@ -1,4 +1,4 @@
-/// A map that writes its frames and calls to a journal, like the node.
+/// A map that writes its frames and calls to a journal, as the node does.
 #pragma once
 
 #include <memory>
@@ -28,7 +28,7 @@ inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Options of a journal of up to 1 GB.
+/// Options for a journal of up to 1 GB.
 inline JournalWriter::Options journalOptions(const std::string& folder) {
   JournalWriter::Options options;
   options.folder = folder;
@@ -98,14 +98,15 @@ class JournaledMap {
   JournalWriter& journal_;
 };
 
-/// The bytes of the map's file.
+/// The bytes of the file to which the map is saved.
 inline std::string fileOf(Mapper& mapper) {
   const TemporaryFolder folder;
   saveMap(mapper.contents(), folder / "map.dtsdf", 1);
   return readBytes(folder / "map.dtsdf");
 }
 
-/// The file of the map that a journal restores, with these settings.
+/// The bytes of the file to which a map is saved that is restored from a journal with these
+/// settings.
 inline std::string mapOf(JournalReplay& journal, const MapperParams& params) {
   const auto mapper = mapperOf(journal, params);
   while (const std::optional<journal::Call> call = journal.next()) repeatCall(*call, *mapper);

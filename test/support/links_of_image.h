@@ -1,4 +1,4 @@
-/// The links of all pixels of an image.
+/// The links of all pixels in an image.
 #pragma once
 
 #include <vector>

@@ -10,7 +10,8 @@
 namespace dtsdf {
 namespace {
 
-/// How often triangles traverse a side from its smaller to its greater vertex (up) or back (down).
+/// How often triangles traverse a side from the vertex with the smaller index to the other vertex
+/// (up), or in the opposite direction (down).
 struct Passes {
   int up = 0, down = 0;
 };

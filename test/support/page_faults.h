@@ -1,5 +1,5 @@
-/// Simulates disk faults: reads and writes of the page files in a folder fail, their bytes change,
-/// or no file of the process can grow.
+/// Simulates disk faults: reading and writing the page files in a folder fails, their bytes change,
+/// or the files of this process cannot grow beyond a size.
 #pragma once
 
 #include <fcntl.h>
@@ -45,7 +45,7 @@ inline void overwritePages(const std::string& folder) {
   }
 }
 
-/// Makes reads and writes of the page files fail while it exists.
+/// Makes reading and writing the page files fail while it exists.
 class DiskOutage {
  public:
   explicit DiskOutage(const std::string& folder) {

@@ -21,7 +21,7 @@ inline std::string poseLine(double x) {
   return "0 -1 0 " + std::to_string(x) + " 1 0 0 -2 0 0 1 3 0 0 0 1\n";
 }
 
-/// A depth image with different rows: (v + 1) `step` in each pixel of row v.
+/// Writes a depth image in which all pixels in row v have the value (v + 1) `step`.
 inline void writeDepthImage(const std::string& path, int width, int height, int step) {
   std::filesystem::create_directories(std::filesystem::path(path).parent_path());
   cv::Mat image(height, width, CV_16UC1);
@@ -29,7 +29,7 @@ inline void writeDepthImage(const std::string& path, int width, int height, int 
   cv::imwrite(path, image);
 }
 
-/// A colour image with different rows: in row v, red is (v + 1) `step` and blue is 200.
+/// Writes a colour image in which red is (v + 1) `step` in row v, green is 0 and blue is 200.
 inline void writeColourRows(const std::string& path, int width, int height, int step) {
   std::filesystem::create_directories(std::filesystem::path(path).parent_path());
   cv::Mat image(height, width, CV_8UC3);
@@ -45,7 +45,7 @@ inline std::vector<SourceColour> readAllColours(const RecordingOptions& options)
   return images;
 }
 
-/// Red of the first pixel of a row.
+/// The red value of the first pixel in row `v`.
 inline int redAt(const ColourFrame& image, int v) {
   return static_cast<const uint8_t*>(image.data)[static_cast<size_t>(v) * image.row_bytes];
 }
@@ -56,13 +56,13 @@ inline std::vector<SourceFrame> readAll(FrameSource& source) {
   return frames;
 }
 
-/// A pixel of a 16-bit frame.
+/// The value of a pixel in a 16-bit frame.
 inline int rawAt(const DepthFrame& frame, int u, int v) {
   const auto* row = static_cast<const char*>(frame.data) + static_cast<size_t>(v) * frame.row_bytes;
   return reinterpret_cast<const uint16_t*>(row)[u];
 }
 
-/// The point of a pixel, in W.
+/// The point measured by a pixel, in W.
 inline Eigen::Vector3d pointOf(const DepthFrame& frame, int u, int v) {
   const Intrinsics& K = frame.intrinsics;
   const float z_m = static_cast<float>(rawAt(frame, u, v)) * frame.unit_m;
@@ -71,7 +71,7 @@ inline Eigen::Vector3d pointOf(const DepthFrame& frame, int u, int v) {
   return frame.T_W_C * p_C.cast<double>();
 }
 
-/// The error of reading a whole recording, or "".
+/// The error that reading a whole recording throws; "" if it throws nothing.
 inline std::string readingErrorOf(const RecordingOptions& options) {
   return errorOf([&] {
     const auto source = openRecording(options);

@@ -1,4 +1,4 @@
-/// Runs programs as a user does.
+/// Runs programs in a shell, as a user would.
 #pragma once
 
 #include <sys/wait.h>
@@ -11,11 +11,11 @@
 namespace dtsdf {
 
 struct Outcome {
-  int exit_code;  ///< -1: killed by a signal.
+  int exit_code;  ///< -1 if a signal ended the command.
   std::string out, err;
 };
 
-/// Runs a shell command. Its output also stays in the folder, in stdout and stderr.
+/// Runs a shell command. Its output is also kept in the folder, in the files stdout and stderr.
 inline Outcome runIn(const TemporaryFolder& folder, const std::string& command) {
   const std::string out = folder / "stdout", err = folder / "stderr";
   const int status = std::system((command + " > " + out + " 2> " + err + " < /dev/null").c_str());

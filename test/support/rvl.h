@@ -1,4 +1,4 @@
-/// Encodes RVL, for tests of its decoder.
+/// An RVL encoder, for tests of the decoder.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// Packs the groups of a stream into words.
+/// Packs groups of 4 bits into words of 32 bits.
 class RvlWriter {
  public:
   explicit RvlWriter(size_t bytes) { bytes_.reserve(bytes); }

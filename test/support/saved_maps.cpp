@@ -17,8 +17,8 @@ Scene scene(int frame) {
   return scene;
 }
 
-/// Makes each image darker than the image before, so that the exposure gains of the last image
-/// matter.
+/// Makes each image darker than the image before, so that a continued map depends on the exposure
+/// gains of its last image.
 void darken(PaintedFrame& image, int frame) {
   for (uint8_t& value : image.pixels) {
     value = static_cast<uint8_t>(value - value * frame / 40);

@@ -13,7 +13,7 @@
 
 namespace dtsdf {
 
-/// Depth and colour images of a room with a box that disappears; rendered once.
+/// Depth and colour images of a room with a box that disappears. They are rendered only once.
 struct RoomRecording {
   std::vector<SceneFrame> depth;
   std::vector<PaintedFrame> colour;

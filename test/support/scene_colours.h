@@ -10,8 +10,8 @@
 
 namespace dtsdf {
 
-/// Writes a colour image 10 ms after each depth image of writeSceneRecording(), or after every
-/// n-th, from a camera with the same field of view.
+/// Writes colour images from a camera with the same field of view as that of writeSceneRecording(),
+/// 10 ms after each depth image, or after one in `every` depth images.
 inline void writeSceneColours(const std::filesystem::path& folder, const Scene& scene,
                               const SurfaceColour& colour,
                               const std::vector<Eigen::Isometry3d>& T_W_C, int width, int height,

@@ -1,4 +1,4 @@
-/// Writes a TUM folder of an analytic scene, as `reconstruct` reads it.
+/// Writes a TUM folder with images of an analytic scene, as input for `reconstruct`.
 #pragma once
 
 #include <filesystem>
@@ -23,8 +23,8 @@ inline void writeCameraInfo(const std::filesystem::path& file, const Intrinsics&
   writeBytes(file.string(), camera.str());
 }
 
-/// Images in units of 0.2 mm, 0.1 s apart, from a camera with a horizontal field of view of 65
-/// degrees. The file of poses contains T_W_C[i], or moved(i, T_W_C[i]) if given.
+/// Writes images in units of 0.2 mm, 0.1 s apart, from a camera with a horizontal field of view of
+/// 65 degrees. The trajectory file contains T_W_C[i], or moved(i, T_W_C[i]) if `moved` is given.
 inline void writeSceneRecording(
     const std::filesystem::path& folder, const Scene& scene,
     const std::vector<Eigen::Isometry3d>& T_W_C, int width = 160, int height = 120,

@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-/// Depth in metres along the optical axis, for a viewing direction (x, y, 1); 0: none.
+/// Depth in metres along the optical axis, for a viewing direction (x, y, 1). 0 if there is none.
 using Surface = std::function<double(double x, double y)>;
 
 /// The plane n^T P = delta.
@@ -17,7 +17,7 @@ inline Surface plane(double nx, double ny, double nz, double delta) {
   return [=](double x, double y) { return delta / (nx * x + ny * y + nz); };
 }
 
-/// A camera at the origin of its local frame, not rotated.
+/// The view of a camera at the origin of its local frame, without rotation.
 inline FrameView frontalFrame(int width, int height, const Intrinsics& K, float voxel_size_m) {
   return {width, height, K, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, voxel_size_m};
 }

@@ -1,4 +1,4 @@
-/// A new folder for one test, removed with its contents.
+/// A new folder for a test, removed with its contents by the destructor.
 #pragma once
 
 #include <stdlib.h>

@@ -5,7 +5,7 @@ import zlib
 
 
 def png(rows, bits=16, channels=1):
-    """The bytes of a grey (1 channel) or colour (3) image. `rows` are bytes, big endian."""
+    """The bytes of a grey (1 channel) or colour (3 channels) PNG. Each row is given as bytes, big endian."""
     def chunk(kind, data):
         return (struct.pack(">I", len(data)) + kind + data +
                 struct.pack(">I", zlib.crc32(kind + data)))
@@ -17,7 +17,7 @@ def png(rows, bits=16, channels=1):
 
 
 def write(folder, images):
-    """Writes depth images with poses; `images`: (stamp, PNG, (tx, ty, tz, qx, qy, qz, qw))."""
+    """Writes depth images and their poses. Each image is (stamp, PNG, (tx, ty, tz, qx, qy, qz, qw))."""
     os.makedirs(os.path.join(folder, "depth"))
     with open(os.path.join(folder, "depth.txt"), "w", encoding="ascii") as depth, \
             open(os.path.join(folder, "groundtruth.txt"), "w", encoding="ascii") as poses:

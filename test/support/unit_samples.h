@@ -1,4 +1,4 @@
-/// The samples of a single mesh unit, in the form that the rules take, for the tests.
+/// The samples of a single mesh unit, in the form that the rules take.
 #pragma once
 
 #include "kernels/meshing/sheets.h"

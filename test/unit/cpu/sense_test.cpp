@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kWidth = 320, kHeight = 240;
 
-/// Noise estimated in an image whose inverse depths are 0.5 1/m plus these offsets.
+/// Noise estimated from an image whose inverse depths are 0.5 1/m plus these offsets.
 float estimatedNoise(const std::vector<float>& offsets) {
   std::vector<float> depth_m;
   for (const float offset : offsets) depth_m.push_back(1.0f / (0.5f + offset));
@@ -42,7 +42,7 @@ std::vector<float> weightedAlong(const std::vector<float>& image, bool columns,
                                  const std::vector<float>& weights) {
   std::vector<float> sums(image.size(), 0.0f);
   for (int i = 0; i < kWidth * kHeight; ++i) {
-    for (size_t k = 0; k < weights.size(); ++k) {  // wraps around at the end
+    for (size_t k = 0; k < weights.size(); ++k) {  // wraps around at the border
       const int step = static_cast<int>(k);
       const int u = columns ? i % kWidth : (i % kWidth + step) % kWidth;
       const int v = columns ? (i / kWidth + step) % kHeight : i / kWidth;
@@ -93,7 +93,7 @@ TEST(SensedNoise, IsFoundIfCorrelatedAlongLines) {
   }
 }
 
-/// Only a few lines lie on an object 19 pixels wide.
+/// Only an object 19 pixels wide is measured, so only a few lines of pixels can be used.
 TEST(SensedNoise, IsFoundOnASmallObject) {
   std::vector<float> offsets = whiteNoise(0.001f);
   for (int i = 0; i < kWidth * kHeight; ++i) {
@@ -103,7 +103,8 @@ TEST(SensedNoise, IsFoundOnASmallObject) {
   EXPECT_NEAR(estimatedNoise(offsets) / 0.001f, 1.0f, 0.3f);
 }
 
-/// The right half has ripples of 4 mm at 2 m, 24 pixels long, in noise of half a millimetre.
+/// The right half has ripples with an amplitude of 4 mm at 2 m, 24 pixels long. The noise is half a
+/// millimetre.
 TEST(SensedNoise, DoesNotIncludeSurfaceDetail) {
   constexpr float kNoise = 1.25e-4f;
   std::vector<float> offsets = whiteNoise(kNoise);

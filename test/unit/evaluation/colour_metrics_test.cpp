@@ -38,7 +38,7 @@ TEST(ColourEvaluation, MeasuresAChannelDifference) {
   EXPECT_NEAR(result.median_lab, result.rmse_lab, 1e-3);
 }
 
-/// Vertices with the colours of a texture have hardly any error.
+/// Vertices that have the texture's colours have hardly any error.
 TEST(ColourEvaluation, ComparesWithTheTexture) {
   TriangleMesh mesh = makeRectangle(-0.005f, -0.005f, 0.005f, 0.005f, 0);
   for (const Eigen::Vector3f& p : mesh.vertices) {

@@ -9,10 +9,10 @@ namespace {
 
 ViewCamera smallCamera() { return {{4, 4, 1.5f, 0.5f}, 4, 2}; }
 
-/// In the first image, one pixel is not measured and another sees a hole in the mesh. At the other
-/// pixels, the mesh is off by -70 and -40 mm at 1 m, -70 and +70 mm at 2 m, +60 mm at 1 m, and +300
-/// mm (3 %) at 10 m. In the second image, one pixel is measured, and the mesh is off by half a
-/// metre.
+/// In the first image, one pixel is not measured, and another shows a hole in the mesh. At the
+/// other pixels, the mesh is off by -70 and -40 mm at 1 m, -70 and +70 mm at 2 m, +60 mm at 1 m,
+/// and +300 mm (3 %) at 10 m. In the second image, one pixel is measured, where the mesh is off by
+/// half a metre.
 TEST(DepthComparison, GivesKnownFiguresForMergedImages) {
   DepthComparison all(1), other(1);
   all.add({1, 1, 2, 2, 1, 10, 1, 0}, {0.93f, 0.96f, 1.93f, 2.07f, 1.06f, 10.3f, 0, 1},

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kWidth = 300, kHeight = 40;
 
-/// Focal length 525 pixels, baseline 50 mm: the disparity in pixels is 26.25 / z.
+/// With a focal length of 525 pixels and a baseline of 50 mm, the disparity in pixels is 26.25 / z.
 ViewCamera camera() { return {{525.0f, 525.0f, 149.5f, 19.5f}, kWidth, kHeight}; }
 
 /// A frontal view with one depth per column.
@@ -30,7 +30,7 @@ DepthView wall(float z_m) {
   return viewOf([=](int) { return z_m; });
 }
 
-/// Standard deviation of the noisy depths of a wall, without missing pixels.
+/// Standard deviation of the noisy depths at a wall; missing pixels are ignored.
 double sigmaOf(DepthNoise noise, float wall_m) {
   double squares = 0.0;
   int count = 0;
@@ -64,7 +64,8 @@ TEST(DepthNoiseModels, TimeOfFlightFollowsTheCitedFormula) {
   EXPECT_NEAR(sigmaOf(DepthNoise::kTof, 2.0f), 0.0017, 5e-5);
 }
 
-/// Half the pixel sees 1 m, half sees 3 m with a ninth of the amplitude: (1 + 3 / 9) / (1 + 1 / 9).
+/// One half of the pixel receives light from 1 m, the other half from 3 m with a ninth of the
+/// amplitude: (1 + 3 / 9) / (1 + 1 / 9).
 TEST(DepthNoiseModels, MixedDepthsAreWeightedByAmplitude) {
   EXPECT_NEAR(mixDepths(1.0f, 3.0f, 0.5f), 1.2f, 1e-6f);
   EXPECT_NEAR(mixDepths(3.0f, 1.0f, 0.5f), 1.2f, 1e-6f);
@@ -104,8 +105,8 @@ TEST(DepthNoiseModels, DisparityIsQuantised) {
 }
 
 /// An object at columns 100 to 199 with a disparity of 20 pixels, in front of a wall with 5. In the
-/// right image, the object is at columns 80 to 179, where it hides the wall's columns 85 to 99. The
-/// wall's first five columns are outside the right image.
+/// right image, the object is at columns 80 to 179, where it occludes the wall's columns 85 to 99.
+/// The wall's first five columns are outside the right image.
 TEST(DepthNoiseModels, PixelsHiddenFromTheSecondCameraAreLost) {
   const float near_m = 26.25f / 20.0f, far_m = 26.25f / 5.0f;
   const DepthView view = viewOf([=](int u) { return u >= 100 && u < 200 ? near_m : far_m; });

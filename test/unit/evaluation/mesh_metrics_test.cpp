@@ -86,7 +86,7 @@ TEST(SeenByViews, IncludesOnlyFacingSurfaces) {
 }
 
 TEST(SeenByViews, ExcludesHiddenAndOutOfViewPoints) {
-  // A sheet from x = -1 to 1. Another sheet above hides its right half.
+  // A sheet from x = -1 to 1. Another sheet above it occludes its right half.
   const MeshScene sheets(
       joined(makeRectangle(-1, -1, 1, 1, 0), makeRectangle(0, -2, 2, 2, 0.001f)));
   const SurfaceSamples samples = sampleSurface(sheets.mesh(), 20000, 1);
@@ -113,7 +113,7 @@ TEST(SeenByViews, ExcludesUnmeasuredPoints) {
   const MeshScene sheet(makeRectangle(-0.5f, -0.5f, 0.5f, 0.5f, 0));
   const std::vector<Eigen::Isometry3d> poses_W_C = {
       lookAt({0, 0, 2}, {0, 0, 0}, Eigen::Vector3d::UnitY())};
-  std::vector<float> depth_m;  // nothing measured on the left, something else on the right
+  std::vector<float> depth_m;  // nothing measured on the left, something nearer on the right
   for (int i = 0; i < 640 * 480; ++i) {
     const int u = i % 640;
     depth_m.push_back(u < 280 ? 0.0f : u < 360 ? 2.03f : 1.5f);
@@ -138,8 +138,8 @@ TEST(MeshTopology, CountsBoundaryEdges) {
   EXPECT_EQ(meshTopology(makeSphere(0.5f, 12)).boundary_edges, 0u);
 }
 
-/// A sheet of squares of 0.1 m that share no vertices, without the squares at the `missing` columns
-/// and rows.
+/// A sheet of 0.1 m squares that share no vertices. The squares at the columns and rows in
+/// `missing` are left out.
 TriangleMesh makePiercedSheet(int side, const std::set<std::pair<int, int>>& missing) {
   TriangleMesh sheet;
   const auto at = [](int i) { return 0.1f * static_cast<float>(i); };

@@ -85,7 +85,7 @@ TEST(TriangleMesh, IsCentredAndScaled) {
 }
 
 TEST(TriangleMesh, SamplesAreUniformByArea) {
-  // Two rectangles whose areas are 9 : 1.
+  // Two rectangles with areas of 9 and 1.
   const TriangleMesh mesh = joined(makeRectangle(0, 0, 3, 3, 0), makeRectangle(0, 0, 1, 1, 1));
   const SurfaceSamples samples = sampleSurface(mesh, 100000, 3);
   ASSERT_EQ(samples.points.size(), 100000u);

@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace {
 
-/// Mean and standard deviation of the measured pixels.
+/// Mean and standard deviation of the measured pixels, and their share of all pixels.
 struct DepthStats {
   double mean_m = 0.0, sigma_m = 0.0, share = 0.0;
 };
@@ -30,7 +30,7 @@ DepthStats statsOf(const std::vector<float>& depth_m) {
           count / static_cast<double>(depth_m.size())};
 }
 
-/// A view straight down at a large rectangle, two metres below.
+/// A view straight down onto a large rectangle 2 m below.
 DepthView frontalView() {
   return renderView(MeshScene(makeRectangle(-5, -5, 5, 5, 0)), ViewCamera{},
                     lookAt({0, 0, 2}, {0, 0, 0}, Eigen::Vector3d::UnitY()));
@@ -61,7 +61,7 @@ TEST(RenderView, MatchesTheAnalyticScene) {
     for (size_t i = 0; i < depth_m.size(); ++i) {
       if (std::abs(depth_m[i] - expected_m[i]) > 1e-5f) ++different;
     }
-    EXPECT_LT(different, 20u) << "more than pixels on the silhouette differ";
+    EXPECT_LT(different, 20u) << "not only pixels on the silhouette differ";
   }
 }
 
@@ -127,7 +127,7 @@ TEST(TumDepth, RoundsAndDropsValuesOutOfRange) {
             (std::vector<uint16_t>{0, 5000, 5001, 0, 0}));
 }
 
-/// Figures of Nguyen et al.: 1.2 mm at 0.4 m, 6.1 mm at 2 m (also at an angle of 0.5 rad), 0.8
+/// Figures from Nguyen et al.: 1.2 mm at 0.4 m, 6.1 mm at 2 m (also at an angle of 0.5 rad), 0.8
 /// pixels laterally.
 TEST(DepthNoise, FollowsTheCitedFormulas) {
   EXPECT_NEAR(axialSigma(0.4, 0.0), 0.0012, 1e-12);
@@ -136,7 +136,7 @@ TEST(DepthNoise, FollowsTheCitedFormulas) {
   EXPECT_NEAR(lateralSigma(0.0), 0.8, 1e-12);
   EXPECT_TRUE(std::isfinite(axialSigma(2.0, 1.5707963)));
   const DepthStats stats = statsOf(addNoise(frontalView(), {}, DepthNoise::kKinect, 1));
-  const double step_m = 4.0 / 315.0;  // one step of disparity at 2 m
+  const double step_m = 4.0 / 315.0;  // one disparity step at 2 m
   EXPECT_NEAR(stats.mean_m, 2.0, 1e-3);
   EXPECT_NEAR(stats.sigma_m, std::hypot(axialSigma(2.0, 0.0), step_m / std::sqrt(12.0)), 2e-4);
   EXPECT_DOUBLE_EQ(stats.share, 1.0);
@@ -169,7 +169,7 @@ TEST(DepthNoise, LosesGrazingAnglesAndEdges) {
     ++lost;
     ASSERT_NEAR(i % 640, 319.5, 5.0) << "lost a pixel far from the edge";
   }
-  EXPECT_NEAR(lost, 480, 60) << "not about half of two columns";
+  EXPECT_NEAR(lost, 480, 60) << "not about half of the pixels in two columns";
 }
 
 }  // namespace

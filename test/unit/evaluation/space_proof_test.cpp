@@ -28,7 +28,7 @@ std::unique_ptr<Mapper> mapOf(const ViewedScene& viewed, const MapperParams& par
   return mapper;
 }
 
-/// Every step-th view of a scene.
+/// The scene with one in every `step` of its views.
 ViewedScene thinned(ViewedScene viewed, size_t step) {
   auto& poses_W_C = viewed.views.poses_W_C;
   for (size_t i = 0; i * step < poses_W_C.size(); ++i) poses_W_C[i] = poses_W_C[i * step];
@@ -52,7 +52,7 @@ TEST(SpaceTruth, KnowsSolidAndSeenThroughSpace) {
   const auto from_front = truth.distanceFrom({0.1, -0.5, 0.1});
   ASSERT_TRUE(from_front);
   EXPECT_NEAR(*from_front, 0.499, 1e-6);
-  EXPECT_FALSE(truth.distanceFrom({0.1, 0.5, 0.1}));  // no view sees the back
+  EXPECT_FALSE(truth.distanceFrom({0.1, 0.5, 0.1}));  // the back is in no view
 }
 
 TEST(SpaceFigures, DistinguishTheRightSceneFromAnother) {
@@ -71,7 +71,7 @@ TEST(SpaceFigures, DistinguishTheRightSceneFromAnother) {
   EXPECT_GT(figures.truly_free, 100u);
   EXPECT_GT(figures.found_free, 0.6 * figures.truly_free);
 
-  // In another scene, these distances are wrong and some of these free cells are not free.
+  // Compared with another scene, distances are wrong, and some of the free cells are not free.
   Scene other = viewed.scene;
   other.add(makeBox({0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}));
   const SpaceFigures wrong =

@@ -53,7 +53,7 @@ inline TriangleMesh makeSphere(float radius_m, uint32_t rings) {
     }
   }
   const auto index = [&](uint32_t i, uint32_t k) {
-    const bool pole = i == 0 || i == rings;  // all facets of a pole share one vertex
+    const bool pole = i == 0 || i == rings;  // all facets at a pole share one vertex
     return i * columns + (pole ? 0 : k % columns);
   };
   for (uint32_t i = 0; i < rings; ++i) {

@@ -31,7 +31,8 @@ def evaluate(*arguments):
 
 
 def helix(offset_m=0.0):
-    """Pairs of a pose on a helix and its transform, alternately `offset_m` too low and too high."""
+    """Pairs of a pose on a helix and its estimate, which is moved rigidly, and alternately `offset_m` too low
+    and too high."""
     turn = math.radians(30.0)
     for i in range(40):
         x, y = math.cos(0.3 * i), math.sin(0.3 * i)
@@ -65,10 +66,10 @@ class EvaluateTrajectory(unittest.TestCase):
         figures = self.figures(0.02)
         self.assertAlmostEqual(float(figures["ate_rmse_m"]), 0.02, delta=3e-4)
         self.assertAlmostEqual(float(figures["ate_mean_m"]), 0.02, delta=3e-4)
-        # Alternately 0.04 m up and down.
+        # The error in height changes by 0.04 m between images.
         self.assertAlmostEqual(float(figures["rpe_image_m"]), 0.04, delta=1e-5)
         self.assertAlmostEqual(float(figures["rpe_image_deg"]), 0.0, delta=1e-3)
-        self.assertLess(float(figures["rpe_second_m"]), 1e-5)  # 30 images apart: the same offset
+        self.assertLess(float(figures["rpe_second_m"]), 1e-5)  # images 30 apart have the same offset
 
     def test_invalid_files_are_reported(self):
         write(self.truth, (true for true, _ in helix()))
@@ -86,7 +87,7 @@ def pose_of(step):
 
 
 def render(pose):
-    """Depth in metres of a room of 3 x 2.4 x 4 m with three balls."""
+    """A depth image, in metres, of a 3 x 2.4 x 4 m room with three balls."""
     v, u = np.mgrid[0:HEIGHT, 0:WIDTH]
     rays = np.stack([(u - CX) / FOCAL, (v - CY) / FOCAL, np.ones_like(u)], axis=-1) @ pose[:3, :3].T
     eye = pose[:3, 3]

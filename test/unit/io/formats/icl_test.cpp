@@ -1,4 +1,4 @@
-/// A small living room of ICL-NUIM, laid out as in the TUM-compatible archive.
+/// A short recording with the layout of ICL-NUIM's TUM-compatible living room archives.
 #include <gtest/gtest.h>
 
 #include "support/recording_folder.h"
@@ -61,7 +61,7 @@ TEST_F(IclArchive, FlippingRowsKeepsThePoints) {
   }
 }
 
-// Flipping the rows also moves a principal point that is off the centre.
+// Flipping the rows also moves a principal point that is off centre.
 TEST_F(IclArchive, PrincipalPointIsFlippedToo) {
   options_.intrinsics = Intrinsics{481.2f, -480.0f, 319.5f, 200.0f};
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.cy, 279.0f);

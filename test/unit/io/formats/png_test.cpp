@@ -97,11 +97,11 @@ TEST_F(OwnImages, AcceptOtherPoseConventions) {
 TEST_F(OwnImages, AreFoundWithCameraAndColour) {
   writeBytes(folder_ / "transforms.json", jsonOf("images/c_"));
   options_.intrinsics.reset();
-  options_.pose_convention = "opengl";  // as in transforms.json in any case
+  options_.pose_convention = "opengl";  // the convention of transforms.json anyway
   EXPECT_EQ(guessRecordingFormat(options_.path), "png");
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.fy, 11.0f);
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.cx, 8.0f);
-  EXPECT_EQ(openRecording(options_)->next()->depth.T_W_C(2, 2), 1.0) << "not converted once";
+  EXPECT_EQ(openRecording(options_)->next()->depth.T_W_C(2, 2), 1.0) << "converted never or twice";
   EXPECT_EQ(readAllColours(options_).size(), 3u);
   options_.selection.step = 2;
   EXPECT_EQ(readAllColours(options_).size(), 2u) << "not one per depth image";

@@ -123,7 +123,7 @@ def main():
         more, sound[variant], device = measure(options, variant, parts)
         rows += more
     rows.sort(key=lambda row: float(row[0]))
-    header = ["thickness mm", "side", "map", "share there", "mean offset mm", "largest offset mm"]
+    header = ["thickness mm", "side", "map", "share present", "mean offset mm", "largest offset mm"]
     fill_page(options.results / "thin.md", **{options.stem: (
         f"{FRAMES} images, {VOXEL_MM:g} mm voxels.\n\n"
         f"{markdown_table(header, rows)}\n{made_by(device)}")})

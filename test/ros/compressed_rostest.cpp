@@ -68,7 +68,7 @@ TEST_F(Compressed, BothCodecsAndEncodingsAreFused) {
 }
 
 TEST_F(Compressed, DamagedImagesAreCounted) {
-  if (hasPlugin()) GTEST_SKIP() << "image_transport's plugin is installed, and decodes first";
+  if (hasPlugin()) GTEST_SKIP() << "image_transport's plugin is installed and decodes the images";
   std::vector<uint8_t> huge = compressedHeader();
   for (int i = 0; i < 8; ++i) huge.push_back(0xff);
   const std::pair<std::string, std::vector<uint8_t>> damaged[] = {

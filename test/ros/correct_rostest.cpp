@@ -260,7 +260,7 @@ TEST_F(Correction, IsRefusedWithAReasonIfInvalid) {
   writeBytes(in("nan.txt"), std::to_string(stampOf(3).toSec()) + " nan 0 0 0 0 0 1\n");
   expectRefused("nan.txt", "nan.txt");
   expectRefused("missing.txt", "missing.txt");
-  expectRefused("/nowhere/poses.txt", "no such file");  // may be in any folder
+  expectRefused("/nowhere/poses.txt", "no such file");  // poses may be read from any folder
   saveTrajectory(posesOf(truth), in("fine.txt"));
   expectRefused("fine.txt", "'nowhere'", "nowhere");
   expectRefused("fine.txt", "'nowhere'", "", "nowhere");
@@ -347,8 +347,8 @@ TEST_F(Correction, EndsWhenTheMapIsCleared) {
   expectJournalRestoresMap();
 }
 
-/// A separate node is killed during a correction: its journal gives either the old map or the
-/// corrected one.
+/// A separate node is killed during a correction. Its journal restores either the old map or the
+/// corrected map.
 TEST_F(Correction, KillingTheNodeLeavesAValidJournal) {
   ros::param::set("/second/backend", "cpu");
   ros::param::set("/second/threads", 1);

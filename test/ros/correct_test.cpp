@@ -379,7 +379,7 @@ TEST_F(CorrectTest, EndsWhenTheMapIsCleared) {
   push(kBefore, truth(kBefore));
   work();
   EXPECT_EQ(host_.depth.counts().fused, static_cast<uint64_t>(kBefore + 1));
-  // The cancelled correction must not affect this one.
+  // The cancelled correction must not affect the next one.
   correct({{stampOf(kBefore).toSec(), drifted(kBefore)}});
   workUntilAnswered(2);
   EXPECT_TRUE(answers_[1].success) << answers_[1].message;

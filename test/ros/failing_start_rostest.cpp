@@ -56,7 +56,7 @@ TEST_P(FailingStart, IgnoresParametersOfRos) {
   ros::param::set("/fine/image_transport", "raw");
   ros::param::set("/fine/diagnostic_period", 1.0);
   ros::param::set("/fine/compressedDepth/depth_max", 10.0);
-  ros::param::set("/fine/map/voxel_size_m", 1);  // an integer is allowed for a float
+  ros::param::set("/fine/map/voxel_size_m", 1);  // an integer is accepted for a float
   ros::param::set("/fine/map/max_memory_mb", 1.5);
   const Outcome outcome = start("fine");
   EXPECT_NE(outcome.output.find("map/max_memory_mb"), std::string::npos) << outcome.output;

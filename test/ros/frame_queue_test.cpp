@@ -116,7 +116,7 @@ TEST_F(FrameQueueTest, FramesWaitForTheirMasks) {
 
 TEST_F(FrameQueueTest, LaterStampsDoNotBlockEarlierOnes) {
   make({5, 1 << 20, 0.1});
-  for (int i = 0; i < 100; ++i) info(1000.0 + i);  // then the recording starts again
+  for (int i = 0; i < 100; ++i) info(1000.0 + i);  // after that, the recording starts again
   for (int i = 0; i < 10; ++i) image(2000.0 + i);
   for (const double stamp_s : {1.0, 2.0, 3.0}) {
     info(stamp_s);
@@ -182,7 +182,7 @@ TEST_F(FrameQueueTest, CamerasAreMergedByStamp) {
   EXPECT_EQ(dropped(drop::kOutOfOrder, 1), 1u);
 }
 
-/// The first colour frame may be late: it is taken although a newer depth frame has been taken.
+/// The first colour frame may be late: it is taken even after a newer depth frame.
 TEST_F(FrameQueueTest, DepthWaitsOnceColourHasArrived) {
   make({});
   posed(1.0);
@@ -347,7 +347,7 @@ TEST_F(FrameQueueTest, NothingIsTakenWhilePausedOrEnding) {
   queue_->refuseAll(Rejection{drop::kEnding, ""});
   queue_->refuseAll(std::nullopt);
   image(5.0);
-  EXPECT_EQ(dropped(drop::kEnding), 2u) << "a call to pause has revoked the end";
+  EXPECT_EQ(dropped(drop::kEnding), 2u) << "resuming has no effect after the end";
   EXPECT_TRUE(taken().empty());
   EXPECT_EQ(queue_->bytes(), 0u);
 }

@@ -94,7 +94,7 @@ TEST_F(Input, OversizedImagesAreDropped) {
   expectGoodFrameFused();
 }
 
-/// Images without camera_info wait within input/queue_mb, and the status counts them.
+/// Images that wait for camera_info take up at most input/queue_mb, and are counted in the status.
 TEST_F(Input, WaitingImagesAreCountedAndBounded) {
   constexpr int kImages = 60;
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));

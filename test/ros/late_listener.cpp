@@ -1,5 +1,5 @@
-/// Subscribes to the mesh until it has the given number of triangles, at most 15 s, then prints the
-/// numbers of triangles, markers and added markers. Exits with 1 if triangles are missing.
+/// Subscribes to the mesh for up to 15 s, until it has the given number of triangles. Then prints
+/// the numbers of triangles, markers and added markers. Exits with 1 if triangles are missing.
 #include <ros/ros.h>
 
 #include <cstdio>

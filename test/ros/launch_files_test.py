@@ -445,7 +445,7 @@ class Running(unittest.TestCase):
                 (["bag:=tum.bag", depth, "voxel_size_m:=5"], "map/voxel_size_m = 5"),
                 (["bag:=tum.bag", depth, "voxel_size_m:=5", "nodelet:=false"],
                  "map/voxel_size_m = 5"))
-            with concurrent.futures.ThreadPoolExecutor(2) as pool:  # each mostly waits
+            with concurrent.futures.ThreadPoolExecutor(2) as pool:  # they mostly wait
                 outputs = list(pool.map(
                     lambda case: self.output_of("bag", *case[0], cwd=folder), cases))
             for (_, text), output in zip(cases, outputs):

@@ -244,7 +244,7 @@ TEST_F(LiveMapTest, ClearingRecoversFromAFailure) {
   mapper_->fails_to_integrate = false;
   pushFrame();
   work();
-  EXPECT_EQ(mapper_->frames, 1) << "a map with a possibly incomplete frame must not grow";
+  EXPECT_EQ(mapper_->frames, 1) << "nothing is fused on top of a partly fused frame";
   EXPECT_EQ(dropped(), 2u);
 
   map_.clear();

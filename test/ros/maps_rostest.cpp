@@ -214,7 +214,7 @@ TEST_F(MapsTest, AreRefusedIfDamaged) {
 }
 
 TEST_F(MapsTest, AreSavedUnderTheOutputDirectory) {
-  expectRefused("/nowhere/map.dtsdf", "cannot read");  // may be in any folder
+  expectRefused("/nowhere/map.dtsdf", "cannot read");  // maps may be loaded from any folder
   const auto saved = saveMapAs("../map.dtsdf");
   EXPECT_FALSE(saved.success);
   EXPECT_NE(saved.message.find("output_directory"), std::string::npos) << saved.message;

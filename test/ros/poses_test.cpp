@@ -273,7 +273,7 @@ TEST_F(PosesTest, TheBaseStartsAtTheOrigin) {
   params_.base_frame = "base";
   start(PoseMode::kTrack);
   push(1.0);
-  EXPECT_EQ(dropped(drop::kNoTransform), 1u) << "a missing pose is not waited for";
+  EXPECT_EQ(dropped(drop::kNoTransform), 1u) << "frames do not wait for a missing pose";
   putTransform(host_->transforms, 1.0, 0.4, "camera", "base");
   camera_x_m_ = 0.45;
   push(1.1);
@@ -340,7 +340,7 @@ TEST(PoseCovariance, TrackedPosesAreUncertainAlongFreeAxes) {
   EXPECT_GT(along.dot(shifts * along), 100.0);
   EXPECT_LT(Vector3d::UnitZ().dot(shifts * Vector3d::UnitZ()), 1e-5);
   EXPECT_TRUE(tracked.isApprox(tracked.transpose()));
-  params.mode = PoseMode::kRefine;  // TF's error does not accumulate
+  params.mode = PoseMode::kRefine;  // errors in poses from TF do not accumulate
   EXPECT_EQ(odometryCovariance(slidingAlong(along), params), slidingAlong(along).covariance);
   Alignment first;
   first.covariance.diagonal().setConstant(kSigma_m * kSigma_m);

@@ -188,7 +188,7 @@ TEST(Rectification, LeavesRectifiedImagesUnchanged) {
 }
 
 TEST(Rectification, WarnsIfDistortionRemains) {
-  ros::Time::init();  // for the log
+  ros::Time::init();  // needed to log warnings
   Rectification never(Usage::kNever, "/image_raw");
   EXPECT_EQ(never.warning(), "");
   for (int i = 0; i < 2; ++i) never.apply({makeRawImage(), makeInfo("plumb_bob", kPlumbBob)});

@@ -27,7 +27,7 @@ using Clock = std::chrono::steady_clock;
 constexpr size_t kMegabyte = 1 << 20;
 constexpr int kListeners = 20;
 
-/// How long the listeners read nothing; DTSDF_STALL_S overrides it.
+/// How long the listeners stop reading, in seconds; DTSDF_STALL_S overrides it.
 double stallSeconds() {
   const char* text = std::getenv("DTSDF_STALL_S");
   return text == nullptr ? 15.0 : std::strtod(text, nullptr);

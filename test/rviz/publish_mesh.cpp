@@ -1,5 +1,5 @@
 /// publish_mesh TRIANGLES: publishes a wavy sheet of at least TRIANGLES triangles, under the node's
-/// name and in the way in which the node publishes its mesh.
+/// name and in the same way as the node publishes its mesh.
 #include <ros/ros.h>
 
 #include <cmath>

@@ -66,7 +66,7 @@ class Viewer {
     property->setValue(is_switch ? QVariant(value == "true") : QVariant(value));
   }
 
-  /// Draws once, with everything received so far.
+  /// Draws one picture, with everything received so far.
   void draw() {
     manager_.queueRender();
     QApplication::processEvents(QEventLoop::AllEvents, 20);

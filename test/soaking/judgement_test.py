@@ -14,8 +14,8 @@ CYCLE_S = 300.0
 
 
 def records(kept_mb, cycles=12, spread_mb=1.0):
-    """A simulated record of a soak. The process keeps kept_mb(t), plus an amount of up to spread_mb that
-    differs between cycles, and uses up to 200 MB more for a while in each cycle."""
+    """A simulated record of a soak. The process keeps kept_mb(t) MB, plus up to spread_mb MB that differ
+    between cycles, and uses up to 200 MB more for a while in each cycle."""
     rng, record = random.Random(7), []
     for cycle in range(cycles):
         begin = cycle * CYCLE_S

@@ -12,7 +12,7 @@
 
 namespace dtsdf {
 
-/// Space without known cells. Its changes come in parts_left parts of many cubes, each with one
+/// Space without known cells. Its changes come in parts_left parts of many cubes; each cube has one
 /// free cell.
 class FakeSpace : public Space {
  public:

@@ -105,8 +105,8 @@ inline std::string fileOf(Mapper& mapper) {
   return readBytes(folder / "map.dtsdf");
 }
 
-/// The bytes of the file to which a map is saved that is restored from a journal with these
-/// settings.
+/// Restores a map from a journal, with these settings. Returns the bytes of the file to which the
+/// map is saved.
 inline std::string mapOf(JournalReplay& journal, const MapperParams& params) {
   const auto mapper = mapperOf(journal, params);
   while (const std::optional<journal::Call> call = journal.next()) repeatCall(*call, *mapper);

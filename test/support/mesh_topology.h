@@ -14,12 +14,11 @@ using Triangle = std::array<uint32_t, 3>;
 
 struct MeshTopology {
   size_t triangles = 0;
-  size_t boundary_edges = 0;     ///< Sides of a single triangle.
-  size_t nonmanifold_edges = 0;  ///< Sides of more than two triangles.
-  size_t inconsistent_edges =
-      0;  ///< Shared sides traversed more often in one direction than in the other.
-  size_t repeated_corners = 0;  ///< Triangles that contain a vertex twice.
-  size_t zero_areas = 0;        ///< Triangles whose corners are collinear.
+  size_t boundary_edges = 0;      ///< Sides of a single triangle.
+  size_t nonmanifold_edges = 0;   ///< Sides of more than two triangles.
+  size_t inconsistent_edges = 0;  ///< Shared sides whose triangles are oriented inconsistently.
+  size_t repeated_corners = 0;    ///< Triangles that contain a vertex twice.
+  size_t zero_areas = 0;          ///< Triangles whose corners are collinear.
   size_t unused_vertices = 0;
   size_t coincident_vertices = 0;  ///< Vertices at exactly the position of another vertex.
 

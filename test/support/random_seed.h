@@ -1,4 +1,4 @@
-/// Seeds of randomised tests: fixed, unless DTSDF_TEST_SEED sets the first seed.
+/// Seeds for randomised tests: fixed, unless DTSDF_TEST_SEED sets the first seed.
 #pragma once
 
 #include <cstdint>

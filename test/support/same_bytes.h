@@ -1,5 +1,5 @@
 /// Compares arrays bytewise, which is stricter than ==: NaN equals itself, and -0 differs from 0.
-/// Without gtest, so that fuzzers can use it.
+/// Does not need gtest, so that fuzzers can use it.
 #pragma once
 
 #include <cstring>

@@ -37,7 +37,7 @@ MapContents roomContents(bool painted = true, const MapperParams& params = roomP
 /// The mesh of a mapper whose mesh has not been updated before.
 Mesh meshOf(Mapper& mapper, float voxel_size_m);
 
-/// A copy of contents, which have no copy constructor, to prevent accidental copies.
+/// A copy of the contents. MapContents has no copy constructor, to prevent accidental copies.
 MapContents copyOf(const MapContents& contents);
 
 testing::AssertionResult sameContents(const MapContents& a, const MapContents& b);

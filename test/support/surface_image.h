@@ -1,4 +1,5 @@
-/// An exact depth image of an analytic surface with its row fits, as input for the rules on pixels.
+/// An exact depth image of an analytic surface with its row fits, as input for the rules for
+/// pixels.
 #pragma once
 
 #include <functional>

@@ -12,8 +12,8 @@ namespace dtsdf {
 /// Runs `rosbag play` in another process while the test waits for its effects.
 class BagPlayer {
  public:
-  /// Plays the test's bag (parameter "~bag") from from_s to to_s, counted from its start, as soon
-  /// as all its topics have subscribers.
+  /// Plays the part of the test's bag (parameter "~bag") between from_s and to_s after its start,
+  /// as soon as all its topics have subscribers.
   BagPlayer(double from_s, double to_s) {
     std::string bag;
     ros::param::get("~bag", bag);

@@ -1,4 +1,4 @@
-/// Topics that a test program keeps from the first test that needs them until it ends.
+/// Topics that a test program advertises until it ends, as soon as a test needs them.
 #pragma once
 
 #include <ros/node_handle.h>

@@ -38,7 +38,7 @@ inline std::string outputFolder() {
   return ros::param::param<std::string>("/mapping/output_directory", "");
 }
 
-/// Path of the newest journal, which has the last name, as journals are named by time.
+/// Path of the newest journal: the last in alphabetical order, as journals are named by time.
 inline std::string newestJournalIn(const std::string& folder) {
   std::string newest;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {

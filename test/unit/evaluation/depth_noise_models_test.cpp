@@ -79,7 +79,7 @@ TEST(DepthNoiseModels, PixelsMixOnlyAtEdges) {
   for (size_t i = 0; i < mixed_m.size(); ++i) {
     const size_t u = i % kWidth;
     if (u == 149 || u == 150) {
-      ASSERT_GE(mixed_m[i], u == 149 ? 1.0f : 1.2f) << "more than half of the other surface";
+      ASSERT_GE(mixed_m[i], u == 149 ? 1.0f : 1.2f) << "the other surface covers more than half";
       ASSERT_LE(mixed_m[i], u == 149 ? 1.2f : 3.0f);
       if (mixed_m[i] > 1.02f && mixed_m[i] < 2.98f) ++in_between;
     } else {

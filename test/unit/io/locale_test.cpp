@@ -1,5 +1,5 @@
-// Numbers in files and messages have decimal points, even if the host program sets a C or C++
-// locale with decimal commas, for example through Qt.
+// Tests that numbers in files and messages have decimal points, even if the host program sets a C
+// or C++ locale with decimal commas, for example through Qt.
 #include <gtest/gtest.h>
 
 #include <clocale>
@@ -26,7 +26,7 @@ class DecimalComma : public testing::Test {
         runIn(locales(), "localedef -i de_DE -f UTF-8 " + locales() / "de_DE.UTF-8");
     setenv("LOCPATH", locales().path().c_str(), 1);
     if (std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr) {
-      GTEST_SKIP() << "no locale with a decimal comma could be made: " << made.err;
+      GTEST_SKIP() << "cannot generate a locale with a decimal comma: " << made.err;
     }
     std::locale::global(std::locale("de_DE.UTF-8"));
     ASSERT_EQ(std::to_string(0.5), "0,500000");

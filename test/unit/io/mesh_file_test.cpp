@@ -23,7 +23,7 @@ Mesh makeMesh() {
   return mesh;
 }
 
-/// Reads little-endian numbers, one after another.
+/// Reads consecutive little-endian numbers.
 class LittleEndianReader {
  public:
   explicit LittleEndianReader(std::string bytes) : bytes_(std::move(bytes)) {}
@@ -97,8 +97,8 @@ TEST_F(MeshFile, PlyHoldsPositionsNormalsColoursAndFaces) {
   EXPECT_EQ(body.left(), 0u);
 }
 
-/// Far positions stay precise in .ply (doubles), .obj (more digits) and .glb (a translation), but
-/// not in .stl (floats).
+/// Positions far from the origin stay precise in .ply (doubles), .obj (more digits) and .glb (a
+/// translation), but not in .stl (floats).
 TEST_F(MeshFile, OnlyStlLosesPrecisionFarAway) {
   EXPECT_EQ(lossInFormat(mesh_, "mesh.stl"), "");
   mesh_.origin_m = {40000.0, -3.0, 0.0};
@@ -134,7 +134,6 @@ TEST_F(MeshFile, OnlyStlLosesPrecisionFarAway) {
   EXPECT_NE(loss.find(".ply"), std::string::npos) << loss;
 }
 
-/// Colours from images, in .ply and .obj.
 TEST_F(MeshFile, ImageColoursAreSaved) {
   mesh_.colours = {{255, 0, 51, 255}, {1, 2, 3, 255}, {4, 5, 6, 255}, {0, 0, 0, 0}};
   saveMesh(mesh_, MeshColour::kAuto, folder_ / "mesh.ply");
@@ -166,7 +165,7 @@ TEST_F(MeshFile, ObjHoldsPositionsNormalsAndFaces) {
   ASSERT_EQ(positions.size(), mesh_.vertices_m.size());
   ASSERT_EQ(normals.size(), mesh_.normals.size());
   for (size_t i = 0; i < positions.size(); ++i) {
-    expectEqual(positions[i], mesh_.vertices_m[i]);  // enough digits for the same float
+    expectEqual(positions[i], mesh_.vertices_m[i]);  // enough digits to restore the float exactly
     expectEqual(normals[i], mesh_.normals[i]);
   }
   EXPECT_EQ(faces, (std::vector<std::string>{"f 1//1 2//2 3//3", "f 1//1 3//3 4//4"}));
@@ -197,7 +196,7 @@ TEST_F(MeshFile, ExtensionChoosesTheFormatIgnoringCase) {
   }
 }
 
-/// A reader in Python, written from the specification alone, compares the files.
+/// An independent Python script reads and compares both files.
 TEST_F(MeshFile, GlbIsValidAndMatchesPly) {
   const auto expectAlike = [&](MeshColour colour) {
     const std::string glb = folder_ / "mesh.glb", ply = folder_ / "mesh.ply";
@@ -208,7 +207,7 @@ TEST_F(MeshFile, GlbIsValidAndMatchesPly) {
               maxGlbBytes(mesh_.vertices_m.size(), mesh_.triangles.size()));
   };
   expectAlike(MeshColour::kNormal);
-  mesh_.vertices_m.push_back({0.3f, 0.7f, 11.0f});  // odd counts of everything
+  mesh_.vertices_m.push_back({0.3f, 0.7f, 11.0f});  // odd numbers of vertices and triangles
   mesh_.normals.push_back({0, -1, 0});
   mesh_.triangles.push_back({{2, 3, 4}});
   mesh_.colours = {{255, 0, 51, 255}, {1, 2, 3, 255}, {4, 5, 6, 255}, {0, 0, 0, 0}, {9, 9, 9, 255}};
@@ -216,7 +215,7 @@ TEST_F(MeshFile, GlbIsValidAndMatchesPly) {
   mesh_.origin_m = {4.0e5, -3.0e6, 0.1};
   for (Vec3f& p : mesh_.vertices_m) p = {p.x + 5000.3f, p.y - 77.7f, p.z};
   expectAlike(MeshColour::kImage);
-  // A normal of length 0, as the mean of opposite normals is, and a normal of length 5.
+  // A normal of length 0, such as the mean of opposite normals, and a normal of length 5.
   mesh_.normals[0] = {0, 0, 0};
   mesh_.normals[1] = {0, 3, 4};
   expectAlike(MeshColour::kImage);

@@ -1,4 +1,4 @@
-/// Colour images of recordings; the tests of the formats cover the layouts.
+/// Tests reading the colour images of recordings. Folder layouts are tested in formats/.
 #include <gtest/gtest.h>
 
 #include "dtsdf_mapping/io/rate_limit.h"
@@ -14,7 +14,7 @@ class RecordedColoursTest : public testing::Test {
   void SetUp() override {
     writeTumFolder(folder_, 3);
     std::filesystem::create_directories(folder_ / "rgb");
-    // OpenCV puts blue first. The list is not sorted by stamp, and its last image has no pose.
+    // OpenCV stores blue first. The list is not sorted by stamp, and its last image has no pose.
     cv::imwrite(folder_ / "rgb/a.png", cv::Mat(kTumHeight, kTumWidth, CV_8UC3, {10, 20, 30}));
     cv::imwrite(folder_ / "rgb/b.jpg", cv::Mat(kTumHeight, kTumWidth, CV_8UC3, {200, 100, 50}));
     writeBytes(folder_ / "rgb.txt",
@@ -94,7 +94,7 @@ TEST_F(RecordedColoursTest, DamagedFilesAreErrorsMissingOnesAreCounted) {
   EXPECT_EQ(source->skipped().at("colour images: no such file"), 1u);
 }
 
-/// Other pixel types of PNG and JPEG become 8 bits of red, green and blue as well.
+/// PNG and JPEG images with other pixel types are converted to 8-bit RGB.
 TEST_F(RecordedColoursTest, OtherPixelTypesBecomeRgb) {
   const auto first = [&](const std::string& name, const cv::Mat& image) {
     cv::imwrite(folder_ / name, image);
@@ -110,7 +110,7 @@ TEST_F(RecordedColoursTest, OtherPixelTypesBecomeRgb) {
   EXPECT_EQ(first("clear.png", cv::Mat(4, 5, CV_8UC4, {1, 2, 3, 4})), (std::vector<int>{3, 2, 1}));
 }
 
-/// libpng may write beyond the pixels of an interlaced image with 16 bits.
+/// Some versions of libpng write out of bounds when they decode interlaced 16-bit images.
 TEST_F(RecordedColoursTest, Interlaced16BitImagesAreRefused) {
   const std::string head(
       "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\2\0\0\0\2\x10\2\0\0\1\332\103\166\246\0\0\0\0IDAT", 41);
@@ -119,7 +119,7 @@ TEST_F(RecordedColoursTest, Interlaced16BitImagesAreRefused) {
   EXPECT_NE(error.find("without interlacing"), std::string::npos) << error;
 }
 
-/// TurboJPEG supports only the common kinds of subsampling.
+/// TurboJPEG supports only common chroma subsampling schemes.
 TEST_F(RecordedColoursTest, UnsupportedSubsamplingIsReported) {
   std::string file = readBytes(folder_ / "rgb/b.jpg");
   const size_t frame = file.find("\xff\xc0");
@@ -129,7 +129,7 @@ TEST_F(RecordedColoursTest, UnsupportedSubsamplingIsReported) {
   EXPECT_NE(error().find("subsampling"), std::string::npos) << error();
 }
 
-/// A truncated file is an error at any length; no part of it is read.
+/// A truncated file is an error, wherever it is cut off.
 TEST_F(RecordedColoursTest, TruncatedFilesAreErrors) {
   for (const std::string name : {"rgb/a.png", "rgb/b.jpg"}) {
     cv::Mat image(40, 60, CV_8UC3);
@@ -166,7 +166,7 @@ TEST(RateLimit, RestartsAfterGapsAndJumps) {
   EXPECT_TRUE(limit.takes(100.0));
   EXPECT_FALSE(limit.takes(100.05));
   EXPECT_TRUE(limit.takes(107.0));
-  EXPECT_FALSE(limit.takes(107.05)) << "made up for missed images";
+  EXPECT_FALSE(limit.takes(107.05)) << "took an extra image after a gap";
   EXPECT_TRUE(limit.takes(5.0)) << "dropped an image after a bag looped";
   EXPECT_FALSE(limit.takes(5.05));
 }

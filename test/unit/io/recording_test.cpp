@@ -66,7 +66,7 @@ TEST_F(Recording, FirstPoseOnlyIgnoresLaterPoses) {
   EXPECT_TRUE(frames[0].depth.T_W_C.isApprox(Eigen::Isometry3d::Identity(), 0.0));
   options_.poses_path = folder_ / "none.tum";
   EXPECT_NE(readingErrorOf(options_).find("none.tum"), std::string::npos)
-      << "ignored a missing file of poses";
+      << "ignored a missing pose file";
 }
 
 TEST_F(Recording, PosesMatchByNumberWithoutStamps) {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// The pose at a stamp: x metres along the x axis, turned about z.
+/// A pose at x metres along the x axis, rotated by `angle` about z.
 StampedPose makePose(double stamp_s, double x, double angle) {
   StampedPose pose{stamp_s, Eigen::Isometry3d::Identity()};
   pose.T_W_C.translate(Eigen::Vector3d(x, 0, 0));
@@ -37,7 +37,7 @@ TEST(Trajectory, HasNoPoseBeyondTheTolerance) {
   EXPECT_FALSE(trajectory.poseAt(1.5, 0.02));
   EXPECT_FALSE(trajectory.poseAt(0.9, 0.02));
   EXPECT_FALSE(trajectory.poseAt(2.1, 0.02));
-  EXPECT_TRUE(trajectory.poseAt(1.02, 0.02));  // even if rounding exceeds the limit
+  EXPECT_TRUE(trajectory.poseAt(1.02, 0.02));  // even if rounding puts it just over the limit
   EXPECT_TRUE(trajectory.poseAt(1.98, 0.02));
 }
 
@@ -53,8 +53,8 @@ TEST(Trajectory, SortsAndKeepsTheFirstOfEqualStamps) {
   EXPECT_EQ(trajectory.poseAt(2.0, 0.0)->translation().x(), 2.0);
 }
 
-/// In doubles, today's stamps have steps of a quarter of a microsecond. Nine decimals would show
-/// the rounding.
+/// Doubles resolve present-day stamps to a quarter of a microsecond, so nine decimals would show
+/// rounding errors.
 TEST(Trajectory, WritesStampsAsTheyWereRead) {
   for (const char* text : {"1600000000.600000", "1311868164.363181", "0.300000", "7.000000"}) {
     EXPECT_EQ(stampOfList(std::stod(text)), text);

@@ -93,8 +93,8 @@ std::string repeated(const std::string& text, int times) {
 
 TEST(YamlParams, FollowsOnlyFiniteAliases) {
   EXPECT_EQ(parseYamlParams("a: &a 1\nb: *a\n", "file"), (ParamTree{{"a", 1}, {"b", 1}}));
-  // An alias inside its own anchor never ends. Each of 24 lists contains the previous list twice,
-  // so the last list has 33 million values.
+  // An alias to a node that contains the alias would never end. Each of 24 lists contains the
+  // previous list twice, so the last list has 33 million values.
   std::string doubled = "a0: &a0 [x, x]\n";
   for (int i = 1; i <= 24; ++i) {
     const std::string before = "*a" + std::to_string(i - 1), name = "a" + std::to_string(i);

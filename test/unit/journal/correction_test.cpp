@@ -1,4 +1,4 @@
-// A corrected map equals the map fused with the corrected poses, byte for byte.
+// Tests that a corrected map equals, byte for byte, a map fused with the corrected poses.
 #include <gtest/gtest.h>
 
 #include "journal/refusion.h"
@@ -16,7 +16,7 @@ Eigen::Isometry3d drift(int i) {
   return T;
 }
 
-/// The images of a lap, and a map that records all fused images in a journal.
+/// The images of a lap through the room, and a map that records all fused images in a journal.
 class JournalOfALap : public testing::Test {
  protected:
   JournalOfALap()
@@ -37,7 +37,7 @@ class JournalOfALap : public testing::Test {
     return poses;
   }
 
-  /// Starts once all added records are in the file.
+  /// Waits until all added records are in the file, then starts a refusion.
   Refusion refusionOf(const std::vector<StampedPose>& poses) {
     EXPECT_TRUE(journal_.written().get());
     return Refusion(journal_.path(), journaledParams(), {journal_.count(), poses});
@@ -73,7 +73,7 @@ class CorrectedJournal : public JournalOfALap {
 TEST_F(CorrectedJournal, GivesTheMapOfTheCorrectedPoses) {
   JournalReplay replay(journal_.path());
   const CorrectionEffect effect = replay.correctGiven(truePoses());
-  EXPECT_EQ(effect.moved, size_t{kCount - 1}) << "not all but the first moved";
+  EXPECT_EQ(effect.moved, size_t{kCount - 1}) << "expected all images but the first to move";
   EXPECT_NEAR(effect.farthest_rad, 0.002 * (kCount - 1), 1e-6);
   EXPECT_TRUE(mapOf(replay, journaledParams()) == trueMap());
 }
@@ -82,7 +82,7 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileBeingWritten) {
   Refusion refusion(journal_.path(), journaledParams(), {journal_.count(), truePoses()});
   EXPECT_EQ(refusion.effect().moved, size_t{kCount - 1});
   EXPECT_TRUE(refusion.step(0));
-  // An image that arrives meanwhile is moved like the last image.
+  // An image that arrives meanwhile is moved by the same correction as the last image.
   fuse(kCount, refusion.motion().inverse());
   ASSERT_TRUE(journal_.written().get());
   while (refusion.step(0)) {
@@ -96,7 +96,7 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileBeingWritten) {
     offline.correct({refusion.correction().before, truePoses()});
     EXPECT_TRUE(mapOf(offline, journaledParams()) == corrected);
   }
-  // Once the correction is in the journal, the journal gives the corrected map, and correcting with
+  // Once the correction is in the journal, a replay restores the corrected map, and correcting with
   // the same poses again moves nothing.
   journal_.add(refusion.correction());
   ASSERT_TRUE(journal_.written().get());
@@ -106,7 +106,7 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileBeingWritten) {
   EXPECT_TRUE(mapOf(again, journaledParams()) == corrected);
 }
 
-/// A path may have a million poses. Only poses of images are kept.
+/// A path may have a million poses. Only those at the times of images are kept.
 TEST_F(CorrectedJournal, KeepsOnlyPosesOfImages) {
   std::vector<StampedPose> poses = truePoses();
   for (int i = 0; i < 1000000; ++i) poses.push_back({1000.0 + i, Eigen::Isometry3d::Identity()});
@@ -159,7 +159,7 @@ TEST_F(JournalOfALap, MovesLaterPosesUntilTheSourceJumps) {
   EXPECT_TRUE(mapOf(journal_.path(), journaledParams()) == corrected);
 }
 
-// Odometry never adopts a correction, so all its later poses are moved.
+// Odometry never adopts a correction, so all of its later poses are moved.
 TEST_F(JournalOfALap, MovesAllLaterPosesWithoutAJump) {
   for (int i = 0; i < kCount; ++i) fuse(i, drift(11));
   Refusion refusion = refusionOf(truePoses());
@@ -177,7 +177,7 @@ TEST_F(CorrectedJournal, CanBeCorrectedTwice) {
   }
   Refusion first = refusionOf(halfway);
   journal_.add(first.correction());
-  // The second path corrects images 0 to 4, and keeps image 5 and those after it.
+  // The second path corrects images 0 to 4, and leaves image 5 and later images where they are.
   std::vector<StampedPose> rest = truePoses(5);
   rest.push_back(halfway[5]);
   Refusion second = refusionOf(rest);
@@ -189,7 +189,7 @@ TEST_F(CorrectedJournal, CanBeCorrectedTwice) {
   EXPECT_TRUE(finish(second) == fileOf(*expected));
 }
 
-// A recording played twice has each stamp twice: only the second pass is corrected.
+// If a recording is played twice, each stamp occurs twice. Only the second pass is corrected.
 TEST_F(JournalOfALap, CorrectsOnlyTheLatestPass) {
   for (int i = 0; i < kCount; ++i) fuse(i, Eigen::Isometry3d::Identity());
   for (int i = 0; i < kCount; ++i) fuse(i, drift(20));
@@ -228,8 +228,8 @@ TEST(CorrectedJournalWithKeepRadius, DropsBlocksFarFromCorrectedPoses) {
   EXPECT_TRUE(mapOf(replay, near) == fileOf(*expected));
 }
 
-/// correctGiven() levels the given poses, as the journal's poses are, so the map stays level.
-/// correct() takes levelled poses.
+/// correctGiven() levels the given poses like those in the journal, so the map stays level.
+/// correct() expects levelled poses.
 TEST(LevelledJournal, StaysLevel) {
   const TemporaryFolder folder;
   JournalWriter journal(journalOptions(folder.path()));

@@ -1,4 +1,4 @@
-// GivenMotion must detect whether a source of poses has adopted a correction.
+// Tests that GivenMotion detects whether a source of poses has adopted a correction.
 #include "journal/pose_correction.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,8 @@ GivenMotion seenUpTo(int count) {
   return motion;
 }
 
-// Jumps along the path are detected as well, even by half the step between two images.
+// Jumps along the path are detected as well, even if they are only half as long as the step between
+// two images.
 TEST(GivenMotion, JumpsAlongThePathAreDetected) {
   const GivenMotion motion = seenUpTo(10);
   for (const double x : {-0.5, -0.1, -0.05, 0.05, 0.1, 0.5}) {
@@ -50,7 +51,7 @@ TEST(GivenMotion, JumpsAreDetectedAfterOnePose) {
 }
 
 // After a pause, a camera that was moving may be anywhere, so no correction counts as adopted. A
-// camera that stood still is assumed to have stayed.
+// camera that stood still is assumed not to have moved.
 TEST(GivenMotion, JumpsAfterAPauseCountOnlyIfStill) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.2, 0.0, 0.0));
   for (double next_s = 1.5; next_s < 31.0; next_s += 0.1) {
@@ -65,7 +66,8 @@ TEST(GivenMotion, JumpsAfterAPauseCountOnlyIfStill) {
   }
 }
 
-// While a hand trembles by 2 cm and stops at times, a correction of 1 cm does not count as adopted.
+// If a hand-held camera trembles by 2 cm and stops at times, a 1 cm correction never counts as
+// adopted.
 TEST(GivenMotion, TremblingIsNotMistakenForACorrection) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 0.01, 0.0));
   GivenMotion hand;

@@ -1,4 +1,5 @@
-// A journal restores the map that it recorded, and stays readable after a crash or a full disk.
+// Tests that a journal restores the recorded map, and stays readable after a crash or on a full
+// disk.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -27,7 +28,7 @@ class Journal : public testing::Test {
 
   const SceneFrame& image(int i) const { return images_[static_cast<size_t>(i)]; }
 
-  /// Records all images, a colour image and a cleared region. @return the bytes of the map's file.
+  /// Records all images, a colour image and a cleared region. @return the bytes of the saved map.
   std::string write(JournalWriter& journal) {
     JournaledMap map(journaledParams(), journal);
     for (int i = 0; i < kCount; ++i) {
@@ -48,7 +49,7 @@ TEST_F(Journal, RestoresTheMap) {
   JournalWriter journal(journalOptions(folder_.path()));
   const std::string map = write(journal);
   EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == map)
-      << "an open journal restores another map";
+      << "an open journal restores a different map";
   JournalReplay replay(journal.path());
   EXPECT_EQ(replay.depthImages(), size_t{kCount});
   EXPECT_EQ(replay.count(), journal.count());
@@ -109,7 +110,7 @@ TEST_F(Journal, KeepsEveryBitOfAnImage) {
   EXPECT_EQ(std::memcmp(floats + 8, &parts[3], 8), 0);
 }
 
-/// A journal may end at any byte, as after kill -9.
+/// A journal may end at any byte, for example after kill -9.
 TEST_F(Journal, IsReadableWhereverItIsCutOff) {
   std::string path;
   {
@@ -130,12 +131,12 @@ TEST_F(Journal, IsReadableWhereverItIsCutOff) {
   }
   EXPECT_LT(fewest, most);
   writeBytes(path, bytes.substr(0, bytes.size() - 100) + std::string(100, '\0'));
-  EXPECT_NE(JournalReplay(path).incompleteEnd(), "") << "unwritten pages went unnoticed";
+  EXPECT_NE(JournalReplay(path).incompleteEnd(), "") << "zeroed pages at the end went unnoticed";
   std::string damaged = bytes;
   damaged[bytes.size() / 2] = static_cast<char>(damaged[bytes.size() / 2] ^ 4);
   writeBytes(path, damaged);
   EXPECT_NE(errorOf([&] { mapOf(path, journaledParams()); }), "")
-      << "accepted damage in the middle";
+      << "a flipped bit in the middle went unnoticed";
 }
 
 TEST_F(Journal, ReportsWhenAFullDiskStoppedIt) {
@@ -164,7 +165,7 @@ TEST_F(Journal, ReportsWhenAFullDiskStoppedIt) {
     JournalReplay replay(journal.path());
     EXPECT_EQ(replay.incompleteEnd(), "") << "the journal does not end with a whole record";
     left = 1 << 30;
-    map.clear();  // starts afresh
+    map.clear();  // begins recording again
     map.fuse(image(2), 5.0);
     EXPECT_TRUE(journal.written().get());
     EXPECT_EQ(journal.report().problem, "");
@@ -186,7 +187,7 @@ TEST_F(Journal, ReportsAFailedSync) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   fails = false;
-  map.clear();  // the file may lack earlier records, so a new map is not written to it either
+  map.clear();  // the file may lack earlier records, so the new map is not recorded in it either
   EXPECT_TRUE(contains(journal.report().problem, "Input/output error")) << journal.report().problem;
   EXPECT_TRUE(contains(journal.report().problem, "restart the node")) << journal.report().problem;
   EXPECT_FALSE(journal.written().get());
@@ -202,7 +203,7 @@ TEST_F(Journal, LeavesNoFileIfItCannotBegin) {
   EXPECT_TRUE(fs::is_empty(folder_.path()));
 }
 
-/// The writer does not touch other files, and counts only journals.
+/// The writer does not touch other files, and only journals count towards journal/max_gb.
 TEST_F(Journal, LeavesAllOtherFilesAlone) {
   const std::string folder = folder_ / "journals", outside = folder_ / "outside";
   fs::create_directories(folder + "/000001");
@@ -243,7 +244,7 @@ TEST_F(Journal, LeavesAllOtherFilesAlone) {
   }
   map.clear();
   map.fuse(image(1), 1.0);
-  EXPECT_TRUE(journal.written().get()) << "old journals still count";
+  EXPECT_TRUE(journal.written().get()) << "removed journals still count";
 }
 
 TEST_F(Journal, StopsIfTheDiskIsTooSlow) {
@@ -270,7 +271,7 @@ TEST_F(Journal, OtherFilesAreRefused) {
   EXPECT_TRUE(contains(errorOf([&] { JournalReplay(folder_ / "pipe"); }), "cannot read"));
   writeBytes(folder_ / "text", "some text, not a journal");
   EXPECT_TRUE(contains(errorOf([&] { JournalReplay(folder_ / "text"); }), "is not a journal"));
-  // A record length of a terabyte allocates no memory.
+  // A record said to be a terabyte long does not make the reader allocate that much memory.
   const std::string sparse = folder_ / "sparse.dtsdfj";
   const Bytes head = fileHead(journal::kPurpose);
   ByteWriter record;

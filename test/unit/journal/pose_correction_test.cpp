@@ -1,4 +1,4 @@
-// Tests how corrected poses of some images move all poses, on paths in closed form.
+// Tests how corrected poses of some images move all poses, on simple paths.
 #include "journal/pose_correction.h"
 
 #include <gtest/gtest.h>
@@ -27,8 +27,8 @@ double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm() + (a.linear() - b.linear()).norm();
 }
 
-// If all corrected poses move by one rigid motion, images before, between and after them move by
-// it, too.
+// If all corrected poses move by the same rigid motion, so do the images before, between and after
+// them.
 TEST(PoseCorrection, RigidMotionOfSomePosesMovesAll) {
   const std::vector<StampedPose> fused = straightPath(40);
   const Eigen::Isometry3d T = pose(0.3, -2.0, 0.4);
@@ -38,7 +38,7 @@ TEST(PoseCorrection, RigidMotionOfSomePosesMovesAll) {
     const Eigen::Isometry3d moved = correction.correct(image.stamp_s, image.T_W_C);
     if (image.stamp_s < 1.05 || image.stamp_s > 1.95) {
       EXPECT_LT(distance(moved, T * image.T_W_C), 1e-12) << image.stamp_s;
-    } else {  // interpolated, so a slerp rounds
+    } else {  // interpolated with slerp, which rounds
       EXPECT_LT(distance(moved, T * image.T_W_C), 1e-9) << image.stamp_s;
     }
   }
@@ -67,8 +67,8 @@ TEST(PoseCorrection, DriftIsDistributedByTime) {
   }
 }
 
-// A pose that differs only by the rounding of a file counts as unmoved. Images up to that pose keep
-// theirs, bit for bit.
+// A pose that differs only by the rounding of a file counts as unmoved. Images up to that time keep
+// their poses, bit for bit.
 TEST(PoseCorrection, UnmovedPosesStayBitIdentical) {
   const std::vector<StampedPose> fused = straightPath(40);
   Eigen::Isometry3d rounded = fused[10].T_W_C;
@@ -81,7 +81,7 @@ TEST(PoseCorrection, UnmovedPosesStayBitIdentical) {
   EXPECT_NE(correction.correct(1.1, fused[11].T_W_C).matrix(), fused[11].T_W_C.matrix());
 }
 
-// A SLAM system may give poses between images: here, 0.04 s (4 cm) after an image.
+// A SLAM system may give poses at times between images: here, 0.04 s (4 cm) after an image.
 TEST(PoseCorrection, APoseBetweenImagesCorrectsThemToo) {
   const std::vector<StampedPose> fused = straightPath(20);
   Eigen::Isometry3d T_W_C = pose(0.54, 0.0, 0.27);
@@ -92,7 +92,7 @@ TEST(PoseCorrection, APoseBetweenImagesCorrectsThemToo) {
   EXPECT_LT(distance(correction.correct(1.2, fused[12].T_W_C), expected), 1e-9);
 }
 
-// A second camera, rigidly mounted on the first, takes images at other times.
+// A second camera, rigidly attached to the first, takes images at different times.
 TEST(PoseCorrection, AttachedCamerasAreCorrectedToo) {
   const std::vector<StampedPose> fused = straightPath(20);
   const Eigen::Isometry3d T = pose(0.0, 0.1, 0.02), mount = pose(0.2, 0.1, 1.5);
@@ -131,8 +131,8 @@ TEST(PoseCorrection, RefusesInvalidCorrections) {
   EXPECT_NE(errorOf([&] { PoseCorrection({{0.0, fused[0].T_W_C}}, {}); }), "");
 }
 
-// The corrected path may contain an image that was not fused. The pose of such an image is not
-// used, since the motion there is unknown (here, a zigzag).
+// The corrected path may contain poses of images that were not fused. Such poses are not used,
+// since the fused path at those times is unknown (here, a zigzag).
 TEST(PoseCorrection, PosesOfDroppedImagesAreIgnored) {
   std::vector<StampedPose> path;
   for (int i = 0; i < 20; ++i) path.push_back({0.1 * i, pose(0.1 * i, 0.2 * (i % 2), 0.05 * i)});

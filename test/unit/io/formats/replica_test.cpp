@@ -1,4 +1,4 @@
-/// A small room of Replica, laid out as NICE-SLAM renders it.
+/// A small Replica recording, in the folder layout of NICE-SLAM.
 #include <gtest/gtest.h>
 
 #include "support/recording_folder.h"

@@ -1,4 +1,4 @@
-/// A small scan of ScanNet, laid out as its .sens reader exports it.
+/// A small ScanNet scan, in the folder layout that ScanNet's .sens reader exports.
 #include <gtest/gtest.h>
 
 #include "support/recording_folder.h"
@@ -67,7 +67,7 @@ TEST_F(ScanNet, ReportsInvalidFiles) {
   EXPECT_NE(readingErrorOf(options_).find("pose/2.txt: expected 4 x 4 numbers"), std::string::npos);
 }
 
-// Colour images have their own intrinsics, and may have another size.
+// Colour images have their own intrinsics, and may differ from depth images in size.
 TEST_F(ScanNet, ColourHasItsOwnCamera) {
   for (const int i : {0, 1, 2, 10}) {
     writeColourRows(folder_ / ("color/" + std::to_string(i) + ".jpg"), 32, 20, 5);

@@ -1,4 +1,4 @@
-/// A small sequence of 7-Scenes.
+/// A small 7-Scenes sequence.
 #include <gtest/gtest.h>
 
 #include "dtsdf_mapping/mapper.h"

@@ -1,4 +1,4 @@
-/// A recording of the TUM RGB-D benchmark as archived: without camera_info.yaml.
+/// A TUM RGB-D recording as distributed, without camera_info.yaml.
 #include <gtest/gtest.h>
 
 #include "support/recording_folder.h"

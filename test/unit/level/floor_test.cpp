@@ -1,4 +1,4 @@
-// Tests the floor found in the first images of scenes with known floors.
+// Tests the floors found in the first images of scenes with known floors.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -47,7 +47,7 @@ FloorSearch searched(const std::vector<SceneFrame>& frames) {
   return search;
 }
 
-/// Checks that levelling aligns the room's z axis with that of W and puts its floor at z = 0.
+/// Checks that levelling aligns the room's z axis with the z axis of W and puts the floor at z = 0.
 void expectLevel(const FloorPlane& floor, const Eigen::Isometry3d& T_M_R, double max_deg,
                  double max_m) {
   const Eigen::Isometry3d T_W_R = levelPose(floor.normal(), -floor.offset()) * T_M_R;
@@ -119,14 +119,14 @@ TEST(Floor, IsNeitherWallNorCeilingNorStrip) {
   Scene ceiling;
   ceiling.add(Room{Vector3d(-3.0, -3.0, -100.0), Vector3d(3.0, 3.0, 2.5)});
   EXPECT_FALSE(searchResultFrom(ceiling, Vector3d(0.0, 0.0, 1.5), Vector3d(2.0, 0.0, 2.2)).floor());
-  Scene beam;  // too narrow to give the tilt
+  Scene beam;  // too narrow to determine the tilt
   beam.add(Plane{Vector3d(1.5, 0.0, 0.0), -Vector3d::UnitX()});
   beam.add(makeBox(Vector3d(1.4, 0.0, 0.5), Vector3d(0.2, 8.0, 0.2)));
   EXPECT_FALSE(searchResultFrom(beam, Vector3d(0.0, 0.0, 1.0), Vector3d(1.5, 0.0, 0.6)).floor());
 }
 
-/// A camera 1 m above the floor sees `on_floor` points of a floor `width_m` wide, and `on_wall`
-/// points of a wall behind it.
+/// The points measured by a camera 1 m above the floor: `on_floor` points on a floor `width_m`
+/// wide, and `on_wall` points on a wall behind it.
 FloorView viewOfStrip(double width_m, int on_floor, int on_wall) {
   FloorView view{Vector3d(0.0, 0.0, 1.0), Vector3d::UnitZ(), {}};
   std::mt19937 random(5);

@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace {
 
-/// A wall at 2 m along the optical axis, with depths along each pixel's ray.
+/// A wall at 2 m along the optical axis, with depths measured along each pixel's ray.
 TEST(FramePoints, RayDepthBecomesAxialDepth) {
   constexpr int kWallWidth = 40, kWallHeight = 30;
   std::vector<float> along_rays, turned(kWallWidth * kWallHeight);

@@ -10,14 +10,15 @@ namespace {
 constexpr int kViewWidth = 96, kViewHeight = 72;
 const Intrinsics kIntrinsics{80.0f, 80.0f, 47.5f, 35.5f};
 
-/// From the camera's body frame (x forward, z up) to its optical frame.
+/// The transform from the camera's body frame (x forward, z up) to its optical frame.
 Eigen::Isometry3d opticalFromBody() {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() << 0, -1, 0, 0, 0, -1, 1, 0, 0;
   return T;
 }
 
-/// What PoseConvention reports after 4 s of a lap of `lap_s` with the poses poseOf(true pose).
+/// The doubt that PoseConvention reports after the first 4 s of a lap of `lap_s` seconds, if each
+/// given pose is poseOf(true pose).
 template <class PoseOf>
 std::string doubtAbout(const PoseOf& poseOf, double lap_s = 6.0,
                        DepthEncoding encoding = DepthEncoding::kFloat32) {

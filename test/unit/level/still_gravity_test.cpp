@@ -1,4 +1,4 @@
-// Tests the up vector from an accelerometer, whose samples count only while it is held still.
+// Tests the up vector from an accelerometer, which is computed only while the sensor is held still.
 #include "level/still_gravity.h"
 
 #include <gtest/gtest.h>

@@ -25,7 +25,7 @@ TEST(PaintedColour, AdaptsToNewSamples) {
   VoxelColour colour = painted({0, 0, 0, 0}, {200, 0, 0, 0.5f}, 1000);
   EXPECT_NEAR(colourWeight(colour.weight), 0.5f * kRules.max_views, 0.2f);
   colour = painted(colour, {0, 0, 0, 0.5f}, 60);
-  EXPECT_LT(colour.red, 10);  // steps below half a grey level are lost
+  EXPECT_LT(colour.red, 10);  // changes below half a grey level are lost in rounding
 }
 
 TEST(PaintedColour, BetterViewsReplaceManyBadOnes) {

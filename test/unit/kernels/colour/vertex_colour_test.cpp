@@ -41,7 +41,7 @@ TEST(VertexColour, UsesThePaintedEnd) {
   EXPECT_EQ(ends.colour(0).blue, 200);
 }
 
-/// The plate is thinner than a voxel: both sides cross the same edge, with opposite facings.
+/// A plate thinner than a voxel: both of its sides cross the same edge, with opposite facings.
 TEST(VertexColour, EachSideHasItsOwnColour) {
   Ends ends;
   ends.lower[0] = {{-0.5f, 1.0f}, kRed};

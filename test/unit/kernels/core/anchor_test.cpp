@@ -1,4 +1,4 @@
-// Tests the rounding of anchors and the order of the keys of measured points.
+// Tests how anchors are rounded, and how the keys of measured points are ordered.
 #include "kernels/core/anchor.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ TEST(Anchor, RoundingErrorIsAtMostHalfAStep) {
   }
 }
 
-/// Evenly spread dithers make the rounded anchor right on average.
+/// Averaged over evenly spread dithers, the rounded anchor is exact.
 TEST(Anchor, DitheringIsUnbiased) {
   for (const float offset : {-0.51f, -0.013f, 0.3f, 0.862f}) {
     double sum = 0.0;
@@ -44,8 +44,8 @@ TEST(Anchor, DitheringIsUnbiased) {
   }
 }
 
-/// The distance along the surface decides, not the distance across it: the foot of a corner 0.9
-/// voxels in front of a surface counts as nearer than a point 0.4 voxels beside the corner.
+/// Nearness is measured along the surface, not across it: the foot of a corner 0.9 voxels in front
+/// of a surface counts as nearer than a point 0.4 voxels beside the corner.
 TEST(PointKey, TheGreatestIsNearestToTheFoot) {
   const uint32_t foot = keyOf({0.0f, 0.0f, -0.9f}, 0.9f), beside = keyOf({0.4f, 0.0f, 0.0f}, 0.0f);
   EXPECT_GT(foot, beside);

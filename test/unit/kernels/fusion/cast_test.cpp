@@ -1,4 +1,4 @@
-// Tests the direction along which a surfel is cast against its definition.
+// Compares the direction along which a surfel is cast with the definition of this direction.
 #include "kernels/fusion/cast.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace cast_test {
 
 Eigen::Vector3d toEigen(const Vec3f& v) { return {v.x, v.y, v.z}; }
 
-/// A view ray, in voxels, that meets a surface from the front.
+/// A view ray, in voxels, that hits a surface from the front.
 Vec3f rayOnto(const Vec3f& normal, std::mt19937& random) {
   Vec3f ray;
   do {

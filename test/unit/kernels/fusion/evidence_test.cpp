@@ -1,4 +1,4 @@
-// Evidence after frames that support or contradict a surface.
+// Tests evidence after frames that support or contradict a surface.
 #include "kernels/fusion/evidence.h"
 
 #include <gtest/gtest.h>
@@ -41,13 +41,14 @@ TEST(Evidence, AVoxelWithoutEvidenceBecomesEmpty) {
   EXPECT_FALSE(isEmpty(contradictedVoxel(makeVoxel(-0.75f, 12345, 3), 1, kUncovered, kRules)));
 }
 
-/// A frame that covers the voxel but looks through its anchor also takes back one support.
+/// If a frame covers the voxel but looks through its anchor, the evidence falls by one support as
+/// well.
 TEST(Evidence, ContradictionsOfCoveredVoxelsCostMore) {
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 24), 1, kCovered, kRules)), 19);
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 3), 1, kCovered, kRules)), -2);
 }
 
-/// Negative evidence is evidence of free space, and outlasts the distance.
+/// Negative evidence marks free space, and stays after the distance is removed.
 TEST(Evidence, FreeSpaceEvidenceSaturates) {
   Voxel voxel = contradictedVoxel(makeVoxel(-0.75f, 12345, 1), 1, kUncovered, kRules);
   EXPECT_TRUE(isEmpty(voxel));
@@ -60,7 +61,7 @@ TEST(Evidence, FreeSpaceEvidenceSaturates) {
   EXPECT_EQ(evidenceOf(voxel), -24);
 }
 
-/// One frame gives 3, or 1 after one contradiction; two give 6, or 4; three give 9, or 7.
+/// One supporting frame gives 3, or 1 after a contradiction; two give 6, or 4; three give 9, or 7.
 TEST(MinEvidence, AllowsOneContradiction) {
   constexpr uint64_t kMany = uint64_t{1} << 40;
   EXPECT_EQ(minEvidence(1, kMany, kRules), 1);

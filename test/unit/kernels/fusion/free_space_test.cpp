@@ -1,4 +1,4 @@
-// Tests what an image sees through, on analytic surfaces and on images defined pixel by pixel.
+// Tests where an image shows free space, on analytic surfaces and on images defined pixel by pixel.
 #include "kernels/fusion/free_space.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ constexpr float kVoxel_m = 0.02f, kTruncation = 4.0f;
 const SurfelSettings kSurfels{5, 0.1f, SurfelRules(), 0};
 const FusionSettings kFusion{1, 1, kTruncation, 64.0f, FusionRules()};
 
-/// An image of a surface, with the depth to which each pixel sees free space.
+/// An image of a surface, with the depth up to which the ray of each pixel is free.
 class FreeSpaceImage {
  public:
   explicit FreeSpaceImage(const Surface& surface, float sigma = 0.0f)
@@ -43,7 +43,8 @@ class FreeSpaceImage {
   std::vector<float> free_depth_;
 };
 
-/// The margin is half a voxel and three standard deviations, along the normal of the plane.
+/// The margin is half a voxel plus three standard deviations, measured along the normal of the
+/// plane.
 TEST(FreeDepth, EndsAMarginBeforeThePlane) {
   for (const float sigma : {0.0f, 0.005f}) {
     for (const auto& n :
@@ -66,8 +67,8 @@ TEST(FreeDepth, EndsAMarginBeforeThePlane) {
   }
 }
 
-/// One pixel at 12 m, and another not measured. A negative inverse depth means measured, but beyond
-/// the fusion range. Without a plane, the margin is kept along the ray.
+/// One pixel measures 12 m, the other nothing. A negative inverse depth means measured, but beyond
+/// the fusion range. Without a plane, the margin applies along the ray.
 TEST(FreeDepth, ReachesBeyondTheFusionRange) {
   const float row[] = {0.0f, 0.0f};
   const PixelLinks links[] = {0, 0};
@@ -88,7 +89,7 @@ TEST(FreeDepth, IsZeroWithinTheMargin) {
   for (const int v : {40, 43, 46}) EXPECT_EQ(image.freeDepthAt(30, v), 0.0f);
 }
 
-/// One voxel array.
+/// The voxel array of a block in one direction.
 struct Array {
   Voxel voxel[kVoxelsPerBlock] = {};
 
@@ -112,8 +113,8 @@ void expectNear(const Vec3f& a, const Vec3f& b) {
                                 << " " << b.z;
 }
 
-/// The foot is that of the perpendicular to the plane, in each of its directions and even at the
-/// block's corners.
+/// The foot is the base of the perpendicular from the voxel to the plane, in each of the plane's
+/// directions and even at the block's corners.
 TEST(Foot, LiesOnThePerpendicular) {
   std::mt19937 random(31);
   std::uniform_real_distribution<double> offset(-3.0, 12.0);
@@ -132,7 +133,7 @@ TEST(Foot, LiesOnThePerpendicular) {
   }
 }
 
-/// One neighbour per axis is enough; without any, the axis of the direction is used.
+/// One neighbour per axis is enough. Without any neighbours, the axis of the direction is used.
 TEST(Foot, ToleratesMissingNeighbours) {
   Array array([](const Vec3f& p) { return 0.6 * p.x + 0.8 * p.y - 6.0; });
   const Vec3f foot{3.6f, 4.8f, 4.0f};  // 1.8 + 3.2 - 6 = -1 at (3, 4)
@@ -148,8 +149,8 @@ TEST(Foot, ToleratesMissingNeighbours) {
   expectNear(lonely.foot(3, 4, 5, 5), {3, 4, 3.5f});
 }
 
-/// 9 x 9 pixels that are free up to 2 m. A point straight ahead at 1 m projects to the middle
-/// pixel.
+/// An image of 9 x 9 pixels, all free up to 2 m. A point straight ahead at 1 m projects to the
+/// middle pixel.
 class SeesThrough : public testing::Test {
  protected:
   bool sees(const Vec3f& p_L, const Voxel& voxel = makeVoxel(0.0f, 1 << 16, 3)) const {
@@ -177,7 +178,8 @@ TEST_F(SeesThrough, EndsAtTheFreeDepth) {
   EXPECT_FALSE(sees({0, 0, 0}));
 }
 
-/// A nearer or unmeasured pixel among the 3 x 3 around the point leaves doubt; other pixels do not.
+/// A point is not known to be free if one of the 3 x 3 pixels around it is nearer or unmeasured.
+/// Other pixels do not matter.
 TEST_F(SeesThrough, NeedsFreeNeighbourPixels) {
   for (int i = 0; i < 81; ++i) {
     const int u = i % 9, v = i / 9;
@@ -213,11 +215,11 @@ size_t contradicted(const FreeSpaceImage& image, const Array& array) {
   }
   return count;
 }
-/// A wall at 51.2 voxels, 1.024 m, in this block.
+/// A wall in this block, at 51.2 voxels (1.024 m).
 const Array kWall([](const Vec3f& p) { return 3.2 - p.z; });
 
 /// Voxels on both sides of the wall represent the same surface, so an image contradicts all of them
-/// or none. An image of 1.05 m contradicts even the voxels farther than that.
+/// or none. An image of a wall at 1.05 m contradicts even the voxels beyond 1.05 m.
 TEST(Judge, BothSidesOfAWallAreJudgedAlike) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), kWall), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.05)), kWall), 512u);
@@ -227,15 +229,15 @@ TEST(Judge, BothSidesOfAWallAreJudgedAlike) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 0.5)), kWall), 0u);  // hidden
 }
 
-/// An empty voxel is contradicted if it and the next voxel are free. An image of 1.04 m frees space
-/// up to 1.03 m, so it contradicts the layers at 0.96, 0.98 and 1.00 m.
+/// An empty voxel is contradicted if it and the next voxel are free. An image of a wall at 1.04 m
+/// shows free space up to 1.03 m, so it contradicts the layers at 0.96, 0.98 and 1.00 m.
 TEST(Judge, EmptyVoxelsAreJudgedAtTheirPosition) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), Array()), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.04)), Array()), 3u * 64u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 0.9)), Array()), 0u);
 }
 
-/// A frame that covers a voxel judges it by its anchor.
+/// A voxel that the frame covers is judged by its anchor.
 TEST(Judge, CoveredVoxelsAreJudgedByTheirAnchors) {
   Array wall = kWall;
   Voxel& voxel = wall(3, 3, 3);
@@ -249,7 +251,7 @@ TEST(Judge, CoveredVoxelsAreJudgedByTheirAnchors) {
   EXPECT_TRUE(isContradicted(1.05, true));
 }
 
-/// A camera with any orientation, its principal point anywhere in or near the image.
+/// A camera with a random orientation, and a principal point in or near the image.
 FrameView randomFrame(std::mt19937& random) {
   std::uniform_real_distribution<float> centre(-40.0f, 100.0f), focal(20.0f, 400.0f),
       offset(-8.0f, 8.0f);
@@ -262,8 +264,8 @@ FrameView randomFrame(std::mt19937& random) {
   return frame;
 }
 
-/// Feet are up to 16 voxels from their voxels, the greatest distance that a voxel holds. Two of
-/// three are placed at the border of the image.
+/// Feet are up to 16 voxels away from their voxels, the greatest distance that a voxel can hold.
+/// Two in three are placed at the border of the image.
 TEST(MayBeInView, NeverMissesAFootInTheImage) {
   std::mt19937 random(32);
   std::uniform_real_distribution<float> share(0.0f, 1.0f);
@@ -291,8 +293,8 @@ TEST(MayBeInView, NeverMissesAFootInTheImage) {
   EXPECT_GT(in_image, 30000);
 }
 
-/// At a distance of 100 voxels, the image is 64 voxels wide. Blocks more than 50 voxels off its
-/// axis are left out.
+/// At a distance of 100 voxels, the image is 64 voxels wide, so blocks about 90 voxels off the
+/// optical axis are rejected.
 TEST(MayBeInView, RejectsBlocksFarOutside) {
   const FrameView frame = frontalFrame(kWidth, kHeight, kIntrinsics, kVoxel_m);
   EXPECT_TRUE(mayBeInView(frame, {0, 0, 12}));

@@ -1,4 +1,5 @@
-// Compares the sample line of a surfel with its rule, applied to every voxel around the surfel.
+// Compares the samples on a surfel's line with their definition, evaluated at every voxel around
+// the surfel.
 #include "kernels/fusion/sample_line.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +29,7 @@ struct Cast {
   float truncation;
 };
 
-/// Casts along the normal and along slanted rays; every tenth passes exactly through grid points.
+/// A cast along the normal or along a slanted ray; every tenth cast starts exactly at a grid point.
 Cast randomCast(std::mt19937& random, int i) {
   std::uniform_real_distribution<float> uniform(-20.0f, 20.0f);
   Cast cast{{uniform(random), uniform(random), uniform(random)}, randomUnit(random), {}, 4.0f};
@@ -64,8 +65,9 @@ std::map<VoxelId, LineSample> samplesOf(const SampleLine& line) {
   return samples;
 }
 
-/// The rule for a voxel in double precision: the square of its bilinear share where the line meets
-/// its grid plane across the dominant axis, times its closeness to the measured plane.
+/// The share of a voxel, computed in double precision: the square of its bilinear weight where the
+/// line meets its grid plane normal to the dominant axis, times its closeness to the measured
+/// plane.
 double expectedShare(const Cast& cast, const Vec3i& voxel) {
   const double d[3] = {cast.direction.x, cast.direction.y, cast.direction.z};
   const double offset[3] = {voxel.x - double(cast.p.x), voxel.y - double(cast.p.y),

@@ -25,7 +25,7 @@ Voxel fold(const Voxel& voxel, float sdf_voxels, float weight, float depth_weigh
   return foldSums(voxel, sumsOf(sdf_voxels, weight), depth_weight, kFusion);
 }
 
-/// The worst case: kMaxPixels pixels of twice the greatest weight, at the truncation distance.
+/// The worst case: kMaxPixels pixels with twice the greatest weight, at the truncation distance.
 TEST(FoldSums, WorstCaseDoesNotOverflow) {
   const int64_t weight = int64_t{2} * kMaxPixels << 20;
   const Voxel voxel = foldSums(kEmpty, {weight << 15, weight, 0, 0}, 1.0f, kFusion);
@@ -41,8 +41,8 @@ TEST(FoldSums, UnmeasuredVoxelsAreUnchanged) {
   EXPECT_TRUE(isEmpty(foldSums(kEmpty, VoxelSums{}, 1.0f, kFusion)));
 }
 
-/// Consecutive frames give the mean of their means, each weighted by the frame's coverage, capped
-/// at 1.
+/// Over several frames, the distance is the mean of the frames' means, each weighted by the frame's
+/// coverage, which is capped at 1.
 TEST(FoldSums, GivesTheWeightedMean) {
   std::mt19937 random(9);
   std::uniform_real_distribution<float> distance(-1.0f, 1.0f), weight(0.01f, 0.1f);
@@ -153,8 +153,8 @@ TEST(FoldAnchor, StartsAtTheFirstMeasuredPoint) {
   EXPECT_NEAR(offset.z, 0.0f, 0.055f);
 }
 
-/// A point counts by its frame's weight, times (1 - t)^2 for a distance of t voxels from the foot:
-/// here 0.9^2 against 0.5^2.
+/// A point is weighted by its frame's weight times (1 - t)^2, where t is its distance from the foot
+/// in voxels: here 0.9^2 against 0.5^2.
 TEST(FoldAnchor, NearPointsCountMore) {
   const auto meanX = [](float first, float second, float second_weight) {
     double sum = 0.0;

@@ -20,7 +20,7 @@ inline Eigen::Vector3d cornerPoint(int corner) {
   return Eigen::Vector3d(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
 }
 
-/// The two corners of every edge. Edges are numbered by axis, then by the corner they start from.
+/// The two corners of every edge. Edges are numbered by axis, then by their first corner.
 inline std::array<std::pair<int, int>, 12> cubeEdges() {
   std::array<std::pair<int, int>, 12> edges;
   size_t n = 0;
@@ -58,7 +58,8 @@ inline std::vector<std::array<int, 3>> trianglesOf(int index) {
   return triangles;
 }
 
-/// Sides of the triangles of an index that none of these triangles traverses in reverse.
+/// The rim of an index's surface: the sides of triangles that no other triangle traverses in
+/// reverse.
 inline std::set<Segment> rimOf(int index) {
   std::set<Segment> sides;
   for (const auto& t : trianglesOf(index)) {

@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace edge_vertex_test {
 
-/// The samples at the ends of an edge and beyond them, as edgeOffset() needs them.
+/// The samples that edgeOffset() uses: at the ends of an edge and one step beyond them.
 struct EdgeSamples {
   Sample lower[kDirectionCount], upper[kDirectionCount];
   Sample below[kDirectionCount], above[kDirectionCount];
@@ -85,9 +85,9 @@ TEST(EdgeVertex, IsFiniteIfTheLowerEndIsZero) {
 /// The edge crosses a wall, whose sides have opposite facings.
 TEST(EdgeVertex, SeparatesTheSidesOfAWall) {
   EdgeSamples edge = {};
-  edge.lower[0] = {-0.7f, 2.0f};  // X+ sees the side at 0.7
+  edge.lower[0] = {-0.7f, 2.0f};  // the side that faces X+ is at 0.7
   edge.upper[0] = {0.3f, 2.0f};
-  edge.lower[1] = {0.4f, 5.0f};  // X- sees the side at 0.4
+  edge.lower[1] = {0.4f, 5.0f};  // the side that faces X- is at 0.4
   edge.upper[1] = {-0.6f, 5.0f};
   EXPECT_NEAR(offsetOn(edge, 0, 0), 0.7f, 1e-6f);
   EXPECT_NEAR(offsetOn(edge, 0, 1), 0.4f, 1e-6f);

@@ -50,8 +50,8 @@ TEST(MeshTables, RimsRunCounterClockwiseSeenFromTheFront) {
   }
 }
 
-/// Two units that share a face traverse each segment on it in opposite directions, for all labels
-/// of their twelve corners: surfaces of neighbouring units join without gap or overlap.
+/// For all labels of their twelve corners, two units that share a face traverse each segment on it
+/// in opposite directions. So the surfaces of neighbouring units join without gaps or overlaps.
 TEST(MeshTables, NeighboursAgreeOnTheirSharedFace) {
   for (int axis = 0; axis < 3; ++axis) {
     const int bit = 1 << axis;

@@ -26,7 +26,7 @@ TEST(Sheets, APlaneGivesOneSheet) {
   }
 }
 
-/// Both sides of a wall thinner than the unit, each from the direction that sees it.
+/// A wall thinner than the unit, with each side measured in the direction that it faces.
 TEST(Sheets, AThinWallHasTwoSheets) {
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::Vector3d n = Eigen::Vector3d::Unit(axis);

@@ -1,4 +1,4 @@
-/// Samples of a mesh unit for a plane, as fusion makes them.
+/// Samples of planes in a mesh unit, as fusion would produce them.
 #pragma once
 
 #include <random>
@@ -16,13 +16,13 @@ struct UnitPlane {
   float at(int corner) const { return static_cast<float>(n.dot(cornerPoint(corner)) - offset); }
 };
 
-/// Adds the plane's distance on all corners, in one direction.
+/// Sets the samples of all corners, in one direction, to their distances from the plane.
 inline void addPlaneTo(UnitSamples& samples, int direction, const UnitPlane& plane,
                        float weight = 1.0f) {
   for (int c = 0; c < kCubeCorners; ++c) samples.corner[direction][c] = {plane.at(c), weight};
 }
 
-/// Adds the plane's distance in every direction that its normal belongs to.
+/// Sets the samples in every direction that the plane's normal belongs to.
 inline void addPlane(UnitSamples& samples, const UnitPlane& plane, float weight = 1.0f) {
   const Vec3f n{static_cast<float>(plane.n.x()), static_cast<float>(plane.n.y()),
                 static_cast<float>(plane.n.z())};

@@ -10,8 +10,8 @@
 namespace dtsdf {
 namespace vertex_normal_test {
 
-/// Distance fields of all directions. Checks that no sample is read beyond the reach of incremental
-/// meshing.
+/// Distance fields of all directions. Checks that no samples are read outside the range that
+/// incremental meshing accounts for.
 struct Fields {
   std::function<float(const Vec3f&, int direction)> distance;
   std::function<float(const Vec3i&, int direction)> weight;

@@ -20,8 +20,8 @@ FrameView camera() {
   return view;
 }
 
-/// The distance field of a plane in direction Z-, with smaller z in front. It is known up to `band`
-/// from the plane.
+/// The distance field of a plane in direction Z-, with smaller z in front. Distances are known up
+/// to `band` voxels from the plane.
 struct PlaneField {
   float z = 50.0f, band = 3.0f;
   Voxel operator()(int direction, const Vec3i& at) const {
@@ -58,7 +58,7 @@ TEST(FindSurface, TheBackOfASheetDoesNotAttractItsFront) {
   EXPECT_FALSE(findSurface({0.5f, 0.5f, 50.0f}, to_the_back, true, 8.0f, PlaneField()).known);
 }
 
-/// The surface lookup that addPoint() needs, in PlaneField.
+/// The surface lookup that addPoint() requires, for PlaneField.
 auto findIn(float cutoff) {
   return [=](const Vec3f& p_L, const Vec3f& normal) {
     return findSurface(p_L, normal, true, cutoff, PlaneField());

@@ -39,7 +39,7 @@ TEST(DrawnTriangle, EachPixelOfASheetIsCoveredOnce) {
   const FrameView frame = cameraAtOrigin();
   constexpr int kSide = 40;
   std::mt19937 random(3);
-  const auto near = [&](int at) {  // up to half a pixel away, in quarters
+  const auto near = [&](int at) {  // up to half a pixel away, in quarter pixels
     return (2 * at - 6) * kPixelSteps + (static_cast<int32_t>(random() % 5) - 2) * kPixelSteps / 4;
   };
   std::vector<ProjectedVertex> grid;
@@ -49,7 +49,7 @@ TEST(DrawnTriangle, EachPixelOfASheetIsCoveredOnce) {
   }
   std::vector<int> covered(kSeenWidth * kSeenHeight, 0);
   const auto draw = [&](int a, int b, int c) {
-    for (const auto& [p, q] : {std::pair<int, int>{b, c}, {c, b}}) {  // only one order is drawn
+    for (const auto& [p, q] : {std::pair<int, int>{b, c}, {c, b}}) {  // only one winding is drawn
       forEachCovered(drawTriangle(frame, grid[a], grid[p], grid[q]),
                      [&](int u, int v, const CornerWeights&) { ++covered[v * kSeenWidth + u]; });
     }

@@ -60,10 +60,11 @@ TEST(DepthGap, IsFilledWithTheSurroundingPlane) {
     }
   }
   EXPECT_NEAR(image.filledAt(1, 6), onPlane(1, 6), 1e-6f) << "pixel in a gap along the border";
-  EXPECT_EQ(image.filledAt(1, 0), -onPlane(2, 0)) << "border pixel next to a crossing of gaps";
+  EXPECT_EQ(image.filledAt(1, 0), -onPlane(2, 0)) << "border pixel next to where two gaps cross";
 }
 
-/// An unfilled pixel gets minus the inverse of the nearest depth around it, up to which it is free.
+/// A pixel that stays empty is set to minus the inverse of the nearest depth around it, up to which
+/// its ray is free.
 TEST(DepthGap, IsNotFilledAcrossADepthEdge) {
   Image image;
   image.setColumn(2, 1.0f);
@@ -73,7 +74,7 @@ TEST(DepthGap, IsNotFilledAcrossADepthEdge) {
   EXPECT_NEAR(image.filledAt(3, 3), 0.99f, 1e-6f);
 }
 
-/// A floor in rounded millimetres has steps of 1 mm, but no noise.
+/// A floor with depths rounded to millimetres has steps of 1 mm, but no noise.
 TEST(DepthGap, IsFilledInRoundedDepths) {
   for (int first_mm = 1000; first_mm < 1100; ++first_mm) {
     const auto measured = [&](int u, int) {

@@ -1,4 +1,5 @@
-// Tests which neighbours are linked, on steps, slanted sides and mixed pixels computed by hand.
+// Tests which neighbours are linked, on steps, steep sides and mixed pixels with expected links
+// found by hand.
 #include "kernels/surfels/links.h"
 
 #include <gtest/gtest.h>
@@ -12,8 +13,8 @@ namespace links_test {
 
 constexpr float kFocal = 500.0f;
 
-/// Whether each pixel of the middle row is linked to its right neighbour. With `down`, rows become
-/// columns and links go down.
+/// Whether each pixel of the middle row is linked to its right neighbour. With `down`, the image is
+/// transposed, and pixels are linked to the neighbour below.
 std::vector<bool> linksAlong(const std::vector<std::vector<float>>& rows, float sigma = 0.0f,
                              int32_t in_depth = 0, bool down = false, float voxel_m = 0.0f) {
   const int length = static_cast<int>(rows[0].size()), lines = static_cast<int>(rows.size());
@@ -56,8 +57,8 @@ TEST(Links, StepsWithinNoiseAreLinked) {
   EXPECT_EQ(linksAlong({step}, 0.02f, 1), Links({true, true, true, false}));
 }
 
-/// Equal steps of 0.05 1/m in all rows are a real side, however steep. The steps at its ends are
-/// less than half as large, so the side's plane does not predict them.
+/// Equal steps of 0.05 1/m in all rows form one surface, however steep. The steps at its ends are
+/// less than half as large, so the surface's plane does not predict them.
 TEST(Links, SteepSidesAreOneSurface) {
   for (const float nearest : {1.0f, 0.05f}) {  // also at 20 m
     std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};
@@ -79,8 +80,8 @@ TEST(Links, SteepSidesMustMatchAdjacentRows) {
   EXPECT_EQ(linksWithSmallVoxels({side, side, other}), unlinked_side);
 }
 
-/// A depth between two surfaces is linked to neither, unless it lies in the middle in all three
-/// rows.
+/// A depth between two surfaces is linked to neither, unless it is halfway between them in all
+/// three rows.
 TEST(Links, MixedPixelsBelongToNeitherSide) {
   const auto row = [](float mixed) { return std::vector<float>{1, 1, mixed, 0.8f, 0.8f}; };
   EXPECT_EQ(linksWithSmallVoxels({row(0.95f), row(0.87f), row(0.82f)}),
@@ -91,8 +92,8 @@ TEST(Links, MixedPixelsBelongToNeitherSide) {
             Links({true, true, true, true, false}));
 }
 
-/// The background is empty, too far to be fused, or behind the surface by more than ten times its
-/// last step.
+/// The background is empty, too far to be fused, or farther behind the surface than ten times the
+/// surface's last step.
 TEST(Links, LastStepOfCurvedSurfacesIsLinked) {
   for (const float behind : {0.0f, -0.2f, 0.77f}) {
     for (const bool down : {false, true}) {

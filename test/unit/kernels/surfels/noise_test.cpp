@@ -1,4 +1,4 @@
-/// Tests the noise of single lines of depths, and the window and reach that follow from the noise.
+/// Tests the noise estimated from single lines of depths, and the window and reach derived from it.
 #include "kernels/surfels/noise.h"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,8 @@ TEST(Noise, LinesAcrossEdgesDoNotCount) {
   }
 }
 
-/// The window is the smallest in which the normal scatters by at most the limit, to within 5 %.
+/// To within 5 %, the window is the smallest in which the scatter of the normal stays within the
+/// limit.
 TEST(Noise, WindowLimitsNormalScatter) {
   constexpr float kNoise = 0.0019f, kDepth_m = 2.0f, kFocal = 525.0f;
   FrameView frame{};
@@ -59,7 +60,7 @@ TEST(Noise, WindowLimitsNormalScatter) {
     for (int k = -r; k <= r; ++k) spread += static_cast<double>(k) * k * (2 * r + 1);
     return 1.0 / std::sqrt(spread);
   };
-  const double turn = kNoise * kDepth_m * kFocal;  // angle of the normal per slope
+  const double turn = kNoise * kDepth_m * kFocal;  // rotation of the normal per unit of slope
   EXPECT_LE(turn * slopeDeviation(radius), 1.05 * kSurfels.rules.largest_noise_turn);
   EXPECT_GT(turn * slopeDeviation(radius - 1), kSurfels.rules.largest_noise_turn);
 }

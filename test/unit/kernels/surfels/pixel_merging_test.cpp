@@ -56,7 +56,7 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
   for (int v = 4; v < kHeight - 4; ++v) {
     for (int u = 4; u < kWidth - 4; ++u) {
       const Surfel surfel = single.surfelAt(u, v);
-      // The weight of a single pixel does not contain its footprint.
+      // The weight of a single pixel does not include its footprint.
       single_weight += surfel.weight * surfel.depth_m * surfel.depth_m;
     }
   }
@@ -80,14 +80,14 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
     }
     const int side = voxel_m > 0.03f ? 4 : 2;
     EXPECT_EQ(count, (kWidth - 8) * (kHeight - 8) / (side * side));
-    const double voxel_px_m = kIntrinsics.fx * voxel_m;  // in pixels at 1 m
+    const double voxel_px_m = kIntrinsics.fx * voxel_m;  // the width of a voxel at 1 m, in pixels
     const double expected = single_weight / (voxel_px_m * voxel_px_m);
     EXPECT_NEAR(weight, expected, 1e-3 * expected);
   }
 }
 
-/// A step crosses patches and quads. If it is deeper than a voxel, squares across it or beside it
-/// are not merged, and all others are.
+/// A step runs through patches and quads. If it is deeper than a voxel, the squares across or
+/// beside it are not merged, but all others are.
 TEST(PixelMerging, DoesNotSpanAStep) {
   const int edge = 27;  // first column on the far side
   const double x_edge = (edge - 0.5 - kIntrinsics.cx) / kIntrinsics.fx;

@@ -62,7 +62,7 @@ TEST(PixelSubdivision, KeepsPlaneAndWeight) {
             voxel_m * (n[0] * part.p_L.x + n[1] * part.p_L.y + n[2] * part.p_L.z) - delta;
         EXPECT_NEAR(off, 0.0, 5e-6);
       }
-      // Unlike the subpixels' weights, the weight of a whole pixel does not contain its footprint.
+      // Unlike the subpixels' weights, the weight of a whole pixel does not include its footprint.
       const double width = whole.depth_m / (kIntrinsics.fx * voxel_m);
       const double expected = width * width * whole.weight;
       EXPECT_NEAR(weight, expected, 0.01 * expected);

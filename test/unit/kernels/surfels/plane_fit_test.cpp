@@ -14,7 +14,7 @@ namespace plane_fit_test {
 
 constexpr int kWidth = 40, kHeight = 30;
 constexpr Intrinsics kIntrinsics{35.0f, 36.0f, 19.3f, 14.8f};
-constexpr float kVoxel_m = 10.0f / 35.0f;  // 10 pixels at 1 m
+constexpr float kVoxel_m = 10.0f / 35.0f;  // a voxel is 10 pixels wide at 1 m
 const SurfelSettings kSurfels{2, 0.03f, SurfelRules(), 0};
 
 /// A relative rounding error of 6e-8 in 1 / z, divided by slopes of about 1 / (f z) per pixel,
@@ -27,7 +27,7 @@ struct Image {
   float& at(int u, int v) { return inverse_depth[static_cast<size_t>(v) * kWidth + u]; }
 };
 
-/// The plane n^T P = delta in the camera's frame: n points to the camera for delta < 0.
+/// The plane n^T P = delta in the camera's frame. If delta < 0, n points towards the camera.
 struct FreePlane {
   double n[3];
   double delta;

@@ -45,8 +45,8 @@ BlockKey randomBlock(std::mt19937& random, const BlockKey& around, int reach) {
   return {around.x + offset(random), around.y + offset(random), around.z + offset(random)};
 }
 
-/// Moves a block to a corner of its cell. Such blocks would be missed first if the cell's bounds
-/// were too small.
+/// Moves a block to a corner of its cell. Such blocks would be the first to be missed if the cell's
+/// bounds were too small.
 BlockKey cornerOfCell(std::mt19937& random, const BlockKey& block) {
   const auto snap = [&](int32_t at) {
     const int32_t first = at & ~(BlockCells::kSide - 1);

@@ -162,8 +162,8 @@ TEST(BlockTable, VacatingUnderRandomLoadLosesNothing) {
   EXPECT_EQ(table.bytesInUse(), 0u);
 }
 
-/// A vacated block that was in no extraction can be released at once; other blocks wait for a mesh
-/// update.
+/// A vacated block that no extraction has included can be released at once. Other vacated blocks
+/// are kept until a mesh update.
 TEST(BlockTable, DistinguishesUnmeshedVacantBlocks) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x01}});
@@ -178,8 +178,8 @@ TEST(BlockTable, DistinguishesUnmeshedVacantBlocks) {
   EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{seen});
 }
 
-/// A block that was emptied and refilled before an extraction is in its mesh. If the block is
-/// emptied again during the extraction, it stays until the next extraction.
+/// A block that was emptied and refilled before an extraction is included in it. If the block is
+/// emptied again during that extraction, it is kept until the next extraction.
 TEST(BlockTable, RefilledBlocksAreReportedVacantAgain) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x01}});
@@ -223,7 +223,7 @@ TEST(BlockTable, FindsBlocksBeyondABall) {
   EXPECT_EQ(beyond(12.0), slots({keyOf(3), keyOf(2, 2)})) << "a touching block was listed";
 }
 
-/// Memory is allocated beforehand for the sizes from sizesAfter(), so these must suffice.
+/// Memory is allocated in advance for the sizes that sizesAfter() returns, so they must suffice.
 TEST(BlockTable, PoolsStayWithinThePredictedSizes) {
   std::mt19937 random(25);
   for (const size_t budget : {kPlenty, 40 * BlockTable::kArrayBytes}) {
@@ -242,7 +242,7 @@ TEST(BlockTable, PoolsStayWithinThePredictedSizes) {
   }
 }
 
-/// Bit of a brick in a ColourRequest: direction number / 8, brick number % 8.
+/// The bit in a ColourRequest for brick number % 8 of direction number / 8.
 constexpr uint64_t brick(int number) { return uint64_t{1} << number; }
 
 TEST(BlockTableColours, AreReleasedWithTheirVoxels) {
@@ -267,7 +267,7 @@ TEST(BlockTableColours, AreReleasedWithTheirVoxels) {
   table.vacate(table.find(keyOf(1)), 1);
   EXPECT_EQ(table.coloursInUse(), 2u);
   const int32_t again = table.admit({{keyOf(4), 1}}).new_arrays[0];
-  EXPECT_EQ(again, first.array[0]);  // recycled, without colour
+  EXPECT_EQ(again, first.array[0]);  // reused, without colours
   for (int i = 0; i < kBricksPerArray; ++i) EXPECT_EQ(table.colourOf(again, i), kNoArray);
   EXPECT_LT(table.admitColours({{keyOf(4), brick(3)}}).bricks[0].colours, 2);
   EXPECT_EQ(table.colourCount(), 4u);

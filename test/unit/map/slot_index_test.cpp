@@ -16,7 +16,7 @@ TEST(SlotIndex, FindsTheZeroKey) {
   EXPECT_EQ(index.find(0), -1);
 }
 
-/// A numbered key of a grid so coarse that each cube of the index holds only a few keys.
+/// Key number `number` of a grid so coarse that each cube of the index holds only a few keys.
 PackedKey numberedKey(unsigned number) {
   constexpr int kApart = 5;
   return packKey({static_cast<int32_t>(number % 17) * kApart - 40,
@@ -34,7 +34,7 @@ void expectEqual(const SlotIndex& index, const std::unordered_map<PackedKey, int
   }
 }
 
-/// Compares the index with a standard library table, for few and for many erasures.
+/// Compares the index with a standard library map, for few and for many erasures.
 TEST(SlotIndex, FollowsInsertionsAndErasures) {
   constexpr unsigned kLastKey = 6000;
   std::mt19937 random(7);
@@ -61,7 +61,7 @@ TEST(SlotIndex, FollowsInsertionsAndErasures) {
   }
 }
 
-/// Keys come and go as for a moving camera that keeps only nearby blocks.
+/// Keys are inserted and erased as in a map that keeps only the blocks near a moving camera.
 TEST(SlotIndex, ReusesTheMemoryOfErasedKeys) {
   constexpr int32_t kKept = 20, kApart = 8;
   const auto key_at = [](int32_t step) { return packKey({step * kApart, 0, 0}); };

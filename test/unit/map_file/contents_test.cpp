@@ -1,4 +1,4 @@
-// The contents of a map move to another mapper, which continues the map.
+// Tests that the contents of a map can be moved to another mapper, which then continues the map.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -90,7 +90,7 @@ TEST(ContentsOfAMap, AreRefusedIfSettingsDiffer) {
       << "refused for settings that affect only later frames";
 }
 
-/// A distance limit may be fine for the node's voxels, but too many cells for a finer map.
+/// A distance limit that is valid for the node's voxel size may span too many cells in a finer map.
 TEST(ContentsOfAMap, DistanceLimitsUseTheMapsVoxelSize) {
   const MapContents fine = makeMapper(roomParams(0.005f))->contents();
   MapperParams params = roomParams(0.02f);
@@ -119,7 +119,7 @@ MapperParams spaceParams(int cell_voxels = 2) {
   return params;
 }
 
-/// Free cells move with the map. A mapper without space drops them; a mapper with cells of another
+/// Free cells move with the map. A mapper without space drops them; a mapper with a different cell
 /// size refuses them.
 TEST(ContentsOfAMap, IncludeFreeCells) {
   const MapContents contents = roomContents(false, spaceParams());
@@ -146,7 +146,7 @@ TEST(ContentsOfAMap, NeedMemoryForFreeCells) {
   }
   MapperParams params = spaceParams();
   EXPECT_EQ(minMemoryMb(contents, params), 12);
-  EXPECT_LT(minMemoryMb(contents, roomParams(0.04f)), 12) << "counts free cells that it would drop";
+  EXPECT_LT(minMemoryMb(contents, roomParams(0.04f)), 12) << "counts dropped free cells";
   params.map.max_memory_mb = 12;
   EXPECT_EQ(errorOf([&] { makeMapper(params, contents); }), "");
   params.map.max_memory_mb = 11;
@@ -186,7 +186,7 @@ TEST(ContentsOfAMap, AreRefusedIfInvalid) {
   refused([](MapContents& c) { c.settings["fusion/mode"] = std::string("none"); });
 }
 
-/// Words composed bit by bit after docs/map_format.md.
+/// Voxel words are composed bit by bit as in docs/map_format.md.
 TEST(Voxels, AreDecodedAsDocumented) {
   const auto word = [](int distance, uint64_t anchor, int evidence, uint64_t weight) {
     return uint64_t{static_cast<uint16_t>(distance)} | anchor << 16 |

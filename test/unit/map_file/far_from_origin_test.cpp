@@ -1,5 +1,5 @@
-// A wall up to 100 km from the map's origin gets as good a mesh as a wall near the origin. This
-// holds for published chunks, too.
+// Tests that meshes and published chunks of a wall up to 100 km from the map's origin are as good
+// as those of a wall near the origin.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,8 @@ constexpr float kVoxel_m = 1.0f / 64.0f;
 /// Bound on the additional error of the wall far from the origin.
 constexpr double kMaxError_m = 1e-4;
 constexpr double kMapError_m = 1e-3;
-/// Far from the origin, this many more triangles may be too thin to have an area in floats.
+/// Far from the origin, up to this many additional triangles may be too thin to have an area in
+/// floats.
 constexpr size_t kMaxThinTriangles = 5;
 
 /// A tilted wall in front of a camera, both shifted.
@@ -82,7 +83,7 @@ ReadMesh assembledFromChunks(const MeshStore& store) {
   return mesh;
 }
 
-/// Errors of the wall's mesh, away from the border of the measured part.
+/// Errors in the wall's mesh, away from the border of the measured part.
 struct Quality {
   size_t triangles = 0, without_area = 0;  ///< In the whole mesh.
   size_t inner_vertices = 0;
@@ -127,7 +128,7 @@ TEST_P(FarFromOrigin, ChunksAreAsGoodAsNearby) {
                measure(assembledFromChunks(near.map()), near));
 }
 
-/// Far from the map's origin, only the mesh's own origin differs.
+/// A mesh far from the map's origin differs from one near it only in the origin of the mesh.
 TEST_P(FarFromOrigin, NormalsAndTrianglesMatchThoseNearby) {
   const Mesh near = Wall(Vector3d::Zero()).map().assemble();
   const Mesh far = Wall(shift()).map().assemble();

@@ -1,4 +1,4 @@
-// Map files: saved maps load unchanged, and damaged files are refused.
+// Tests that saved maps load unchanged, and that damaged map files are refused.
 #include "dtsdf_mapping/io/map_file.h"
 
 #include <gtest/gtest.h>
@@ -126,7 +126,7 @@ TEST_F(MapFile, StoresTheLevelInItsOwnRecord) {
   const std::string path = folder_ / "levelled.dtsdf";
   const MapInfo saved = saveMap(levelled, path);
   EXPECT_EQ(saved.content_hash, saved_.content_hash) << "the level changes the content hash";
-  EXPECT_TRUE(sameContents(loadMap(path), levelled)) << "not equal to the last bit";
+  EXPECT_TRUE(sameContents(loadMap(path), levelled)) << "not restored bit for bit";
   ASSERT_TRUE(readMapInfo(path).T_W_M);
   EXPECT_EQ(readMapInfo(path).T_W_M->matrix(), levelled.T_W_M->matrix());
 
@@ -333,7 +333,7 @@ TEST_F(MapFile, OfANewerFormatIsRefused) {
   EXPECT_TRUE(contains(error, "version 2") && contains(error, "use a newer program")) << error;
 }
 
-/// Allocates no memory for sizes beyond the file: an allocation of 2^60 bytes would fail.
+/// No memory is allocated for sizes larger than the file: an allocation of 2^60 bytes would fail.
 TEST_F(MapFile, WithWrongSizesIsRefused) {
   for (size_t number = 0; number < 4; ++number) {
     for (const uint64_t value : {uint64_t{1} << 60, ~uint64_t{0}, uint64_t{1} << 40, uint64_t{0}}) {
@@ -350,7 +350,7 @@ TEST_F(MapFile, WithWrongSizesIsRefused) {
   EXPECT_TRUE(contains(errorOfBytes(longer), "damaged"));
 }
 
-/// The file of a box also stores the box and the numbers of its frames.
+/// The map file of a box also stores the box and the numbers of its frames.
 TEST_F(MapFile, OfABoxStoresTheBox) {
   MapBox box{{-4, -5, -6}, {1, 2, 3}, 2, {{0, 4}, {7, 9}}, {{7, 9}}};
   const auto mapper = makeProbedMapper(smallParams());
@@ -388,7 +388,7 @@ TEST_F(MapFile, FreeCellsCountTowardsTheLimit) {
   EXPECT_EQ(errorOf([&] { EXPECT_TRUE(sameContents(loadMap(path_, params), contents)); }), "");
 }
 
-/// A small file may need much memory, since zeros take almost no space in it.
+/// A small file may expand to a large map, since zeros compress to almost nothing.
 TEST_F(MapFile, BeyondTheBudgetTakesNoMemory) {
   constexpr int kSide = 36;  // 46656 blocks of six arrays: 1.1 GiB
   MapContents head;
@@ -482,7 +482,8 @@ TEST_F(MapFile, WithInvalidFreeCellsIsRefused) {
   }
 }
 
-/// Runs examples/read_map.py on a file and appends what it prints. @return its exit code.
+/// Runs examples/read_map.py on a file and appends what it prints to `output`. @return its exit
+/// code.
 int readByExample(const std::string& path, std::string& output) {
   FILE* pipe = popen((std::string(DTSDF_READ_MAP) + " " + path + " 2>&1").c_str(), "r");
   if (pipe == nullptr) return -1;

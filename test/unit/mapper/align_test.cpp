@@ -61,8 +61,8 @@ struct Offset {
   double turn_deg;
 };
 
-/// With voxels of 20 mm, the map itself is off by some 0.2 mm. All starting points lead to the same
-/// pose.
+/// With 20 mm voxels, the map itself is off by about 0.2 mm. All given poses must lead to the same
+/// result.
 class Corner : public testing::TestWithParam<Offset> {};
 
 TEST_P(Corner, DeterminesThePose) {
@@ -82,7 +82,7 @@ TEST_P(Corner, DeterminesThePose) {
   EXPECT_LT(turnBetween_rad(found.T_W_C, from_truth.T_W_C), 0.1e-3);
 }
 
-/// 10 cm towards each corner of a cube, and 8 degrees to either side.
+/// Shifts of 10 cm towards each corner of a cube, with turns of 8 degrees in either direction.
 std::vector<Offset> farOffsets() {
   std::vector<Offset> offsets;
   for (int i = 0; i < 16; ++i) {
@@ -180,8 +180,8 @@ TEST(Align, RefusesBadFramesAndLeavesTheMapUnchanged) {
   EXPECT_TRUE(sameMaps(untouched.mapper(), session.mapper()));
 }
 
-/// All given poses share one error, plus noise. Each image is corrected, and the filter learns most
-/// of the shared error, but little of the noise.
+/// All given poses have the same error, plus noise. Each image is corrected, and the filter learns
+/// most of the common error, but little of the noise.
 TEST(PoseRefiner, LearnsAConstantErrorButNotNoise) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
@@ -198,7 +198,7 @@ TEST(PoseRefiner, LearnsAConstantErrorButNotNoise) {
     frame.T_W_C = off(truth, constant + sign * noise, 0.5 * sign);
     const Alignment found = refiner.refine(session.mapper(), frame);
     ASSERT_EQ(found.status, AlignmentStatus::kAligned);
-    // An uncorrected error is insignificant: it moves no wall by more than 0.2 voxels of 20 mm.
+    // An uncorrected error is insignificant: it moves no wall by more than 0.2 voxels (4 mm).
     const double least_m = found.is_significant ? 1e-3 : 0.2 * 0.02 * std::sqrt(3.0);
     EXPECT_LT((found.T_W_C.translation() - truth.translation()).norm(), least_m) << i;
     if (i < 10) continue;
@@ -218,7 +218,7 @@ TEST(PoseRefiner, LearnsTheOffsetOfTheOdometry) {
   for (int i = 0; i < 30; ++i) {
     const Alignment found = refiner.refine(session.mapper(), frame);
     ASSERT_EQ(found.status, AlignmentStatus::kAligned);
-    // The remaining error is insignificant: it moves no wall by more than 0.2 voxels of 20 mm.
+    // The remaining error is insignificant: it moves no wall by more than 0.2 voxels (4 mm).
     EXPECT_LT((found.T_W_C.translation() - cornerPose().translation()).norm(), 0.0075) << i;
   }
   EXPECT_LT((refiner.T_W_O().translation() + offset).norm(), 0.0075);
@@ -277,8 +277,8 @@ TEST(PoseRefiner, RejectsThePreviousPoseIfTooFar) {
   }
 }
 
-/// Along the wall's normal, the covariance is that of the remaining error; along the wall, it is
-/// that of the given pose.
+/// Along the wall's normal, the deviation is the remaining error; along the wall, it is that of the
+/// given pose.
 TEST(PoseRefiner, CovarianceIncludesUncorrectedErrors) {
   Session session(makeCpuParams());
   mapFrom(session, wall(), wallPose());
@@ -296,7 +296,7 @@ TEST(PoseRefiner, CovarianceIncludesUncorrectedErrors) {
   EXPECT_GE(std::sqrt(found.covariance(1, 1)), params.sigma_m);
 }
 
-/// Invalid poses have no effect, neither at first nor later.
+/// Invalid poses have no effect, neither on the first image nor later.
 TEST(PoseRefiner, IgnoresInvalidPoses) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());

@@ -1,4 +1,4 @@
-/// Tests how far refined poses follow alignments, depending on the noise of given poses and
+/// Tests how far refined poses follow alignments, depending on the noise in given poses and
 /// alignments.
 #include "dtsdf_mapping/alignment_gain.h"
 
@@ -47,7 +47,7 @@ class Noise {
   std::normal_distribution<double> normal_;
 };
 
-/// The gain after `images` images with independent errors of given poses and alignments.
+/// The gain after `images` images, with independent errors in given poses and alignments.
 AlignmentGain after(int images, double given_sigma, double aligned_sigma) {
   AlignmentGain gain;
   Noise given(given_sigma, 7), aligned(aligned_sigma, 8);
@@ -69,7 +69,8 @@ TEST(AlignmentGain, FollowsAlignmentsFullyIfPosesAreNoisy) {
   EXPECT_EQ(shareOfStep(after(100, 0.02, 0.01), 0.01), 1.0);
 }
 
-/// The share is the gain of a Kalman filter for noise of 2 and 20 mm: 2^2 / (2^2 + 20^2) = 0.01.
+/// The share is the gain of a Kalman filter with noise of 2 mm and 20 mm: 2^2 / (2^2 + 20^2) =
+/// 0.01.
 TEST(AlignmentGain, FollowsNoisyAlignmentsSlowlyIfPosesAreSmooth) {
   const double share = shareOfStep(after(100, 0.002, 0.02), 0.01);
   EXPECT_GT(share, 0.0);
@@ -83,7 +84,7 @@ TEST(AlignmentGain, FollowsStepsLargerThanNoise) {
   EXPECT_NEAR(shareOfStep(gain, 0.20), 1.0 - 0.052 / 0.20, 0.1);
 }
 
-/// A smooth error of the odometry, which the alignments correct, does not count as noise of the
+/// A smooth error in the odometry, which the alignments correct, does not count as noise in the
 /// alignments.
 TEST(AlignmentGain, FollowsExactAlignmentsIfOdometryDriftsSmoothly) {
   AlignmentGain gain;
@@ -96,7 +97,7 @@ TEST(AlignmentGain, FollowsExactAlignmentsIfOdometryDriftsSmoothly) {
   EXPECT_EQ(shareOfStep(gain, 0.01), 1.0);
 }
 
-/// A jump of the odometry says nothing about the noise of alignments.
+/// A jump in the odometry says nothing about the noise in alignments.
 TEST(AlignmentGain, RestartsWhenTheCorrectionJumps) {
   AlignmentGain gain;
   Noise given(0.001, 7), aligned(0.01, 8);

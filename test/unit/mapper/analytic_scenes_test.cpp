@@ -36,7 +36,7 @@ void expectWithin(const SurfaceError& error, const Bounds& bounds) {
   EXPECT_LT(error.max_m / kSceneVoxel_m, bounds.max) << error.vertices << " vertices";
 }
 
-/// Checks properties that every mesh must have, with holes or without.
+/// Checks properties that every mesh must have, with or without holes.
 void expectValidMesh(const Mesh& mesh) {
   const MeshTopology topology = measureTopology(mesh);
   EXPECT_GT(topology.triangles, 1000u);
@@ -48,7 +48,7 @@ void expectValidMesh(const Mesh& mesh) {
 }
 
 /// Checks that vertex normals point to the scene's free side. Slivers at a border that are smaller
-/// than an anchor's step may stand on end.
+/// than the step of an anchor may have any orientation.
 void expectNormalsFaceFreeSpace(const Mesh& mesh, const Scene& scene) {
   size_t wrong = 0;
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
@@ -61,10 +61,10 @@ void expectNormalsFaceFreeSpace(const Mesh& mesh, const Scene& scene) {
 }
 
 /// Six views of a tilted plane, up to 1.6 m away. Point-to-plane distances are exact, so only
-/// rounding remains. In a directional map, that includes the rounding of anchors, which attract
-/// vertices at the end of a view. Projective distances are off by up to half a pixel's step in
-/// depth, 8 mm for pixels 6 mm wide and a plane inclined by 60 degrees. Bounds leave room for the
-/// interpolation.
+/// rounding remains. In a directional map, this includes the rounding of anchors, which attract
+/// vertices at the edge of what was seen. Projective distances are off by up to half a pixel's step
+/// in depth, 8 mm for pixels 6 mm wide and a plane inclined by 60 degrees. Bounds leave room for
+/// the interpolation.
 TEST_P(AnalyticScenes, TiltedPlane) {
   Scene scene;
   scene.add(Plane{Vector3d(0.1, 0.05, 0.02), Vector3d(0.3, -0.4, 1.0).normalized()});
@@ -83,10 +83,10 @@ TEST_P(AnalyticScenes, TiltedPlane) {
   expectNormalsFaceFreeSpace(mesh, scene);
 }
 
-/// A ball with a radius R of 20 voxels, seen from all sides. At a distance r from its point, a
-/// tangent plane is off by r^2 / (2 R): 0.05 at sqrt(2) voxels, where the weight has fallen to 0.
-/// Projective distances grow without bound where rays graze the ball, and the undirected map uses
-/// no normals that would lower the weights of such views.
+/// A ball with a radius R of 20 voxels, seen from all sides. At a distance r from the point of
+/// contact, a tangent plane is off by r^2 / (2 R): 0.05 at sqrt(2) voxels, where the weight has
+/// fallen to 0. Projective distances grow without bound where rays graze the ball, and the
+/// undirected map uses no normals that would lower the weights of such views.
 TEST_P(AnalyticScenes, Ball) {
   const Vector3d centre(0.13, -0.07, 0.21);
   Scene scene;
@@ -97,8 +97,8 @@ TEST_P(AnalyticScenes, Ball) {
   expectNormalsFaceFreeSpace(mesh, scene);
 }
 
-/// A box rotated against the grid. Its faces are flat, except within one and a half truncation
-/// distances of an edge, where projective distances from other views reach.
+/// A box rotated relative to the grid. Its faces are flat, except within one and a half truncation
+/// distances of an edge, where projective distances from other views distort them.
 TEST_P(AnalyticScenes, FacesOfARotatedBox) {
   const Vector3d centre(0.1, 0.02, 0.03);
   Scene scene;
@@ -135,9 +135,9 @@ double areaWithin(const Mesh& mesh, const Eigen::AlignedBox3d& box) {
   return area;
 }
 
-/// A floor in a single image, 0.15 m below the camera and 2 to 2.7 m ahead: pixels are 4 to 5 mm
-/// wide but 53 to 97 mm long on the floor, which is 3 to 5 voxels. Without subdivision they would
-/// leave holes.
+/// A floor in a single image, 0.15 m below the camera and 2 to 2.7 m ahead: on the floor, pixels
+/// are 4 to 5 mm wide but 53 to 97 mm (3 to 5 voxels) long. Without subdivision they would leave
+/// holes.
 TEST(GrazingView, LeavesNoHolesInAFloor) {
   Scene scene;
   scene.add(Plane{Vector3d::Zero(), Vector3d::UnitZ()});
@@ -150,7 +150,7 @@ TEST(GrazingView, LeavesNoHolesInAFloor) {
   EXPECT_NEAR(areaWithin(mesh, part), 0.56, 0.02);
 }
 
-/// A wall in one image, with pixels narrower and wider than a voxel. Neither their width nor the
+/// A wall in one image, with pixels narrower or wider than a voxel. Neither wide pixels nor the
 /// empty lines of registered depth images leave holes.
 TEST(Wall, HasNoHolesAtAnyPixelWidth) {
   Scene scene;
@@ -158,7 +158,7 @@ TEST(Wall, HasNoHolesAtAnyPixelWidth) {
   const auto T_W_C = lookAt(Vector3d::Zero(), Vector3d(2.0, 0.0, 0.0), Vector3d::UnitZ());
   const Eigen::AlignedBox3d part(Vector3d(0.0, -0.4, -0.3), Vector3d(4.0, 0.4, 0.3));
   const double whole_m2 = 0.8 * 0.6 * std::sqrt(1.0 + 0.3 * 0.3 + 0.1 * 0.1);
-  for (const int width : {80, 120, 144, 160, 192, 240, 320}) {  // pixels of 1.6 to 0.4 voxels
+  for (const int width : {80, 120, 144, 160, 192, 240, 320}) {  // pixels 1.6 to 0.4 voxels wide
     std::vector<SceneFrame> frames = renderFrames(scene, {T_W_C}, width, width * 3 / 4);
     const Mesh mesh = reconstruct(makeCpuParams(), frames);
     EXPECT_NEAR(areaWithin(mesh, part), whole_m2, 0.01 * whole_m2) << width;
@@ -184,7 +184,7 @@ TEST(ThinWire, IsMappedFromOneColumnOfPixels) {
   const auto& depth_m = frames[0].depth_m;
   const auto hits = std::count_if(depth_m.begin(), depth_m.end(), [](float z) { return z < 2; });
   ASSERT_GT(hits, 60);
-  ASSERT_LT(hits, 120);  // the rows of the image
+  ASSERT_LT(hits, 120);  // the number of rows
   const Mesh mesh = reconstruct(makeCpuParams(), frames);
   const Eigen::AlignedBox3d around(Vector3d(1.4, -0.05, -0.25), Vector3d(1.6, 0.05, 0.25));
   // The wire is narrower in the mesh, since anchoring attracts vertices to the column.
@@ -201,9 +201,9 @@ INSTANTIATE_TEST_SUITE_P(All, AnalyticScenes,
                            return modeName(std::get<0>(info.param), std::get<1>(info.param));
                          });
 
-/// Seen from all sides, a ball is a closed surface with one orientation. With support from one
-/// frame, 24 views are enough. If each sample needs support from two frames, it takes twice as many
-/// views, because view rays miss some far samples.
+/// The mesh of a ball seen from all sides is closed and consistently oriented. With support from
+/// one frame, 24 views are enough. If each sample needs support from two frames, twice as many
+/// views are needed, because view rays miss some far samples.
 class ClosedBall : public testing::TestWithParam<Mode> {};
 
 TEST_P(ClosedBall, HasNoBoundary) {

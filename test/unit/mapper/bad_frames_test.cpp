@@ -1,5 +1,5 @@
-// Frames that cannot be fused leave the map unchanged and report what is wrong; unusual but valid
-// frames are fused.
+// Tests that frames that cannot be fused leave the map unchanged and report what is wrong, and that
+// unusual but valid frames are fused.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -198,7 +198,7 @@ TEST(OddFrames, RowPaddingIsSkipped) {
   EXPECT_TRUE(sameMaps(*padded, *plain));
 }
 
-/// 16 bits in units of 1 / 4096 m represent a depth image rounded to that unit exactly.
+/// A 16-bit image in units of 1 / 4096 m represents depths rounded to that unit exactly.
 TEST(OddFrames, EncodingsAgree) {
   const auto whole = makeProbedMapper(testParams()), metres = makeProbedMapper(testParams());
   SceneFrame frame = goodFrame();
@@ -221,12 +221,12 @@ TEST(OddFrames, EncodingsAgree) {
 TEST(OddFrames, RoundedRotationsAreAccepted) {
   const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(testParams());
   SceneFrame frame = goodFrame();
-  frame.frame.T_W_C.linear() *= 1.0 + 1e-5;  // as after rounding
+  frame.frame.T_W_C.linear() *= 1.0 + 1e-5;  // for example after rounding
   EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kFused);
 }
 
 /// A pixel more than a pixel away from all others has no normal. Only voxel projection into the
-/// undirected map needs no normals and counts such pixels.
+/// undirected map needs no normals, so only there do such pixels count.
 TEST(LonelyPixels, CountIfNoNormalsAreNeeded) {
   SceneFrame frame = goodFrame();
   for (int v = 0; v < frame.frame.height; ++v) {

@@ -1,5 +1,5 @@
-// A map that has reached its budget keeps and updates what it contains; further blocks are refused
-// and counted.
+// Tests that a map that has reached its budget keeps and updates its blocks, while further blocks
+// are refused and counted.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -61,7 +61,7 @@ TEST_P(Budget, ScratchMemoryIsReported) {
   mapper->integrate(frame.view());
   mapper->updateMesh();
   const MapperMemory after = mapper->memory();
-  // At least inverse depth and free depth of each pixel.
+  // At least the inverse depth and the free depth of each pixel.
   EXPECT_GE(after.scratch, before.scratch + 2 * sizeof(float) * frame.depth_m.size());
   EXPECT_EQ(after.meshes + after.staging, 0u);
 }
@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(Maps, Budget, testing::Bool(),
                            return info.param ? "Directional" : "Undirected";
                          });
 
-/// Blocks that a frame only touches, without leaving a sample, are removed from the map.
+/// Blocks that a frame only touches, without updating a sample, are removed from the map.
 TEST(Recycling, LeavesNoEmptyArrays) {
   for (const FusionMode mode :
        {FusionMode::kVoxelProjection, FusionMode::kRayCasting, FusionMode::kNormalRayCasting}) {

@@ -1,4 +1,4 @@
-// Changing scenes: objects that disappear, come back, or were seen only once.
+// Tests changing scenes: objects that disappear, come back, or are seen only once.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(Maps, Change, testing::Bool(),
                            return info.param ? "Directional" : "Undirected";
                          });
 
-/// Balls on the left and right of the origin, never in view together.
+/// Balls to the left and right of the origin, never in view at the same time.
 Scene twoBalls() {
   Scene scene;
   scene.add(Sphere{{0.0, 1.0, 0.0}, 0.3});
@@ -126,7 +126,7 @@ class MinSupport : public testing::TestWithParam<int> {
           return params;
         }()) {}
 
-  /// Fuses one more view of one of the balls, then checks which of them the mesh shows.
+  /// Fuses one more view of the left or right ball, then checks which balls the mesh shows.
   void see(bool left) {
     session_.integrate(look(twoBalls(), left ? 1.5708 : -1.5708));
     session_.updateMesh();
@@ -139,8 +139,8 @@ class MinSupport : public testing::TestWithParam<int> {
   bool shows_left_ = false, shows_right_ = false;
 };
 
-/// The first frame is meshed at once. From the second frame on, if two frames must support a
-/// surface, a surface seen in only one frame disappears until it is seen again.
+/// The first frame is meshed immediately. From the second frame on, if min_support is 2, a surface
+/// seen in only one frame disappears until it is seen again.
 TEST_P(MinSupport, AppliesFromTheSecondFrame) {
   const bool one_is_enough = GetParam() == 1;
   see(true);

@@ -1,4 +1,5 @@
-// Clearing a region empties exactly the voxels inside; clearing the map empties it.
+// Tests that clearing a region empties exactly the voxels inside it, and that clearing the map
+// leaves it empty.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -94,7 +95,7 @@ TEST_P(ClearRegion, EmptiesExactlyTheVoxelsInside) {
         const Voxel& voxel = block.voxels[d][i];
         const bool inside = isIn(GetParam().region, positionOf(block.key, static_cast<int>(i)));
         const Voxel now = is_there ? found->second.voxels[d][i] : Voxel{};
-        // Free space is forgotten with the last distance of an array.
+        // Remembered free space is lost when the last distance of an array is removed.
         const bool is_gone = inside || (!is_there && isEmpty(voxel));
         const Voxel expected = is_gone ? Voxel{} : voxel;
         ASSERT_EQ(now.state, expected.state);
@@ -104,7 +105,7 @@ TEST_P(ClearRegion, EmptiesExactlyTheVoxelsInside) {
         ++(inside ? emptied : kept);
         holds = holds || !inside;
       }
-      EXPECT_EQ(is_there, holds) << "not exactly the empty arrays were freed";
+      EXPECT_EQ(is_there, holds) << "freed an array with distances or kept an empty one";
       arrays += holds;
     }
   }

@@ -15,7 +15,8 @@ TEST(Mapper, ReportsItsBackend) {
 
 TEST(Mapper, ReturnsAnExtractionOnce) {
   Session session(makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f));
-  EXPECT_TRUE(session.mapper().finishMeshUpdate().blocks.empty()) << "a mesh without an update";
+  EXPECT_TRUE(session.mapper().finishMeshUpdate().blocks.empty())
+      << "returned a mesh before any update";
   session.integrate(renderFrames(makeRoomScene(), {roomCameraPose(0.0)}, 120, 90)[0]);
   session.mapper().beginMeshUpdate();
   EXPECT_FALSE(session.mapper().finishMeshUpdate().blocks.empty());

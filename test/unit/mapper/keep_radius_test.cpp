@@ -1,4 +1,4 @@
-// Only blocks beyond map/keep_radius_m are dropped from a map.
+// Tests that blocks beyond map/keep_radius_m, and only these, are dropped from a map.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -72,7 +72,7 @@ TEST(KeepRadius, KeepsExactlyTheBlocksItReaches) {
   EXPECT_EQ(near.mapper().stats().dropped_blocks, dropped);
   EXPECT_EQ(all.mapper().stats().dropped_blocks, 0u);
   near.updateMesh();
-  EXPECT_EQ(near.mapper().stats().blocks, kept) << "the entries of dropped blocks are not free";
+  EXPECT_EQ(near.mapper().stats().blocks, kept) << "the entries of dropped blocks were not freed";
   for (const Vec3f& p : near.mesh().vertices_m) {
     ASSERT_LT((Vector3d(p.x, p.y, p.z) - camera).norm(), kKeptRadius_m + 1.75 * 8 * kKeptVoxel_m);
   }
@@ -96,8 +96,8 @@ TEST(KeepRadius, MeshesOfDroppedBlocksAreRemoved) {
   EXPECT_GT(once.mesh().triangles.size(), 100u);
 }
 
-/// A flight far longer than the budget allows: nothing is refused, whether meshes are updated
-/// throughout, never or only at first.
+/// A long flight passes far more blocks than fit into the budget, but no blocks are refused,
+/// whether meshes are updated throughout, never or only at first.
 TEST(KeepRadius, BoundsMemoryOnLongFlights) {
   for (const int meshed_frames : {0, 40, 1000}) {
     MapperParams settings = params(kKeptRadius_m);
@@ -117,7 +117,7 @@ TEST(KeepRadius, BoundsMemoryOnLongFlights) {
   }
 }
 
-/// The centre of the kept ball need not be the camera.
+/// Blocks may be kept around a point other than the camera.
 TEST(KeepRadius, UsesTheCentreGivenByAFrame) {
   Session session(params(kKeptRadius_m));
   session.integrate(lookFrom(0.0));
@@ -133,7 +133,7 @@ TEST(KeepRadius, UsesTheCentreGivenByAFrame) {
   EXPECT_EQ(session.mapper().integrate(away.view()).status, FrameStatus::kBadPose);
 }
 
-/// A jump leaves more blocks behind than one frame drops.
+/// A jump leaves more blocks behind than a single frame may drop.
 TEST(KeepRadius, DropsALimitedNumberOfBlocksPerFrame) {
   MapperParams settings = params(kKeptRadius_m);
   settings.map.voxel_size_m = 0.0025f;

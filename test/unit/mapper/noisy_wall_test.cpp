@@ -1,4 +1,4 @@
-// Walls with noise larger than a voxel: the measurements must average to one surface.
+// Tests that measurements with noise larger than a voxel average to one surface.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -28,9 +28,9 @@ std::vector<SceneFrame> noisyFrames(const Scene& scene, const Vector3d& eye_W, i
   return frames;
 }
 
-/// Noise of 6 mm, with voxels of 5 mm. If the reach stayed at 1.75 voxels, the 15 % of depths
-/// beyond it would form surfaces of their own. The few depths beyond the truncation distance still
-/// do.
+/// Noise of 6 mm, with 5 mm voxels. If the reach stayed at 1.75 voxels, the 15 % of depths beyond
+/// it would form separate surfaces. As the reach grows with the noise, only the few depths beyond
+/// the truncation distance do so.
 TEST(NoisyWall, AveragesToOneSurface) {
   constexpr float kVoxel_m = 0.005f, kNoise = 0.006f;
   Scene scene;
@@ -43,8 +43,8 @@ TEST(NoisyWall, AveragesToOneSurface) {
   EXPECT_LT(found.rms_m, 0.5 * kVoxel_m);
 }
 
-/// With noise of 8 mm, more depths lie beyond the truncation distance. These form small isolated
-/// pieces near the wall.
+/// With noise of 8 mm, more depths lie beyond the truncation distance. They form small isolated
+/// pieces near the wall, most of which are left out of the joined mesh.
 TEST(NoisyWall, LosesMostSmallPiecesNearby) {
   constexpr float kVoxel_m = 0.005f, kNoise = 0.008f;
   Scene scene;

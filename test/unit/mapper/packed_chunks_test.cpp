@@ -1,4 +1,5 @@
-// Packed meshes of whole maps stay close to the originals, and neighbouring chunks still meet.
+// Tests that packed meshes of whole maps stay close to the originals, and that neighbouring chunks
+// still meet.
 #include "meshing/packed_chunk.h"
 
 #include <gtest/gtest.h>
@@ -55,7 +56,7 @@ std::vector<PackedChunk> packAll(const MeshStore& store, int chunk_blocks) {
   return packed;
 }
 
-/// Triangles of all chunks. Vertices at the same place are merged.
+/// Joins the triangles of all chunks and merges vertices with equal positions.
 Mesh joinByPlace(const std::vector<PackedChunk>& chunks, double step_m) {
   std::map<Point, uint32_t> numbers;
   Mesh mesh;
@@ -99,7 +100,7 @@ TEST_P(PackedBall, IsAtMostHalfAStepFromTheMesh) {
     for (const PackedKey key : chunks.all()) {
       const PackedChunk packed =
           packChunk(store, lattice, chunks.cornerOf(key), chunks.blocksOf(key));
-      // A closed mesh has no outline to smooth, and vertices where chunks meet stay.
+      // A closed mesh has no outline to smooth, and vertices where chunks meet stay in place.
       const Mesh mesh = rawMesh(store, chunks.blocksOf(key));
       ASSERT_EQ(packed.vertexCount(), mesh.vertices_m.size());
       ASSERT_EQ(packed.triangleCount(), mesh.triangles.size());
@@ -162,7 +163,7 @@ TEST(PackedChunks, MeetWhereTheMeshEnds) {
   }
 }
 
-/// Floats in metres are 4 mm apart at 40 km.
+/// Consecutive floats near 40 km are 4 mm apart.
 TEST(PackedChunks, AreTheSameFortyKilometresAway) {
   const MeshUpdate near = meshOfABall(0);
   MeshUpdate far = near;
@@ -199,7 +200,7 @@ BlockMesh squareIn(const BlockKey& key) {
 }
 
 TEST(PackedChunks, UseWideIndicesOnlyIfNeeded) {
-  // These blocks have no vertices on their upper faces, so they share none.
+  // These blocks have no vertices on their upper faces, so they share no vertices.
   const auto chunkWith = [](int blocks) {
     MeshStore store(kVoxelSize);
     std::vector<PackedKey> keys;

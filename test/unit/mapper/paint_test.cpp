@@ -1,4 +1,4 @@
-// Tests the colours that colour images give a map's surfaces, on scenes with known colours.
+// Tests painting surfaces from colour images, on scenes with known colours.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ constexpr Colour kRed{220, 30, 30}, kBlue{30, 30, 220}, kGreen{30, 200, 30}, kGr
 constexpr double kPlateWidth_m = 0.5, kPlateThickness_m = 0.005;
 constexpr int kWidth = 240, kHeight = 180;
 
-/// A plate across the x axis in a green room: red in front (+x), blue behind, grey at the rim.
+/// A plate normal to the x axis in a green room: red in front (+x), blue behind, grey at the rim.
 Scene plateScene() {
   Scene scene;
   scene.add(Room{Vector3d(-1.7, -1.7, -1.3), Vector3d(1.7, 1.7, 1.3)});
@@ -39,7 +39,7 @@ Colour plateColour(const Vector3d& p_W) {
   return p_W.x() > 0.0033 ? kRed : kBlue;
 }
 
-/// Poses around the plate, at `radius_m` from the z axis, at changing heights.
+/// Poses around the plate, at `radius_m` from the z axis and varying heights.
 std::vector<Eigen::Isometry3d> orbit(int count, double radius_m) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < count; ++i) {
@@ -62,7 +62,7 @@ Mesh meshOf(Mapper& mapper, float voxel_size_m) {
   return store.assemble();
 }
 
-/// Fuses depth and colour frames alternately.
+/// Fuses depth and colour frames alternately. @return the mesh.
 Mesh paintedPlate(float voxel_size_m, bool directional) {
   const Scene scene = plateScene();
   const auto mapper =
@@ -75,7 +75,8 @@ Mesh paintedPlate(float voxel_size_m, bool directional) {
   return meshOf(*mapper, voxel_size_m);
 }
 
-/// Shares of the vertices on the plate's sides, more than a voxel from its rim.
+/// The number of vertices on the plate's sides, more than a voxel from its rim, and the shares of
+/// them with a wrong colour or none.
 struct PlateColours {
   size_t vertices = 0;
   double other_side = 0.0, background = 0.0, unpainted = 0.0;
@@ -129,7 +130,7 @@ TEST(Paint, UndirectedMapMixesTheSides) {
   EXPECT_GT(judged.other_side + judged.background + judged.unpainted, 0.05);
 }
 
-/// A wall across the y axis at 1.5 m; tests add other objects.
+/// A wall at y = 1.5 m; tests add other objects.
 Scene wallScene() {
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 1.5, 0.0), Vector3d(0.0, -1.0, 0.0)});
@@ -140,7 +141,7 @@ Eigen::Isometry3d lookingAtWall(const Vector3d& eye_W) {
   return lookAt(eye_W, eye_W + Vector3d::UnitY(), Vector3d::UnitZ());
 }
 
-/// Fuses the depth of a scene often enough for a mesh.
+/// Fuses enough depth images of a scene for a mesh.
 void fuse(Mapper& mapper, const Scene& scene, const Eigen::Isometry3d& T_W_C) {
   const SceneFrame frame = renderFrame(scene, T_W_C);
   for (int i = 0; i < 3; ++i) mapper.integrate(frame.view());
@@ -182,7 +183,7 @@ WallColours wallColours(const Mesh& mesh, const Choose& choose) {
 bool anywhere(const Vec3f&) { return true; }
 
 /// A board 0.3 m wide, 0.7 m in front of the wall. The depth camera moves and maps the whole wall.
-/// The colour camera stands still and does not see what the board hides.
+/// The colour camera stands still, so the board hides part of the wall from it.
 TEST(Paint, HiddenSurfacesAreNotPainted) {
   Scene scene = wallScene();
   scene.add(makeBox(Vector3d(0.0, 0.8, 0.0), Vector3d(0.3, 0.02, 2.0)));
@@ -229,7 +230,7 @@ TEST(Paint, ExposureChangesLeaveNoPatches) {
   }
 }
 
-/// The room of the demo, in stripes; depth and colour alternate, from cameras side by side.
+/// Depth and colour images of the demo's room, painted in stripes, from cameras side by side.
 struct RoomFrames {
   std::vector<SceneFrame> depth;
   std::vector<PaintedFrame> colour;
@@ -311,7 +312,7 @@ TEST(Paint, StaysWithinTheBudget) {
   EXPECT_EQ(small->stats().refused_blocks, refused_before + result.refused_blocks);
 }
 
-/// Clearing a surface removes its colour, so a new surface at the same place is unpainted. Here, a
+/// Clearing a surface removes its colour, so a new surface at the same place is unpainted. Here,
 /// part of a board is removed and put back.
 TEST(Paint, ColourIsRemovedWithTheSurface) {
   Scene whole = wallScene(), part = wallScene();
@@ -370,7 +371,7 @@ TEST(Paint, BadImagesAreRefusedAndChangeNothing) {
   EXPECT_EQ(makeMapperAt(0.02f)->paint(good.view()).status, FrameStatus::kNoMeasurement);
 }
 
-/// One picture in each colour encoding, and a grey picture. Rows are padded.
+/// Uniform images in each colour encoding, and a uniform grey image, all with padded rows.
 TEST(Paint, ReadsEveryEncoding) {
   const PaintedFrame rgb = plainFrame({200, 100, 50}, lookingAtWall(Vector3d::Zero()));
   const auto colours = [&](ColourEncoding encoding, const std::vector<uint8_t>& pixel) {

@@ -1,4 +1,4 @@
-// Tests how a camera is found in a map without any given pose.
+// Tests finding the pose of a camera in a map from an image alone.
 #include "dtsdf_mapping/place_search.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ FoundPlace find(Session& map, const SceneFrame& image, int threads = 2) {
   return findPlace(map.mapper(), frame, threads);
 }
 
-/// One camera is rolled by 2.5 rad, since the vertical is unknown.
+/// One camera is rolled by 2.5 rad, since the search does not know which way is up.
 TEST(PlaceSearch, FindsACameraFromItsImageAlone) {
   const Scene scene = roomWithFurniture();
   const auto map = mapOf(scene);
@@ -56,7 +56,7 @@ TEST(PlaceSearch, DoesNotDependOnTheNumberOfThreads) {
   EXPECT_EQ(one.explained_share, three.explained_share);
 }
 
-/// The corners of an empty room look alike in pairs.
+/// In an empty rectangular room, diagonally opposite corners look alike.
 TEST(PlaceSearch, ReportsAmbiguityIfPlacesLookAlike) {
   const Scene scene = emptyRoom();
   const auto map = mapOf(scene);

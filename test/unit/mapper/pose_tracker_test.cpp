@@ -1,4 +1,4 @@
-// Tests how a camera is tracked through analytic scenes in the map that its images build.
+// Tests tracking a camera through analytic scenes, in the map built from its images.
 #include "dtsdf_mapping/pose_tracker.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ Scene furnishedRoom() {
   return scene;
 }
 
-/// A hand-held path: about 0.3 m/s and up to 20 degrees per second.
+/// The path of a hand-held camera: about 0.3 m/s and up to 20 degrees per second.
 Isometry3d handAt(double time_s) {
   const Vector3d eye(-1.2 + 0.25 * std::sin(1.1 * time_s), 0.3 * std::sin(0.9 * time_s), 1.3);
   Isometry3d T_W_C = lookAt(eye, {1.2, 0.3 * std::sin(0.7 * time_s), 0.7}, Vector3d::UnitZ());
@@ -41,13 +41,13 @@ class Tracking {
  public:
   explicit Tracking(const PoseParams& params = {}) : session_(makeCpuParams()), tracker_(params) {}
 
-  /// @param given Pose that comes with the frame.
+  /// Tracks an image taken at `truth`. @param given The pose given with the image.
   Alignment see(const Scene& scene, const Isometry3d& truth, double stamp_s,
                 const Isometry3d& given = Isometry3d::Identity()) {
     return take(renderFrame(scene, truth, 320, 240), stamp_s, given);
   }
 
-  /// An image without measurements, as if the lens were covered.
+  /// Tracks an image without measurements, as if the lens were covered.
   Alignment seeNothing(double stamp_s) {
     SceneFrame image = renderFrame(Scene(), Isometry3d::Identity(), 320, 240);
     return take(image, stamp_s, Isometry3d::Identity());
@@ -72,7 +72,7 @@ class Tracking {
   size_t fused_ = 0;
 };
 
-/// Tracks the hand-held camera for some frames; the first has a given pose.
+/// Tracks the hand-held camera for `frames` frames, of which only the first has a given pose.
 void follow(Tracking& tracking, const Scene& scene, int frames) {
   for (int i = 0; i < frames; ++i) {
     const double time_s = kPeriod_s * i;
@@ -94,7 +94,7 @@ TEST(PoseTracker, UsesOnlyTheFirstGivenPose) {
   EXPECT_LT(shiftBetween_m(*expected, handAt(next_s)), 5e-3) << "not extrapolated";
 }
 
-/// The camera accelerates sideways, up to 0.2 m per image.
+/// The camera accelerates sideways to 0.2 m per image.
 TEST(PoseTracker, ExtrapolatesAcrossOneMissingImage) {
   constexpr int kImages = 9;
   const auto poseAt = [](int image) {
@@ -167,7 +167,8 @@ INSTANTIATE_TEST_SUITE_P(Away, AfterTheDark,
                                          Movement{{0.02, 0.0, 0.0}, 0.25},
                                          Movement{{-0.2, 0.0, 0.0}, 0.0}));
 
-/// After the dark the camera sees another room, which must not reach the map.
+/// After an image without measurements, the camera is in another room, whose images must not be
+/// fused.
 TEST(PoseTracker, NeverFusesImagesOfAnotherPlace) {
   Tracking tracking;
   follow(tracking, furnishedRoom(), 30);
@@ -242,7 +243,7 @@ TEST(PoseTracker, FusesNothingUntilLocalised) {
   EXPECT_LT(shiftBetween_m(*tracking.tracker().poseAt(34 * kPeriod_s), truth), 5e-3);
 }
 
-/// After two seconds in the dark, the camera is far from every pose that it had before.
+/// After two seconds in the dark, the camera is far from all of its earlier poses.
 TEST(PoseTracker, FindsALostCameraAnywhereInTheMap) {
   const Scene scene = furnishedRoom();
   Tracking tracking;
@@ -273,7 +274,8 @@ TEST(PoseTracker, StartsAtTheFirstNonEmptyImage) {
   EXPECT_LT(shiftBetween_m(*T_W_C, Isometry3d::Identity()), 2e-3);
 }
 
-/// Only the first image has a given pose: the second image may already show another place.
+/// Only the first image has a given pose. The second image shows an unmapped place, so its pose is
+/// unknown.
 TEST(PoseTracker, DoesNotFuseAnUnmappedSecondImage) {
   Scene near, far;
   near.add(Plane{{1.0, 0.0, 0.0}, -Vector3d::UnitX()});
@@ -289,8 +291,8 @@ TEST(PoseTracker, DoesNotFuseAnUnmappedSecondImage) {
   EXPECT_EQ(tracking.fused(), 1u);
 }
 
-/// Walls and floor constrain five of six degrees of freedom: the camera may drift along the
-/// corridor, and the covariance shows it.
+/// Walls and floor constrain five of the six degrees of freedom: the camera may drift along the
+/// corridor, and the covariance reflects this.
 TEST(PoseTracker, ACorridorLeavesItsAxisUnconstrained) {
   Scene corridor;
   corridor.add(Plane{{0.0, 1.0, 0.0}, -Vector3d::UnitY()});

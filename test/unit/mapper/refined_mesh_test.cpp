@@ -43,7 +43,7 @@ MeshUpdate fuseAndMesh(const MapperParams& params, const std::vector<SceneFrame>
   return mapper->updateMesh();
 }
 
-/// Vertices at the midpoints of the straight sides of a mesh.
+/// The midpoints of the straight sides of a mesh's triangles.
 Mesh straightMiddles(const Mesh& mesh) {
   Mesh middles;
   for (const Triangle& t : mesh.triangles) {
@@ -65,8 +65,8 @@ Mesh verticesBeside(const Mesh& mesh, const Mesh& other) {
   return beside;
 }
 
-/// The mesh is closed across units and blocks, even a kilometre away, where positions are rounded
-/// to 2^-14 m.
+/// The mesh is closed across units and blocks, even a kilometre from the origin, where positions
+/// are rounded to 2^-14 m.
 TEST_P(RefinedMesh, OfABallIsClosed) {
   for (const Vector3d& centre : {Vector3d(0.13, -0.07, 0.21), Vector3d(1000.13, -700.07, 30.21)}) {
     const std::vector<SceneFrame> frames = framesAround(
@@ -92,7 +92,8 @@ double meanRadius(const Mesh& mesh, const Vector3d& centre) {
   return sum / static_cast<double>(mesh.vertices_m.size());
 }
 
-/// Midpoints lie as far from the centre as the vertices; midpoints of straight sides do not.
+/// New vertices lie as far from the centre as the vertices of the plain mesh; midpoints of straight
+/// sides do not.
 TEST_P(RefinedMesh, OfABallIsRoundBetweenVertices) {
   const Vector3d centre(0.13, -0.07, 0.21);
   Scene scene;

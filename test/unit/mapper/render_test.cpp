@@ -1,4 +1,4 @@
-// Compares rendered views of maps with rays cast at the analytic scenes.
+// Compares rendered views of maps with rays cast into the analytic scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ void see(Session& session, const Scene& scene, const std::vector<Isometry3d>& T_
   }
 }
 
-/// Differences between a view and the scene's own depth.
+/// Differences between a view and the scene's true depth.
 struct Differences {
   double median_voxels = 0.0, p95_voxels = 0.0;
   size_t missing = 0, extra = 0,
@@ -92,13 +92,13 @@ TEST_P(Views, MatchTheScene) {
   const Differences found = compare(view, truth);
   EXPECT_LT(found.median_voxels, 0.05);
   EXPECT_LT(found.p95_voxels, 0.5);
-  EXPECT_LT(found.missing, found.pixels / 20);  // no image has seen behind the ball
+  EXPECT_LT(found.missing, found.pixels / 20);  // no image shows what is behind the ball
   EXPECT_EQ(found.extra, 0u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Maps, Views, testing::Bool());
 
-/// A slanted wall: depth and normal of each pixel are known.
+/// A slanted wall, where the depth and normal of each pixel are known.
 TEST(Render, NormalsMatchTheWall) {
   Scene wall;
   const Vector3d normal = Vector3d(-1.0, 0.4, 0.2).normalized();
@@ -187,7 +187,7 @@ bool sameViews(const RenderedView& a, const RenderedView& b) {
          sameBytes(a.normals_C, b.normals_C) && sameBytes(a.colours, b.colours);
 }
 
-/// Expects the views of a copy of the map, which has no cached triangles.
+/// Checks that views equal those of a copy of the map, which has no cached triangles.
 void expectViewsAsOfACopy(Session& session, const MapperParams& params) {
   const RenderCamera camera{120, 90, {100.0f, 100.0f, 59.5f, 44.5f}};
   const auto copy = makeMapper(params, session.mapper().contents());
@@ -224,8 +224,8 @@ TEST_P(KeptViews, FollowTheMap) {
 
 INSTANTIATE_TEST_SUITE_P(Refined, KeptViews, testing::Values(0, 1));
 
-/// Blocks are rendered but not extracted, then cleared. Their neighbours, otherwise unchanged, must
-/// look as if those blocks had never existed.
+/// Some blocks are rendered, but cleared before they are extracted. Their neighbours, which are
+/// otherwise unchanged, must look as if the cleared blocks had never existed.
 TEST(Render, BlocksClearedBeforeExtractionLeaveNoTrace) {
   for (const int refine : {0, 1}) {
     MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m);

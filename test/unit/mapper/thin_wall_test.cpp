@@ -1,4 +1,4 @@
-// A wall thinner than the grid resolves, seen from both sides.
+// Tests walls up to two voxels thick, seen from both sides.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,9 +16,10 @@ using Eigen::Vector3d;
 constexpr double kThinVoxel_m = 0.02;
 const Vector3d kCentre(0.013, 0.007, 0.004);
 
-/// The central 0.6 m x 0.6 m of one side of the wall, well away from its rim; lengths in voxels.
+/// Results for the central 0.6 m x 0.6 m of one side of the wall, well away from its rim; lengths
+/// are in voxels.
 struct WallSide {
-  double coverage = 0.0;  ///< Area of the mesh over the area of the side.
+  double coverage = 0.0;  ///< Area of the mesh divided by the area of the side.
   double outwards = 0.0;  ///< Mean distance in front of the true side.
   double worst = 0.0;     ///< Greatest distance from the true side.
 };
@@ -87,13 +88,13 @@ TEST_P(ThinWall, TheDirectionalMapKeepsBothSidesInPlace) {
     const WallSides sides = mapWall(thickness(), yaw(), mode, true);
     for (const WallSide& side : {sides.front, sides.back}) {
       EXPECT_NEAR(side.coverage, 1.0,
-                  0.05);  // triangles at the border of the square count wholly or not at all
+                  0.05);  // triangles at the border of the square are counted in full or not at all
       EXPECT_LT(side.worst, 0.05);
     }
   }
 }
 
-/// The undirected map mixes the distances of both sides. Walls of up to 1.5 voxels become too
+/// The undirected map mixes the distances of both sides. Walls up to 1.5 voxels thick become too
 /// thick.
 TEST_P(ThinWall, TheUndirectedMapDistortsIt) {
   const WallSides sides = mapWall(thickness(), yaw(), FusionMode::kNormalRayCasting, false);

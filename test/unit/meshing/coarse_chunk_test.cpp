@@ -12,7 +12,7 @@ namespace {
 constexpr int kCellLog2 = 10;
 constexpr int kCell = 1 << kCellLog2;
 
-/// A square grid of `side` cells of 256 steps at a height of z steps, facing up or down.
+/// A grid of `side` x `side` cells, each 256 steps wide, at a height of z steps, facing up or down.
 PackedChunk gridChunk(std::array<int64_t, 3> origin, int side, int z, float faces) {
   PackedChunk chunk;
   chunk.origin = origin;
@@ -62,14 +62,15 @@ TEST(CoarseChunk, KeepsTheSidesOfThinObjectsApart) {
   EXPECT_GT(front.positions[2], back.positions[2]);
 }
 
-/// Positions of a chunk's vertices, for steps of this length.
+/// Positions of a chunk's vertices. @param step The length of a step.
 std::set<std::array<double, 3>> placesOf(const PackedChunk& chunk, double step) {
   std::set<std::array<double, 3>> places;
   for (size_t i = 0; i < chunk.vertexCount(); ++i) places.insert(positionOf(chunk, step, i));
   return places;
 }
 
-/// The vertices lie below the common side, in cells that begin below the upper chunk.
+/// The vertices lie below the side that the chunks share, in cells that begin below the upper
+/// chunk.
 TEST(CoarseChunk, MeetsItsNeighbourDespiteLargeCells) {
   constexpr int kVoxel = 512, kSide = 32 * kVoxel, kMargin = 2 * kVoxel, kBelow = 154;
   const int lower_z = kSide + kMargin - kBelow, upper_z = kMargin - kBelow;
@@ -81,8 +82,8 @@ TEST(CoarseChunk, MeetsItsNeighbourDespiteLargeCells) {
   }
 }
 
-/// Both chunks have vertices on their common side, and their origins are not multiples of the
-/// cells.
+/// Both chunks have vertices on the side that they share, and their origins are not multiples of
+/// the cell size.
 TEST(CoarseChunk, MeetsItsNeighbour) {
   const PackedChunk left = coarsen(gridChunk({100, 300, 0}, 16, 1500, 1.0f), kCellLog2);
   const PackedChunk right = coarsen(gridChunk({100 + 16 * 256, 300, 0}, 16, 1500, 1.0f), kCellLog2);

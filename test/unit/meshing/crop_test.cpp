@@ -1,4 +1,4 @@
-// Tests the cropping of a mesh to a box.
+// Tests cropping a mesh to a box.
 #include <gtest/gtest.h>
 
 #include "dtsdf_mapping/mesh.h"

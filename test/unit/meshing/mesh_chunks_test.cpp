@@ -44,7 +44,7 @@ TEST(MeshChunks, KeepIdsAndForgetChanges) {
   EXPECT_EQ(chunks.changed().size(), 3u);
 }
 
-/// An exploring camera adds chunks on both sides of the existing ones.
+/// An exploring camera adds chunks on both sides of the existing chunks.
 TEST(MeshChunks, RoundRobinReachesAllDespiteNewChunks) {
   MeshChunks chunks(1);
   for (int x = 0; x < 10; ++x) chunks.markChanged({x, 0, 0});
@@ -57,7 +57,7 @@ TEST(MeshChunks, RoundRobinReachesAllDespiteNewChunks) {
   }
   for (const PackedKey chunk : first) EXPECT_EQ(had_turn.count(chunk), 1u);
   EXPECT_EQ(chunks.nextRoundRobin(100), chunks.nextRoundRobin(30))
-      << "a round does not list each chunk once";
+      << "a round does not list every chunk exactly once";
 }
 
 }  // namespace

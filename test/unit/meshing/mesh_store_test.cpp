@@ -85,7 +85,7 @@ TEST(MeshStore, SharesBlocksWithItsCopies) {
   EXPECT_EQ(snapshot.triangleCount(), kTriangles);
 }
 
-/// 2 x 2 blocks around the origin form one sheet with each vertex once.
+/// 2 x 2 blocks around the origin form one sheet without duplicate vertices.
 TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
   MeshStore store(kVoxelSize);
   for (const int y : {-1, 0}) {
@@ -149,7 +149,7 @@ TEST(MeshStore, IsTheSameInPieces) {
   }
 }
 
-/// The two sides of a wall cross the same grid edges and must stay apart.
+/// The two sides of a wall cross the same grid edges, but their vertices must not be merged.
 TEST(MeshStore, AssemblyKeepsTheTwoFacingsApart) {
   BlockMesh block = planeBlock({0, 0, 0}, 3.5f);
   const size_t one_side = block.vertices.size(), corners = block.triangles.size();
@@ -172,8 +172,8 @@ TEST(MeshStore, AssemblyKeepsTheTwoFacingsApart) {
   }
 }
 
-/// Anchoring may move a border vertex beyond the opposite side of its triangle; the facing decides
-/// which side is the front.
+/// Anchoring may move a border vertex past the opposite side of its triangle. The facing then
+/// decides which side of the triangle is its front.
 TEST(MeshStore, NormalsOfFoldedTrianglesAreFlipped) {
   BlockMesh block = planeBlock({0, 0, 0}, 3.5f);
   ASSERT_FLOAT_EQ(block.vertices[0].position.x, 0.0f);
@@ -186,7 +186,7 @@ TEST(MeshStore, NormalsOfFoldedTrianglesAreFlipped) {
 /// Beyond 64 m, vertices are relative to the middle of the mesh, rounded to a metre.
 TEST(MeshStore, MeshesFarAwayHaveTheirOwnOrigin) {
   const auto meshOf = [](std::vector<int> xs) {
-    MeshStore store(0.125f);  // blocks of 1 m
+    MeshStore store(0.125f);  // 1 m blocks
     for (const int x : xs) store.apply(updateOf({planeBlock({x, 0, -3}, 3.5f)}));
     return store.assemble();
   };
@@ -200,7 +200,7 @@ TEST(MeshStore, MeshesFarAwayHaveTheirOwnOrigin) {
   EXPECT_EQ(positionInMap(mesh, inside), (std::array<double, 3>{1000.125, 0.125, -2.5625}));
 }
 
-/// Blocks meshed before the first colour lie next to painted blocks.
+/// Blocks meshed before the first colour image lie next to painted blocks.
 TEST(MeshStore, JoinsBlocksWithAndWithoutColours) {
   MeshStore store(kVoxelSize);
   const auto block = [](int x, std::vector<VertexColour> colours) {

@@ -1,4 +1,5 @@
-// Tests where the vertices of a mesh's outline move, and which holes, cracks and crumbs are mended.
+// Tests how outlines are smoothed, which holes and cracks are closed, and which crumbs are left
+// out.
 #include "meshing/mend.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +23,7 @@ using Triangle = std::array<uint32_t, 3>;
 
 constexpr uint32_t kColumns = 20, kRows = 5, kVertices = kColumns * kRows;
 
-/// A sheet of squares, each split into two triangles. Vertices are numbered at random, as nothing
+/// A sheet of squares, each split into two triangles. Vertices are numbered at random, as no result
 /// may depend on their numbers.
 struct Sheet {
   Sheet() {
@@ -70,7 +71,7 @@ struct Sheet {
     return outline;
   }
 
-  /// The mended mesh.
+  /// The mesh without crumbs, with holes and cracks closed.
   Mesh mended() const {
     Mesh mesh;
     mesh.vertices_m = positions;
@@ -123,7 +124,7 @@ TEST(Outline, MovesToAWeightedMean) {
   }
 }
 
-/// Smoothing would shorten the end of a strip one square wide.
+/// Smoothing would shorten a strip one square wide, so its end stays in place.
 TEST(Outline, StaysAtTheEndOfANarrowStrip) {
   Sheet sheet;
   sheet.triangles.resize(2 * (kColumns - 1));
@@ -147,7 +148,7 @@ TEST(Outline, StopsAtFixedVertices) {
   EXPECT_EQ(after[sheet.at(11, 0)].y, before[sheet.at(11, 0)].y);
 }
 
-/// The outlines of two sheets meet in a vertex. Neither outline continues into the other.
+/// The outlines of two sheets meet at a vertex. Neither outline continues into the other.
 TEST(Outline, StaysWhereOutlinesMeet) {
   Outline outline;
   const std::vector<Vec3f> positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};
@@ -210,8 +211,8 @@ TEST(Outline, MidpointsDoNotSplitEdgesOfAHole) {
   EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim);
 }
 
-/// Strips beside the end of a sheet. They stay if they have 18 triangles, not 16, or lie more than
-/// four voxels away.
+/// A strip beside the end of a sheet is kept if it has 18 triangles rather than 16, or lies more
+/// than four voxels away.
 TEST(Outline, LeavesOutSmallPiecesNearLargerOnes) {
   for (const auto& [columns, distance, kind, stay] : {std::tuple{8u, 3.0f, Kind::kPlain, false},
                                                       {8u, 4.5f, Kind::kPlain, true},
@@ -230,7 +231,7 @@ TEST(Outline, LeavesOutSmallPiecesNearLargerOnes) {
   }
 }
 
-/// A piece of two triangles touches the sheet in one vertex.
+/// A piece of two triangles touches the sheet at one vertex.
 TEST(Outline, KeepsSmallPiecesThatTouchLargerOnes) {
   Sheet sheet;
   sheet.cut({17, 0}, {18, 4});
@@ -240,7 +241,8 @@ TEST(Outline, KeepsSmallPiecesThatTouchLargerOnes) {
   EXPECT_EQ(sheet.mended().triangles.size(), 2 * 17 * 4u + 2u);
 }
 
-/// One crack cuts the sheet, with or without a step in height. Another lies inside the sheet.
+/// One crack cuts the sheet in two, with or without a step in height. Another crack lies inside the
+/// sheet.
 TEST(Outline, BridgesCracksOfAVoxel) {
   for (const float step : {0.0f, 0.5f, -0.5f}) {
     Sheet sheet;

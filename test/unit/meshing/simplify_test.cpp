@@ -38,7 +38,7 @@ void addSheet(Mesh& mesh, float side_m, float step_m, bool up, const Height& hei
 
 class Simplify : public testing::Test {};
 
-/// Largest distance of a vertex of one mesh from the other mesh.
+/// The largest distance from a vertex of `from` to the mesh `to`.
 double largestDistance(const Mesh& from, const Mesh& to) {
   const SurfaceTree tree(to.vertices_m, to.triangles);
   double largest = 0.0;
@@ -52,7 +52,7 @@ std::set<std::array<float, 3>> placesOf(const Mesh& mesh) {
   return places;
 }
 
-/// A plane needs only its border. The remaining error is the rounding of floats.
+/// Only the border of a plane needs vertices. The remaining error is due to the rounding of floats.
 TEST_F(Simplify, ReducesAPlaneButKeepsItsBorder) {
   Mesh mesh;
   addSheet(mesh, 1.0f, 0.02f, true, [](float, float) { return 0.1f; });
@@ -86,7 +86,7 @@ TEST_F(Simplify, RespectsTheLimitAndReportsTheError) {
   }
 }
 
-/// The noisy sides of a plate of 5 mm must not touch, though the error limit is 20 mm.
+/// The noisy sides of a 5 mm plate must not touch, although the error limit is 20 mm.
 TEST_F(Simplify, KeepsTheSidesOfAThinPlateApart) {
   constexpr float kThickness_m = 0.005f;
   std::mt19937 random(11);
@@ -100,7 +100,7 @@ TEST_F(Simplify, KeepsTheSidesOfAThinPlateApart) {
   const SimplifiedMesh simple = simplifyMesh(mesh, 0.02);
   EXPECT_LT(simple.mesh.triangles.size(), mesh.triangles.size() / 2) << "hardly simplified";
   EXPECT_LE(simple.error_m, 0.02);
-  // The upper side lies above the lower one at each sampled point.
+  // Checks that the upper side lies above the lower side at each sampled point.
   Mesh upper = simple.mesh, lower = simple.mesh;
   const auto looksUp = [&](const std::array<uint32_t, 3>& t) {
     const auto& v = simple.mesh.vertices_m;

@@ -16,7 +16,8 @@ Vector3d toEigen(const Vec3f& v) {
   return Vector3d(static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z));
 }
 
-/// Distance by brute force: the minimum over a fine grid of points of the triangle.
+/// The distance from p to a triangle by brute force: the minimum over a fine grid of points on the
+/// triangle.
 double sampledDistance(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   constexpr int kSteps = 60;
   double least = 1e9;

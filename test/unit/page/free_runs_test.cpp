@@ -1,4 +1,5 @@
-// Allocates runs of units in a file: no unit is allocated twice, and freed runs are reused.
+// Tests the allocation of runs of units in a file: no unit is allocated twice, and freed runs are
+// reused.
 #include "page/free_runs.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@ namespace {
 TEST(FreeRuns, MergesAdjacentFreeRuns) {
   FreeRuns runs(30);
   for (uint64_t i = 0; i < 3; ++i) EXPECT_EQ(runs.take(10), 10 * i);
-  EXPECT_FALSE(runs.take(1)) << "took a unit of a full file";
+  EXPECT_FALSE(runs.take(1)) << "allocated a unit in a full file";
   runs.give(0, 10);
   runs.give(10, 10);
   EXPECT_EQ(runs.take(20), 0u);

@@ -1,4 +1,4 @@
-// If memory runs out, a block is refused, never stored in part.
+// Tests that a block is refused, never stored in part, if memory runs out.
 #include "page/paged_blocks.h"
 
 #include <gtest/gtest.h>

@@ -168,7 +168,7 @@ TEST_F(PagedMeshesTest, SurviveFailedWrites) {
   EXPECT_GT(meshes_.stats().failures, 0u);
   EXPECT_NE(meshes_.stats().problem.find("map/page_folder"), std::string::npos);
   ASSERT_NO_FATAL_FAILURE(expectSame());
-  for (int i = 0; i < 70; ++i) put(meshesOfARoom().back());  // until writing is tried again
+  for (int i = 0; i < 70; ++i) put(meshesOfARoom().back());  // until writing is retried
   EXPECT_LE(meshes_.bytes(), meshes_.maxBytes());
   expectSame();
 }

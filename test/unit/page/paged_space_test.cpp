@@ -1,5 +1,5 @@
-// Space is paged to disk with the map: all answers equal those without paging, and memory, except
-// for an index, does not grow with the distance travelled.
+// Tests space that is paged to disk with the map: all answers equal those without paging, and
+// memory, apart from an index, does not grow with the distance travelled.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -22,9 +22,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStepsOut = 45;  ///< Frames on the way out; the way back has as many.
+constexpr int kStepsOut = 45;  ///< Number of frames on the way out, and on the way back.
 
-/// Pose i of a camera that moves along a corridor and back, and looks ahead to the left and right.
+/// Pose i of a camera that moves along a corridor and back, looking ahead alternately to the left
+/// and right.
 Eigen::Isometry3d poseInCorridor(int i) {
   const int step = i < kStepsOut ? i : 2 * kStepsOut - i;
   const Vector3d eye(1.0 * step, 0.2 * (i % 3) - 0.2, 0.1 * (i % 2));
@@ -166,9 +167,10 @@ TEST_F(PagedSpace, MemoryDoesNotGrowWithDistance) {
   EXPECT_LE(most, kInMemory + kWriting + index);
   EXPECT_LE(max_of_follower, kInMemory + kWriting + near.followerPages().index_bytes);
   EXPECT_GT(whole.space().bytes(), 3 * (kInMemory + kWriting)) << "the walk is too short";
-  std::cout << "space of the map: " << (most >> 10) << " KiB instead of "
-            << (whole.space().bytes() >> 10) << ", of its follower: " << (max_of_follower >> 10)
-            << " KiB instead of " << (whole.followerBytes() >> 10) << "\n";
+  std::cout << "memory of the map's space: " << (most >> 10)
+            << " KiB (unpaged: " << (whole.space().bytes() >> 10)
+            << " KiB), its follower's: " << (max_of_follower >> 10)
+            << " KiB (unpaged: " << (whole.followerBytes() >> 10) << " KiB)\n";
 }
 
 TEST_F(PagedSpace, CanBeLoadedBeyondTheBudget) {
@@ -190,7 +192,7 @@ TEST_F(PagedSpace, CanBeLoadedBeyondTheBudget) {
   ASSERT_NO_FATAL_FAILURE(expectSameAnswers(*whole.known(), *follower.snapshot()));
 }
 
-/// A large map is published in parts while it changes. In the end, the follower has all cells.
+/// A large map is published in parts while it changes. At the end, the follower has all cells.
 TEST_F(PagedSpace, IsPublishedInParts) {
   MapContents contents = makeMapper(plainParams())->contents();
   for (int32_t i = 0; i < 70000; ++i) {

@@ -1,4 +1,4 @@
-// Values written to a file while unused are read back unchanged, or their loss is reported.
+// Tests that values written to a file while unused are read back unchanged, or reported as lost.
 #include "page/paged_values.h"
 
 #include <gtest/gtest.h>
@@ -66,7 +66,8 @@ TEST_F(PagedValuesTest, AreReadBackUnchanged) {
   EXPECT_EQ(pages_->bytes(), 0u);
 }
 
-/// Threads read their copies of values that are replaced, as planners query a snapshot.
+/// Threads read their copies of the values while the values are replaced, like planners that query
+/// a snapshot.
 TEST_F(PagedValuesTest, CanBeReadBySeveralThreads) {
   keep(100);
   std::atomic<int> wrong{0};

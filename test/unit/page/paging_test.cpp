@@ -1,4 +1,4 @@
-// A map that pages to disk equals, bit for bit, a map with enough memory.
+// Tests that a map that pages to disk equals, bit for bit, a map with enough memory.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/syscall.h>
@@ -21,10 +21,10 @@
 
 namespace {
 
-/// Rate at which the disk reads and writes; 0: unlimited.
+/// Rate at which the disk reads and writes; 0 means unlimited.
 std::atomic<double> disk_bytes_per_s{0.0};
 
-/// If n > 0, reads fail that begin in one sector (256 bytes) of every n.
+/// If n > 0, one in every n sectors (256 bytes each) is bad: reads that begin in it fail.
 std::atomic<off_t> bad_sectors{0};
 
 void takeTimeOfDisk(size_t bytes) {
@@ -89,7 +89,7 @@ const RoomRecording& tour() {
 
 /// What a tour does besides fusing.
 struct TourOptions {
-  int mesh_every = 3;  ///< In frames; 0: once, at the end.
+  int mesh_every = 3;  ///< Frames between mesh updates; 0 means one update at the end.
   bool painted = false;
   bool space = false;
   float keep_radius_m = 0.0f;
@@ -145,7 +145,7 @@ class Tour {
     max_made_ = std::max(max_made_, bytesOfMeshes(update));
     return update.is_part;
   }
-  /// @return the number of parts.
+  /// Takes all parts of an update. @return the number of parts.
   int updateMeshInParts() {
     int parts = 1;
     while (updatePart()) ++parts;
@@ -172,7 +172,8 @@ class Paging : public testing::Test {
   TemporaryFolder folder_;
 };
 
-/// The first mesh of a large map comes in parts, so only a part of it is in memory at once.
+/// The first mesh of a large map is extracted in parts, so that only one part is in memory at a
+/// time.
 TEST_F(Paging, MeshesALargeMapInParts) {
   TourOptions options;
   options.mesh_every = 0;
@@ -189,7 +190,7 @@ TEST_F(Paging, MeshesALargeMapInParts) {
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
-/// The last blocks in order are meshed, too, even if a camera keeps changing the first blocks.
+/// The blocks with the greatest keys are meshed, too, even if a camera keeps changing other blocks.
 TEST_F(Paging, MeshesAllPartsWhileACameraMaps) {
   TourOptions options;
   options.mesh_every = 0;
@@ -206,7 +207,7 @@ TEST_F(Paging, MeshesAllPartsWhileACameraMaps) {
   EXPECT_GT(near.meshSoFar().vertices_m.size(), all - all / 100);
 }
 
-/// Blocks are removed before the whole mesh is made again, part by part.
+/// Blocks are removed before the whole mesh is extracted again, part by part.
 TEST_F(Paging, RemovesBlocksFromAMeshInParts) {
   TourOptions options;
   options.mesh_every = 0;
@@ -275,8 +276,8 @@ TEST_F(Paging, LoadsMapsLargerThanTheBudget) {
   EXPECT_EQ(resumed->stats().refused_blocks, 0u);
 }
 
-/// Two places fit in memory. When the camera sees a third place, blocks of the first are written to
-/// disk, and none of the second.
+/// Two places fit in memory. When a third place is mapped, blocks of the first place are written to
+/// disk, but none of the second.
 TEST_F(Paging, WritesTheOldestBlocksFirst) {
   const auto see = [](ProbedMapper& mapper, double x_m, double aside) {
     const Eigen::Vector3d eye(x_m, 0.0, 0.0);
@@ -329,8 +330,8 @@ TEST_F(Paging, MapsCanShareAFolder) {
   EXPECT_TRUE(sameMaps(second.mapper(), whole.mapper()));
 }
 
-/// The blocks of a depth image stay in memory, however small the budget; a colour image paints the
-/// blocks that fit.
+/// The blocks of a depth image stay in memory, however small the budget; a colour image paints only
+/// the blocks that fit.
 TEST_F(Paging, ExceedsABudgetThatIsTooSmallForAnImage) {
   for (const bool painted : {false, true}) {
     SCOPED_TRACE(painted);
@@ -393,7 +394,8 @@ TEST_F(Paging, DropsFarBlocksFromAFullDisk) {
   }
 }
 
-/// With a disk of 20 MB/s, frames wait, and the waits are counted. The map stays the same.
+/// With a 20 MB/s disk, fusing has to wait for the disk, and the waits are counted. The map is the
+/// same.
 TEST_F(Paging, WaitsForASlowDisk) {
   TourOptions options;
   options.space = true;
@@ -414,8 +416,8 @@ TEST_F(Paging, WaitsForASlowDisk) {
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
-/// Clears the blocks that can be read, and all space inside. The exception reports that other
-/// blocks remain.
+/// Clearing removes the blocks that can be read, and all space inside the region. An exception
+/// reports that other blocks remain.
 TEST_F(Paging, ClearsPartlyIfTheDiskFails) {
   TourOptions options;
   options.space = true;
@@ -461,7 +463,7 @@ TEST_F(Paging, SurvivesTemporaryWriteFailures) {
   {
     const FileSizeLimit disk(0);
     near.go(8, 14);
-    near.go(0, 7);  // next to blocks on disk that memory has no room for
+    near.go(0, 7);  // next to blocks on disk that do not fit in memory
     const uint64_t counted = near.mapper().stats().refused_blocks;
     near.updateMesh();
     EXPECT_GT(near.mapper().stats().refused_blocks, counted) << "blocks left out were not counted";
@@ -472,7 +474,7 @@ TEST_F(Paging, SurvivesTemporaryWriteFailures) {
   EXPECT_NE(stats.pages.problem.find("map/page_folder"), std::string::npos);
   EXPECT_EQ(stats.pages.lost, 0u);
   EXPECT_GE(near.mapper().contents().blocks.size(), blocks) << "blocks were lost";
-  for (int i = 0; i < 32; ++i) near.updateMesh();  // until writing is tried again
+  for (int i = 0; i < 32; ++i) near.updateMesh();  // until writing is retried
   const auto anew = makeProbedMapper(paramsOf(TourOptions()), Rules(), near.mapper().contents());
   const uint64_t counted = near.mapper().stats().refused_blocks;
   EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m)))
@@ -544,7 +546,7 @@ TEST_F(Paging, SurvivesDamage) {
   EXPECT_TRUE(sameMeshes(mesh, meshOf(*anew, kVoxel_m))) << "not the mesh of the remaining blocks";
 }
 
-/// Copying the same part again, after damage was found, gives the same intact blocks.
+/// Copying the same part again after damage was detected gives the same intact blocks.
 TEST_F(Paging, RepeatedCopiesOmitDamagedBlocks) {
   TourOptions options;
   options.painted = true;

@@ -1,5 +1,5 @@
-// Records in a file, and blocks stored as records, are read back unchanged, or their loss is
-// reported.
+// Tests that records in a file, and blocks stored as records, are read back unchanged, or reported
+// as lost.
 #include "page/record_store.h"
 
 #include <gtest/gtest.h>

@@ -15,7 +15,7 @@ namespace {
 
 bool isBefore(const Vec3i& a, const Vec3i& b) { return packKey(a) < packKey(b); }
 
-/// Surface cells, as a list and in a table.
+/// Holds surface cells both in a list and in a table.
 class Surfaces {
  public:
   void put(const Vec3i& cell) {
@@ -69,7 +69,7 @@ std::vector<Vec3i> someCells(std::mt19937& random, int count, int range) {
   return cells;
 }
 
-/// Adds surfaces. Every third round removes most of them.
+/// Adds surface cells. Every third round then removes most of them.
 void Surfaces::changeSome(std::mt19937& random, int round) {
   for (const Vec3i& cell : someCells(random, 6, 40)) put(cell);
   while (round % 3 == 2 && sites_.size() > 5) take(random() % sites_.size());
@@ -92,7 +92,7 @@ TEST(DistanceField, IsExactAfterEveryChange) {
   }
 }
 
-/// The squared distance of a cell, as the minimum over all rows within reach.
+/// The squared distance of a cell, computed as the minimum over all rows within reach.
 uint16_t rowMinimum(const DistanceTask& task, const SectorStack& stack, const Vec3i& cell) {
   int32_t least = kSquaredFar;
   std::vector<uint32_t> words(static_cast<size_t>(windowSide(task.reach)));
@@ -109,7 +109,7 @@ uint16_t rowMinimum(const DistanceTask& task, const SectorStack& stack, const Ve
 
 constexpr uint16_t kNotAsked = 0xfffe;
 
-/// Computes every step-th cell of each sector; a device would compute all cells.
+/// Computes the distance of every step-th cell in each sector; a device would compute all cells.
 void computeSome(const DistanceTask& task, std::vector<SectorSquares>& squares, int step) {
   for (int32_t i = 0; i < task.stack_count; ++i) {
     const SectorStack& stack = task.stacks[i];
@@ -161,7 +161,7 @@ TEST(DistanceField, UsesABackend) {
 }
 
 /// If an update fails, for example because the device was lost, the next update computes the
-/// distances of both.
+/// distances for both.
 TEST(DistanceField, TheNextUpdateCompletesAFailedOne) {
   DistanceField field(25, 1), undisturbed(25, 1);
   bool fails = false;

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kCellOfGrid_m = 0.05, kReachOfGrid_m = 0.6;
 
-/// Whether a cell's centre lies in the region, by the definition in the header.
+/// Whether a cell's centre lies in the region, as defined in the header.
 bool liesIn(const Region& region, const Vec3i& cell) {
   const Vector3d p = kCellOfGrid_m * (Vector3d(cell.x, cell.y, cell.z) + Vector3d::Constant(0.5));
   if (const auto* const ball = std::get_if<SphereRegion>(&region)) {

@@ -1,4 +1,5 @@
-// Cells that cannot be read from disk are unknown, but distances never become too large.
+// Tests that cells that cannot be read from disk are unknown, but that distances never become too
+// large.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -16,7 +17,7 @@ namespace {
 
 constexpr int kWalls = 64, kReach = 10;
 
-/// Each wall is in a sector of its own, at the border to the next sector.
+/// Each wall is in its own sector, at the border to the next sector.
 Vec3i cubeOfWall(int i) { return {8 * i + 3, 0, 0}; }
 CellMask wall() {
   CellMask mask{};
@@ -147,8 +148,8 @@ TEST_F(LostCubes, AreUnknown) {
   EXPECT_FALSE(isEmpty(table_.find(beside))) << "a cell added after the loss is unknown";
 }
 
-/// Two blocks in different sectors may have a triangle in the same cell. The cell stays when one of
-/// them removes its triangle, even if the list of the other block is lost.
+/// Two blocks in different sectors may have a triangle in the same cell. The cell must stay when
+/// one block removes its triangle, even if the list of the other block is lost.
 class LostLists : public LostCells {
  protected:
   const Vec3i cell_{32, 1, 1};

@@ -1,4 +1,4 @@
-// Sectors on disk stay intact when a read fails for a moment or memory runs out.
+// Tests that sectors on disk stay intact if reads fail temporarily or memory runs out.
 #include "space/sector_table.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 
 namespace {
 
-/// How many of the next reads fail.
+/// The number of upcoming reads that fail.
 thread_local int reads_to_fail = 0;
 
 }  // namespace
@@ -82,8 +82,8 @@ TEST_F(SectorTableTest, LosesNothingIfMemoryRunsOut) {
   bool is_done = false;
   int failed = 0;
   for (int round = 0; !is_done; ++round) {
-    const int allocations = round / 2;  // each twice: freeing disk space may need memory
-    for (int i = 0; i < 70; ++i) {      // after a failure, writing is not tried at once
+    const int allocations = round / 2;  // each number twice, as freeing disk space may need memory
+    for (int i = 0; i < 70; ++i) {      // after a failure, writing is not retried at once
       Paged<CellSector>(std::make_shared<CellSector>(), pages_);
     }
     ASSERT_NO_FATAL_FAILURE(waitUntilWritten());

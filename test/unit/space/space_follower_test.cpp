@@ -1,4 +1,4 @@
-// A follower of a map's space gives the same answers as the map.
+// Tests that a follower of a map's space gives the same answers as the map.
 #include "space/space_follower.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ void expectSameCubes(const std::vector<SpaceCube>& a, const std::vector<SpaceCub
   }
 }
 
-/// Points in the scene and around it, and two that no map can contain.
+/// Points in and around the scene, and two points that no map can contain.
 std::vector<Vector3d> somePoints(size_t count) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<double> any(-2.4, 2.4);
@@ -94,7 +94,8 @@ class SpaceFollowerTest : public ::testing::Test {
 
 TEST_F(SpaceFollowerTest, KnowsWhatTheMapKnows) {
   EXPECT_TRUE(follower_.snapshot()->isEmpty());
-  EXPECT_FALSE(follower_.snapshot()->distanceAt(Vector3d::Zero()).known) << "knows cells already";
+  EXPECT_FALSE(follower_.snapshot()->distanceAt(Vector3d::Zero()).known)
+      << "knew cells before any update";
   fuse(-1.2, 1.0);
   follow();
   EXPECT_FALSE(follower_.snapshot()->isEmpty());

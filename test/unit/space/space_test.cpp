@@ -1,4 +1,4 @@
-// Tests the space of maps of analytic scenes.
+// Tests the states of cells, and distances to surfaces, in maps of analytic scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -120,7 +120,7 @@ TEST_P(SpaceCells, DistancesMatchTheMesh) {
   EXPECT_LT(worst, 1.5 * space.cellSize_m());
 }
 
-/// Above the floor, the gradient points up and has the length 1.
+/// Above the floor, the gradient points up and has length 1.
 TEST(Space, GradientsPointAwayFromSurfaces) {
   const auto mapper = mapOf(makeBallRoom(), posesInRoom(), spaceParams(2));
   const Space& space = *mapper->space();
@@ -132,7 +132,8 @@ TEST(Space, GradientsPointAwayFromSurfaces) {
   EXPECT_NEAR(beside_floor.gradient.y, 0.0, 0.1);
 }
 
-/// Distances in unknown space are negative and rise to 0 at the surface: below the floor, upwards.
+/// Distances in unknown space are negative and rise to 0 at the surface, so below the floor, the
+/// gradient points up.
 TEST(Space, GradientsInUnknownSpacePointToSurfaces) {
   const auto mapper = mapOf(makeBallRoom(), posesInRoom(), spaceParams(2));
   const Space& space = *mapper->space();
@@ -180,8 +181,8 @@ bool isConnected(const Space& space, const Vec3i& from, const Vec3i& to) {
   return false;
 }
 
-/// A plate of 2 mm across a corridor, seen from both sides, blocks every path, even with cells of
-/// 80 mm. Without the plate, there is a path.
+/// A 2 mm plate across a corridor, seen from both sides, blocks every path, even with 80 mm cells.
+/// Without the plate, there is a path.
 TEST(Space, AThinPlateBlocksEveryPath) {
   for (const bool is_closed : {true, false}) {
     Scene scene;
@@ -216,7 +217,7 @@ SceneFrame randomLook(std::mt19937& random) {
   return renderFrame(scene, lookAt(eye, at, Vector3d::UnitZ()), 48, 36);
 }
 
-/// States and distances of all cells in a cube.
+/// The states and distances of all cells up to `reach` cells from the origin.
 std::string stateInBox(const Space& space, int reach) {
   std::string bytes;
   for (int z = -reach; z < reach; ++z) {
@@ -231,8 +232,8 @@ std::string stateInBox(const Space& space, int reach) {
   return bytes;
 }
 
-/// At random, a box appears or is gone, regions are cleared, and mesh and distances are updated.
-/// The resulting space equals that of a new mapper with the same map.
+/// At random, a box appears or disappears, regions are cleared, and the mesh and distances are
+/// updated. The resulting space equals that of a new mapper with the same map.
 TEST(Space, RandomUpdatesMatchAFreshMapper) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<double> any(-0.8, 0.8);
@@ -241,7 +242,7 @@ TEST(Space, RandomUpdatesMatchAFreshMapper) {
   params.space.enabled = true;
   params.space.cell_voxels = 2;
   params.space.max_distance_m = 0.6f;
-  constexpr int kReach = 20;  // in cells, beyond the whole room
+  constexpr int kReach = 20;  // in cells; beyond the walls of the room
   const auto mapper = makeMapper(params);
   size_t vanished = 0;
   for (int update = 1; update <= 100; ++update) {
@@ -286,7 +287,6 @@ TEST(Space, StaysWithinItsPartOfTheBudget) {
   EXPECT_EQ(mapper->stats().refused_cubes, 0u);
 }
 
-/// Finding free space does not change the mesh.
 TEST(Space, DoesNotChangeTheMesh) {
   const std::vector<SceneFrame> frames = renderFrames(makeBallRoom(), posesInRoom());
   MapperParams without = spaceParams();

@@ -1,4 +1,4 @@
-// Tests which cells triangles pass through.
+// Tests finding the cells that triangles pass through.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,8 +25,8 @@ bool has(const std::vector<Vec3i>& cells, const Vec3i& cell) {
   return std::find(cells.begin(), cells.end(), cell) != cells.end();
 }
 
-/// All points of random triangles lie in the listed cells, and each listed cell contains such a
-/// point or is about a tenth of its edge away from such a point.
+/// All points of random triangles lie in the listed cells, and each listed cell is at most about a
+/// tenth of its edge away from such a point.
 TEST(CellsOfMesh, AreThoseThatTrianglesPassThrough) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<float> any(-1.9f, 9.9f);
@@ -65,7 +65,7 @@ TEST(CellsOfMesh, ATriangleBetweenTwoCellsIsInTheUpperOne) {
   EXPECT_EQ(cellsOfMesh(mesh, {3}), (std::vector<Vec3i>{{0, 0, -1}}));
 }
 
-/// A cell with triangles of two blocks stays until both blocks have removed theirs.
+/// A cell with triangles of two blocks stays until both blocks have removed their triangles.
 TEST(SurfaceCells, StayWhileAnyBlockNeedsThem) {
   SurfaceCells surfaces(3, 2);
   CellTable cells;

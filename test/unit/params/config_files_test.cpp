@@ -1,4 +1,5 @@
-/// Tests config/: default.yaml equals the defaults of the structs, and every file can be loaded.
+/// Tests that config/default.yaml equals the defaults of the structs, and that every file in
+/// config/ can be loaded.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -33,7 +33,7 @@ TEST(Printable, EscapesDirectionalFormatting) {
 }
 
 TEST(Printable, EscapesInvalidUtf8) {
-  EXPECT_EQ(printable("\x9b"), "\\x9b") << "C1 as a single byte";
+  EXPECT_EQ(printable("\x9b"), "\\x9b") << "a C1 control character as a single byte";
   EXPECT_EQ(printable("a\xc3"), "a\\xc3") << "a truncated character";
   EXPECT_EQ(printable("\xc0\x8a"), "\\xc0\\x8a") << "an overlong line feed";
   EXPECT_EQ(printable("\xe0\x80\x8a"), "\\xe0\\x80\\x8a");

@@ -1,4 +1,4 @@
-// Tests that rules are set by their keys.
+// Tests that the numbers in the rules are set by their keys.
 #include <gtest/gtest.h>
 
 #include "backend/rule_settings.h"
@@ -21,8 +21,8 @@ ParamTree treeOf(Rules rules) {
   return writer.tree;
 }
 
-/// Each key sets exactly one number. Numbers have four bytes. One number has no key, as a setting
-/// determines it.
+/// Each key sets exactly one number. All numbers have four bytes. One number has no key, as it is
+/// determined by a setting.
 TEST(Rules, EachKeySetsOneNumber) {
   const ParamTree defaults = treeOf(Rules());
   EXPECT_EQ(defaults.size() + 1, sizeof(Rules) / sizeof(float));
@@ -55,7 +55,7 @@ TEST(FusionRules, MaxEvidenceDependsOnMemoryFrames) {
   };
   EXPECT_EQ(maxWith(0), 24);
   EXPECT_EQ(maxWith(20), 60);
-  EXPECT_EQ(maxWith(42), 126);  // eight bits hold up to 127
+  EXPECT_EQ(maxWith(42), 126);  // evidence is stored as a signed byte
 }
 
 /// A nearness of 0 would cause a division by 0, and a negative share would mesh unseen surfaces.

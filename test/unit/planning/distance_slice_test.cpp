@@ -1,4 +1,4 @@
-// A slice of space contains its known cells at a height, with their distances.
+// Tests that a slice of space contains exactly the known cells at its height, with their distances.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -114,7 +114,7 @@ TEST(GroundGrid, UsesLayersThatOverlapTheHeightRange) {
   EXPECT_EQ(layers(-0.8, -0.08, cell_m), std::make_pair(-10, -2));
 }
 
-/// Layers 1 to 3 count. If half of the layers must be free, two are enough and one is not.
+/// Layers 1 to 3 count. If half of the layers must be free, two are enough but one is not.
 TEST(GroundGrid, ColumnsSummariseTheirCells) {
   double share = 0.5;
   const auto valueOf = [&](std::vector<CellState> layers) {
@@ -145,7 +145,7 @@ TEST(GroundGrid, ColumnsSummariseTheirCells) {
   EXPECT_EQ(valueOf({u, u, f, u, u}), kColumnFree);
 }
 
-/// Cells change at random, near and far. The follower always has the current values.
+/// Cells change at random, near and far. The follower must always have the current values.
 TEST(GroundGrid, FollowersHaveTheCurrentValues) {
   std::mt19937 random(7);
   const auto pick = [&](int low, int high) {
@@ -191,7 +191,7 @@ TEST(GroundGrid, ANewCellSizeMakesANewGrid) {
   EXPECT_EQ(grid.next(), Pending::kGrid) << "an empty grid is not sent";
 }
 
-/// A single remote cell must not cost memory for the whole area in between.
+/// A single remote cell must not make the grid allocate the whole area in between.
 TEST(GroundGrid, ReportsGridsThatAreTooLarge) {
   GroundGrid grid(0.0, 0.4, 1.0);
   Cells cells;

@@ -1,5 +1,6 @@
-// Saving a mesh takes at most 1.5 times the memory of the joined mesh, besides the block meshes.
-// DTSDF_SAVE_TRIANGLES sets the number of triangles (default: 3 million).
+// Tests that joining and saving a mesh takes at most 1.5 times the memory of the joined mesh, in
+// addition to the block meshes. DTSDF_SAVE_TRIANGLES sets the number of triangles (default: 3
+// million).
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -18,7 +19,7 @@ namespace {
 constexpr int kLayers = kBlockSide;
 constexpr size_t kTrianglesPerBlock = kLayers * 2 * kBlockSide * kBlockSide;
 
-/// Sheets across a whole block, each vertex on its own edge.
+/// A block filled with sheets, with each vertex on its own edge.
 SharedBlockMesh fullBlock(const BlockKey& key) {
   const auto mesh = std::make_shared<BlockMesh>();
   mesh->key = key;
@@ -39,7 +40,7 @@ SharedBlockMesh fullBlock(const BlockKey& key) {
   return mesh;
 }
 
-/// A value of /proc/self/status in bytes: VmRSS, the memory in use, or VmHWM, its peak.
+/// A value from /proc/self/status in bytes: VmRSS, the memory in use, or VmHWM, its peak.
 size_t memory(const std::string& name) {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;) {
@@ -77,10 +78,10 @@ TEST(SaveMemory, IsAtMostOneAndAHalfTimesTheMesh) {
     const auto taken = static_cast<double>(memory("VmHWM") - before);
     const double share = taken / static_cast<double>(mesh_bytes);
     RecordProperty("share" + extension.substr(1), std::to_string(share));
-    std::printf("%s of %zu triangles: %.2f times the mesh's %.0f MB\n", extension.c_str(),
+    std::printf("%s with %zu triangles: %.2f times the mesh's %.0f MB\n", extension.c_str(),
                 store.triangleCount(), share, static_cast<double>(mesh_bytes) / 1e6);
     EXPECT_LE(share, 1.5);
-    EXPECT_GT(share, 0.25) << "the measurement does not see the mesh";
+    EXPECT_GT(share, 0.25) << "the measured memory does not include the mesh";
   }
 }
 

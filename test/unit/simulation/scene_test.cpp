@@ -18,7 +18,7 @@ Scene sceneOf(const Shape& shape) {
   return scene;
 }
 
-/// One of each shape, rotated against the axes where possible.
+/// One of each shape, rotated relative to the axes where possible.
 std::vector<Shape> someShapes() {
   return {Plane{Vector3d(0.0, 0.0, -2.0), Vector3d(0.6, 0.0, 0.8)},
           Sphere{Vector3d(0.5, -0.3, 0.2), 0.7},
@@ -75,7 +75,7 @@ TEST(SceneShapes, RoomIsSeenFromInside) {
   EXPECT_TRUE(std::isinf(scene.intersect(Vector3d(0, 5, 1), -Vector3d::UnitY())));
 }
 
-/// A hit lies on the surface, with free space before it: intersection and distance agree.
+/// Hits lie on the surface, with free space in front of it: intersections and distances agree.
 TEST(SceneProperty, HitsLieOnTheSurface) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5), share(0.0, 1.0);
@@ -107,7 +107,8 @@ TEST(SceneProperty, DistancesAreTight) {
       const double distance = scene.signedDistance(p);
       for (int k = 0; k < 20; ++k) {
         const double there = scene.signedDistance(p + 0.1 * randomUnit(random));
-        ASSERT_LE(std::abs(there - distance), 0.1 + kTolerance_m) << "changes by more than a step";
+        ASSERT_LE(std::abs(there - distance), 0.1 + kTolerance_m)
+            << "distance changed by more than the step";
       }
       // The gradient leads to the surface where the nearest point is unique.
       Vector3d gradient;
@@ -129,7 +130,7 @@ TEST(SceneRender, LookAtFollowsTheOpticalFrame) {
   EXPECT_TRUE((T_W_C * Vector3d(0, 1, 0)).isApprox(Vector3d(1, 2, 2))) << "y is not down";
 }
 
-/// The image bounds of a shape must not cut off a part of it.
+/// The image bounds of a shape must not cut off any part of it.
 TEST(SceneRender, EqualsSingleRays) {
   std::mt19937 random(9);
   std::uniform_real_distribution<double> coordinate(-1.2, 1.2);

@@ -1,4 +1,5 @@
-// A helper thread runs one task at a time; its exceptions reach the waiting thread.
+// Tests that a helper thread runs one task at a time, and that exceptions from tasks reach the
+// waiting thread.
 #include "threads/helper.h"
 
 #include <gtest/gtest.h>
@@ -35,9 +36,9 @@ TEST(Helper, RethrowsEachExceptionOnce) {
   EXPECT_THROW(helper.wait(), std::runtime_error);
   EXPECT_NO_THROW(helper.wait());
   bool is_done = false;
-  helper.start([] { throw std::runtime_error("another one does"); });
+  helper.start([] { throw std::runtime_error("another task fails"); });
   EXPECT_THROW(helper.start([&is_done] { is_done = true; }), std::runtime_error);
-  EXPECT_FALSE(is_done) << "the task was started";
+  EXPECT_FALSE(is_done) << "the task was started despite the exception";
   helper.start([&is_done] { is_done = true; });
   helper.wait();
   EXPECT_TRUE(is_done);

@@ -1,4 +1,4 @@
-// Parallel loops visit each number once, use all threads, and pass exceptions on.
+// Tests that parallel loops visit each number once, use all threads, and pass exceptions on.
 #include "threads/parallel.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ TEST(ParallelFor, VisitsEachNumberOnce) {
   }
 }
 
-/// In many almost empty loops, helpers are called, released and called again.
+/// In many nearly empty loops, helper threads are woken, released and woken again.
 TEST(ParallelFor, LosesNothingBetweenLoops) {
   for (size_t loop = 0; loop < 20000; ++loop) {
     int visits[3] = {};
@@ -39,7 +39,7 @@ TEST(ParallelFor, LosesNothingBetweenLoops) {
   }
 }
 
-/// Each thread waits until all three are in the body.
+/// Each thread waits until all three threads have entered the body.
 TEST(ParallelFor, AllThreadsTakePart) {
   std::mutex mutex;
   std::condition_variable changed;
@@ -68,7 +68,7 @@ TEST(ParallelFor, ThrowsOnceAllThreadsHaveStopped) {
   EXPECT_EQ(inside, 0);
   visited = 0;
   EXPECT_THROW(parallelFor(100000, 1, body), std::runtime_error);
-  EXPECT_EQ(visited, 11) << "the loop went on after an exception";
+  EXPECT_EQ(visited, 11) << "the loop continued after an exception";
   parallelFor(5, 2, body);  // the next loop works as usual
   EXPECT_EQ(inside, 0);
 }
@@ -84,7 +84,7 @@ TEST(ParallelFor, NestedLoopsRunOnOneThread) {
   EXPECT_EQ(visits, std::vector<int>(400, 1));
 }
 
-/// A child process has no helper threads, and ends normally.
+/// A forked child process has no helper threads, but runs loops and ends normally.
 TEST(ParallelFor, WorksInAForkedChild) {
   int visits = 0;
   parallelFor(2, 2, [&](size_t) { std::this_thread::yield(); });

@@ -1,4 +1,4 @@
-// Joined maps of boxes equal the map of one process, byte for byte.
+// Tests that joined maps of boxes equal the map of a single process, byte for byte.
 #include "tools/boxes.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST(BoxText, RoundTrips) {
   }
 }
 
-/// Cuts space into boxes at random places.
+/// Cuts space into `count` boxes at random planes.
 std::vector<BlockExtent> cutAtRandom(size_t count, std::mt19937& random) {
   std::vector<BlockExtent> boxes{BlockExtent()};
   constexpr int32_t BlockKey::*kAxes[] = {&BlockKey::x, &BlockKey::y, &BlockKey::z};
@@ -134,7 +134,7 @@ class Boxes : public testing::Test {
                (out_ / "all.dtsdf"));
   }
 
-  /// Checks that boxes and one process make the same map, with the same mesh.
+  /// Checks that joined boxes have the same map and mesh as a single process.
   void expectSame(const std::string& settings, const std::string& how) const {
     const Outcome one = run(reconstruct(settings, "one.dtsdf", "--mesh " + (out_ / "one.ply")));
     ASSERT_EQ(one.exit_code, 0) << one.err;

@@ -1,4 +1,4 @@
-/// Tests map/level in reconstruct, on a recording with poses in its first camera's frame.
+/// Tests map/level in reconstruct, on a recording with poses in the frame of its first camera.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,8 +28,8 @@ std::vector<Eigen::Isometry3d> lapPoses(size_t count) {
 
 class LevelProgram : public testing::Test {
  protected:
-  /// Writes a recording of the room, with poses in its first camera's frame, and another recording
-  /// of a wall only.
+  /// Writes a recording of the room, with poses in the frame of its first camera, and another
+  /// recording that shows only a wall.
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
     const std::vector<Eigen::Isometry3d> poses = lapPoses(20);
@@ -55,7 +55,7 @@ class LevelProgram : public testing::Test {
                arguments);
   }
 
-  /// The map that a run saves.
+  /// Runs reconstruct. @return the saved map.
   static MapContents mapOf(const std::string& arguments, const std::string& name = "map.dtsdf") {
     const Outcome outcome = reconstruct(arguments + " --save-map " + in(name));
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -84,7 +84,7 @@ TEST_F(LevelProgram, PutsTheFloorAtZero) {
     lowest = std::min(lowest, block.key.z);
     highest = std::max(highest, block.key.z);
   }
-  EXPECT_EQ(lowest, -1) << "the floor is not at a border of blocks";
+  EXPECT_EQ(lowest, -1) << "the floor is not at a block border";
   EXPECT_EQ(highest, static_cast<int>(std::floor((2.6 + 0.16) / block_m)));
   const Outcome info = run(std::string(DTSDF_MAP_TOOL) + " info " + in("map.dtsdf"));
   EXPECT_EQ(info.exit_code, 0) << info.err;
@@ -99,7 +99,8 @@ TEST_F(LevelProgram, IsOffByDefault) {
   EXPECT_FALSE(contains(readBytes(in("plain.dtsdf")), "LEVL"));
 }
 
-/// A map made in two runs equals that of one run; the second takes the level from the file.
+/// A map made in two runs equals a map made in one run. The second run takes the level from the
+/// file.
 TEST_F(LevelProgram, ContinuesInTheFrameOfTheMap) {
   const std::string input = "--tum " + in("first") + " ";
   mapOf(input + "--set map/level=floor", "whole.dtsdf");
@@ -127,7 +128,7 @@ TEST_F(LevelProgram, FailsIfUpCannotBeFound) {
   EXPECT_EQ(reconstruct(input + " --set map/level=imu").exit_code, 1);
 }
 
-/// Each process finds the same level, although each makes only one box.
+/// Each process finds the same level, although it maps only one box.
 TEST_F(LevelProgram, BoxesGiveTheMapOfOneRun) {
   const std::string input =
       "--tum " + in("first") + " --frames 0:11 --poses-mode tf --set map/level=floor --save-map ";

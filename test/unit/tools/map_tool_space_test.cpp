@@ -63,7 +63,7 @@ TEST_F(MapToolSpace, OctreeMatchesTheCells) {
   ASSERT_EQ(result, 0) << errors_;
   octomap::OcTree tree(out_ / "room.bt");
   const Space& space = *mapper_->space();
-  EXPECT_NEAR(tree.getResolution(), space.cellSize_m(), 1e-6);  // six digits in the file
+  EXPECT_NEAR(tree.getResolution(), space.cellSize_m(), 1e-6);  // the file has only six digits
   size_t known = 0, free = 0;
   for (int x = -22; x <= 22; ++x) {
     for (int y = -18; y <= 18; ++y) {
@@ -87,7 +87,7 @@ TEST_F(MapToolSpace, OctreeMatchesTheCells) {
 #endif
 }
 
-/// `render` writes a recording with the given pose, and its images show the map.
+/// `render` writes a recording with the given pose. Its images match the rendered view of the map.
 TEST_F(MapToolSpace, RendersARecording) {
   const auto T_W_C = lookAt(Vector3d(1.0, 0.2, 0.2), Vector3d(0.0, 0.0, -0.1), Vector3d::UnitZ());
   saveTrajectory({{2.5, T_W_C}}, out_ / "poses.txt");

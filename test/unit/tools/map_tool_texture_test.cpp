@@ -1,5 +1,5 @@
-/// Tests `map_tool texture` on recordings of analytic scenes, and reads its .obj and .glb files
-/// with separate code.
+/// Tests `map_tool texture` on recordings of analytic scenes, reading its .obj and .glb files with
+/// independent code.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 /// A corner of a triangle in an .obj file.
 struct ObjCorner {
   Vector3d p_W, vertex_rgb, normal;
-  double u, v;  ///< From the lower left corner.
+  double u, v;  ///< From the lower left corner of the texture.
 };
 
 using ObjTriangle = std::array<ObjCorner, 3>;
@@ -77,7 +77,7 @@ Vector3d colourAtMiddle(const ObjTriangle& triangle, const RgbImage& texture) {
 
 class MapToolTexture : public testing::Test {
  protected:
-  /// Makes a map of a scene, and its textured mesh.
+  /// Writes a recording of a scene, fuses it, and textures the mesh of the map.
   void texture(const Scene& scene, const SurfaceColour& colour,
                const std::vector<Eigen::Isometry3d>& poses) {
     writeSceneRecording(out_ / "room", scene, poses, 320, 240);
@@ -111,7 +111,7 @@ class MapToolTexture : public testing::Test {
   RgbImage texture_;
 };
 
-/// Waves of 0.1 m, which voxels of 0.04 m hardly resolve.
+/// Waves with a period of 0.1 m, which 0.04 m voxels can hardly resolve.
 Colour fineWavesAt(const Vector3d& p_W) {
   const auto wave = [](double x) { return static_cast<uint8_t>(128.0 + 100.0 * std::sin(x)); };
   return {wave(2.0 * M_PI * (p_W.x() + p_W.y()) / 0.1), wave(2.0 * M_PI * p_W.z() / 0.1), 90};
@@ -145,7 +145,7 @@ TEST_F(MapToolTexture, ResolvesDetailsFinerThanVoxels) {
   }
   ASSERT_GT(count, 1000u);
   EXPECT_LT(std::sqrt(of_texture / static_cast<double>(count)), 25.0);
-  EXPECT_LT(of_texture, 0.25 * of_vertices) << "less than 6 dB better than vertices";
+  EXPECT_LT(of_texture, 0.25 * of_vertices) << "less than 6 dB better than vertex colours";
 }
 
 TEST_F(MapToolTexture, SeparatesTheSidesOfAThinPlate) {

@@ -1,4 +1,4 @@
-/// Runs the program `reconstruct` as a user does: exit codes, error lines and files.
+/// Tests the exit codes, error lines and files of the program `reconstruct`.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -113,8 +113,8 @@ TEST_F(ReconstructProgram, ReportsAFullPageFolder) {
   EXPECT_EQ(outcome.err.find("lost"), std::string::npos) << outcome.err;
 }
 
-/// Meshes that do not fit into an eighth of the budget are on disk. Simplified or not, the saved
-/// file equals the file saved without paging.
+/// Meshes that do not fit into an eighth of the budget are written to disk. Simplified or not, the
+/// saved file equals the file saved without paging.
 TEST_F(ReconstructProgram, SavesMeshesThatArePartlyOnDisk) {
   const TemporaryFolder room;
   std::vector<Eigen::Isometry3d> poses;
@@ -146,7 +146,7 @@ TEST_F(ReconstructProgram, MeshDoesNotDependOnThreadsOrUpdates) {
   EXPECT_NE(meshOf("--set mesh/colour=plain"), mesh);
 }
 
-/// The file may also be the node's configuration.
+/// The file may be the node's configuration and contain settings such as map_frame.
 TEST_F(ReconstructProgram, CommandLineOverridesConfigFile) {
   writeBytes(out_ / "a.yaml",
              "backend: cuda\nthreads: 1\nmap_frame: odom\nmap:\n  voxel_size_m: 0.05\n");
@@ -238,8 +238,8 @@ TEST_F(ReconstructProgram, SimplifiesOnRequest) {
   expectError(arguments + " --simplify-error 1000", 2, "more than the whole mesh");
 }
 
-/// The corner of a room from a slowly moving camera. All poses but the first are 45 mm off,
-/// alternately to either side.
+/// A recording of a corner of a room with a slowly moving camera. All poses but the first are 45 mm
+/// off, in alternating directions.
 TEST_F(ReconstructProgram, RefinesAndTracksPoses) {
   Scene corner;
   corner.add(Plane{{2.0, 0.0, 0.0}, -Eigen::Vector3d::UnitX()});
@@ -298,7 +298,7 @@ TEST_F(ReconstructProgram, RefinesAndTracksPoses) {
   EXPECT_LT(largestError(), 0.002);
 }
 
-/// Images without poses, of a room mapped from another recording.
+/// Images without poses show a room that was mapped from another recording.
 TEST_F(ReconstructProgram, LocalisesInALoadedMap) {
   TemporaryFolder room, later;
   const Scene scene = roomWithFurniture();

@@ -28,7 +28,7 @@ class OrderedMapper : public FakeMapper {
   std::string calls;
 };
 
-/// Returns frames of these widths and reports three more as skipped.
+/// Returns frames with these widths and reports three more frames as skipped.
 class FakeSource : public FrameSource {
  public:
   explicit FakeSource(std::vector<int> widths) : widths_(std::move(widths)) {}
@@ -48,7 +48,7 @@ class FakeSource : public FrameSource {
   std::map<std::string, size_t> skipped_{{"no pose", 3}};
 };
 
-/// Reports one image as skipped.
+/// Returns images with these stamps and reports one more image as skipped.
 class FakeColours : public ColourSource {
  public:
   explicit FakeColours(std::vector<double> stamps_s) : stamps_s_(std::move(stamps_s)) {}
@@ -75,7 +75,7 @@ class ReconstructionTest : public testing::Test {
   OrderedMapper mapper_;
 };
 
-/// Frames have the stamps 1, 2, 3.
+/// The frames have stamps 1, 2 and 3.
 TEST_F(ReconstructionTest, PaintsInTheOrderOfStamps) {
   FakeSource source({1, 1, 1});
   FakeColours colours({0.5, 1.0, 1.5, 1.6, 3.0, 3.1});

@@ -1,5 +1,5 @@
-/// Each number of the surfel, fusion and mesh rules has an effect: at least at one end of its
-/// range, the mesh differs.
+/// Tests that each number in the surfel, fusion and mesh rules has an effect: with the number at
+/// one end of its range or the other, the mesh changes.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr size_t kWidth = 160;  // of renderFrame()
+constexpr size_t kWidth = 160;  // the default of renderFrame()
 
 /// A wall at 2.2 m, with a box, a rod one pixel wide, and one or two balls in front. One part of
 /// the noise is independent between pixels, another is shared by neighbours.
@@ -86,7 +86,8 @@ struct NumberSetter {
   }
 };
 
-/// @return the rules with one number at an end of its range, and its key, empty if there is none.
+/// @return the rules with one number at an end of its range, and the number's key, which is empty
+/// if there is no such number.
 std::pair<Rules, std::string> rulesWith(int wanted, bool to_greatest) {
   Rules rules;
   NumberSetter set{wanted, to_greatest, {}};

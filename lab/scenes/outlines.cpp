@@ -15,16 +15,16 @@ using Eigen::Vector3d;
 constexpr double kSheet_m = 2.3 + kOff_m, kBehindSheet_m = 2.8 + kOff_m;
 constexpr double kSweep_m = 0.2;
 constexpr int kSights = 40;
-/// Centre of a sheet: off the planes of the grid by a different length along each axis, so that no
-/// two sides are alike.
+/// Centre of a sheet. It lies off the grid planes by a different length along each axis, so that no
+/// two sides of the sheet lie alike in the grid.
 const Vector2d kOffGrid_m(kOff_m, 0.0061);
 
-/// How far each side of a rectangle lies outside its true position.
+/// How far each side of a rectangle is displaced outwards, in metres.
 struct Sides {
   double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;
 };
 
-/// An upright rectangle with its middle at the origin.
+/// A rectangle centred at the origin, with sides parallel to x and y.
 struct Rectangle {
   double width_m, height_m;
 
@@ -36,7 +36,7 @@ struct Rectangle {
   double rim() const { return 2.0 * (width_m + height_m); }
 };
 
-/// A sheet without thickness that faces the camera. A slot of width 0 means none.
+/// A sheet without thickness, facing the camera. A slot of width 0 means that there is no slot.
 struct Sheet {
   Rectangle outline, slot;
   Vector2d centre_m = kOffGrid_m;
@@ -50,17 +50,17 @@ struct Sheet {
 const Sheet kBoard{{0.6, 0.4}, {0.035, 0.2}};
 const Sheet kBoardOnGrid{kBoard.outline, kBoard.slot, Vector2d::Zero()};
 
-/// Standard deviations of each side in each row and column of an image, and of a pose along each
-/// axis.
+/// Standard deviations of the position of a side, drawn for each row or column of an image, and of
+/// the camera's position along each axis.
 struct SightError {
   double outline_px, pose_m;
 };
 
-/// A Kinect's focal length; the board fits into the image.
+/// A camera with a Kinect's focal length and an image large enough to contain the board.
 SceneCamera sightCamera() { return {240, 150, 525.0}; }
 
-/// Draws errors of the left and right sides for each row of an image, and errors of the other two
-/// sides for each column.
+/// Random displacements of the left and right sides for each row of an image, and of the top and
+/// bottom sides for each column.
 class NoisySides {
  public:
   NoisySides(const SceneCamera& camera, double sigma_m, Random& random)
@@ -103,7 +103,7 @@ SceneView lookAtSheet(const Sheet& sheet, const Vector3d& eye, double outline_px
   return view;
 }
 
-/// Errors of poses with a mean of 0: a common shift would only move the map.
+/// Random position errors. Their mean is subtracted, as a common shift would only move the map.
 std::vector<Vector3d> drawShifts(double sigma_m, Random& random) {
   std::vector<Vector3d> shifts;
   for (int i = 0; i < kSights; ++i) {
@@ -131,8 +131,8 @@ Surface sweepPast(const SceneSetup& setup, const Sheet& sheet, double sweep_m,
   return map.surface();
 }
 
-/// The overhanging and the missing area, divided by the length of the sheet's rim, and how much of
-/// the slot the mesh covers.
+/// Two areas, both divided by the length of the sheet's rim: of the mesh outside the sheet, and of
+/// the sheet missing from the mesh. Also the share of the slot that the mesh covers.
 std::vector<Figure> measure(const SceneSetup& setup, const Sheet& sheet, double sweep_m,
                             const SightError& error) {
   constexpr double kNear_m = 0.1, kCell_m = 0.00025;

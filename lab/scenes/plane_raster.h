@@ -1,5 +1,5 @@
-/// Measures the area of a plane z = const that a surface covers, seen along z; overlapping
-/// triangles count once.
+/// Measures the area that a surface covers when projected along z; overlapping triangles count
+/// once.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,15 +11,15 @@
 
 namespace dtsdf {
 
-/// One point in each cell of a grid over a rectangle. Its position in the cell varies by row and
-/// column, so that an edge parallel to the grid cuts off the right fraction of the points.
+/// Samples a rectangle at one point in each cell of a grid. Its position in the cell varies by row
+/// and column, so that an edge parallel to the grid cuts off the right fraction of the points.
 class PlaneRaster {
  public:
   PlaneRaster(const Eigen::AlignedBox2d& area, double cell_m);
 
   void cover(const Surface& surface);
 
-  /// Area of the points for which `holds`(x and y, whether the point is covered) is true.
+  /// Total area of the cells whose point satisfies `holds`(point, whether it is covered).
   double areaWhere(const std::function<bool(const Eigen::Vector2d&, bool)>& holds) const;
 
  private:

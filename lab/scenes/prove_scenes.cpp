@@ -1,4 +1,4 @@
-/// prove_scenes: fuses analytic scenes and prints figures of the maps with their bounds.
+/// prove_scenes: fuses analytic scenes and prints measurements of the maps, with their bounds.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -26,11 +26,11 @@ struct ProveOptions {
 ProveOptions parseOptions(const std::vector<std::string>& arguments) {
   ProveOptions options;
   CommandLine line("prove_scenes", "[options]",
-                   "Fuses views of analytic scenes at several voxel sizes and prints, as a "
-                   "Markdown table, figures of what the map contains, each with its bound.");
+                   "Fuses views of analytic scenes at several voxel sizes and prints a Markdown "
+                   "table of measurements of the maps, each with its bound.");
   line.add({"--voxels", "MM,...", "voxel sizes in millimetres (default 20,10,5)"},
            [&](const std::string& text) { options.voxels_mm = readNumbers(text); });
-  line.addList({"--scene", "TEXT ...", "only cases whose \"scene: variant\" contains one of these"},
+  line.addList({"--scene", "TEXT ...", "only cases with one of these in their \"scene: variant\""},
                [&](const std::string& text) { options.scenes.push_back(text); });
   line.addFlag("--quick", "only the cases that the tests run", options.quick);
   line.addNumber({"--width", "PIXELS", "width of the room camera's images"}, options.image_width,
@@ -54,11 +54,11 @@ std::vector<SceneCase> selectCases(const ProveOptions& options) {
             std::none_of(options.scenes.begin(), options.scenes.end(), isNamed));
   };
   cases.erase(std::remove_if(cases.begin(), cases.end(), isOut), cases.end());
-  if (cases.empty()) throw UsageError("no case matches");
+  if (cases.empty()) throw UsageError("no case matches --scene and --quick");
   return cases;
 }
 
-/// Figures by case and voxel size.
+/// Indexed by case, then by voxel size.
 using Results = std::vector<std::vector<std::vector<Figure>>>;
 
 Results measureCases(const ProveOptions& options, const RunSettings& settings,
@@ -79,7 +79,7 @@ Results measureCases(const ProveOptions& options, const RunSettings& settings,
   return results;
 }
 
-/// The value, in bold if it breaks its bound; a dash if there is none at this voxel size.
+/// The value, in bold if it breaks its bound; a dash if the case has no such figure at this size.
 std::string cellOf(const std::vector<Figure>& figures, const Figure& wanted) {
   const auto found = std::find_if(figures.begin(), figures.end(),
                                   [&](const Figure& figure) { return figure.name == wanted.name; });
@@ -90,7 +90,7 @@ std::string cellOf(const std::vector<Figure>& figures, const Figure& wanted) {
   return found->holds() ? text : "**" + text + "**";
 }
 
-/// The bounds of a figure at all voxel sizes, without repetitions.
+/// The bounds of a figure at all voxel sizes, without duplicates.
 std::string boundsOf(const std::vector<std::vector<Figure>>& by_voxel, const Figure& wanted) {
   std::vector<std::string> bounds;
   for (const auto& figures : by_voxel) {
@@ -107,7 +107,7 @@ std::string boundsOf(const std::vector<std::vector<Figure>>& by_voxel, const Fig
   return text;
 }
 
-/// Each figure that the case has at any voxel size.
+/// The figures that the case has at any voxel size, without duplicates.
 std::vector<Figure> figuresOf(const std::vector<std::vector<Figure>>& by_voxel) {
   std::vector<Figure> all;
   for (const auto& figures : by_voxel) {
@@ -139,7 +139,7 @@ void printTable(const ProveOptions& options, const std::vector<SceneCase>& cases
   }
 }
 
-/// How many bounds are kept at each voxel size.
+/// Prints how many bounds are met at each voxel size.
 void printKept(const ProveOptions& options, const Results& results) {
   std::string text;
   for (size_t v = 0; v < options.voxels_mm.size(); ++v) {
@@ -153,7 +153,7 @@ void printKept(const ProveOptions& options, const Results& results) {
     text += (text.empty() ? "" : ", ") + std::to_string(kept) + " of " + std::to_string(bounds) +
             formatted(" at %g mm", options.voxels_mm[v]);
   }
-  std::printf("\nBounds kept: %s.\n", text.c_str());
+  std::printf("\nBounds met: %s.\n", text.c_str());
 }
 
 void run(const ProveOptions& options) {

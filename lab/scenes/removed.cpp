@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 constexpr double kRemovedSide_m = 0.4;
 constexpr double kBoardFront_m = kOff_m - 0.11;  // 0.1 m of space between board and wall
 
-/// What is left of a removed object: all surface that is not near the true scene.
+/// Area of the mesh away from the true scene, in percent of its former area `was_m2`.
 double leftPercent(const Scene& truth, const SceneSetup& setup, SceneMap& map, double was_m2) {
   return 100.0 * areaAwayFrom(truth, 2.0 * setup.voxel(), map.surface()) / was_m2;
 }
@@ -27,8 +27,8 @@ std::vector<Figure> measureRemoval(SceneMap& map, const SceneSetup& setup, const
           atMost("left after 30 frames", 2.0, "%", leftPercent(truth, setup, map, was_m2))};
 }
 
-/// A map of a board in front of a wall, seen from `distance_m` in `frames` frames. More than 30
-/// frames are repetitions of one image.
+/// A map of a board in front of a wall, fused from `frames` images taken from `distance_m` away. If
+/// there are more than 30, all of them are the same image.
 SceneMap showBoard(const SceneSetup& setup, const Scene& wall, double distance_m, int frames) {
   Scene scene = wall;
   scene.add(boardAt(0.0, 0.0, kBoardFront_m, kRemovedSide_m, kRemovedSide_m));
@@ -69,14 +69,14 @@ std::vector<Figure> measureKept(SceneSetup setup) {
   return {atLeast("left after 30 frames", 99.0, "%", 100.0 * is_m2 / was_m2)};
 }
 
-/// The i-th of 30 views on a path around the middle of a room.
+/// The i-th of 30 poses on an arc around the centre of a room, looking at the centre.
 Eigen::Isometry3d aroundTheMiddle(int i) {
   const double angle = (i - 14.5) / 15.0;  // radians
   const Vector3d eye(2.2 * std::sin(angle), -0.1, -2.2 * std::cos(angle));
   return lookFrom(eye, Vector3d(0.0, 0.05, 0.0));
 }
 
-/// A box as large as a person in the middle of a room, more than 1 m from its floor and walls.
+/// A person-sized box in the middle of a room, more than 1 m away from its floor and walls.
 std::vector<Figure> measurePerson(const SceneSetup& setup) {
   Scene room;
   room.add(Room{Vector3d(-2.5037, -2.0037, -2.5037), Vector3d(2.5037, 2.0037, 2.5037)});
@@ -92,8 +92,8 @@ std::vector<Figure> measurePerson(const SceneSetup& setup) {
                         [&](int begin, int end) { walk(room, begin, end); });
 }
 
-/// A board in mid-air whose background is out of range. A floor gives the frames without the board
-/// something to measure.
+/// A board in mid-air whose background is out of range. The floor makes sure that frames without
+/// the board measure something.
 std::vector<Figure> measureOutOfRange(SceneSetup setup) {
   setup.params.fusion.max_depth_m = 3.0f;
   Scene background;

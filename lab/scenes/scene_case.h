@@ -1,5 +1,5 @@
-/// Scenes that check whether a map contains what was seen, and nothing else: settings, cases, and
-/// figures with bounds.
+/// Tests of whether maps of analytic scenes contain what was seen, and nothing else: settings,
+/// cases, and figures with bounds.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,7 @@
 
 namespace dtsdf {
 
-/// Settings with which a case makes its maps.
+/// Settings for the maps of a case.
 struct SceneSetup {
   MapperParams params;
   Rules rules;
@@ -23,7 +23,7 @@ struct SceneSetup {
   std::unique_ptr<ProbedMapper> makeMapper() const { return makeProbedMapper(params, rules); }
 };
 
-/// A measured number in its unit ("%", "mm", "cm2", or nothing for a count), and its bounds.
+/// A measured value with its unit ("%", "mm", "cm2", or empty for a count) and its bounds.
 struct Figure {
   std::string name, unit;
   double value;
@@ -44,7 +44,7 @@ Figure reported(const std::string& name, const std::string& unit, double value);
 /// "<= 2", ">= 1" or "1 to 2"; empty without a bound.
 std::string describeBound(const Figure& figure);
 
-/// A scene in one of its variants. The same setup always gives the same figures.
+/// One variant of a scene. The figures depend on the setup only.
 struct SceneCase {
   std::string scene, variant;
   bool quick;  ///< Whether the tests run it.
@@ -53,7 +53,7 @@ struct SceneCase {
   std::string name() const { return scene + ": " + variant; }
 };
 
-/// Every case, in the order of the report.
+/// All cases, in the order in which they are reported.
 std::vector<SceneCase> allSceneCases();
 
 }  // namespace dtsdf

@@ -72,7 +72,7 @@ void SceneMap::fuse(const SceneView& view, int times) {
     const bool fine =
         result.status == FrameStatus::kFused || result.status == FrameStatus::kNoMeasurement;
     if (!fine || result.refused_blocks > 0) {
-      throw std::runtime_error("a scene's frame was not fused as a whole: " + result.message);
+      throw std::runtime_error("a frame of the scene was not completely fused: " + result.message);
     }
   }
 }

@@ -11,20 +11,20 @@
 
 namespace dtsdf {
 
-/// Offset of shapes from the planes of the grid.
+/// Offset that keeps shapes off the grid planes.
 constexpr double kOff_m = 0.0037;
 
-/// A camera with square pixels and its principal point in the image's middle.
+/// A camera with square pixels and its principal point at the image centre.
 struct SceneCamera {
   int width, height;
   double focal_px;
 };
 
-/// The camera of most scenes: 63 x 49 degrees at its default width, like a Kinect at half its
+/// The camera of most scenes: 63 x 49 degrees at its default width, like a Kinect at half
 /// resolution.
 SceneCamera roomCamera(const SceneSetup& setup);
 
-/// The room camera's default view with a quarter of the pixels, for long runs.
+/// The room camera's default field of view at half the resolution, for long runs.
 SceneCamera coarseCamera();
 
 /// A depth image in metres with its camera and pose.
@@ -38,26 +38,26 @@ struct SceneView {
   float& at(int u, int v);
   float at(int u, int v) const;
   size_t indexOf(int u, int v) const;
-  /// The point in W that a pixel sees at this depth.
+  /// The point in W that pixel (u, v) shows if its depth is `z_m`.
   Eigen::Vector3d point(int u, int v, double z_m) const;
 };
 
 SceneView look(const Scene& scene, const SceneCamera& camera, const Eigen::Isometry3d& T_W_C);
 
-/// A pose at `eye_W` that looks at `target_W`; up is -y, as in the camera's own frame, so that the
-/// map's axes are the camera's if it looks along z.
+/// Pose of a camera at `eye_W` looking at `target_W`. Up is -y, as in the camera's own frame, so if
+/// it looks along z, its axes are parallel to the map's.
 Eigen::Isometry3d lookFrom(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& target_W);
 
-/// A pose that looks along z.
+/// Pose of a camera at `eye_W` looking along z.
 Eigen::Isometry3d lookAlongZ(const Eigen::Vector3d& eye_W);
 
-/// The i-th offset of a hand-held camera that stays in place, at most `reach_m` along each axis.
+/// Offset of a hand-held, stationary camera in image i: at most `reach_m` along each axis.
 Eigen::Vector3d sway(int i, double reach_m);
 
-/// A plane z = `z_m` that is seen from smaller z, with its back to +z.
+/// A plane z = `z_m`, visible from smaller z.
 Plane wallAt(double z_m);
 
-/// A board that faces -z with its front in the plane z = `front_z_m`.
+/// A board facing -z, with its front in the plane z = `front_z_m`.
 Box boardAt(double x_m, double y_m, double front_z_m, double width_m, double height_m,
             double thickness_m = 0.01);
 
@@ -66,7 +66,8 @@ class SceneMap {
  public:
   explicit SceneMap(const SceneSetup& setup);
 
-  /// Fuses a view `times` times. A frame without anything in range is not an error here.
+  /// Fuses a view `times` times. @throws std::runtime_error if a frame is not completely fused; a
+  /// frame with nothing in range is not an error.
   void fuse(const SceneView& view, int times = 1);
 
   /// Fuses `count` views of a scene along z, from positions that sway() around `eye_W`.

@@ -12,17 +12,17 @@ using Eigen::Vector3d;
 
 constexpr double kWallBehind_m = 0.6, kDistance_m = 0.5;
 constexpr double kLength_m = 0.2, kThickness_m = 0.002;
-constexpr double kSpacing_m = 0.08;  // between the middles of slats
+constexpr double kSpacing_m = 0.08;  // between the centre lines of slats
 constexpr double kPi = 3.14159265358979323846;
 
-/// Orientation and position of slats: turned in the image, tilted in depth, and off the grid's
-/// planes by a fraction of a voxel along each axis.
+/// How slats are placed: rotated in the image plane, tilted in depth, and off the grid planes by a
+/// fraction of a voxel along each axis.
 struct Stand {
   const char* name;
   double roll_deg, tilt_deg, off_voxels;
 };
 
-/// A slat with its own frame S: x across, y along, front at z = 0 towards -z.
+/// A slat and its frame S: x across it, y along it, its front in z = 0, facing -z.
 struct Slat {
   double width_m;
   Eigen::Isometry3d T_W_S;
@@ -43,7 +43,7 @@ Slat makeSlat(double width_m, double across_m, const Stand& stand, double voxel_
   return slat;
 }
 
-/// Pixels of 1 mm at the slats.
+/// A pixel covers about 1 mm at the slats.
 SceneCamera slatCamera() { return {320, 280, 525.0}; }
 
 Surface watchSlats(const SceneSetup& setup, const std::vector<Slat>& slats) {
@@ -55,12 +55,12 @@ Surface watchSlats(const SceneSetup& setup, const std::vector<Slat>& slats) {
   return map.surface();
 }
 
-/// The mesh of one slat, away from its ends, in bins of a millimetre along it.
+/// Area of the mesh of one slat, without the slat's ends, in bins of 1 mm along the slat.
 class SlatMesh {
  public:
   SlatMesh(const Slat& slat, const Surface& surface) : slat_(slat) {
     const Eigen::Isometry3d T_S_W = slat.T_W_S.inverse();
-    // Each triangle belongs to the nearest slat; the wall is more than 0.2 m away.
+    // Nearer to this slat than to any other; the wall is more than 0.2 m away.
     const auto near = [&](const Vector3d& p) {
       const Vector3d p_S = T_S_W * p;
       return std::abs(p_S.x()) < 0.5 * kSpacing_m && std::abs(p_S.y()) < 0.6 * kLength_m &&
@@ -73,7 +73,7 @@ class SlatMesh {
     }
   }
 
-  /// Area of the mesh in percent of the slat's front, away from its ends.
+  /// Area of the mesh in percent of that of the slat's front, both without the ends.
   double areaPercent() const { return 100.0 * sum() / (slat_.width_m * 0.001 * kBins); }
   double longestGap_mm() const {
     int run = 0, longest = 0;
@@ -81,7 +81,7 @@ class SlatMesh {
     return longest;
   }
   bool isThere() const { return sum() > 0.0; }
-  /// Area per length, over the bins that contain any area.
+  /// Area divided by length, over the bins that contain any area.
   double meanWidth_mm() const {
     const auto there =
         std::count_if(area_m2_.begin(), area_m2_.end(), [](double area) { return area > 0.0; });
@@ -102,8 +102,8 @@ class SlatMesh {
   std::vector<double> area_m2_ = std::vector<double>(kBins, 0.0);
 };
 
-/// Bounds: no slat has a gap, or is wider in the mesh than its own width or a voxel, whichever is
-/// greater. With voxels of up to 10 mm, the area is right, too.
+/// Bounds: no slat has a gap longer than 1 mm, or is wider in the mesh than its own width or a
+/// voxel, whichever is greater. With voxels of up to 10 mm, its area is right, too.
 std::vector<Figure> measureStand(const SceneSetup& setup, const Stand& stand) {
   std::vector<Slat> slats;
   const double widths_mm[] = {5.0, 10.0, 20.0};
@@ -122,13 +122,13 @@ std::vector<Figure> measureStand(const SceneSetup& setup, const Stand& stand) {
                            : reported("area" + of, "%", mesh.areaPercent()));
     figures.push_back(atMost("longest gap" + of, 1.0, "mm", mesh.longestGap_mm()));
     if (!mesh.isThere()) continue;
-    // A mesh is never quite flat, so its area slightly exceeds that of its outline.
+    // The mesh is never perfectly flat, so its area slightly exceeds that of its outline.
     figures.push_back(atMost("mean width" + of, 1.02 * widest_mm, "mm", mesh.meanWidth_mm()));
   }
   return figures;
 }
 
-/// The back of a chair: slats two voxels apart, whose gaps stay open.
+/// The back of a chair: slats two voxels apart. The gaps between them must stay open.
 std::vector<Figure> measureChair(const SceneSetup& setup, double width_m) {
   const double gap_m = 2.0 * setup.voxel(), step_m = width_m + gap_m;
   const int half = static_cast<int>(0.1 / step_m);
@@ -152,7 +152,7 @@ std::vector<Figure> measureChair(const SceneSetup& setup, double width_m) {
     if (std::abs(p.y()) > 0.5 * height_m || std::abs(p.x()) > (half + 0.5) * step_m) continue;
     (across_m > 0.5 * width_m + 0.5 * setup.voxel() ? in_gaps_m2 : on_slats_m2) += t.area();
   }
-  const double gaps_m2 = 2 * half * height_m * setup.voxel();  // half a voxel away from either slat
+  const double gaps_m2 = 2 * half * height_m * setup.voxel();  // without half a voxel at each slat
   const double slats_m2 = (2 * half + 1) * height_m * width_m;
   const double widest = std::max(width_m, setup.voxel()) / width_m;
   return {atMost("area in the gaps", 2.0, "%", 100.0 * in_gaps_m2 / gaps_m2),

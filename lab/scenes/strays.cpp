@@ -13,7 +13,7 @@ constexpr int kStrayFrames = 100;
 /// Ten good frames follow the last bad one.
 constexpr int kLastBad = 89;
 const std::vector<int> kOneOf50 = {kLastBad - 50, kLastBad};
-/// Only one frame: two shifted frames would show the same ghost, which is enough for a surface.
+/// One frame only: two shifted frames would support the same false surface, so it would be meshed.
 const std::vector<int> kOnce = {kLastBad};
 
 /// A wall with a board, a box and a sphere in front of it.
@@ -26,7 +26,7 @@ Scene makeFurniture() {
   return scene;
 }
 
-/// The camera moves sideways by 0.3 m and looks at the middle of the wall.
+/// The i-th pose of a camera that moves sideways by 0.3 m, looking at the centre of the wall.
 Eigen::Isometry3d pass(int i) {
   const Vector3d eye(0.3 * (static_cast<double>(i) / kStrayFrames - 0.5), 0.03, -1.8);
   return lookFrom(eye + sway(i, 0.01), Vector3d(0.0, 0.0, 0.0));
@@ -45,7 +45,7 @@ Surface fusePass(const SceneSetup& setup, const Scene& scene, const std::vector<
   return map.surface();
 }
 
-/// Puts patches into free space, at 0.4 to 0.9 times the depth. @return their points.
+/// Adds patches in free space, at 0.4 to 0.9 times the measured depth. @return their points in W.
 Points putPatches(SceneView& view, int side_px, Random& random) {
   Points points;
   constexpr int kAcross = 10, kDown = 8;
@@ -83,7 +83,7 @@ std::vector<Figure> measurePatches(const SceneSetup& setup, int side_px) {
   return {atMost("area of strays", 0.0, "cm2", 1.0e4 * areaOf(strays))};
 }
 
-/// How much more surface lies away from the scene if the pose of one frame is off by 5 cm.
+/// Additional mesh area away from the scene if the pose of one frame is off by 5 cm.
 std::vector<Figure> measureShiftedPose(const SceneSetup& setup, const Vector3d& shift_C) {
   const Scene scene = makeFurniture();
   const double away_m = 2.0 * setup.voxel();
@@ -96,8 +96,8 @@ std::vector<Figure> measureShiftedPose(const SceneSetup& setup, const Vector3d& 
 
 constexpr int kGlimpseFrames = 300, kGlimpse = 199;
 
-/// One of 300 frames looks into another corner of the room than the rest. With mesh/min_support 1,
-/// that is enough for a surface.
+/// One of 300 frames shows a different corner of the room. With mesh/min_support 1, a single frame
+/// is enough for a surface.
 std::vector<Figure> measureGlimpse(SceneSetup setup) {
   setup.params.mesh.min_support = 1;
   Scene room;
@@ -117,7 +117,7 @@ std::vector<Figure> measureGlimpse(SceneSetup setup) {
       seen.push_back(glimpse.point(u, v, static_cast<double>(glimpse.at(u, v))));
     }
   }
-  // A single image shows the surface only at its pixels.
+  // A single image measures the surface only at its pixels.
   const double within_m = std::max(setup.voxel(), 2.8 / camera.focal_px);
   return {atLeast("glimpse in the mesh", 95.0, "%", coveredPercent(seen, map.surface(), within_m))};
 }

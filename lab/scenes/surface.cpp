@@ -34,7 +34,7 @@ void addRefined(const FlatTriangle& t, double longest_side_m, Surface& result) {
     const Vector3d middle = 0.5 * (t.a + t.b);
     addRefined({t.a, middle, t.c}, longest_side_m, result);
     addRefined({middle, t.b, t.c}, longest_side_m, result);
-  } else {  // rotated until its longest side comes first
+  } else {  // rotate the corners until the longest side comes first
     addRefined(longest == bc ? FlatTriangle{t.b, t.c, t.a} : FlatTriangle{t.c, t.a, t.b},
                longest_side_m, result);
   }

@@ -1,4 +1,4 @@
-/// A mesh as loose triangles, and measures of its parts.
+/// A mesh as separate triangles, and functions that measure parts of it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -22,7 +22,7 @@ using Zone = std::function<bool(const Eigen::Vector3d&)>;
 
 Surface surfaceOf(const Mesh& mesh);
 
-/// Triangles whose centroid lies in a zone.
+/// Triangles whose centroid lies in the zone.
 Surface partOf(const Surface& surface, const Zone& zone);
 
 /// Splits triangles until no side is longer than `longest_side_m`.
@@ -31,10 +31,10 @@ Surface refine(const Surface& surface, double longest_side_m);
 double areaOf(const Surface& surface);
 double areaOf(const Surface& surface, const Zone& zone);
 
-/// Area of the part that is farther than `distance_m` from every surface of the scene.
+/// Area of the part that is farther than `distance_m` away from every surface of the scene.
 double areaAwayFrom(const Scene& truth, double distance_m, const Surface& surface);
 
-/// Counts the sides that belong to one triangle only and have both ends in the zone.
+/// Counts the sides that belong to only one triangle and have both ends in the zone.
 size_t countOpenEdges(const Mesh& mesh, const Zone& zone);
 
 using Points = std::vector<Eigen::Vector3d>;
@@ -43,10 +43,10 @@ using Points = std::vector<Eigen::Vector3d>;
 Points pointsOnRectangle(const Eigen::Vector3d& centre, const Eigen::Vector3d& half_u,
                          const Eigen::Vector3d& half_v, double spacing_m);
 
-/// One point per cube of a grid, so that the points are spread evenly.
+/// Keeps one point per cube of a grid with edges of `side_m`, so that points are spread evenly.
 Points thinOut(const Points& points, double side_m);
 
-/// Share of the points, in percent, that have a triangle within `within_m`.
+/// Percentage of the points less than `within_m` away from a triangle; NaN if there are no points.
 double coveredPercent(const Points& points, const Surface& surface, double within_m);
 
 }  // namespace dtsdf

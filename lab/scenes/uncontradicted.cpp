@@ -53,7 +53,7 @@ ArrayWords arraysOf(const MapContents& contents) {
   return arrays;
 }
 
-/// Compares the voxels that no frame reaches and whose bits were not all zero.
+/// Compares the voxels that no frame may affect and whose bits were not all zero.
 ByteComparison compareOutside(const MapContents& before, const MapContents& after, double voxel_m,
                               const Zone& isReached) {
   ByteComparison result;
@@ -77,8 +77,8 @@ ByteComparison compareOutside(const MapContents& before, const MapContents& afte
   return result;
 }
 
-/// A room is mapped all round; then a board is put in front of a wall, and ten frames look at it.
-/// These frames change no voxel outside their images or hidden by the board.
+/// A room is mapped in all directions; then a board is put in front of a wall and seen in ten
+/// frames. These must not change voxels outside their images or hidden by the board.
 std::vector<Figure> measureBytes(const SceneSetup& setup) {
   Scene scene;
   scene.add(Room{Vector3d(-1.5037, -1.0037, -1.5037), Vector3d(1.5037, 1.0037, 1.5037)});
@@ -108,7 +108,7 @@ std::vector<Figure> measureBytes(const SceneSetup& setup) {
 
 constexpr double kUncontradictedSide_m = 0.4, kUncontradictedFront_m = kOff_m - 0.5;
 
-/// Removes all measurements nearer than `nearer_m`.
+/// Discards all measurements nearer than `nearer_m`.
 void blind(SceneView& view, double nearer_m) {
   for (float& z : view.depth_m) z = static_cast<double>(z) < nearer_m ? 0.0f : z;
 }
@@ -135,7 +135,7 @@ std::vector<Figure> measureGaps(const SceneSetup& setup,
       atLeast("board in the mesh", 99.0, "%", coveredPercent(front, map.surface(), setup.voxel()))};
 }
 
-/// Area near a rod along y, away from its ends.
+/// Area near a rod along y, without its ends.
 double areaNearRod(const Surface& surface, double x_m, double reach_m) {
   const Surface near = partOf(surface, [&](const Vector3d& p) {
     return std::hypot(p.x() - x_m, p.z() - kOff_m) < reach_m && std::abs(p.y()) < 0.12;
@@ -143,8 +143,8 @@ double areaNearRod(const Surface& surface, double x_m, double reach_m) {
   return areaOf(refine(near, 0.002), [](const Vector3d& p) { return std::abs(p.y()) < 0.07; });
 }
 
-/// Rods are seen from close by, then from a distance at which they are thinner than a pixel. No
-/// frame contradicts them there: a pixel that shows the wall may contain the rod, too.
+/// Rods are fused from close by, then from a distance at which they are thinner than a pixel. No
+/// frame contradicts them from there: a pixel that measures the wall may contain the rod, too.
 std::vector<Figure> measureRods(const SceneSetup& setup) {
   const std::pair<double, double> rods[] = {{5.0, -0.0513}, {10.0, 0.0487}};  // mm, x in m
   Scene scene;

@@ -1,7 +1,7 @@
-"""Maps depth images with a Directional TSDF; docs/python.md has the tour.
+"""Maps depth images with a Directional TSDF; see docs/python.md for a tour.
 
-In a ROS workspace this is the package of the messages as well: dtsdf_mapping.msg, .srv and .cfg. They
-and the compiled part may lie in different folders of sys.path, as with pip in a sourced workspace.
+In a ROS workspace this package also contains the messages: dtsdf_mapping.msg, .srv and .cfg. They may
+be in another folder of sys.path than the compiled part, e.g. after pip install in a sourced workspace.
 """
 from pkgutil import extend_path as _extend_path
 
@@ -19,7 +19,7 @@ except ModuleNotFoundError as _error:
         raise
     _reason = ("is not installed" if _error.name == "numpy"
                else "was not built; build the package with -DWITH_PYTHON=ON")
-    _missing = f"dtsdf_mapping is here for its messages only: {_error.name} {_reason}"
+    _missing = f"only the messages of dtsdf_mapping are available: {_error.name} {_reason}"
     _names = frozenset(__all__)
     globals()["__all__"] = []
     del _error

@@ -5,17 +5,22 @@ from . import _core
 
 
 class Recording:
-    """A folder of TUM RGB-D, ICL-NUIM, 7-Scenes, Replica, ScanNet or of your own PNGs
+    """A recording in a folder: TUM RGB-D, ICL-NUIM, 7-Scenes, Replica, ScanNet or your own PNGs
     (docs/recordings.md).
 
-    path: the folder. format: one of recording_formats(); by default guessed from its files.
-    K: 3 x 3 or (fx, fy, cx, cy), in pixels, and units_per_metre of 16-bit depth, in place of the
-    format's. poses: a file or folder with poses in place of the folder's, of pose_convention
-    "optical", "opengl", "body" or "inverted"; a pose may be pose_tolerance_s from its image. first,
-    last, step: which depth images, by index, last included. skip_bad: damaged images are skipped.
+    path: the folder.
+    format: one of recording_formats(); by default guessed from the files.
+    K: intrinsics in pixels, 3 x 3 or (fx, fy, cx, cy); by default those of the format.
+    units_per_metre: scale of 16-bit depth; by default that of the format.
+    poses: a file or folder with poses to use instead of the recording's own.
+    pose_tolerance_s: largest difference between the stamps of an image and of its pose.
+    first, last, step: select depth images by index; last is included.
+    pose_convention: "optical", "opengl", "body" or "inverted"; by default that of the poses' format.
+    skip_bad: skip and count damaged images instead of raising an error.
 
-    Iterating gives DepthImage; colours() gives ColourImage. Images without a pose are skipped and
-    counted. Raises RuntimeError if a file is missing or malformed; the message names file and line.
+    Iterating yields DepthImage objects, colours() yields ColourImage objects. Images without a pose
+    are skipped and counted in `skipped`. Raises RuntimeError if a file is missing or malformed; the
+    message names file and line.
     """
 
     def __init__(self, path, format="", K=None, units_per_metre=None, poses=None,
@@ -34,11 +39,11 @@ class Recording:
     def __len__(self):
         """Number of selected depth images, including images without a pose."""
         if self._size is None:
-            raise TypeError("the number of images of this recording is not known")
+            raise TypeError("the number of images in this recording is unknown")
         return self._size
 
     def __iter__(self):
-        """The depth images, each a DepthImage, from the first on."""
+        """Yields the selected depth images as DepthImage objects, each time from the first one."""
         images = self._options.open_depth()
         for image in images:
             self.skipped = images.skipped
@@ -46,19 +51,19 @@ class Recording:
         self.skipped = images.skipped
 
     def colours(self):
-        """The colour images, each a ColourImage: every step-th one of the whole recording; nothing if
-        the recording has no colour."""
+        """Yields every step-th colour image of the whole recording as a ColourImage; nothing if the
+        recording has no colour."""
         yield from self._options.open_colour() or ()
 
     def images(self, colour=True):
-        """Depth and colour images together, in the order of their stamps; if stamps are equal, depth comes
+        """Yields depth and colour images in the order of their stamps; if stamps are equal, depth comes
         first. Colour images before the first or after the last depth image are left out."""
         colours = self.colours() if colour else iter(())
         painting = next(colours, None)
         is_first = True
         for image in self:
             while painting is not None and painting.stamp_s < image.stamp_s:
-                if not is_first:  # nothing to paint on before
+                if not is_first:  # before the first depth image there is no surface to paint
                     yield painting
                 painting = next(colours, None)
             is_first = False
@@ -73,12 +78,12 @@ def _print_progress(done, total):
 
 
 def fuse(mapper, recording, colour=True, progress=None):
-    """Fuses a Recording at its poses, and paints it unless colour is False. The map is the same as
-    that of `reconstruct --poses-mode tf`.
+    """Fuses a Recording at its poses, and paints its colours unless colour is False. The map is the same
+    as that of `reconstruct --poses-mode tf`.
 
-    progress: True prints to standard error; or a function of (done, total), called after each depth
-    image, which may raise an exception to stop. Returns how many depth images were fused. Ctrl-C stops between
-    images; the map keeps those fused so far.
+    progress: True prints to standard error; a function is called as progress(done, total) after each
+    depth image, with total None if unknown, and may raise an exception to stop. Returns the number of
+    depth images fused. Ctrl-C stops between images; the map keeps those fused so far.
     """
     show = _print_progress if progress is True else progress
     done = fused = 0

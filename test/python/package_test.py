@@ -64,7 +64,7 @@ class Package(unittest.TestCase):
                                  env=dict(os.environ, PYTHONPATH=folder), stdout=subprocess.PIPE,
                                  stderr=subprocess.STDOUT, text=True, check=False)
         self.assertEqual(run.stdout.count("imported"), 1, run.stdout)
-        self.assertIn("ImportError: dtsdf_mapping is here for its messages only", run.stdout)
+        self.assertIn("ImportError: only the messages of dtsdf_mapping are available", run.stdout)
         self.assertIn("WITH_PYTHON=ON", run.stdout)
 
     @unittest.skipUnless(WITH_MESSAGES, "built without ROS")

@@ -3,7 +3,7 @@
 
 open3d_peer.py fuse FOLDER VOXEL_M THREADS FIRST:LAST:STEP MESH.ply [MAX_DEPTH_M]
 
-Fuses with VoxelBlockGrid, and prints the line that scripts/compare reads. THREADS 0: on the GPU.
+Fuses with VoxelBlockGrid, and prints the line that scripts/compare reads. THREADS 0 uses the GPU.
 """
 import json
 import os
@@ -57,7 +57,7 @@ def fuse(folder, voxel_m, threads, frames, mesh_path, max_depth_m="10"):
         if threads == "0":
             core.cuda.synchronize()
         times.append(1e3 * (time.perf_counter() - start))
-    memory = grid.hashmap().size() * 16 ** 3 * 8 / 2 ** 20  # of the blocks in use; more is reserved
+    memory = grid.hashmap().size() * 16 ** 3 * 8 / 2 ** 20  # blocks in use; Open3D reserves more
     start = time.perf_counter()
     mesh = grid.extract_triangle_mesh(weight_threshold=2.0)
     mesh_ms = 1e3 * (time.perf_counter() - start)

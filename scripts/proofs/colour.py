@@ -2,9 +2,9 @@
 
 Renders each model from 60 views on a helix, and a furnished house from inside, with a checker and a
 gradient texture; the colour camera is 5 cm from the depth camera. Reconstructs each and measures the
-colour error over the surface. Does the same for a plate 5 mm thick, red in front and blue behind, with
-the directional and the undirected map. Fills colour.md, with pictures of the plate. Exits 0 only if
-the directional map keeps the plate's colours apart.
+colour error over the surface. Does the same for a 5 mm plate, red in front and blue behind, with
+the directional and the undirected map. Fills colour.md, with pictures of the plate. Exits with 0 only
+if the directional map keeps the plate's colours apart.
 """
 import itertools
 import json
@@ -42,7 +42,7 @@ def write_plate(path):
 
 
 def wrong_share(mesh, voxel_mm):
-    """Fraction of the vertices farther than a voxel from the rim that have the colour of another side."""
+    """Share of vertices with the colour of the wrong side, among those over a voxel away from the rim."""
     vertices = read_ply(mesh)[0]
     inside = (abs(columns(vertices, "yz")) <= np.array(PLATE_M[1:]) / 2 - voxel_mm / 1000).all(axis=1)
     vertices = vertices[inside]
@@ -51,7 +51,7 @@ def wrong_share(mesh, voxel_mm):
 
 
 def measure_plate(options, voxel_mm, variant):
-    """Draws pictures of both sides, and returns the share of wrong vertices."""
+    """Renders pictures of both sides, and returns the share of vertices with the wrong colour."""
     mesh = options.work / f"plate_{variant}_{voxel_mm:g}mm.ply"
     reconstruct(options, options.work / "plate", voxel_mm, MAPS[variant], mesh)
     for side, azimuth in (("front", 60), ("back", 240)):
@@ -62,7 +62,7 @@ def measure_plate(options, voxel_mm, variant):
 
 
 def plate(options):
-    """The part `plate` of the page, and whether the directional map keeps its colours apart."""
+    """The part `plate` of the page, and whether the directional map keeps the plate's colours apart."""
     write_plate(options.work / "plate.ply")
     render(options, (options.work / "plate.ply").resolve(), options.work / "plate", "--frames",
            FRAMES, "--trajectory", "sphere", "--radius", 1, "--longest-side", 0,
@@ -80,7 +80,7 @@ def plate(options):
 
 
 def compare(options, model, texture, voxel_mm):
-    """A row of the table."""
+    """Measures a model and returns its row of the table."""
     path, shown = f"models/{model}.ply", ["--frames", FRAMES, "--trajectory", "helix"]
     if model == HOUSE:
         path = "scenes/house.ply"

@@ -1,4 +1,4 @@
-"""Shared by the cases: options, programs, tables and pages."""
+"""Shared by all cases: options, programs, tables and pages."""
 import argparse
 import datetime
 import json
@@ -17,7 +17,7 @@ PLACES = ("--data", "--programs", "--work", "--results",
 
 
 def find_programs():
-    """The folder of this checkout's programs, with or without ROS."""
+    """The folder with the programs of this checkout, built with or without ROS."""
     for folder in ("build/devel/lib/dtsdf_mapping", "build/bin"):
         if (ROOT / folder / "reconstruct").exists():
             return ROOT / folder
@@ -25,8 +25,8 @@ def find_programs():
 
 
 def make_parser(doc, work="", data=""):
-    """A parser with the options of all cases. `work`: name of the folder of intermediate files; `data`:
-    what --data must contain. If one is empty, there is no such option."""
+    """A parser with the options of all cases. `work`: name of the folder for intermediate files; `data`:
+    what --data must contain. If either is empty, its option is left out."""
     parser = argparse.ArgumentParser(description=doc,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
 
@@ -62,7 +62,7 @@ def run(program, *arguments, **more):
 
 
 def reconstruct(options, folder, voxel_mm, settings, mesh, *arguments, poses="tf"):
-    """Fuses a TUM folder into a mesh, by default at its own poses; returns the report."""
+    """Fuses a TUM folder into a mesh, by default at the poses in the folder; returns the report."""
     report = pathlib.Path(mesh).with_suffix(".report.json")
     run(options.programs / "reconstruct", "--tum", folder, "--backend", options.backend,
         "--poses-mode", poses, "--mesh", mesh, "--report", report, *arguments, "--set",
@@ -71,7 +71,7 @@ def reconstruct(options, folder, voxel_mm, settings, mesh, *arguments, poses="tf
 
 
 def render(options, model, folder, *arguments):
-    """Renders images of a mesh in --data into a folder, unless it has them already."""
+    """Renders images of a mesh in --data into a folder, unless the folder has them already."""
     if not (folder / "groundtruth.txt").exists():
         run(options.programs / "render_orbit", options.data / model, folder, *arguments)
     return folder
@@ -87,7 +87,7 @@ def markdown_table(header, rows):
 
 
 def number(value):
-    """Formats with two decimals below 10, one below 100, and none above."""
+    """Formats with two decimals below 10, one below 100, and none from 100 on."""
     return f"{value:.2f}" if value < 10 else f"{value:.1f}" if value < 100 else f"{value:.0f}"
 
 
@@ -109,7 +109,7 @@ def made_by(device):
 
 
 def fill_page(path, **parts):
-    """Replaces the text between the marks of each name in a page. Adds missing marks at the end."""
+    """Replaces the text of each named part between its marks in a page. Adds missing marks at the end."""
     path.parent.mkdir(parents=True, exist_ok=True)
     page = path.read_text(encoding="utf-8") if path.exists() else ""
     for name, text in parts.items():

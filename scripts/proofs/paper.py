@@ -1,6 +1,6 @@
 """Runs the paper's experiments: accuracy by model, voxel size and fusion mode.
 
-For each cell, renders an orbit, reconstructs it, and compares the mesh with the model. Keeps meshes
+For each cell, renders an orbit, reconstructs it, and compares the mesh with the model. Reuses meshes
 that are newer than the program, so that an interrupted run can continue. Fills the part of
 accuracy.md that is named after the set-up.
 """
@@ -20,7 +20,7 @@ HOUSE = "house_noisy"  # a recording that replaces the rooms of the paper
 
 
 def setup_of(options):
-    """The name of the set-up: its differences from the paper's, or "paper"."""
+    """The name of the set-up: how it differs from the paper's, or "paper"."""
     parts = [] if options.frames == 1000 else [f"{options.frames}_frames"]
     parts += [name for name in (options.trajectory, options.noise) if name not in ("circle", "none")]
     parts += [setting.split("/")[-1] for setting in options.set]
@@ -28,7 +28,7 @@ def setup_of(options):
 
 
 def measure(options, model, voxel_mm, mode):
-    """A cell with RMSE in mm of vertices, surface and completeness; and the topology of the mesh."""
+    """A cell with the RMSE in mm of vertices, surface and completeness; and the topology of the mesh."""
     folder = options.work / model
     truth = folder / "gt.ply"
     if model == HOUSE:
@@ -49,11 +49,11 @@ def measure(options, model, voxel_mm, mode):
 def main():
     parser = make_parser(__doc__, "paper", "models/, scenes/ and sequences/")
     add = parser.add_argument
-    add("--models", type=words, default=MODELS, help=f"separated by commas; also {HOUSE}")
-    add("--voxels", type=numbers, default=[5, 10, 20, 50], help="in mm (default: %(default)s)")
+    add("--models", type=words, default=MODELS, help=f"models, separated by commas; also {HOUSE}")
+    add("--voxels", type=numbers, default=[5, 10, 20, 50], help="voxel sizes in mm (default: %(default)s)")
     add("--modes", type=words, default=["directional-rcn", "undirected-vp"],
-        help=f"separated by commas, of {', '.join(MODES)}")
-    add("--frames", type=int, default=1000, help="images of an orbit (default: %(default)s)")
+        help=f"modes, separated by commas: {', '.join(MODES)}")
+    add("--frames", type=int, default=1000, help="images per orbit (default: %(default)s)")
     add("--trajectory", default="circle", help="circle, helix or sphere (default: %(default)s)")
     add("--noise", default="none", help="as in render_orbit (default: %(default)s)")
     add("--set", action="append", default=[], metavar="KEY=VALUE", help="settings for reconstruct")

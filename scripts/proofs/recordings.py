@@ -1,8 +1,8 @@
 """Compares meshes of real recordings with images that were not fused.
 
 Fuses every second image of each recording, at the given poses and at refined ones. Compares the mesh with
-the depth of the images in between, each first aligned with the mesh. `reconstruct` refines the poses with
-the directional map; all maps are fused at the result. Pictures show the meshes from the poses of two
+the depth images in between, after aligning each with the mesh. `reconstruct` refines the poses with
+the directional map; the other maps use the same refined poses. Pictures show the meshes from the poses of two
 images. Results of recordings without a licence are only printed.
 
 --voxblox PROGRAM also measures voxblox ("fast", with its carving) on the same images. PROGRAM is called
@@ -30,7 +30,7 @@ COLUMNS = [*SHARES, "p95 mm", *GROSS, "covered %", "border edges", "small holes"
 
 
 def at_poses(folder, trajectory, to):
-    """A folder of links to the files of a TUM folder, with other poses."""
+    """Makes a folder of links to the files of a TUM folder, but with other poses."""
     shutil.rmtree(to, ignore_errors=True)
     to.mkdir(parents=True)
     for path in folder.iterdir():
@@ -41,7 +41,7 @@ def at_poses(folder, trajectory, to):
 
 
 def fuse(title, folder, voxel_mm, poses, mesh, options):
-    """Makes the mesh of a map at given or refined poses. Returns the device, if known."""
+    """Makes the mesh of a map at the given or the refined poses. Returns the device, if known."""
     mesh.unlink(missing_ok=True)
     trajectory = options.work / f"{folder.name}_poses.txt"
     if title == "voxblox":
@@ -60,7 +60,7 @@ def fuse(title, folder, voxel_mm, poses, mesh, options):
 
 
 def measure(mesh, folder, options):
-    """The cells of a row: shares in percent of the measured pixels that the mesh covers, gross errors
+    """The cells of a row: shares in percent of the measured pixels that the mesh covers, and gross errors
     in percent of all measured pixels."""
     depth = json.loads(run(options.programs / "evaluate_depth", mesh, folder, "--first", 1,
                            "--step", 2, "--stride", options.stride, "--register",
@@ -98,9 +98,9 @@ def measure_recording(name, options):
 def read_options():
     parser = make_parser(__doc__, "recordings", "sequences/")
     add = parser.add_argument
-    add("--stride", default=1, help="compare every STRIDE-th pixel (default: %(default)s)")
+    add("--stride", default=1, help="use every STRIDE-th pixel of each row and column (default: %(default)s)")
     add("--voxblox", metavar="PROGRAM", help="also measure the meshes of this program")
-    add("--page", help="default: RESULTS/recordings.md; '-' for none")
+    add("--page", help="page to fill (default: RESULTS/recordings.md); '-' for none")
     options = parser.parse_args()
     options.page = options.page or str(options.results / "recordings.md")
     options.titles = list(MAPS) + (["voxblox"] if options.voxblox else [])

@@ -1,7 +1,7 @@
 """Checks on analytic scenes that the map contains what was seen, and nothing else.
 
 Runs the program prove_scenes, which fuses views of each scene at several voxel sizes. Fills
-scenes.md with the figures that break their bounds. Exits 0 only if there are none.
+scenes.md with the figures that break their bounds. Exits with 0 only if there are none.
 """
 import os
 import re
@@ -13,7 +13,7 @@ def main():
     parser = make_parser(__doc__)
     add = parser.add_argument
     add("--width", type=int, default=320, help="width of the room camera's images (default: %(default)s)")
-    add("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="number of cases that run at the same time")
+    add("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="number of cases to run at the same time")
     options = parser.parse_args()
     output = run(options.programs / "prove_scenes", "--voxels", "20,10,5", "--width", options.width,
                  "--jobs", options.jobs, "--backend", options.backend, "--threads", 1)
@@ -24,5 +24,5 @@ def main():
     kept, device = end.strip().split("\nDevice: ")
     fill_page(options.results / "scenes.md", scenes=f"{broken}\n\n{kept}\n\n{made_by(device)}")
     if any(count != total for count, total in re.findall(r"(\d+) of (\d+) at", kept)):
-        return "some figures exceed their bounds"
+        return "some figures break their bounds"
     return 0

@@ -2,7 +2,7 @@
 
 Renders syn_plates.ply (or --model syn_rods) from all around and reconstructs it with the directional and
 the undirected map. Measures how complete and accurate the two faces of each plate, or the four quarters
-of each rod, are. Fills thin.md, with two pictures. Exits 0 only if the directional map keeps every side
+of each rod, are. Fills thin.md, with two pictures. Exits with 0 only if the directional map keeps every side
 of all parts of 10 mm or more, and the undirected map does not.
 """
 import numpy as np
@@ -12,11 +12,11 @@ from .common import (MAPS, fill_page, made_by, make_parser, markdown_table, reco
 from .ply import columns, read_ply
 
 FRAMES, VOXEL_MM = 300, 20.0
-SQUARE_M = 0.025         # edge of a square of a side; it is covered if a point lies on it
-INSET_M = 0.025          # margin of a side, next to the narrow sides, that is not measured
+SQUARE_M = 0.025         # edge of the squares into which a side is divided; a square with a point is covered
+INSET_M = 0.025          # width of the margin along the ends of a side that is not measured
 FACING_COSINE = 0.9      # a point belongs to a plate's face if their normals have at least this cosine
 LARGEST_OFFSET_M = 0.06  # a point farther from a side does not belong to it
-# A side is sound if at least this share is covered, with at most this mean offset.
+# A side is sound if at least this share of it is covered, and its mean offset is at most this.
 SOUND_SHARE, SOUND_OFFSET_M = 0.95, 0.005
 MIN_SOUND_THICKNESS_M = 0.0099  # thinner parts need not be sound
 # Barycentric weights of the points inside a triangle.
@@ -25,7 +25,7 @@ WEIGHTS = [(1 / 3, 1 / 3, 1 / 3), (2 / 3, 1 / 6, 1 / 6), (1 / 6, 2 / 3, 1 / 6),
 
 
 class Part:
-    """A plate (an axis-aligned box with one thin side) or a rod along y, from its corners."""
+    """A plate (an axis-aligned box that is thin along one axis) or a rod along y, made from its vertices."""
 
     def __init__(self, points):
         self.low, self.high = points.min(axis=0), points.max(axis=0)
@@ -41,7 +41,7 @@ class Part:
                 for name, axis in axes.items() for sign in "+-"}
 
     def offsets(self, side, positions, normals):
-        """Signed distances of points to a side, positive in front of it, and which points belong to it."""
+        """Signed distances of points from a side, positive in front of it, and which points belong to it."""
         if not self.is_rod:
             plane = self.high if side[self.axis] > 0 else self.low
             return ((positions - plane) @ side, normals @ side >= FACING_COSINE)
@@ -66,7 +66,7 @@ class Part:
 
 
 def points_of(path):
-    """Positions and normals of a mesh's vertices and of points inside its triangles."""
+    """Positions and normals of a mesh's vertices, and of points inside its triangles."""
     vertices, triangles = read_ply(path)
     positions, normals = columns(vertices, "xyz"), columns(vertices, ("nx", "ny", "nz"))
     inside = [[np.tensordot(weights, values[triangles], axes=(0, 1)) for weights in WEIGHTS]
@@ -91,7 +91,7 @@ def parts_of(path):
 
 
 def measure(options, variant, parts):
-    """Rows of the table, whether all sides are sound (except of the thinnest parts), and the device."""
+    """Rows of the table, whether all sides (except those of the thinnest parts) are sound, and the device."""
     mesh, frames = options.work / f"{variant}.ply", options.work / "frames"
     report = reconstruct(options, frames, VOXEL_MM, MAPS[variant], mesh)
     run(options.programs / "evaluate_mesh", mesh, frames / "gt.ply", "--picture",
@@ -111,7 +111,7 @@ def measure(options, variant, parts):
 def main():
     parser = make_parser(__doc__, "thin", "models/")
     add = parser.add_argument
-    add("--model", default="syn_plates", help="name of DATA/models/*.ply (default: %(default)s)")
+    add("--model", default="syn_plates", help="name of a DATA/models/*.ply (default: %(default)s)")
     options = parser.parse_args()
     options.stem = options.model.replace("syn_", "thin_")
     options.work /= options.stem

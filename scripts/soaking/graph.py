@@ -13,7 +13,7 @@ def program(name):
                            capture_output=True, text=True, check=False)
     path = found.stdout.strip()
     if not path:
-        raise FileNotFoundError(f"no program {name}: is the build complete? {found.stderr}")
+        raise FileNotFoundError(f"program {name} not found: is the build complete? {found.stderr}")
     return path
 
 
@@ -32,7 +32,7 @@ def wait_until(condition, timeout_s, what):
 
 
 class Graph:
-    """A context manager that starts a ROS master, and at its end stops all programs."""
+    """A context manager that starts a ROS master, and stops all programs on exit."""
 
     def __init__(self, folder):
         self.logs = pathlib.Path(folder) / "logs"
@@ -60,7 +60,7 @@ class Graph:
         return program
 
     def end(self, program):
-        """Stops a program like Ctrl-C; returns False if it had to be killed."""
+        """Stops a program as Ctrl-C would; returns False if it had to be killed."""
         self.programs.remove(program)
         return stop(program)
 
@@ -77,7 +77,7 @@ def stop(program):
 
 
 def pid_of(node):
-    """The process id of a node. For a nodelet, pass its manager's name."""
+    """The process id of a node. For a nodelet, pass the name of its manager."""
     import rosgraph
     import xmlrpc.client
     uri = rosgraph.Master("/soak").lookupNode(node)
@@ -85,6 +85,6 @@ def pid_of(node):
 
 
 def resident_mb(pid):
-    """Resident memory of a process, in MiB; 0 if it has ended but was not waited for, None if it is gone."""
+    """Resident memory of a process in MiB; 0 if it has ended but was not waited for, None if it is gone."""
     answer = subprocess.run(["ps", "-o", "rss=", "-p", str(pid)], capture_output=True, text=True, check=False)
     return int(answer.stdout) / 1024.0 if answer.stdout else None

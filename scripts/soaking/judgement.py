@@ -5,12 +5,12 @@ import statistics
 
 import numpy as np
 
-# Student's t for 95 % (two-sided), by degrees of freedom; T_95_MANY for more of them.
+# Student's t for 95 % (two-sided), by degrees of freedom; T_95_MANY beyond the end of the list.
 T_95 = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13]
 T_95_MANY = 2.0
-# Growth per hour that counts as flat: in MiB, or as a share of resident memory if that is greater.
-# Memory is flat only if the upper bound of its growth, too, is at most DOUBT_SHARE_H of resident memory,
-# or at most the growth that counts as flat.
+# Growth per hour that counts as flat: the larger of an amount in MiB and a share of resident memory. Memory is
+# flat only if, in addition, the upper bound of its growth does not exceed DOUBT_SHARE_H of resident memory or
+# the growth that counts as flat.
 FLAT_MB_H, FLAT_SHARE_H, DOUBT_SHARE_H = 10.0, 0.05, 0.2
 
 
@@ -23,8 +23,8 @@ def of_kind(records, kind):
 
 
 def minima_of_cycles(records):
-    """(seconds, minimum) of each cycle of the second half. A leak raises the minima; memory that a cycle
-    uses temporarily does not. The first half does not count, because pools and caches still grow."""
+    """(seconds, minimum) of each cycle in the second half. A leak raises the minima; memory that a cycle
+    uses temporarily does not. The first half does not count, as pools and caches still grow there."""
     begins = [record["t"] for record in of_kind(records, "event") if record["what"] == "cycle"]
     samples = of_kind(records, "sample")
     least = []
@@ -36,7 +36,7 @@ def minima_of_cycles(records):
 
 
 def slope_per_hour(points):
-    """(slope, bound of its error) of a line through the points; None for fewer than three points."""
+    """(slope, bound of its error) of a line fitted to the points; None for fewer than three points."""
     if len(points) < 3:
         return None
     line, variances = np.polyfit(*zip(*points), 1, cov=True)

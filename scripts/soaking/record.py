@@ -6,7 +6,7 @@ import time
 
 
 class Record:
-    """Thread safe."""
+    """Thread-safe."""
 
     def __init__(self, folder):
         self.file = open(pathlib.Path(folder) / "record.jsonl", "w")
@@ -29,7 +29,7 @@ class Record:
         self.write("problem", what=what)
 
     def call(self, service, outcome, text, took_s):
-        """`outcome`: done, refused (as expected) or failed."""
+        """`outcome`: "done", "refused" (as expected) or "failed"."""
         self.write("call", service=service, outcome=outcome, text=text, took_s=round(took_s, 3))
         if outcome == "failed":
             self.problem(f"{service} failed: {text}")

@@ -1,4 +1,4 @@
-"""The events of a run: repeats a fixed sequence, from loading the nodelet into its manager to unloading
+"""The events of a run: a fixed sequence is repeated, from loading the nodelet into its manager to unloading
 it."""
 import pathlib
 import random
@@ -28,16 +28,16 @@ MANAGER, NODE = "/mapping_manager", "/mapping"
 QUERIED_POINTS = 1000
 RECOVERS_WITHIN_S = 30.0
 SETTLES_WITHIN_S = 180.0
-MAX_UNCOUNTED_IMAGES = 70  # images received but not counted yet, limited by the queues
+MAX_UNCOUNTED_IMAGES = 70  # images received but not yet counted; the queues limit their number
 
 
 def cycle_seconds(hours):
-    """A twelfth of the run, but at least 40 s, which the events need, and at most five minutes."""
+    """A twelfth of the run, but at least 40 s, the time that the events need, and at most five minutes."""
     return min(max(3600.0 * hours / 12, 40.0), 300.0)
 
 
 class Watch:
-    """Watches the status of a node, records samples of it and reports problems."""
+    """Watches the status of a node, records samples of it, and reports problems."""
 
     def __init__(self, record, process, sample_s):
         self.record, self.process = record, process
@@ -52,7 +52,7 @@ class Watch:
         self.status_time, self.status = time.monotonic(), status
 
     def sample_all(self, sample_s):
-        """Samples until the run ends. An error ends the run, because a run without samples shows nothing."""
+        """Samples until the run ends. An error ends the run, as a run without samples shows nothing."""
         try:
             while not self.ended.wait(sample_s):
                 self.sample()
@@ -86,13 +86,13 @@ class Watch:
 
 
 def unaccounted(stream):
-    """The number of images that were received and are neither fused, dropped nor waiting."""
+    """The number of images received that are neither fused, dropped nor waiting."""
     dropped = sum(drop.count for drop in stream.dropped)
     return stream.received - stream.fused - dropped - stream.waiting
 
 
 class Scenario:
-    """A camera, and a nodelet in a manager, loaded and unloaded in each cycle."""
+    """A camera, and a nodelet that each cycle loads into a manager and unloads."""
 
     def __init__(self, graph, record, options):
         self.graph, self.record, self.options = graph, record, options
@@ -128,7 +128,7 @@ class Scenario:
         return answer if outcome == "done" else None
 
     def ask_distances(self):
-        """Queries distances at points all over the room, like a planner."""
+        """Queries distances at points all over the room, as a planner would."""
         points = [Point(self.random.uniform(-2.5, 2.5), self.random.uniform(-2.0, 2.0),
                         self.random.uniform(0.0, 2.0)) for _ in range(QUERIED_POINTS)]
         answer = self.call("get_distances", GetDistances, refusals=["nothing is mapped yet"],
@@ -139,7 +139,7 @@ class Scenario:
         if counts != {QUERIED_POINTS}:
             self.record.problem(f"get_distances: {QUERIED_POINTS} points, but {counts} answers")
         elif any(known != (d >= 0.0) for known, d in zip(answer.known, answer.distances)):
-            self.record.problem("get_distances: an unknown point with a distance, or a known one without")
+            self.record.problem("get_distances: an unknown point has a distance, or a known one has none")
 
     def save_mesh(self):
         self.call("save_mesh", SaveMesh, file_name="mesh.ply")
@@ -177,7 +177,7 @@ class Scenario:
         self.listeners_break_off()
 
     def listeners_stall(self):
-        """Starts a listener to all topics, and suspends it, so that it no longer reads."""
+        """Starts a listener to all topics and suspends it, so that it no longer reads."""
         self.stalled = self.graph.start("stalled", ["rostopic", "hz", *(f"{NODE}/{topic}" for topic in TOPICS)])
         time.sleep(4.0)
         self.stalled.send_signal(signal.SIGSTOP)
@@ -196,10 +196,10 @@ class Scenario:
                    self.watch.status.frames_fused > before, RECOVERS_WITHIN_S, "not mapping again")
 
     def must_be_settled(self):
-        """Waits until all images are accounted for. One may remain: if the camera died before publishing
-        the image's camera_info, the image waits for the next camera_info."""
+        """Waits until all images are accounted for. One may remain: if the camera died after publishing an
+        image but before its camera_info, the image waits for the next camera_info."""
         wait_until(lambda: all(unaccounted(stream) + stream.waiting <= 1 for stream in
-                               self.watch.status.cameras[0].streams), SETTLES_WITHIN_S, "images unaccounted for")
+                               self.watch.status.cameras[0].streams), SETTLES_WITHIN_S, "images not accounted for")
 
     def run_cycle(self, seconds):
         begin = time.monotonic()

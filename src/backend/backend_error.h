@@ -1,4 +1,4 @@
-/// Exception of the backends.
+/// The exception that backends throw.
 #pragma once
 
 #include <stdexcept>

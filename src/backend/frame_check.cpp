@@ -173,8 +173,8 @@ void resizeView(const FrameView& frame, bool has_colours, RenderedView& view) {
   view.colours.resize(has_colours ? pixels : 0);
 }
 
-/// Larger depths are not measurements, and do not mean free space. No camera measures this far;
-/// depths in millimetres taken for metres usually exceed it.
+/// Larger depths count neither as measurements nor as free space. No camera measures this far;
+/// depths in millimetres that are taken for metres usually exceed it.
 constexpr float kFarthest_m = 300.0f;
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {

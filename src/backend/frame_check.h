@@ -22,7 +22,7 @@ FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m);
 FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m);
 
 /// Converts the camera of a view for the rules. @throws std::invalid_argument for an invalid camera
-/// or pose, in the words of findProblem().
+/// or pose, with the message of findProblem().
 FrameView checkedFrameView(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
                            const MapperParams& params);
 
@@ -31,7 +31,7 @@ void resizeView(const FrameView& frame, bool has_colours, RenderedView& view);
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
-/// Largest number of blocks outside keptBallOf() that one frame drops, to limit its time.
+/// Maximum number of blocks outside keptBallOf() that a frame drops, to limit its duration.
 constexpr size_t kMaxDroppedBlocks = 4096;
 
 /// Ball in units of voxels; after a frame, blocks entirely outside it are dropped.
@@ -42,24 +42,24 @@ RegionView keptBallOf(const DepthFrame& frame, const MapParams& params);
 /// @throws std::invalid_argument if findProblem() finds a problem.
 RegionView checkedRegionView(const Region& region, const MapParams& params);
 
-/// Depth of a pixel, in units of the frame.
+/// Depth of a pixel, in the frame's unit.
 float rawDepth(const DepthFrame& frame, int u, int v);
 
 PixelLayout layoutOf(ColourEncoding encoding);
 
-/// Bytes of an image's row without padding.
+/// Bytes of an image row without padding.
 size_t packedRowBytes(const DepthFrame& frame);
 size_t packedRowBytes(const ColourFrame& frame);
 
-/// Whether a frame that touches no block still clears: a measurement beyond the fused range shows
-/// that the space in front of it is free.
+/// Whether a frame clears even if it touches no block: it has a measurement beyond the fused range,
+/// so the space in front of that is free.
 bool clearsBeyondRange(const DepthFrame& frame, const MapperParams& params);
 
 IntegrationResult refuse(FrameStatus status, const std::string& message);
 
 IntegrationResult noMeasurement(const DepthFrame& frame, const MapperParams& params);
 
-/// Result for a colour frame that sees no surface of the map well enough to paint it.
+/// Result for a colour frame that shows no surface of the map well enough to paint it.
 IntegrationResult nothingToPaint();
 
 }  // namespace dtsdf

@@ -7,7 +7,7 @@
 namespace dtsdf {
 
 /// Drops the triangles that are marked as spanning gaps (kernels/meshing/gap.h). The order of the
-/// remaining triangles is unchanged; vertices that only dropped triangles used stay.
+/// remaining triangles is unchanged; vertices used only by dropped triangles stay.
 inline void dropGaps(BlockMesh& mesh) {
   uint16_t* kept = mesh.triangles.data();
   const uint16_t* const end = kept + mesh.triangles.size();

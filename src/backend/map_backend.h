@@ -23,7 +23,7 @@ namespace dtsdf {
 
 /// Blocks that a depth image touches.
 struct TouchedBlocks {
-  size_t blocks = 0;                   ///< Number of blocks that surfels reach.
+  size_t blocks = 0;                   ///< Number of blocks that surfels touch.
   std::vector<BlockRequest> requests;  ///< Missing blocks, and blocks with missing arrays.
   size_t new_arrays = 0;               ///< Number of missing arrays.
 };
@@ -31,15 +31,15 @@ struct TouchedBlocks {
 /// Outcome of a depth image.
 struct FrameOutcome {
   std::vector<EmptyBlock> empty;  ///< Blocks with arrays that are empty now.
-  std::vector<CubeMask> free;     ///< Cells that the image saw through; cubes in the order of
-                                  ///< seeFree(), without empty ones.
+  std::vector<CubeMask> free;     ///< Cells that the image shows to be free; cubes in the order
+                                  ///< given to seeFree(), without empty ones.
 };
 
 /// What a colour image can paint.
 struct SeenColours {
   bool any = false;  ///< Whether there is anything to paint.
   ExposureSums sums{};
-  std::vector<ColourRequest> requests;  ///< Bricks to paint: all missing ones, possibly others.
+  std::vector<ColourRequest> requests;  ///< Bricks to paint: all that are missing, maybe others.
 };
 
 /// A view of the map to render.
@@ -51,20 +51,20 @@ struct ViewRequest {
 
 /// Changes that the engine made to the table, which a backend may mirror.
 struct TableChanges {
-  const std::vector<int32_t>& slots;  ///< Changed slots, each once. Slots not in use were released.
+  const std::vector<int32_t>& slots;  ///< Changed slots, without duplicates; unused: released.
   bool dirty = false;                 ///< Whether to mesh the changed blocks again.
   const std::vector<int32_t>* new_arrays = nullptr;   ///< New arrays to zero.
   const std::vector<NewBrick>* new_bricks = nullptr;  ///< New bricks to zero.
 };
 
-/// Meshing state of some blocks. `labels` has the labels of all units of those blocks that have
-/// labels, block by block.
+/// Meshing states of some blocks. `labels` contains, block by block, the labels of all units of
+/// the blocks that have labels.
 struct MeshStates {
   std::vector<MeshState> states;
   PlainArray<UnitLabels> labels;
 };
 
-/// Upper bounds of the memory that a change to the table needs.
+/// Upper bounds on the memory that a change to the table needs.
 struct MemoryDemand {
   size_t new_blocks = 0, new_arrays = 0;  ///< Created by an admission.
   size_t new_bricks = 0;
@@ -73,8 +73,8 @@ struct MemoryDemand {
 };
 
 /// Computes the distances of a task's sectors. Runs concurrently with images and meshes. `squares`
-/// has an entry per wanted sector. On entry: its old array if that may be overwritten, else null.
-/// On return: its new array, or null if no surface is within reach.
+/// has one entry per wanted sector: on entry its old array if that may be overwritten, otherwise
+/// null; on return its new array, or null if no surface is near enough.
 /// @return false if the host must compute them.
 using DistanceWork = std::function<bool(const DistanceTask& task,
                                         std::vector<std::shared_ptr<uint16_t[]>>& squares)>;
@@ -85,7 +85,7 @@ struct BackendTraits {
   /// an image leaves empty. So the engine may update and publish() the table later.
   bool indexes_blocks_itself = false;
   bool meshes_at_once = false;  ///< Whether beginMesh() does all the work.
-  DistanceWork distance_work;   ///< Null: the host computes distances. May outlive the backend.
+  DistanceWork distance_work;   ///< Null if the host computes distances. May outlive the backend.
 };
 
 /// The loops and the memory of one kind of processor. The stages of an image are called in the
@@ -98,17 +98,18 @@ class MapBackend {
 
   virtual BackendTraits traits() const = 0;
 
-  /// Call this on the thread that uses the backend from now on.
+  /// Must be called on the thread that uses the backend from now on.
   virtual void enter() = 0;
 
   /// From now on, stages add their host time to the profile; nullptr ends this.
   virtual void profileTo(Profile* /*profile*/) {}
-  /// Adds the memory in use. `indices` includes the part that map_bytes counts, too.
+  /// Adds the memory in use. `indices` includes the part that map_bytes counts as well.
   virtual void addMemory(MapperMemory& memory) const = 0;
 
   // ---- Stages of a depth image.
 
-  /// For aligning: takePoints() selects points of an image, sumsAt() computes their sums at a pose.
+  /// For alignment: takePoints() selects points of an image, sumsAt() sums their normal equations
+  /// at a pose.
   virtual void takePoints(const DepthFrame& frame, const FrameView& view) = 0;
   virtual AlignmentSums sumsAt(const FrameView& view, float cutoff) = 0;
 
@@ -121,7 +122,7 @@ class MapBackend {
   /// Looks up the blocks of findBlocks() in the map, and waits for the result.
   virtual TouchedBlocks lookUpBlocks() = 0;
 
-  /// Finds which cells of `cubes` the image sees through. @pre needsFreeDepth()
+  /// Finds the cells of `cubes` that the image shows to be free. @pre needsFreeDepth()
   virtual void seeFree(std::vector<Vec3i> cubes) = 0;
 
   /// Allocates what the following stages need for the blocks of lookUpBlocks(). Called before their
@@ -130,8 +131,8 @@ class MapBackend {
   virtual void reserveFrame(const std::vector<int32_t>& in_view) = 0;
 
   /// Three stages, which a backend may combine: adds surfels to sums, folds sums into voxels, and
-  /// lowers the evidence of voxels that the image contradicts. The last stage, if there is one
-  /// (clearsFreeSpace()), also visits blocks in view that the image does not touch, when it is
+  /// lowers the evidence of voxels that the image contradicts. The last stage, if any
+  /// (clearsFreeSpace()), also checks blocks in view that the image does not touch, when it is
   /// their turn.
   /// @param frame_number Counted from 1.
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
@@ -143,8 +144,8 @@ class MapBackend {
 
   // ---- Stages of a colour image.
 
-  /// Takes the image, which the caller may discard afterwards. Does not use the map, so it may
-  /// overlap the rest of the previous frame.
+  /// Takes the image, which the caller may discard afterwards. Does not use the map, so it may be
+  /// called before the previous frame is finished.
   virtual void takeColours(const ColourFrame& frame) = 0;
 
   /// Finds which surfaces the image of takeColours() shows.
@@ -163,14 +164,14 @@ class MapBackend {
 
   // ---- Meshes.
 
-  /// Marks all blocks. Once they are marked as painted, all meshes have colours.
+  /// Marks all blocks for the next extraction. Once marked as painted, all meshes have colours.
   virtual void markAll(const MeshMarks& marks) = 0;
 
   /// Starts to mesh the marked blocks. @param min_evidence Voxels with less evidence count as
   /// unknown.
   virtual void beginMesh(int32_t min_evidence) = 0;
 
-  /// Waits until an extraction under way has read the map, so that the map may change.
+  /// Waits until any extraction under way has read the map, so that the map may change.
   virtual void waitForMeshes() = 0;
 
   /// Waits for the extraction, if one is under way. @return changed meshes, sorted by packed key.
@@ -185,14 +186,14 @@ class MapBackend {
   /// changes may wait until an extraction under way has read the map.
   virtual void follow(const TableChanges& changes) = 0;
 
-  /// Empties the voxels of blocks in a region, and removes their colours.
+  /// Empties those voxels of the given blocks that lie in a region, and removes their colours.
   /// @return the effect on each block.
   virtual std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots,
                                                 const RegionView& region) = 0;
 
   /// Copies voxels and colours into contents.
-  /// @param taken If not null, receives the meshing states of the slots, whose marks are removed,
-  /// so that the slots can be released.
+  /// @param taken If not null, receives the meshing states of the slots. Their marks are then
+  /// removed, so that the slots can be released.
   /// @throws BackendError if memory runs out; nothing is changed.
   virtual void copyOut(const ContentsOrder& order, MapContents& contents,
                        MeshStates* taken = nullptr) = 0;
@@ -203,15 +204,15 @@ class MapBackend {
 
   // ---- For map/page_folder only.
 
-  /// Blocks that the last depth image touches, whether or not they are in the map, and blocks of
+  /// Blocks that the last depth image touches, whether or not they are in the map, and those of
   /// `others` that the image may clear without touching them. @pre lookUpBlocks()
   virtual std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
                                             uint64_t frame_number) = 0;
 
-  /// Blocks that sumsAt() may read, each once.
+  /// Blocks that sumsAt() may read, without duplicates.
   virtual std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff) = 0;
 
-  /// Blocks marked for the next extraction. setMarks() marks further ones. @pre No extraction is
+  /// Blocks marked for the next extraction. setMarks() marks additional ones. @pre No extraction is
   /// under way. @param taken Whether to remove the marks.
   virtual std::vector<MarkedSlot> marked(bool taken) = 0;
   virtual void setMarks(const std::vector<MarkedSlot>& marked) = 0;

@@ -12,7 +12,7 @@ namespace {
 // The words of MapContents have the layout of a mapper's memory, so they are copied unchanged.
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "maps are copied as little endian words");
 static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof(uint32_t),
-              "a word each");
+              "voxels and colours are one word each");
 
 /// Settings that are not stored: where a map is computed, its memory, and how it is shown.
 constexpr const char* kUnstoredSettings[] = {

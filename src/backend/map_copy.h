@@ -1,4 +1,4 @@
-/// Helpers to copy a map to and from its contents: the order of its voxels and colours.
+/// Helpers for copying a map to and from MapContents, in the order of its voxels and colours.
 #pragma once
 
 #include <vector>
@@ -10,13 +10,13 @@
 
 namespace dtsdf {
 
-/// Indices of voxel arrays and bricks of colours, and slots of blocks, in the order of a map's
+/// Indices of voxel arrays and colour bricks, and slots of blocks, in the order of a map's
 /// contents.
 struct ContentsOrder {
   std::vector<int32_t> arrays, bricks, slots;
 };
 
-/// Calls visit(direction, brick, number) for the bricks of colours of a block.
+/// Calls visit(direction, brick, index) for each colour brick of a block.
 template <class Visit>
 void visitBricks(const BlockTable& table, const BlockEntry& entry, const Visit& visit) {
   for (int d = 0; d < kDirectionCount; ++d) {
@@ -31,14 +31,14 @@ void visitBricks(const BlockTable& table, const BlockEntry& entry, const Visit& 
 /// Contents with the settings of a mapper and nothing else.
 MapContents contentsOf(MapperParams params, Rules rules);
 
-/// Converts blocks of a table for contents, in the given order. Blocks without voxel arrays are
-/// left out: only their meshes are still needed.
+/// Converts blocks of a table to those of MapContents, in the given order. Blocks without voxel
+/// arrays are left out, as only their meshes are still needed.
 std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32_t>& slots);
 
-/// Finds the voxels and colours of the blocks in `slots`.
+/// Finds the indices of the voxels and colours of the blocks in `slots`.
 ContentsOrder orderOf(const BlockTable& table, const std::vector<int32_t>& slots);
 
-/// Allocates the voxels and colours of the contents' blocks. @throws std::bad_alloc
+/// Allocates voxels and colours for the contents' blocks. @throws std::bad_alloc
 void allocateWords(MapContents& contents);
 
 }  // namespace dtsdf

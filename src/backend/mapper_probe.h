@@ -12,10 +12,10 @@ namespace dtsdf {
 class ProbedMapper : public Mapper {
  public:
   /// Waits until the extraction under way has computed its meshes. On a GPU, the copy to the host
-  /// may still be under way. finishMeshUpdate() does not need this.
+  /// may still be under way. Not needed before finishMeshUpdate().
   virtual void waitForMeshes() = 0;
 
-  /// Adds the time of each stage on the host to a profile until another or nullptr is given. For a
+  /// Adds the host time of each stage to a profile until another profile or nullptr is given. For a
   /// GPU's kernels, use NVIDIA's profilers.
   virtual void profileTo(Profile* profile) = 0;
 

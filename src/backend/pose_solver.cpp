@@ -16,8 +16,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // Unknowns of the normal equations: a rotation about the camera, along the axes of the map, then a
 // translation in voxels.
 
-/// Smallest residual to assume: the map's surfaces are no more exact than this, and without noise
-/// they would outweigh any prior.
+/// Smallest RMS residual to assume: the map's surfaces are no more accurate than this, and without
+/// noise they would outweigh any prior.
 constexpr double kMinResidual_voxels = 0.05;
 
 constexpr double kUnit = 1.0 / kAlignmentScale;
@@ -46,7 +46,7 @@ double varianceOf(const AlignmentSums& sums) {
                   static_cast<double>(sums.squares) / weight);
 }
 
-/// Offset of a pose from the prior's, in the units of the normal equations.
+/// Offset of a pose from that of the prior, in the units of the normal equations.
 Vector6d offsetFrom(const Eigen::Isometry3d& prior, const Eigen::Isometry3d& pose,
                     double voxel_size_m) {
   const Eigen::AngleAxisd turn(pose.linear() * prior.linear().transpose());
@@ -192,7 +192,7 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   return result;
 }
 
-/// Most points read the same blocks as the previous point, since points are in row-major order.
+/// Points are in row-major order, so most of them read the same blocks as the previous point.
 std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff, const AlignedPoint* points,
                                    size_t count) {
   constexpr float kAround = 2.0f;  // samples interpolate between the surrounding voxels
@@ -217,8 +217,8 @@ const char* toString(AlignmentStatus status) {
     case AlignmentStatus::kAligned: return "aligned";
     case AlignmentStatus::kUnmapped: return "too little of the map in view";
     case AlignmentStatus::kMisfit: return "does not fit the map";
-    case AlignmentStatus::kAmbiguous: return "several places of the map look like it";
-    case AlignmentStatus::kUnsure: return "fits again, not yet for long enough";
+    case AlignmentStatus::kAmbiguous: return "several places in the map look like the image";
+    case AlignmentStatus::kUnsure: return "fits again, but not for long enough yet";
   }
   return "unknown";
 }

@@ -23,7 +23,7 @@ Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior,
 Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const AlignmentRules& rules,
                    float voxel_size_m, const SumsAtPose& sums_at);
 
-/// Keys of the blocks that addPoint() may read for `points` at a pose, sorted, each once.
+/// Keys of the blocks that addPoint() may read for `points` at a pose: sorted, without duplicates.
 std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff, const AlignedPoint* points,
                                    size_t count);
 

@@ -27,7 +27,7 @@ inline bool needsFreeDepth(const MapperParams& params) {
   return clearsFreeSpace(params) || params.space.enabled;
 }
 
-/// Whether only pixels with a normal count. Voxel projection into an undirected map uses none.
+/// Whether only pixels with a normal count. Voxel projection into an undirected map needs none.
 inline bool needsNormals(const MapperParams& params) {
   return params.map.directional || castsSurfels(params);
 }
@@ -37,7 +37,7 @@ inline SurfelSettings makeSurfelSettings(const MapperParams& params, const Surfe
           rules, params.sensor == Sensor::kTimeOfFlight ? 1 : 0};
 }
 
-/// The rules, with the cap of evidence that follows from fusion/memory_frames.
+/// The rules with the maximum evidence that follows from fusion/memory_frames.
 inline Rules withMemory(Rules rules, const MapperParams& params) {
   constexpr int kFrames = 8;  // frames over which drifting poses agree
   const int frames = params.fusion.memory_frames > 0 ? params.fusion.memory_frames : kFrames;
@@ -50,7 +50,7 @@ inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules
   return {params.fusion.mode == FusionMode::kNormalRayCasting, params.map.directional,
           params.map.truncation_voxels, params.fusion.max_weight, rules.fusion,
           rules.surfels.noise_level,
-          // Voxel projection takes differences of depth, larger than distances at grazing angles.
+          // Voxel projection uses differences of depth, which exceed distances at grazing angles.
           castsSurfels(params) ? rules.fusion.sample_reach : params.map.truncation_voxels};
 }
 

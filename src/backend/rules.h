@@ -18,7 +18,7 @@ struct Rules {
   AlignmentRules poses;
 };
 
-/// Visits keys such as "rules/mesh/...", like visitParams().
+/// Visits the constants with keys such as "rules/mesh/...", like visitParams().
 template <class Visitor>
 void visitRules(Rules& rules, Visitor& visit) {
   std::string section = "rules/surfels/";

@@ -17,7 +17,7 @@
 
 namespace dtsdf {
 
-/// Points that a thread processes at a time.
+/// Number of points that a thread processes at a time.
 constexpr size_t kPointsAtOnce = 256;
 
 inline void add(AlignmentSums& sums, const AlignmentSums& part) {
@@ -79,7 +79,7 @@ class PoseAligner {
     return sums;
   }
 
-  /// Keys of the blocks that sumsAt() may read, each once.
+  /// Keys of the blocks that sumsAt() may read, without duplicates.
   std::vector<PackedKey> keysAt(const FrameView& view, float cutoff) const {
     return alignedKeys(view, cutoff, points_.data(), points_.size());
   }

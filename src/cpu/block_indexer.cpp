@@ -36,7 +36,7 @@ struct UnitsOfRow {
 
 const Voxel kNothing[kVoxelsPerBlock] = {};
 
-/// Rows of units along x in a block.
+/// Number of rows of units along x in a block.
 constexpr int kRows = kBlockSide * kBlockSide;
 /// The first corner of a row.
 int cornerOfRow(int row) { return cornerIndex(0, row % kBlockSide, row / kBlockSide); }
@@ -112,8 +112,8 @@ inline void BlockIndexer::findCandidates() {
   for (int i = 0; i < kGridCorners; ++i) candidate_[i] = possibleLeaders(unit[i]) != 0;
 }
 
-/// Labels the rows with a unit that can hold a surface. Directions that only other units of the row
-/// observe are left out, as those units hold no surface in any case.
+/// Labels the rows with a unit that can hold a surface. Directions observed only in other units of
+/// the row are left out, as those units hold no surface in any case.
 inline void BlockIndexer::labelRows(const MeshSettings& rules, bool directional,
                                     UnitLabels* labels) {
   static_assert(kLanes == kBlockSide, "a row must fill the lanes");
@@ -156,7 +156,7 @@ uint32_t BlockIndexer::directionsOn(int edge) const {
 
 void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, bool directional,
                          std::vector<UnitLabels>& labels, std::vector<BlockVertex>& vertices) {
-  labels = std::vector<UnitLabels>();  // stored for long, so without spare capacity
+  labels = std::vector<UnitLabels>();  // kept for long, so must have no spare capacity
   vertices = std::vector<BlockVertex>();
   findArrays(arrays);
   withWidestVectors([&] {

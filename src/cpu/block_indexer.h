@@ -53,7 +53,7 @@ class BlockIndexer {
  public:
   /// Labels a block's units, before regularisation.
   /// @param arrays The voxel arrays of the block and its neighbours.
-  /// @param labels One per unit; none if all units are empty.
+  /// @param labels One per unit; empty if all units are empty.
   /// @param vertices The vertices on the edges that the units' sheets cross, sorted by edge.
   void index(const MeshSettings& rules, const ArraysAround& arrays, bool directional,
              std::vector<UnitLabels>& labels, std::vector<BlockVertex>& vertices);
@@ -71,16 +71,16 @@ class BlockIndexer {
   bool hasCandidates() const;
   uint32_t directionsOn(int edge) const;
 
-  /// Per corner block, its voxel arrays by direction.
+  /// The voxel arrays of each corner block, by direction.
   const Voxel* const* corner_arrays_[kCornerBlocks] = {};
   uint32_t present_ = 0;  ///< Bit d: some corner block has an array of direction d.
-  /// Per corner block, bit d: some of its samples of direction d may be nonzero.
+  /// For each corner block, bit d: some of its samples of direction d may be nonzero.
   uint32_t maybe_nonzero_[kCornerBlocks] = {};
   float sdf_[kDirectionCount][kGridCorners] = {};
   float weight_[kDirectionCount][kGridCorners] = {};
-  uint32_t sides_[kPaddedCorners] = {};       ///< Per corner, see sidesOfCorner().
+  uint32_t sides_[kPaddedCorners] = {};       ///< For each corner, see sidesOfCorner().
   uint32_t unit_sides_[kPaddedCorners] = {};  ///< Sides of the unit that starts at a corner.
-  uint8_t candidate_[kGridCorners];  ///< By first corner: whether a unit can hold a surface.
+  uint8_t candidate_[kGridCorners];           ///< Whether the unit at a corner can hold a surface.
   EdgeSet edges_;
 };
 

@@ -36,7 +36,7 @@ ArraysAround arraysAround(const CpuMap& map, const SlotsAround& slots, int32_t m
   return around;
 }
 
-/// The slots of a list that are still marked, each once. Clears the marks and the list.
+/// The slots of a list that are still marked, without duplicates. Clears the marks and the list.
 template <class State>
 std::vector<int32_t> takeMarked(std::vector<int32_t>& list, std::vector<State>& states,
                                 bool State::*mark) {
@@ -132,7 +132,7 @@ void BlockMesher::restoreStates(const std::vector<int32_t>& slots, const MeshSta
   if (painted_.size() > 2 * state_.size()) dropClearedMarks(painted_, &SlotState::painted);
 }
 
-/// Drops slots whose marks were cleared; without this, the list would grow whenever blocks leave
+/// Drops slots whose marks were cleared; otherwise, the list would grow whenever blocks leave
 /// memory and return.
 void BlockMesher::dropClearedMarks(std::vector<int32_t>& list, bool SlotState::*mark) {
   list = takeMarked(list, state_, mark);
@@ -146,7 +146,7 @@ void BlockMesher::select(const BlockKey& key, std::vector<int32_t>& slots) {
   slots.push_back(slot);
 }
 
-/// Vertices made by the index stage need no voxels; colours do.
+/// Voxels are read for vertices that the index stage did not make, and for colours.
 bool BlockMesher::willReadVoxels(int32_t slot) const {
   const SlotState& state = state_[slot];
   return !state.labels.empty() && (has_colours_ || state.vertices.empty());

@@ -52,7 +52,7 @@ class BlockMesher {
 
   void profileTo(Profile* profile) { profile_ = profile; }
 
-  /// Slots with marks, each once.
+  /// Slots with marks, without duplicates.
   std::vector<int32_t> marked() const;
   MeshMarks marksOf(int32_t slot) const { return {state_[slot].dirty, state_[slot].painted}; }
   MeshMarks takeMarks(int32_t slot);
@@ -70,7 +70,7 @@ class BlockMesher {
   /// were empty and still are, sorted by packed key.
   MeshUpdate update(int32_t min_evidence);
 
-  /// Updates the labels of blocks where they are out of date. Does not clear marks.
+  /// Updates the labels of those blocks whose labels are out of date. Does not clear marks.
   void labelBlocks(std::vector<int32_t> slots, int32_t min_evidence);
 
   /// The unrefined mesh of a block, cached until it changes; null if there is none. Thread-safe for
@@ -85,10 +85,10 @@ class BlockMesher {
     /// Values of indexings_ when voxels, colours, labels and `shown` were last written.
     uint64_t changed = 0, repainted = 0, indexed = 0, made = 0;
     int32_t min_evidence = 0;                ///< Minimum evidence when the labels were made.
-    std::vector<UnitLabels> labels;          ///< One per unit; none if all are empty.
+    std::vector<UnitLabels> labels;          ///< One per unit; empty if all units are empty.
     std::vector<BlockVertex> vertices;       ///< On the edges of sheets, only during an update.
     std::vector<Vec3f> normals;              ///< One per vertex, if meshes are refined.
-    std::unique_ptr<const BlockMesh> shown;  ///< For viewMesh(); null: none, or not yet made.
+    std::unique_ptr<const BlockMesh> shown;  ///< For viewMesh(); null if none, or not yet made.
   };
 
   static size_t bytesOf(const std::vector<UnitLabels>& labels) {

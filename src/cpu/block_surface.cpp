@@ -15,14 +15,14 @@ bool hasSurface(const UnitLabels* row) {
   return (words[0] | words[1]) != 0;
 }
 
-/// The range, along an axis, of those units of a neighbouring block that share corners with the
-/// block. `offset` is the neighbour's, along that axis.
+/// First and end, along an axis, of those units of a neighbouring block that share corners with the
+/// block. `offset` is the neighbour's offset along that axis.
 int firstSharedUnit(int offset) { return offset < 0 ? kBlockSide - 1 : 0; }
 int endSharedUnit(int offset) { return offset > 0 ? 1 : kBlockSide; }
 
 }  // namespace
 
-/// Computes cornerBalance() of all corners in a loop over units, as most are empty.
+/// Computes cornerBalance() of all corners in a loop over units, as most units are empty.
 void BlockSurface::computeBalances(const LabelNeighbourhood& labels) {
   std::fill(balance_, balance_ + kGridCorners, int8_t{0});
   for (int n = 0; n < kBlocksAround; ++n) {

@@ -8,8 +8,8 @@
 namespace dtsdf {
 namespace {
 
-/// The samples of a line on two grid planes of a block, four corners each. They are computed in a
-/// loop that compilers vectorise, and equal those of castSurfel() bit for bit.
+/// The samples of a line on two grid planes of a block, at four corners each. They are computed in
+/// a loop that compilers vectorise, and equal those of castSurfel() bit for bit.
 class PlanePair {
  public:
   static constexpr int kPlanes = 2;

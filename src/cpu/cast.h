@@ -14,7 +14,7 @@ struct VoxelSet {
 
   /// The bits of a row along x.
   uint32_t row(int number) const {
-    static_assert(kWordBits == kBlockSide * kBlockSide, "a layer each");
+    static_assert(kWordBits == kBlockSide * kBlockSide, "a word must hold one layer");
     return word[number / kBlockSide] >> (number % kBlockSide * kBlockSide) & 255u;
   }
   template <class Visit>
@@ -36,7 +36,7 @@ struct BlockSums {
 /// Finds the covered voxels of a direction from its sums.
 void findCovered(BlockSums& sums, int direction);
 
-/// Adds the samples of surfels that lie in the block to its sums.
+/// Adds those samples of the surfels' lines that lie in the block to its sums.
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums);
 

@@ -155,7 +155,7 @@ class RowJudge {
   const Vec3f first_voxel_L_;
   const bool in_turn_;
   const FusionRules rules_;
-  const std::optional<DistanceGrid>& distances_;  ///< Of the array; read only if in_turn_.
+  const std::optional<DistanceGrid>& distances_;  ///< The array's distances, if in_turn_.
   int32_t covered_[kBlockSide], judged_[kBlockSide], is_empty_[kBlockSide];
   float place_x_[kBlockSide], place_y_[kBlockSide], place_z_[kBlockSide];
   float depth_m_[kBlockSide], u_[kBlockSide], v_[kBlockSide];
@@ -163,8 +163,8 @@ class RowJudge {
   float pixel_depth_m_[kBlockSide];
 };
 
-/// Finds the voxels of an array that lose evidence, and what becomes of them. No voxel is changed
-/// yet, as feet depend on neighbours. @return their number.
+/// Finds the voxels of an array that lose evidence, and their new values. Does not change the array
+/// yet, as feet depend on neighbouring voxels. @return the number of these voxels.
 int findContradicted(const BlockCheck& check, int direction, const FrameSensing& sensing,
                      const FusionRules& rules, const Voxel* voxels,
                      std::optional<DistanceGrid>& distances, int (&index)[kVoxelsPerBlock],

@@ -15,7 +15,7 @@ struct BlockCheck {
   bool in_turn;           ///< Whether to check uncovered voxels, too.
   const BlockSums* sums;  ///< After fold(); null if the frame does not touch the block.
   uint32_t directions;    ///< Bit d: the frame has sums of direction d.
-  bool directional;       ///< False: the only array holds surfaces of all directions.
+  bool directional;       ///< If false, a single array holds the surfaces of all directions.
 };
 
 /// How a block changed.

@@ -33,7 +33,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr size_t kArraysAtATime = 64;  ///< Arrays that a thread clears or copies at a time.
+constexpr size_t kArraysAtATime = 64;  ///< Number of arrays a thread clears or copies at a time.
 
 /// Empties those voxels of a block that lie in a region, but keeps their colours.
 EmptiedBlock emptyBlock(const BlockEntry& entry, const RegionView& region, VoxelStore& voxels) {
@@ -379,7 +379,7 @@ class CpuBackend : public MapBackend {
   FreeCellFinder free_cell_finder_;
   FrameSensing sensing_ = {};           ///< From the last depth image.
   std::vector<uint64_t> last_touched_;  ///< Per slot, the last frame that touched it; 0: none.
-  std::vector<CubeMask> free_cubes_;    ///< Cells that an image not yet fused sees through.
+  std::vector<CubeMask> free_cubes_;    ///< Free cells found in an image that is not yet fused.
   FrameOutcome outcome_;
   MeshUpdate meshes_;
   Profile* profile_ = nullptr;

@@ -7,8 +7,8 @@
 
 namespace dtsdf {
 
-/// Number of threads of a mapper on the CPU: `threads`, or if that is 0, the number of cores that
-/// this process may use.
+/// Number of threads of a mapper on the CPU: the setting `threads` or, if that is 0, the number of
+/// cores that this process may use.
 int cpuThreads(const MapperParams& params);
 
 /// Returns a function that makes a CPU backend for a block table.

@@ -11,8 +11,8 @@
 
 namespace dtsdf {
 
-/// What casting needs of a surfel, in one cache line, since a block's surfels are scattered in
-/// memory.
+/// The data of a surfel that casting needs, in one cache line, since a block's surfels are
+/// scattered in memory.
 struct alignas(64) StoredLine {
   SampleLine line;
   float weight[3];     ///< One per direction.
@@ -25,7 +25,7 @@ struct TouchedBlock {
   Vec3i block_L;        ///< Coordinates relative to the frame's origin.
   PackedKey key;        ///< Coordinates in the map.
   uint32_t directions;  ///< Bit d: a surfel belongs to direction d.
-  std::vector<const std::vector<uint32_t>*> surfels;  ///< Lists of the numbers of its surfels.
+  std::vector<const std::vector<uint32_t>*> surfels;  ///< Lists of surfel numbers.
 };
 
 class LineBatch;

@@ -44,7 +44,7 @@ class FoldBatch {
     return {static_cast<int16_t>(sdf_units_[i]), static_cast<uint16_t>(anchor_[i]), state_[i]};
   }
 
-  /// Computes whole groups of kTogether; the last one may contain leftovers of earlier batches.
+  /// Computes whole groups of kTogether; the last group may contain leftovers of earlier batches.
   void compute(float depth_weight, const FusionSettings& settings) {
     const FusionSettings fusion = settings;  // a copy, as stores may alias the reference
     const int count = (count_ + kTogether - 1) / kTogether * kTogether;

@@ -8,7 +8,7 @@
 namespace dtsdf {
 namespace {
 
-static_assert(kStretch <= 64, "a bit for each pixel");
+static_assert(kStretch <= 64, "a stretch must fit in 64 bits");
 
 /// The measured pixels of a stretch of a row, before `end_u`, that are not merged; one bit each.
 uint64_t singlesOf(const ImageView& image, const Pixel& first, int end_u,

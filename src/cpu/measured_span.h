@@ -35,7 +35,7 @@ bool isBlank(const char* row, int first, int width) {
 
 /// The span from the first nonzero value to the last, rounded outwards to kSpanStep.
 /// @param row May have any alignment.
-/// @param within All values outside must be 0.
+/// @param within Span outside which all values must be 0.
 template <class T>
 PixelSpan measuredSpan(const void* row, int width, const PixelSpan& within) {
   const auto* const bytes = static_cast<const char*>(row);
@@ -53,8 +53,8 @@ inline PixelSpan unite(const PixelSpan& a, const PixelSpan& b) {
   return {std::min(a.begin, b.begin), std::max(a.end, b.end)};
 }
 
-/// An image that is 0 outside one span per row. Memory is reused for each frame: only leftovers
-/// outside the new span are zeroed.
+/// An image that is 0 outside one span per row. Memory is reused for each frame: only what the last
+/// frame left outside the new span is zeroed.
 template <class T>
 class SpanImage {
  public:

@@ -17,7 +17,7 @@ namespace {
 // kernels/colour bit for bit.
 
 int listNear(const PointView& of_image, const Voxel* voxels, int* near) {
-  constexpr int kRow = 16;          // tested together, as most rows have none
+  constexpr int kRow = 16;          // tested together, as most rows have no such voxel
   const PointView view = of_image;  // a copy, as stores may alias the reference
   int count = 0;
   for (int row = 0; row < kVoxelsPerBlock; row += kRow) {
@@ -80,7 +80,7 @@ class PointBatch {
   float sdf_[kMax];
 };
 
-constexpr int kCells = 8;  ///< Cells drawn at a time.
+constexpr int kCells = 8;  ///< Number of cells drawn at a time.
 
 void drawRows(const SurfacePiece* pieces, int count, int32_t width, float* hiding_m) {
   for (int i = 0; i < count; ++i) {

@@ -77,7 +77,7 @@ NoiseOfLines noiseOf(const uint32_t (&lines_in_bin)[kNoiseBins], uint32_t lines)
   return noise;
 }
 
-constexpr size_t kRowsAtATime = 8;  ///< Rows that a thread takes at a time.
+constexpr size_t kRowsAtATime = 8;  ///< Number of rows that a thread processes at a time.
 
 }  // namespace
 
@@ -126,8 +126,8 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   });
 }
 
-/// Estimates the noise from lines. Each step is a task, since no two steps count lines of the same
-/// kind. Lines whose middle is not measured are skipped.
+/// Estimates the noise from lines. Steps run in parallel, since no two of them count lines of the
+/// same kind. Lines whose middle is not measured are skipped.
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   NoiseOfLines kinds[kNoiseKinds] = {};
   const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };
@@ -191,7 +191,7 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
     for (int u = span.begin; u < span.end; ++u) {
       links[u] = linksOf(view, inverse_depth_.data(), {u, static_cast<int>(v)}, limits);
     }
-    // Pixels in the margin are unmeasured, so a walk ends there as it does at the image's border.
+    // Pixels in the margin are unmeasured, so a walk ends there as it does at the image border.
     std::vector<float> padded(width + 2 * margin, 0.0f);
     std::vector<PixelLinks> padded_links(width + 2 * margin, 0);
     std::copy_n(inverse_depth_.row(v), width, padded.data() + margin);

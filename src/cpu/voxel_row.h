@@ -37,7 +37,7 @@ struct VoxelRow {
   LaneInts weightUnits() const { return LaneInts(state.v >> 8 & 0xffffff); }
   LaneInts evidence() const { return LaneInts(state.v << 24 >> 24); }
 
-  /// The weights that sampleOf() gives.
+  /// Weights as returned by sampleOf().
   LaneFloats knownWeight(int32_t min_evidence) const {
     const LaneInts known = evidence() > LaneInts(min_evidence - 1);
     const LaneFloats weight = toFloats(weightUnits()) * LaneFloats(1.0f / kStoredWeightScale);

@@ -46,7 +46,7 @@ void keepFarthest(const RegionView& kept, const BlockTable& table, std::vector<i
   }
 }
 
-/// Largest size of State::changed_in.
+/// Maximum size of State::changed_in.
 constexpr size_t kMaxViews = 8;
 
 }  // namespace
@@ -83,7 +83,7 @@ MapBackend& Engine::made() {
   return *backend_;
 }
 
-/// Processes an image and measures the time. Refuses the image if the device's memory is full.
+/// Processes an image and measures the time. Refuses the image if the device runs out of memory.
 IntegrationResult Engine::timed(const std::function<IntegrationResult()>& take) {
   const auto start = std::chrono::steady_clock::now();
   IntegrationResult result;
@@ -105,7 +105,7 @@ IntegrationResult Engine::integrate(const DepthFrame& frame) {
   return timed([&] { return fuse(frame); });
 }
 
-/// Processes a depth image in the stages of the table in docs/method.md.
+/// Runs a depth image through the stages listed in docs/method.md.
 IntegrationResult Engine::fuse(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
   made().sense(frame, view);
@@ -147,8 +147,8 @@ std::vector<int32_t> Engine::prepareForFrame(const FrameView& view) {
   return blocksInView(view);
 }
 
-/// Blocks in view, which a frame may clear without touching them; none without a clearing stage. A
-/// frame first calls this before applyPendingWork(), to overlap with the work of a device.
+/// Blocks in view, which a frame may clear without touching them; none without a clearing stage.
+/// The first call for a frame precedes applyPendingWork(), to overlap with the work of a device.
 std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
   if (!clearsFreeSpace(params_)) return {};
   const StageTimer timer(profile_, Stage::kClear);
@@ -176,8 +176,8 @@ bool Engine::loadForFrame(const FrameView& view, TouchedBlocks& touched,
 }
 
 /// All memory is reserved before the table changes, so a failure leaves the map unchanged. If the
-/// device lacks memory for new blocks, these are refused, as if the budget were full, and the frame
-/// is fused into the existing ones.
+/// device lacks memory for new blocks, they are refused, as if the budget were full, and the frame
+/// is fused into the existing blocks.
 void Engine::admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view) {
   backend_->waitForMeshes();
   const StageTimer timer(profile_, Stage::kAdmit);
@@ -252,8 +252,8 @@ std::vector<int32_t> Engine::takeOutcome() {
   return slots;
 }
 
-/// Releases blocks that became empty before any extraction. After render(), whose labels may depend
-/// on them, the blocks around them are marked for meshing. @return the released slots.
+/// Releases blocks that became empty before any extraction. If render() has run, its labels may
+/// depend on them, so the blocks around them are marked for meshing. @return the released slots.
 std::vector<int32_t> Engine::releaseUnseen() {
   const std::vector<int32_t> unseen = table_.takeUnmeshed();
   if (state_.was_viewed && !unseen.empty()) {
@@ -327,7 +327,7 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   std::vector<int32_t> in_view = table_.slotsInView(view, radius);
   applyPendingWork();
   const uint64_t refused_before = state_.refused;
-  if (pager_) {  // blocks that the image sees, and blocks that hide them
+  if (pager_) {  // loads blocks that the image may show, and blocks that may hide them
     const StageTimer timer(profile_, Stage::kPaint);
     std::vector<PackedKey> keys = pager_->keysInView(view, radius, paint_settings_.max_depth_m);
     const std::vector<PackedKey> seen = keys;
@@ -346,7 +346,7 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   return result;
 }
 
-/// Admits bricks of colours.
+/// Admits colour bricks.
 void Engine::admitColours(std::vector<ColourRequest> requests) {
   backend_->waitForMeshes();
   const size_t new_bricks = table_.countNewColours(requests);
@@ -361,7 +361,7 @@ void Engine::admitColours(std::vector<ColourRequest> requests) {
   state_.refused += admission.refused;
 }
 
-/// Turns colours on. Blocks that were already meshed get colours too.
+/// Turns colours on. Blocks that are already meshed get colours, too.
 void Engine::keepColours() {
   if (state_.has_colours) return;
   backend_->reserve({0, 0, 0, true});
@@ -393,14 +393,15 @@ void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
   noteStats();
 }
 
-/// Loads blocks from disk, after fetching an extraction under way.
+/// Loads blocks from disk, after fetching any extraction under way.
 /// @return number of blocks that stay on disk.
 size_t Engine::require(const std::vector<PackedKey>& keys) {
   if (pager_->isAnyPaged(keys)) finishMeshing();
   return pager_->require(*backend_, keys);
 }
 
-/// Evicts blocks, except those required last. @return whether there is room for `bytes` now.
+/// Evicts blocks, except those of the last require().
+/// @return whether there is room for `bytes` now.
 bool Engine::makeRoom(size_t bytes) {
   if (pager_->hasRoom(bytes)) return true;
   finishMeshing();

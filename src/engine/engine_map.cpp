@@ -42,8 +42,8 @@ void Engine::markAllDirty() {
   if (pager_) pager_->markAll(dirty);
 }
 
-/// Loads the blocks that an extraction depends on. If they do not fit, only a part of the marked
-/// blocks is meshed, and the rest is left to the next extraction.
+/// Loads the blocks that an extraction depends on. If they do not fit, only some of the marked
+/// blocks are meshed, and the rest are left to the next extraction.
 void Engine::loadForMesh() {
   const auto may_show = [this](const FrameView& view) {
     return pager_->mayShow(view, kMeshedRadius);
@@ -233,7 +233,7 @@ void Engine::restore(const MapParts& parts) {
   parts.visit([this](const MapContents& part) { addPart(part); });
   ready();
   const MapContents& head = *parts.head;
-  if (head.painted) keepColours();  // even if it has no blocks
+  if (head.painted) keepColours();  // even if the map has no blocks
   markAllDirty();
   state_.frames = head.frames;
   state_.supporting_frames = head.supporting_frames;

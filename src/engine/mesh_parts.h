@@ -1,4 +1,4 @@
-/// Extraction in parts, for changes that do not fit into memory together.
+/// Mesh extraction in several parts, for when the blocks involved do not all fit in memory at once.
 #pragma once
 
 #include <algorithm>
@@ -26,17 +26,17 @@ void sortUnique(std::vector<T>& values) {
 /// A block to mesh again.
 using MarkedKey = std::pair<PackedKey, MeshMarks>;
 
-/// The blocks in `keys` and all blocks within kMeshReach of one, on which their meshes depend;
-/// sorted, each once.
+/// The blocks in `keys` and all blocks within kMeshReach of them, on which their meshes depend;
+/// sorted, without duplicates.
 std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys);
 std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked);
 
-/// Sorts blocks for meshing, cell by cell, starting at `first` and wrapping round. So every block
-/// gets its turn, even while a camera keeps changing others.
+/// Sorts blocks for meshing, cell by cell, starting at `first` and wrapping around, so that every
+/// block gets its turn even if a camera keeps changing others.
 void sortForTurns(std::vector<MarkedKey>& marked, PackedKey first);
 
-/// Adds the meshes of a part to those of earlier parts. If both contain a block, its later mesh is
-/// kept.
+/// Adds the meshes of a part to those of earlier parts. If both have a mesh of a block, the later
+/// one is kept.
 void addMeshes(MeshUpdate part, MeshUpdate& made);
 
 }  // namespace dtsdf

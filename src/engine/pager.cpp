@@ -16,12 +16,12 @@ namespace {
 /// Approximate size of a batch of blocks to move. While blocks move, they are in memory twice.
 constexpr size_t kBatchBytes = size_t{8} << 20;
 
-/// Extra room to make, so that not every frame has to write; small, so that a frame that writes is
-/// not delayed for long.
+/// Extra room to make, so that not every frame has to write blocks; small, so that a frame that
+/// does is not delayed for long.
 size_t spareBytes(size_t budget_bytes) { return std::min(budget_bytes / 16, 4 * kBatchBytes); }
 
-/// Blocks that wait to be written may take 1 / kWaitingShare of the budget, in addition to it, but
-/// at most kMaxWaitingBytes.
+/// Blocks waiting to be written may take 1 / kWaitingShare of the budget, in addition to it, but at
+/// most kMaxWaitingBytes.
 constexpr size_t kWaitingShare = 8;
 constexpr size_t kMaxWaitingBytes = 4 * kBatchBytes;
 
@@ -47,10 +47,10 @@ bool isMotion(const Eigen::Isometry3d& step, double max_depth_m) {
          step.translation().norm() < kMaxDepths * max_depth_m;
 }
 
-/// How many frames ahead blocks are read, and the step between these frames.
+/// How many frames ahead blocks are read, and the step between the frames considered.
 constexpr int kFramesAhead = 24, kFramesBetween = 3;
 
-/// Number of frames between reads ahead. Frames that moved blocks read ahead, too.
+/// Number of frames between reads ahead. Frames that moved blocks also read ahead.
 constexpr uint64_t kFramesBetweenReads = 3;
 
 /// Distance from the centre of a coarse cell's middle block to the cell's farthest corner, in
@@ -192,8 +192,8 @@ void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   }
 }
 
-/// Blocks to evict, at least `bytes` in total if possible, but none of the blocks required last.
-/// Takes the coarse cells in order of their last need, then of their keys.
+/// Blocks to evict, at least `bytes` in total if possible, but none of the last require(). Takes
+/// the coarse cells in order of their last need, then of their keys.
 std::vector<int32_t> Pager::leastRecentlyNeeded(size_t bytes, uint64_t before) const {
   std::vector<const BlockCells::Cell*> cells;
   for (const BlockCells::Cell& cell : table_.cells()) {
@@ -314,9 +314,9 @@ void Pager::noteFrame(const DepthFrame& frame, const FrameView& view, bool has_m
   T_W_C_before_ = frame.T_W_C;
 }
 
-/// Blocks on disk in the coarse cells that the camera will see if its motion continues, in order of
-/// need; possibly more than can be loaded. Cells in memory that the camera will see are noted as
-/// needed.
+/// Blocks on disk in the coarse cells that will be in view if the camera's motion continues, in
+/// order of need; possibly more than can be loaded. Cells in memory that will be in view are noted
+/// as needed.
 std::vector<PackedKey> Pager::keysAhead(DepthFrame ahead) {
   const size_t most =
       spareBytes(budget_bytes_) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);

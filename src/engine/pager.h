@@ -1,6 +1,6 @@
 /// Moves blocks of a map between memory and disk: needed blocks are read back, and the least
-/// recently needed ones make room for them. A block is written with all its state, so paging does
-/// not change the map.
+/// recently needed ones are evicted to make room. A block is written with all its state, so paging
+/// does not change the map.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace dtsdf {
 size_t bytesOfNew(const PoolSizes& lack);
 
 /// Adds blocks to a table and its backend, after reserving memory.
-/// @param states The blocks' meshing states; null: they are new. @return the blocks' slots.
+/// @param states The blocks' meshing states; null if they are new. @return the blocks' slots.
 std::vector<int32_t> addContents(const MapContents& contents, const MeshStates* states,
                                  BlockTable& table, MapBackend& backend);
 
@@ -45,18 +45,18 @@ class Pager {
   /// Whether any of these blocks is on disk, so that require() would read it.
   bool isAnyPaged(const std::vector<PackedKey>& keys) const;
 
-  /// Loads blocks, if they are in the map, and keeps them in memory until the next call. Other
-  /// blocks are evicted for them; meanwhile the budget may be exceeded.
+  /// Loads blocks, if they are in the map, and keeps them in memory until the next call. Evicts
+  /// other blocks to make room; meanwhile the budget may be exceeded.
   /// @param keys Most important first, in case a full disk leaves no room for all of them.
   /// @return how many of the blocks stay on disk, because there is no room or reading failed.
   size_t require(MapBackend& backend, const std::vector<PackedKey>& keys);
 
-  /// Evicts blocks, except those required last, to free `bytes` and some more. If none are left to
-  /// evict, the table may exceed the budget until the next call.
+  /// Evicts blocks, except those of the last require(), to free `bytes` and some more. If none are
+  /// left to evict, the table may exceed the budget until the next call.
   /// @return whether there is room for `bytes` now.
   bool makeRoom(MapBackend& backend, size_t bytes);
 
-  /// Treats new blocks like those required last.
+  /// Keeps new blocks in memory like those of the last require().
   void noteNew(const std::vector<int32_t>& slots);
 
   /// Keys of the blocks that a depth image touches or may clear. Empty if no block has to move: all
@@ -78,8 +78,8 @@ class Pager {
 
   // ---- Reading ahead.
 
-  /// Notes that a depth image was fused: blocks that it saw stay, and blocks that the camera will
-  /// see if its motion continues are read ahead.
+  /// Notes that a depth image was fused: blocks in its view stay, and blocks that will come into
+  /// view if the camera's motion continues are read ahead.
   void noteFrame(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks);
 
   /// Between frames, loads some blocks that were read ahead and evicts some that are out of view,

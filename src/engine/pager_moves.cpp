@@ -16,7 +16,7 @@ namespace {
 
 using Reading = RecordStore::Reading;
 
-/// Blocks that a thread reads at a time.
+/// Number of blocks that a thread reads at a time.
 constexpr size_t kReadAtOnce = 16;
 
 /// Steps through the words of contents, block by block.
@@ -30,7 +30,7 @@ struct Words {
         colours(contents.colours.data()),
         labels(states == nullptr ? nullptr : states->labels.data()) {}
 
-  /// The words of a block as a record; advances to the next block.
+  /// Returns the words of a block as a record, and advances to the next block.
   RecordBytes next(const MapBlock& block, bool has_labels,
                    std::shared_ptr<const void> owner = nullptr) {
     return {std::move(owner),
@@ -47,7 +47,7 @@ struct Words {
   }
 };
 
-/// Copies bytes into the pieces of a record. @param from Source; null fills with 0.
+/// Copies bytes into the pieces of a record. @param from Source; null to fill with 0.
 void fill(const RecordBytes& to, const char* from) {
   for (const std::string_view piece : to.pieces) {
     char* const words = const_cast<char*>(piece.data());

@@ -25,7 +25,7 @@ std::vector<BlockRequest> randomRequests(std::mt19937& random, int count) {
   return requests;
 }
 
-/// Checks that the counts add up and no index is in use twice.
+/// Checks that the counts add up and that no index is in use twice.
 void expectConsistent(const BlockTable& table) {
   std::set<int32_t> arrays, slots;
   PackedKey previous = 0;

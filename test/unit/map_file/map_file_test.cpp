@@ -227,7 +227,7 @@ TEST_F(MapFile, SettingsAreRestoredExactly) {
   EXPECT_EQ(loadMap(path_).settings, contents.settings);
 }
 
-/// The file says how poses were found, unless they were used as given.
+/// The file records how poses were found, unless they were used as given.
 TEST_F(MapFile, RecordsHowPosesWereFound) {
   MapContents contents = copyOf(smallMap());
   ParamTree settings = readMapInfo(path_).settings;

@@ -24,7 +24,8 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 MapperParams testParams() { return makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f); }
 
-/// A frame of the room, or a later frame. Each is rendered only once.
+/// A frame of the room, with `later` from a later pose. Each of the two frames is rendered only
+/// once.
 SceneFrame goodFrame(bool later = false) {
   static const SceneFrame frames[] = {renderFrame(makeRoomScene(), roomCameraPose(0.0), 80, 60),
                                       renderFrame(makeRoomScene(), roomCameraPose(2.0), 80, 60)};
@@ -225,8 +226,8 @@ TEST(OddFrames, RoundedRotationsAreAccepted) {
   EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kFused);
 }
 
-/// A pixel more than a pixel away from all others has no normal. Only voxel projection into the
-/// undirected map needs no normals, so only there do such pixels count.
+/// A pixel that is more than one pixel away from all other measured pixels has no normal. Only
+/// voxel projection into the undirected map needs no normals, so only there do such pixels count.
 TEST(LonelyPixels, CountIfNoNormalsAreNeeded) {
   SceneFrame frame = goodFrame();
   for (int v = 0; v < frame.frame.height; ++v) {

@@ -59,7 +59,7 @@ class Change : public testing::TestWithParam<bool> {
 };
 
 /// An object vanishes after the number of frames in docs/method.md (Evidence), however long it was
-/// seen.
+/// in view.
 TEST_P(Change, RemovedObjectsVanish) {
   const auto check = [&](int memory_frames, int min_support, int seen, int removed_after) {
     MapperParams settings = params();

@@ -17,7 +17,7 @@ struct Fields {
   std::function<float(const Vec3i&, int direction)> weight;
 
   Sample sample(const Vec3i& corner, int direction) const {
-    int beyond = 0;  // number of axes along which the corner is one step outside
+    int beyond = 0;  // number of axes along which the corner is outside the grid
     for (int axis = 0; axis < 3; ++axis) {
       const int at = component(corner, axis);
       EXPECT_TRUE(at >= -1 && at <= kCornerGridSide);

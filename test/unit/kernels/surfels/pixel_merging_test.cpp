@@ -29,7 +29,7 @@ class MergedImage {
     return patch >> quad & 1 ? kQuadSide : 1;
   }
 
-  /// The surfel of the square whose first pixel this is.
+  /// The surfel of the square whose first pixel is (u, v); noSurfel() at the square's other pixels.
   Surfel surfelAt(int u, int v) const {
     const int side = mergedSide(patchAt(u, v), {u, v});
     if (side == 0) return noSurfel();

@@ -1,4 +1,4 @@
-# Hardened code by default; sanitizers and fuzzers on request.
+# Hardening, which is on by default; sanitizers and fuzzers, which are optional.
 option(WITH_HARDENING "Stack protector, checked string functions, read-only relocations, PIE" ON)
 option(WITH_FUZZERS "Build test/fuzz as fuzzers, with ASan and UBSan (needs clang)" OFF)
 set(WITH_SANITIZER "" CACHE STRING
@@ -32,7 +32,7 @@ if(WITH_SANITIZER)
   add_link_options(${flags})
 endif()
 
-# _FORTIFY_SOURCE needs optimisation. It would hide the faults that it checks from sanitizers.
+# _FORTIFY_SOURCE needs optimisation. It would hide the faults that it detects from the sanitizers.
 if(WITH_HARDENING)
   include(CheckPIESupported)
   check_pie_supported(LANGUAGES CXX)

@@ -1,5 +1,5 @@
-# The library that other packages link: the public headers, and one shared library with everything
-# they declare. It is shared so that its users need only Eigen, not its other dependencies.
+# The library that other packages link against: the public headers, and one shared library with
+# everything they declare. It is shared so that its users need only Eigen, not its other dependencies.
 add_library(dtsdf_mapping SHARED
   $<TARGET_OBJECTS:dtsdf_core> $<TARGET_OBJECTS:dtsdf_mapper> $<TARGET_OBJECTS:dtsdf_io>
   $<TARGET_OBJECTS:dtsdf_datasets> $<TARGET_OBJECTS:dtsdf_depth_codes>
@@ -13,8 +13,8 @@ add_library(dtsdf_mapping::dtsdf_mapping ALIAS dtsdf_mapping)
 target_compile_features(dtsdf_mapping INTERFACE cxx_std_17)
 target_include_directories(dtsdf_mapping INTERFACE
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
-# The backends are linked from their archives, as far as the mapper needs them. Symbols of archives
-# are hidden, so that a program's CUDA runtime does not clash with this one.
+# The linker takes from the backends' archives only what the mapper needs. Symbols of archives are
+# hidden, so that a program's CUDA runtime does not clash with this one.
 target_link_libraries(dtsdf_mapping PUBLIC Eigen3::Eigen PRIVATE dtsdf_mapper dtsdf_datasets
                                     -Wl,--exclude-libs,ALL)
 set_target_properties(dtsdf_mapping PROPERTIES

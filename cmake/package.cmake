@@ -1,4 +1,4 @@
-# A Debian package by CPack: `scripts/package`, or cpack in a build folder.
+# Builds a Debian package with CPack: run `scripts/package`, or cpack in a build folder.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR "dtsdf_mapping developers")
 file(READ ${PROJECT_SOURCE_DIR}/package.xml package_xml)
@@ -10,7 +10,7 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION misc)
 
 if(EXISTS /opt/ros/noetic)
-  # Packages of the ROS archive do not declare their libraries, so dependencies are listed here.
+  # Packages in the ROS archive do not declare their libraries, so dependencies are listed here.
   set(CPACK_PACKAGE_NAME ros-noetic-dtsdf-mapping)
   set(CPACK_PACKAGING_INSTALL_PREFIX /opt/ros/noetic)
   set(CPACK_DEBIAN_PACKAGE_DEPENDS
@@ -32,7 +32,7 @@ python3-rosbag, rosout, tf2-tools")
 endif()
 
 # catkin installs a workspace's setup files into the root of the prefix. In a package, they would
-# replace those of ROS, so they are removed from below both prefixes, the build's and the package's.
+# replace those of ROS, so they are removed under both prefixes, the build's and the package's.
 set(catkin_files .catkin .rosinstall _setup_util.py env.sh setup.bash setup.sh setup.zsh
                  local_setup.bash local_setup.sh local_setup.zsh)
 install(CODE "

@@ -7,7 +7,7 @@ endif()
 set(DTSDF_PYTHON OFF)
 # An interpreter without a sanitizer cannot load a module that was built with one.
 if(WITH_PYTHON STREQUAL "OFF")
-  set(python_state "not wanted")
+  set(python_state "disabled")
 elseif(WITH_SANITIZER OR WITH_FUZZERS)
   set(python_state "not built with a sanitizer")
 else()
@@ -20,8 +20,8 @@ else()
     set(DTSDF_PYTHON_EXECUTABLE ${DTSDF_PYTHON3})
     set(PYTHON_EXECUTABLE ${DTSDF_PYTHON3})
   endif()
-  # Replaces pybind11's search through CMake's modules, parts of which other ROS packages have
-  # already run.
+  # Used instead of pybind11's own search, as other ROS packages have already run parts of the CMake
+  # modules that it relies on.
   set(python_includes)
   set(numpy_missing 1)
   if(DTSDF_PYTHON_EXECUTABLE)
@@ -76,7 +76,7 @@ elseif(WITH_ROS)
 else()
   set(DTSDF_PYTHON_BUILD ${PROJECT_BINARY_DIR}/python/dtsdf_mapping)
   set(DTSDF_PYTHON_DIR lib/python3/dist-packages CACHE STRING
-      "Folder below the prefix that the Python package is installed in")
+      "Folder under the prefix in which the Python package is installed")
   set(python_dir ${DTSDF_PYTHON_DIR}/dtsdf_mapping)
 endif()
 

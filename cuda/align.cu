@@ -19,9 +19,9 @@ unsigned alignBlocks(size_t threads) {
   return static_cast<unsigned>((threads + kAlignThreads - 1) / kAlignThreads);
 }
 
-/// The number of integers in AlignmentSums.
+/// Number of integers in AlignmentSums.
 constexpr int kSums = sizeof(AlignmentSums) / sizeof(int64_t);
-static_assert(sizeof(AlignmentSums) % sizeof(int64_t) == 0, "nothing but 64-bit integers");
+static_assert(sizeof(AlignmentSums) % sizeof(int64_t) == 0, "only 64-bit integers");
 static_assert(kSums <= kAlignThreads, "one thread per sum");
 
 /// findSurface() by the kLanes threads of a point: each tries a different place along the normal.
@@ -62,7 +62,7 @@ __global__ void __launch_bounds__(kAlignThreads)
 }
 
 /// kLanes threads per point. Each warp adds its sums to the totals. The last thread block to finish
-/// writes these to the host and zeroes them, so a solver step needs a single kernel.
+/// writes the totals to the host and zeroes them, so a solver step needs only one kernel.
 __global__ void __launch_bounds__(kAlignThreads)
     addPointsKernel(FrameView view, bool directional, float cutoff, MapView map,
                     const AlignedPoint* points, size_t count, AlignmentSums* sums,
@@ -84,7 +84,7 @@ __global__ void __launch_bounds__(kAlignThreads)
   auto* totals = reinterpret_cast<unsigned long long*>(sums);
   for (int k = 0; k < kSums; ++k) {
     auto value = static_cast<unsigned long long>(values[k]);
-    for (int step = kWarp / 2; step >= kLanes; step /= 2) {  // a point's lanes have the same value
+    for (int step = kWarp / 2; step >= kLanes; step /= 2) {  // a point's lanes hold the same value
       value += __shfl_down_sync(0xffffffffu, value, step);
     }
     if (threadIdx.x % kWarp == 0 && value != 0) atomicAdd(&totals[k], value);

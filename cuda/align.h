@@ -1,4 +1,4 @@
-/// The stage "align" on the device: picks points of an image, and sums their normal equations.
+/// The stage "align" on the device: selects points of an image, and sums their normal equations.
 #pragma once
 
 #include "backend/pose_solver.h"
@@ -15,14 +15,14 @@ class PoseAligner {
  public:
   PoseAligner(const AlignmentSettings& settings, bool directional, const Stream& stream);
 
-  /// Enqueues the kernel that picks an image's points. @pre The image is uploaded.
+  /// Enqueues the kernel that selects an image's points. @pre The upload of the image is enqueued.
   void takePoints(const FrameView& view, const RawDepth& raw);
 
-  /// The sums over the points of takePoints(); waits for the result. @param view The image's
-  /// camera, at any pose.
+  /// Sums over the points of takePoints(). Waits for the result. @param view The image's camera, at
+  /// any pose.
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const MapView& map);
 
-  /// Keys of the blocks that sumsAt() may read, each once.
+  /// Keys of the blocks that sumsAt() may read, without duplicates.
   std::vector<PackedKey> keysAt(const FrameView& view, float cutoff);
 
   void addMemory(MapperMemory& memory) const;
@@ -33,10 +33,10 @@ class PoseAligner {
   const Stream& stream_;
   size_t point_count_ = 0;
   DeviceBuffer<AlignedPoint> points_;
-  DeviceBuffer<AlignmentSums> sums_;  ///< Totals of a kernel; 0 between kernels.
-  DeviceBuffer<uint32_t> finished_;   ///< Thread blocks that are done; 0 between kernels.
+  DeviceBuffer<AlignmentSums> sums_;  ///< Accumulated by a kernel; 0 between kernels.
+  DeviceBuffer<uint32_t> finished_;   ///< Number of finished thread blocks; 0 between kernels.
   PinnedBuffer<AlignmentSums> pinned_sums_;
-  PinnedBuffer<AlignedPoint> pinned_points_;  ///< A copy on the host, made when needed.
+  PinnedBuffer<AlignedPoint> pinned_points_;  ///< Copied to the host only when needed.
   bool has_pinned_points_ = false;
 };
 

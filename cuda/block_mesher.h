@@ -23,9 +23,9 @@ namespace gpu {
 constexpr size_t kFirstBlocks = 1 << 14, kFirstVertices = 1 << 16, kFirstTriangles = 1 << 17;
 constexpr int kThreadBlocksPerProcessor = 8;
 
-/// Runs one extraction at a time, on its own stream, in parallel with frames. begin() enqueues all
-/// stages that make meshes on the device, complete() waits for these and enqueues the download,
-/// finish() waits for the download.
+/// Runs one extraction at a time, on its own stream, in parallel with the fusion of frames. begin()
+/// enqueues all stages that make meshes on the device, complete() waits for these and enqueues the
+/// download, finish() waits for the download.
 class BlockMesher {
  public:
   BlockMesher(const MeshSettings& rules, bool directional, bool refined)
@@ -49,15 +49,15 @@ class BlockMesher {
   ~BlockMesher() { stream_.drain(); }
 
   /// Enqueues the part of an extraction that does not need the map. Call this while the device is
-  /// busy with a frame. @pre No extraction is under way, or it is complete.
+  /// busy with a frame. @pre No extraction is under way, or complete() has been called.
   void prepare() {
     if (!is_prepared_) totals_.zero(stream_);
     is_prepared_ = true;
   }
 
   /// Enqueues an extraction of all changes made before `map_ready`.
-  /// @param max_dirty Upper bound of the number of blocks with changed voxels.
-  /// @param max_painted Upper bound of the number of blocks with changed colours.
+  /// @param max_dirty Upper bound on the number of blocks with changed voxels.
+  /// @param max_painted Upper bound on the number of blocks with changed colours.
   /// @param min_evidence Voxels with less evidence count as unknown.
   void begin(const MapView& map, const Event& map_ready, size_t max_dirty, size_t max_painted,
              int32_t min_evidence) {
@@ -85,14 +85,15 @@ class BlockMesher {
                pinned_colours_);
   }
 
-  /// Call this before the map changes: it waits until an extraction under way has read the map. The
-  /// download of the meshes may still be running on return.
+  /// Call this before the map changes: it waits until an extraction under way has finished reading
+  /// the map. The download of the meshes may still be running on return.
   void complete() {
     if (state_ != State::kBegun) return;
     counted_.wait();
     const MeshSize size = pinned_totals_[0].size;
     if (size.vertices > vertices_.capacity() || size.triangles > triangles_.capacity()) {
-      // vertices_ grows last: if memory runs out before that, the next call finds it too small.
+      // vertices_ grows last: if memory runs out before that, it is still too small, so the next
+      // call tries again.
       const size_t with_spare = size.vertices + size.vertices / 2;
       const size_t vertices =
           size.vertices > vertices_.capacity() ? with_spare : vertices_.capacity();
@@ -110,7 +111,7 @@ class BlockMesher {
     state_ = State::kComplete;
   }
 
-  /// Waits for the extraction. @return the changed meshes; none if no extraction was begun.
+  /// Waits for the extraction. @return the changed meshes; empty if no extraction was begun.
   MeshUpdate finish() {
     MeshUpdate made;
     if (state_ == State::kIdle) return made;
@@ -251,7 +252,7 @@ class BlockMesher {
   DeviceBuffer<int32_t> slots_;
   DeviceBuffer<MeshRecord> records_;
   DeviceBuffer<BlockVertex> vertices_;
-  DeviceBuffer<Vec3f> normals_;  ///< One per vertex, if meshes are refined.
+  DeviceBuffer<Vec3f> normals_;  ///< One per vertex; only if meshes are refined.
   DeviceBuffer<BlockTriangle> triangles_;
   PinnedBuffer<MeshRecord> pinned_records_;
   PinnedBuffer<BlockVertex> pinned_vertices_;

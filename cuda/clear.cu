@@ -15,47 +15,47 @@ namespace {
 
 constexpr int kThreadBlocksPerProcessor = 8;
 
-/// Initial capacity, in blocks in view.
+/// Initial capacity: number of blocks in view.
 constexpr size_t kFirstInView = 1 << 14;
 
 struct VisitedBlock {
   int32_t slot;     ///< -1: not in the map.
-  bool is_touched;  ///< False: the frame only checks it.
+  bool is_touched;  ///< False: the frame only checks the block.
   uint32_t empty;   ///< Bit d: the array of direction d was empty after the fold.
   Vec3f first_voxel_L;
-  bool in_turn;             ///< Whether to check uncovered voxels, too.
-  const uint32_t* covered;  ///< Covered voxels, a bit each; null: not touched.
-  uint32_t directions;      ///< Directions of its arrays of sums.
+  bool in_turn;             ///< Whether to check uncovered voxels too.
+  const uint32_t* covered;  ///< Covered voxels, one bit each; null if not touched.
+  uint32_t directions;      ///< Bit d: the block has sums for direction d.
 
-  /// Bits of the covered voxels in a direction; null if the block has no sums of this direction.
+  /// Covered voxels in a direction, one bit each; null if the block has no sums for it.
   __device__ const uint32_t* coveredOf(int direction) const {
     if (covered == nullptr || !(directions >> direction & 1)) return nullptr;
     return covered + __popc(directions & ((1u << direction) - 1u)) * kCoverWords;
   }
 };
 
-/// The voxels of a block that the frame judges.
+/// The voxels of a block that the frame may contradict.
 struct JudgedVoxels {
   uint32_t count;
   uint32_t emptied_directions;  ///< Bit d: a voxel of direction d lost its distance.
-  uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< By packJudged().
+  uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< From packJudged().
 };
 
-/// Threads that clear a block: one per voxel, since most of them only wait for memory.
+/// Threads per block to clear: one per voxel, to hide the latency of memory.
 constexpr int kClearThreads = kVoxelsPerBlock;
 constexpr int kMaxPerThread = kDirectionCount * kVoxelsPerBlock / kClearThreads;
-static_assert(kMaxPerThread <= 16, "two bits for each voxel that a thread judges");
+static_assert(kMaxPerThread <= 16, "two bits per voxel in 32 bits");
 
 constexpr uint32_t kCoveredBit = 1u << 15;
-static_assert(kDirectionCount * kVoxelsPerBlock <= kCoveredBit, "a bit is left");
+static_assert(kDirectionCount * kVoxelsPerBlock <= kCoveredBit, "the bit must be unused");
 
 __device__ uint16_t packJudged(int direction, int voxel, bool is_covered) {
   return static_cast<uint16_t>(direction * kVoxelsPerBlock + voxel) |
          static_cast<uint16_t>(is_covered ? kCoveredBit : 0u);
 }
 
-/// Lists the voxels to be judged, so that warps are full: a warp takes as long for one voxel as for
-/// 32.
+/// Lists the voxels to be tested, so that all threads of a warp have work: a warp takes as long for
+/// one voxel as for 32.
 __device__ void listJudged(const MapView& map, const FusionRules& rules, const SlotEntry& entry,
                            const VisitedBlock& block, JudgedVoxels& list) {
   __syncthreads();  // the previous block's list is no longer read
@@ -88,7 +88,7 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   __syncthreads();
 }
 
-/// What the frame observes at this thread's voxels, two bits each; kOccupied where it does not
+/// The observations at this thread's voxels, two bits each; kOccupied where the frame does not
 /// contradict the voxel.
 __device__ uint32_t judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
                                 const MapView& map, const SlotEntry& entry,
@@ -115,9 +115,9 @@ __device__ bool isArrayEmpty(const Voxel* voxels) {
   return !__syncthreads_or(holds);
 }
 
-/// Takes evidence from the voxels that the frame contradicts. All threads of the thread block must
-/// call it; they judge all voxels before the first one changes.
-/// @param changed Whether a voxel with a distance lost evidence.
+/// Reduces the evidence of the voxels that the frame contradicts. All threads of the thread block
+/// must call it; all voxels are tested before the first one changes.
+/// @param changed Set to whether a voxel with a distance lost evidence.
 /// @return the directions whose arrays became empty.
 __device__ uint32_t clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
                                const MapView& map, const SlotEntry& entry,
@@ -151,7 +151,7 @@ __device__ uint32_t clearBlock(const FrameSensing& sensing, const FusionSettings
 }
 
 /// Lists an untouched block if the frame checks it, and counts it in FrameCounters. A block that
-/// the host has released meanwhile has no arrays, so nothing changes.
+/// the host has released in the meantime has no arrays, so listing it changes nothing.
 __device__ void findUntouched(const FrameView& frame, const FusionRules& rules, const MapView& map,
                               const TouchedView& touched, uint64_t frame_number, int32_t slot,
                               int32_t* untouched) {
@@ -163,7 +163,7 @@ __device__ void findUntouched(const FrameView& frame, const FusionRules& rules, 
 }
 
 /// One thread per block that may be in view. May overlap the previous kernel, which folds sums into
-/// voxels: what is read here was written before that kernel.
+/// voxels: everything read here was written by earlier kernels.
 __global__ void findBlocksToCheckKernel(FrameView frame, FusionRules rules, MapView map,
                                         TouchedView touched, uint64_t frame_number,
                                         const int32_t* in_view, uint32_t in_view_count,
@@ -203,7 +203,7 @@ __device__ void dropArrays(SlotEntry& entry, uint32_t directions) {
   }
 }
 
-/// One thread block per touched block; more thread blocks and a grid-stride loop for untouched
+/// One thread block per touched block, and more thread blocks, in a grid-stride loop, for untouched
 /// blocks. The last thread block to finish writes the number of empty blocks to host memory, which
 /// also holds the list of empty blocks.
 __global__ void __launch_bounds__(kClearThreads, 3)
@@ -288,7 +288,7 @@ void Clearing::reserve(const FrameCounters& counters, size_t in_view) {
   empty_blocks_.reserve(counters.touched + in_view);
 }
 
-/// The previous frame is done, so no kernel still reads its list.
+/// The previous frame is finished, so no kernel reads its list any longer.
 void Clearing::storeInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view) {
   in_view_count_ = sensing.hasFreeDepth() ? static_cast<uint32_t>(in_view.size()) : 0;
   std::copy_n(in_view.begin(), in_view_count_, in_view_.data());
@@ -306,7 +306,7 @@ void Clearing::clear(const DeviceSensing& sensing, const MapView& map, const Tou
                      const FrameCounters& counters, const uint32_t* covered,
                      uint64_t frame_number) {
   const uint32_t untouched = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
-  const uint32_t blocks = std::max(counters.touched + untouched, 1u);  // one to write the count
+  const uint32_t blocks = std::max(counters.touched + untouched, 1u);  // 1 writes the count
   launchOverlapped("clearBlocksKernel", clearBlocksKernel, blocks, kClearThreads, 0, stream_,
                    sensing, fusion_, map, touched, covered, frame_number, looks_.data(),
                    empty_blocks_.data(), empty_count_.data());

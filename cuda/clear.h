@@ -1,5 +1,5 @@
-/// The stage "clear" on the device: takes evidence from voxels that a frame contradicts, and lists
-/// arrays that become empty.
+/// The stage "clear" on the device: reduces the evidence of voxels that a frame contradicts, and
+/// lists arrays that become empty.
 #pragma once
 
 #include <vector>
@@ -15,12 +15,12 @@ class Clearing {
  public:
   Clearing(const MapperParams& params, const Rules& rules, const Stream& stream);
 
-  /// Makes room for a frame with `in_view` blocks in view. @throws BackendError if memory runs out;
-  /// the map is not changed.
+  /// Reserves memory for a frame with `in_view` blocks in view. @throws BackendError if memory runs
+  /// out; the map is not changed.
   void reserve(const FrameCounters& counters, size_t in_view);
 
-  /// Stores the blocks that the frame may check. @pre reserve() has made room.
-  /// @param in_view Slots of all blocks that may be in view, and possibly others.
+  /// Stores the blocks that the frame may check. @pre reserve() was called.
+  /// @param in_view Slots of all blocks that may be in view, and possibly of other blocks.
   void storeInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view);
 
   /// Enqueues the search for untouched blocks that the frame checks. It must directly follow the
@@ -33,8 +33,8 @@ class Clearing {
   void clear(const DeviceSensing& sensing, const MapView& map, const TouchedView& touched,
              const FrameCounters& counters, const uint32_t* covered, uint64_t frame_number);
 
-  /// Waits for the last frame. @return its blocks with empty arrays, sorted by slot. A second call
-  /// for the same frame returns none.
+  /// Waits for the last frame. @return its blocks with empty arrays, in ascending order of their
+  /// slots. A second call for the same frame returns an empty list.
   std::vector<EmptyBlock> takeEmptyBlocks();
   bool hasOutcome() const { return is_cleared_; }
 
@@ -54,8 +54,8 @@ class Clearing {
   PinnedBuffer<uint32_t> empty_count_{1};
 };
 
-/// Empties the voxels of blocks that lie in a region, removes their colours, and waits for the
-/// device.
+/// Empties the voxels of the given blocks that lie in a region, removes their colours, and waits
+/// for the device.
 /// @return the effect on each block.
 /// @throws BackendError if memory runs out; the map is not changed then.
 std::vector<EmptiedBlock> emptyRegion(const std::vector<int32_t>& slots, const RegionView& region,

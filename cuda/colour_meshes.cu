@@ -45,7 +45,7 @@ __device__ void findColours(const MapView& map, const BlockKey& key, ColourShare
     corners.clearBlock(t);
   }
   __syncthreads();
-  static_assert(kCornerBlocks * kBricksPerArray <= kThreads, "a thread for each brick");
+  static_assert(kCornerBlocks * kBricksPerArray <= kThreads, "one thread per brick");
   const int n = t / kBricksPerArray, brick = t % kBricksPerArray;
   if (n < kCornerBlocks) {
     for (int d = 0; d < kDirectionCount; ++d) {
@@ -110,7 +110,7 @@ __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, Me
     const MeshRecord record = mesh.records[b];
     if (record.vertices == 0 || record.first_vertex + record.vertices > mesh.capacity.vertices ||
         record.first_triangle + record.triangles > mesh.capacity.triangles) {
-      continue;  // all threads of the block, or none
+      continue;  // taken by all threads of the block, or none
     }
     findColours(map, unpackKey(record.key), shared);
     colourEdges(mesh, record, shared);

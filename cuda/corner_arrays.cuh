@@ -14,7 +14,8 @@ __device__ __forceinline__ BlockKey keyOfSlot(const MapView& map, int32_t slot) 
   return unpackKey(map.slots[slot].key);
 }
 
-/// Finds the voxel arrays of a block, by direction; null: none. `slot` is -1 if there is no block.
+/// Finds the voxel arrays of a block, indexed by direction; null where there is none. `slot` is -1
+/// if the block does not exist.
 /// @return a bit for each direction that has an array.
 __device__ inline uint32_t findArrays(const MapView& map, int32_t slot,
                                       const Voxel* (&arrays)[kDirectionCount]) {
@@ -32,7 +33,7 @@ __device__ __forceinline__ bool select(const MapView& map, const MeshView& mesh,
   return atomicExch(&map.mesh_stamp[slot], mesh.stamp) != mesh.stamp;
 }
 
-/// Selects a block to be meshed, but not indexed, if it exists and is not yet selected.
+/// Selects a block to be meshed but not indexed, if it exists and has not been selected yet.
 __device__ __forceinline__ void selectAdjoining(const MapView& map, const MeshView& mesh,
                                                 const BlockKey& key) {
   const int32_t slot = findSlot(map, packKey(key));

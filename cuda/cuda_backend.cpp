@@ -49,7 +49,7 @@ class CudaBackend : public MapBackend {
 
   ~CudaBackend() override { stream_.drain(); }
 
-  /// If the device lacks memory for distances, the host computes them.
+  /// The host computes distances if there is not enough memory for them on the device.
   BackendTraits traits() const override {
     BackendTraits traits;
     traits.name = "cuda (" + deviceName() + ")";
@@ -215,8 +215,8 @@ class CudaBackend : public MapBackend {
     return gpu::emptyRegion(slots, region, map_.view(), stream_);
   }
 
-  /// Always copies labels, since the host cannot tell whether there are any. Takes marks last, when
-  /// memory can no longer run out.
+  /// Always copies labels, since the host does not know whether there are any. Removes marks last,
+  /// when memory can no longer run out.
   void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override {
     record_mover_.download(map_.voxels(), order.arrays, contents.voxels.data());
     record_mover_.download(map_.colours(), order.bricks, contents.colours.data());
@@ -238,8 +238,8 @@ class CudaBackend : public MapBackend {
     if (given != nullptr) setStates(order.slots, *given);
   }
 
-  /// Does not test whether the frame may see through a block, so it may return more blocks than are
-  /// cleared.
+  /// Does not test whether the frame looks through a block, so it may return blocks that will not
+  /// be changed.
   std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
                                     uint64_t frame_number) override {
     std::vector<PackedKey> keys = block_finder_.fetchTouched();
@@ -282,12 +282,12 @@ class CudaBackend : public MapBackend {
   }
 
   bool hasMarks() const { return max_dirty_ + max_painted_ > 0; }
-  /// The device is asked for marks only if some block may be marked.
+  /// Reads marks from the device only if some block may be marked.
   std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots) {
     return hasMarks() ? map_.takeMarks(slots) : std::vector<MeshMarks>(slots.size());
   }
 
-  /// Sets the labels and marks of slots; drops the marks of the slots' previous blocks.
+  /// Sets the labels and marks of slots. Marks of blocks that had these slots before are removed.
   void setStates(const std::vector<int32_t>& slots, const MeshStates& given) {
     record_mover_.upload(map_.labels(), slots, given.labels.data());
     takeMarks(slots);
@@ -305,7 +305,7 @@ class CudaBackend : public MapBackend {
             depthRangeOf(frame, params_)};
   }
 
-  /// Repeats the search with larger buffers if there was no room for all surfels or blocks.
+  /// Repeats the search with larger buffers after one that had no room for all surfels or blocks.
   void findMore() {
     if (counters_.usable_surfels > surfels_.room) {
       block_finder_.begin();
@@ -323,7 +323,7 @@ class CudaBackend : public MapBackend {
   const FusionRules fusion_rules_;
   const int device_;
   const BlockTable& table_;
-  Stream stream_;  ///< For the images; the mesher has its own.
+  Stream stream_;  ///< For everything but extractions, distances and colour uploads.
   Event map_ready_;
   DeviceMap map_;
   RawImage raw_image_;
@@ -343,7 +343,7 @@ class CudaBackend : public MapBackend {
   std::optional<DeviceSensing> sensing_;  ///< From the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};
-  size_t max_dirty_ = 0, max_painted_ = 0;  ///< Upper bounds of the numbers of marked blocks.
+  size_t max_dirty_ = 0, max_painted_ = 0;  ///< Upper bounds on the numbers of marked blocks.
 };
 
 }  // namespace

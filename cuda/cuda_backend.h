@@ -1,5 +1,5 @@
-/// The entry point of the GPU backend: the only header of cuda/ that other code includes, except
-/// tests.
+/// The entry point of the GPU backend, and the only header in cuda/ that code outside it includes,
+/// except for tests.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Why this process cannot map on the current CUDA device; empty if it can.
+/// The reason why this process cannot map on the current CUDA device; empty if it can.
 std::string findCudaProblem();
 
 /// Returns a function that makes backends, on any thread, for the device that is current now.

@@ -7,13 +7,13 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Initial capacities, large enough that few frames have to grow the map, which takes longer than
+/// Initial capacities. They are so large that the map rarely has to grow, which takes longer than
 /// the rest of an admission.
 constexpr size_t kFirstHash = 1 << 17, kFirstSlots = 1 << 15;
 constexpr size_t kFirstUpdates = 1 << 13, kFirstNewArrays = 1 << 14;
 
-/// Zeroes arrays and updates slots: one thread block per array, followed by one thread per slot.
-/// Both lists are in host memory.
+/// Zeroes arrays and updates slots. The first thread blocks handle one array each, the others one
+/// slot per thread. Both lists are in host memory.
 __global__ void enterBlocksKernel(MapView map, const SlotUpdate* updates, uint32_t update_count,
                                   const int32_t* arrays, uint32_t array_count) {
   waitForPreviousKernel();
@@ -168,7 +168,8 @@ void DeviceMap::keepColours() {
   markAll(painted_.view());
 }
 
-/// Released blocks leave their keys in the table. When keys fill half of it, a new table is made.
+/// Keys of released blocks stay in the table. When keys fill half of it, a new table is made
+/// without them.
 void DeviceMap::reserveHash(size_t new_blocks, size_t live_blocks) {
   if (hash_size_ != 0 && 2 * (hash_used_ + new_blocks) <= hash_size_) return;
   size_t size = kFirstHash;

@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Slot of a block; -1: none. The table is at most half full, so the search is short.
+/// Slot of a block; -1 if there is none. The table is at most half full, so the search is short.
 __device__ __forceinline__ int32_t findSlot(const MapView& map, PackedKey key) {
   uint32_t at = static_cast<uint32_t>(hashKey(key)) & map.hash_mask;
   while (true) {
@@ -57,13 +57,13 @@ __device__ __forceinline__ VoxelColour* colourOf(const MapView& map, int32_t arr
   return colours == nullptr ? nullptr : colours + placeInBrick(voxel);
 }
 
-/// Removes the colour of an emptied voxel, so that a later surface does not inherit it.
+/// Removes the colour of an emptied voxel, so that a surface fused there later does not inherit it.
 __device__ __forceinline__ void forgetColour(const MapView& map, int32_t array, int index) {
   VoxelColour* colour = colourOf(map, array, index);
   if (colour != nullptr) *colour = {0, 0, 0, 0};
 }
 
-/// Adds a block to a list, unless it is already there.
+/// Adds a block to a list of changed blocks, unless it is already listed.
 __device__ __forceinline__ void mark(const ChangedBlocks& changed, int32_t slot) {
   if (readShared(&changed.flags[slot]) == 0 && atomicExch(&changed.flags[slot], 1u) == 0) {
     changed.slots[atomicAdd(changed.count, 1u)] = slot;

@@ -35,32 +35,32 @@ struct SlotUpdate {
   SlotEntry entry;
   int32_t slot;
   int32_t in_use;
-  int32_t dirty;  ///< Whether the block has to be meshed again.
+  int32_t dirty;  ///< Whether the block must be meshed again.
 };
 
-/// Blocks that changed since the last extraction: a flag per slot, and a list.
+/// Blocks that have changed since the last extraction: a flag per slot, and a list of slots.
 struct ChangedBlocks {
   uint32_t* flags;
   int32_t* slots;
   uint32_t* count;
 };
 
-/// Everything that kernels need of the map, passed by value.
+/// Everything that kernels need to know about the map, passed by value.
 struct MapView {
   PackedKey* hash_keys;
-  int32_t* hash_slots;  ///< -1: the key's block was released.
+  int32_t* hash_slots;  ///< -1 if the key's block was released.
   uint32_t hash_mask;
   uint32_t slot_count;
   SlotEntry* slots;
   VoxelPool::View voxels;
   LabelPool::View unit_labels;
   ColourPool::View colours;
-  /// For each brick of each voxel array: 1 plus its number in `colours`; 0: none. Null while
-  /// nothing is painted.
+  /// For each brick of each voxel array: 1 plus its number in `colours`, or 0 if it has no colours.
+  /// Null while nothing is painted.
   int32_t* colour_of;
   ChangedBlocks dirty;    ///< Blocks with changed voxels.
   ChangedBlocks painted;  ///< Blocks with changed colours; null while nothing is painted.
-  /// Per slot: number of the last extraction that selected it.
+  /// For each slot, the number of the last extraction that selected it.
   uint32_t* mesh_stamp;
 };
 
@@ -82,32 +82,33 @@ class DeviceMap {
  public:
   explicit DeviceMap(const Stream& stream);
 
-  /// Makes room for an admission, which then cannot run out of memory.
+  /// Reserves memory for an admission, so that the admission cannot run out of memory.
   /// @throws BackendError if memory runs out; the map stays intact.
   void reserve(const BlockTable& table, size_t new_blocks, size_t new_arrays);
 
-  /// Notes how much a frame requested.
+  /// Records how many blocks and arrays a frame requested.
   void noteDemand(const PoolSizes& asked);
-  /// Makes room for frames like the recent ones, if there is plenty of memory. May be called while
+  /// Reserves memory for frames like the recent ones, if there is plenty. May be called while
   /// kernels read the map.
   void reserveAhead(const BlockTable& table);
 
-  /// Mirrors an admission: enters blocks that are new or have new arrays, and zeroes these arrays.
-  /// @pre reserve() has made room.
+  /// Mirrors an admission: adds blocks that are new or have new arrays, and zeroes these arrays.
+  /// @pre reserve() was called for this admission.
   void enterBlocks(const BlockTable& table, const std::vector<int32_t>& slots,
                    const std::vector<int32_t>& arrays);
 
-  /// Makes room for `new_colours` more bricks of colours. @throws BackendError like reserve().
+  /// Reserves memory for `new_colours` more bricks of colours. @throws BackendError like reserve().
   void reserveColours(const BlockTable& table, size_t new_colours);
 
-  /// Mirrors an admission: enters new bricks, as unpainted.
-  /// @pre reserveColours() has made room, and keepColours() was called.
+  /// Mirrors an admission: adds new, unpainted bricks. @pre reserveColours() and keepColours() were
+  /// called.
   void enterColours(const std::vector<NewBrick>& bricks);
 
   /// From the next extraction on, all meshes have colours. @pre reserveColours() was called.
   void keepColours();
 
-  /// Makes room for `count` changes per sendChanges(). Waits until the last ones are applied.
+  /// Reserves memory for `count` changes per sendChanges(). Waits until the previous changes are
+  /// applied.
   void reserveChanges(size_t count);
 
   /// Queues a change of a slot, such as a release.
@@ -118,14 +119,14 @@ class DeviceMap {
 
   void markAllDirty() { markAll(dirty_.view()); }
 
-  /// Makes room for the marks of this number of slots. The functions for marks must not be called
-  /// while an extraction is under way.
+  /// Reserves memory for the marks of this number of slots. The functions for marks must not be
+  /// called while an extraction is under way.
   void reserveMarks(size_t slots);
   /// All marked slots, with their marks. Waits for the result.
   std::vector<MarkedSlot> marked();
   /// Returns and removes the marks of slots. Waits for the result.
   std::vector<MeshMarks> takeMarks(const std::vector<int32_t>& slots);
-  /// Adds marks; other marks stay.
+  /// Adds marks to the existing ones.
   void setMarks(const std::vector<MarkedSlot>& marked);
 
   MapView view() const;  ///< Without colours until keepColours().
@@ -142,10 +143,10 @@ class DeviceMap {
   void reserveHash(size_t new_blocks, size_t live_blocks);
 
   const Stream& stream_;
-  /// The largest demand of recent frames; it decreases over time.
+  /// The largest demand of recent frames; it decays over time.
   PoolSizes recent_demand_ = {0, 0};
   size_t slot_count_ = 0;  ///< Number of slots that hold, or held, a block.
-  size_t hash_used_ = 0;   ///< Upper bound of used entries, including those of released blocks.
+  size_t hash_used_ = 0;   ///< Upper bound on used entries, including those of released blocks.
   DeviceBuffer<PackedKey> hash_keys_;
   DeviceBuffer<int32_t> hash_slots_;
   size_t hash_size_ = 0;  ///< A power of two.
@@ -157,8 +158,8 @@ class DeviceMap {
   ColourPool colours_;
   DeviceBuffer<int32_t> colour_of_;
   bool has_colours_ = false;
-  /// Recorded after work that reads updates_, new_arrays_ or pinned_bricks_. After it, the host may
-  /// write these again.
+  /// Recorded after work that reads updates_, new_arrays_ or pinned_bricks_. Once it is done, the
+  /// host may overwrite them.
   Event updates_sent_;
   PinnedBuffer<SlotUpdate> updates_;
   PinnedBuffer<int32_t> new_arrays_;
@@ -174,7 +175,7 @@ class DeviceMap {
   DeviceBuffer<NewBrick> new_bricks_;
 };
 
-/// Any kernel of this binary, to find out whether the device can run its code.
+/// Some kernel of this binary, for finding out whether the device can run its code.
 const void* anyKernel();
 
 /// The slot update that mirrors a block of the table.

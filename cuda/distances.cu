@@ -11,7 +11,7 @@ namespace gpu {
 namespace {
 
 constexpr int kWarp = 32, kWarps = kThreads / kWarp;
-static_assert(kSectorSide == kWarp, "a lane for each x");
+static_assert(kSectorSide == kWarp, "one lane per x");
 
 /// Cells per thread along y in the first kernel, and along z in the second.
 constexpr int kRowsPerThread = kSectorSide / kWarps, kCellsPerThread = kCubeSide;
@@ -68,13 +68,14 @@ __global__ void __launch_bounds__(kThreads)
     out[i * kSectorSide] = squaredWithin(least[i], task.reach);
   }
 }
-static_assert(kMaxWords <= kWarp, "a lane for each word");
+static_assert(kMaxWords <= kWarp, "one lane per word");
 
-/// Minimises the planes' squared distances along z. One thread block per row of four cubes.
+/// Takes the minimum of the planes' squared distances along z. One thread block per row of four
+/// cubes.
 __global__ void __launch_bounds__(kThreads)
     sectorDistancesKernel(DistanceTask task, const uint16_t* planes, const SquaresPlace* results,
                           uint32_t* is_near) {
-  constexpr int kPad = 8;  // so that lanes write to different banks
+  constexpr int kPad = 8;  // avoids bank conflicts when lanes write
   __shared__ __align__(16) uint16_t cubes[kCubesAlong][kCellsPerCube + kPad];
   waitForPreviousKernel();
   const SectorStack stack = task.stacks[blockIdx.y];
@@ -120,11 +121,11 @@ __global__ void __launch_bounds__(kThreads)
   *known = now;
   *reinterpret_cast<uint4*>(result.host + place) = now;
 }
-static_assert(kWarps == kCubeSide, "a warp for each y");
+static_assert(kWarps == kCubeSide, "one warp per y");
 static_assert(kThreads * sizeof(uint4) == kCubesAlong * kCellsPerCube * sizeof(uint16_t),
-              "each thread writes once");
+              "each thread writes one uint4");
 
-/// Copies a list to pinned memory. @return where it will be in device memory.
+/// Copies a list to pinned memory. @return its address in device memory, once it has been uploaded.
 template <class T>
 const T* stage(const T* list, int32_t count, const char* device, char* pinned, size_t& used) {
   const size_t begin = used, bytes = static_cast<size_t>(count) * sizeof(T);

@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Memory for the squared distances of a sector: page-locked on the host, where kernels write them,
+/// Memory for the squared distances of a sector: pinned host memory, which kernels write directly,
 /// and a copy on the device to compare with.
 struct SquaresPlace {
   uint16_t *host, *device;
@@ -22,14 +22,15 @@ struct SquaresPlace {
 
 class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
  public:
-  /// The place of a sector's squares. If they are not from a pool, memory from this pool replaces
-  /// them. The pool lives at least as long as the memory taken from it.
+  /// The memory of a sector's squares. If it was not allocated from a pool, memory from this pool
+  /// replaces it, without its contents. The pool lives at least as long as memory allocated from
+  /// it.
   SquaresPlace placeOf(std::shared_ptr<uint16_t[]>& squares);
 
-  /// Whether `most_bytes` are enough for the places of all `squares`.
+  /// Whether `most_bytes` are enough for pool memory for all `squares`.
   bool hasRoomFor(const std::vector<std::shared_ptr<uint16_t[]>>& squares, size_t most_bytes) const;
 
-  size_t bytes() const;      ///< On the host; the device holds as many.
+  size_t bytes() const;      ///< On the host; the device holds the same number.
   size_t freeBytes() const;  ///< The unused part of bytes().
 
  private:
@@ -46,12 +47,13 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
 
   mutable std::mutex mutex_;  ///< Squares may be freed on any thread.
   std::vector<std::pair<PinnedBuffer<uint16_t>, DeviceBuffer<uint16_t>>> chunks_;
-  std::vector<SquaresPlace> free_;  ///< Its capacity suffices for all places.
+  std::vector<SquaresPlace> free_;  ///< Has capacity for all places, so freeing does not allocate.
 };
 
 class DistanceComputer {
  public:
-  /// @param most_bytes Limit for squares on the device; the host needs as many bytes.
+  /// @param most_bytes Limit on the memory for squares on the device; the host uses the same
+  ///   amount.
   explicit DistanceComputer(size_t most_bytes) : max_bytes_(most_bytes) {}
   ~DistanceComputer() { stream_.drain(); }
 

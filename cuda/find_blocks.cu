@@ -10,7 +10,7 @@ namespace gpu {
 namespace {
 
 constexpr size_t kFirstCapacity = 8192;
-/// Longer searches mean that the table, which should be at most half full, is too full.
+/// A longer search means that the table is too full; it should be at most half full.
 constexpr int kMaxProbes = 1024;
 
 /// One thread per entry of the hash table.
@@ -69,7 +69,7 @@ __global__ void __launch_bounds__(kThreads, 8)
   });
 }
 
-/// Gives a block its arrays of sums, one per direction in ascending order.
+/// Assigns arrays of sums to a block, one per direction, in ascending order.
 __device__ void reserveSums(const TouchedView& touched, uint32_t block, uint32_t place,
                             uint32_t directions) {
   uint32_t sum =
@@ -81,7 +81,7 @@ __device__ void reserveSums(const TouchedView& touched, uint32_t block, uint32_t
 }
 
 /// One thread per touched block. The grid is sized for the table's capacity, since the host does
-/// not know the number of touched blocks.
+/// not know yet how many blocks are touched.
 __device__ void compareWithMap(const Vec3i& origin_block, const MapView& map,
                                const TouchedView& touched, BlockRequest* requests) {
   if (touched.counters->table_full) return;
@@ -183,7 +183,7 @@ const FrameCounters& BlockFinder::waitForCounters() {
 }
 
 void BlockFinder::grow() {
-  // The number counted before the table was full is a lower bound.
+  // The number of blocks counted before the table was full is only a lower bound.
   size_t capacity = 2 * capacity_;
   while (capacity < pinned_counters_[0].touched) capacity *= 2;
   stream_.synchronize();

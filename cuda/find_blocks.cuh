@@ -8,8 +8,8 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The part of a surfel's line that a thread handles. If there are enough threads, several share a
-/// line, since lines are long. The sums do not depend on how lines are shared.
+/// The part of a surfel's line that a thread handles. Lines are long, so several threads share a
+/// line if there are enough threads. The sums do not depend on how lines are divided.
 struct LinePart {
   uint32_t surfel;
   int number, count_log2;
@@ -28,7 +28,7 @@ __device__ __forceinline__ LinePart linePartOf(const DeviceSurfels& surfels) {
   return {thread >> parts_log2, static_cast<int>(thread & ((1u << parts_log2) - 1u)), parts_log2};
 }
 
-/// Index of a touched block's entry in the frame's table; -1: none.
+/// Index of a touched block's entry in the frame's table; -1 if the block is not touched.
 __device__ __forceinline__ int32_t findTouched(const TouchedView& touched, PackedKey key) {
   uint32_t at = static_cast<uint32_t>(hashKey(key)) & touched.mask;
   while (true) {
@@ -39,8 +39,9 @@ __device__ __forceinline__ int32_t findTouched(const TouchedView& touched, Packe
   }
 }
 
-/// Slot of a touched block in the map after the admission; -1: none. A block that was missing may
-/// have been given a slot, and one without arrays may have lost its slot to another.
+/// Slot of a touched block in the map after the admission; -1 if it has none. A block that was
+/// missing may have been given a slot, and a block without arrays may have lost its slot to another
+/// block.
 __device__ __forceinline__ int32_t slotOf(const MapView& map, const TouchedBlock& block) {
   const bool is_there = block.slot >= 0 && map.slots[block.slot].key == block.key;
   return is_there ? block.slot : findSlot(map, block.key);

@@ -1,5 +1,5 @@
 /// The stage "find blocks" on the device: finds the blocks that a frame touches, compares them with
-/// the map, and requests what is missing.
+/// the map, and requests missing blocks and arrays.
 #pragma once
 
 #include "device_map.h"
@@ -12,23 +12,23 @@ namespace gpu {
 
 /// Counters of one frame, for the host.
 struct FrameCounters {
-  uint32_t usable_surfels;  ///< Listed surfels; in voxel projection, those with a weight.
+  uint32_t usable_surfels;  ///< Number of surfels; in voxel projection, of those with a weight.
   uint32_t touched;         ///< Touched blocks.
   uint32_t touched_arrays;  ///< Touched directions, over all blocks.
   uint32_t requests;        ///< Blocks that are missing or lack arrays.
   uint32_t requested_arrays;
-  /// Not 0: the table was too small, and only usable_surfels is exact.
+  /// Not 0 if the table was too small; then only usable_surfels is exact.
   uint32_t table_full;
   uint32_t untouched;          ///< Untouched blocks that the frame checks.
   uint32_t empty_blocks;       ///< Blocks with empty arrays.
-  uint32_t compared, cleared;  ///< Thread blocks that have finished comparing, and clearing.
+  uint32_t compared, cleared;  ///< Thread blocks that have finished comparing or clearing.
 };
 
 struct TouchedBlock {
   PackedKey key;
   Vec3i block_L;        ///< Coordinates relative to the frame's origin.
   uint32_t directions;  ///< Bit d: some surfel belongs to direction d.
-  int32_t slot;         ///< -1: not in the map before the frame.
+  int32_t slot;         ///< -1 if not in the map before the frame.
   uint32_t empty;       ///< Bit d: after the fold, the array of direction d is empty.
 };
 
@@ -53,7 +53,8 @@ class BlockFinder {
   /// Begins a frame: zeroes the counters and empties the table, unless prepare() has done so.
   void begin();
 
-  /// Does the work of the next begin() early. Later kernels must not read the last frame's blocks.
+  /// Does the work of the next begin() ahead of time. Kernels enqueued later must not read the last
+  /// frame's blocks.
   void prepare();
   uint32_t* usableSurfels() { return &counters_.data()->usable_surfels; }
 
@@ -65,14 +66,14 @@ class BlockFinder {
 
   const FrameCounters& waitForCounters();
 
-  /// Call this if `table_full` is set, and repeat the steps from mark() on: it enlarges the table
-  /// and zeroes all counters but `usable_surfels`.
+  /// Enlarges the table and zeroes all counters but `usable_surfels`. Call this if `table_full` is
+  /// set, then repeat the steps from mark() on.
   void grow();
 
-  /// The requests. @pre waitForCounters() was called.
+  /// The requested blocks and arrays. @pre waitForCounters() was called.
   std::vector<BlockRequest> fetchRequests() const;
 
-  /// The keys of the touched blocks; waits for them.
+  /// The keys of the touched blocks. Waits for the result.
   std::vector<PackedKey> fetchTouched();
 
   TouchedView view() const;

@@ -14,13 +14,13 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Maximum number of arrays of sums at a time, 12 KiB each. A frame that touches more is fused in
-/// several passes, so that a small GPU can fuse any frame.
+/// Maximum number of arrays of sums in memory, 12 KiB each. A frame that touches more arrays is
+/// fused in several passes, so that a small GPU can fuse any frame.
 constexpr uint32_t kMaxSumArrays = 16384;
 
-static_assert(sizeof(VoxelSums) == 3 * sizeof(unsigned long long), "summed by 64-bit atomics");
+static_assert(sizeof(VoxelSums) == 3 * sizeof(unsigned long long), "three 64-bit integers");
 
-/// Adds a sample to the sums by integer atomics: the result does not depend on their order.
+/// Adds a sample to the sums with integer atomics, so the result does not depend on the order.
 __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint32_t point_key) {
   VoxelSums sample{};
   addToSums(sample, weight, sdf, point_key);
@@ -31,8 +31,8 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint
   if (sample.nearest != 0) atomicMax(&sums->nearest, sample.nearest);
 }
 
-/// One thread per part of a surfel's line. Four thread blocks share a multiprocessor, since atomics
-/// make them wait. Does nothing if the table of touched blocks was too small.
+/// One thread per part of a surfel's line. Four thread blocks share a multiprocessor, to hide the
+/// latency of atomics. Does nothing if the table of touched blocks was too small.
 __global__ void __launch_bounds__(kThreads, 4)
     castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion, DeviceSurfels surfels,
                       TouchedView touched, SumsView part) {
@@ -47,7 +47,7 @@ __global__ void __launch_bounds__(kThreads, 4)
   part_of_line.takeFrom(line);
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
   // The touched block of the last sample, its first array of sums and its directions. They are
-  // looked up only when samples enter another block.
+  // looked up only when a sample lies in another block.
   constexpr uint32_t kBeyondAll = 1u << 31;
   PackedKey key = kNoKey;
   uint32_t first_sum = kBeyondAll, summed = 0;
@@ -73,7 +73,7 @@ __global__ void __launch_bounds__(kThreads, 4)
   castSurfel(line, sides, fusion, add);
 }
 
-/// One thread block per array of sums, which it leaves zeroed.
+/// One thread block per array of sums, which it zeroes afterwards.
 __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, MapView map,
                                TouchedView touched, SumsView part, uint32_t* covered) {
   waitForPreviousKernel();
@@ -136,7 +136,7 @@ __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, cons
 Fusion::Fusion(const MapperParams& params, const Rules& rules, const Stream& stream)
     : casts_(castsSurfels(params)), fusion_(makeFusionSettings(params, rules)), stream_(stream) {}
 
-/// Reserves an eighth more than needed, not half: sums take most of the memory of a frame.
+/// Reserves an eighth more than needed, not half more: sums take up most of a frame's memory.
 void Fusion::reserveSums(uint32_t arrays) {
   if (static_cast<size_t>(arrays) * kVoxelsPerBlock <= sums_.capacity()) return;
   const size_t with_spare = std::min(arrays + arrays / 8, kMaxSumArrays);

@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The sums for `count` arrays of the frame, starting with number `first`.
+/// The sums for `count` of the frame's arrays, starting with array number `first`.
 struct SumsView {
   VoxelSums* sums;
   uint32_t first, count;
@@ -20,22 +20,22 @@ class Fusion {
  public:
   Fusion(const MapperParams& params, const Rules& rules, const Stream& stream);
 
-  /// Makes room for a frame. @throws BackendError if memory runs out; the map is not changed.
+  /// Reserves memory for a frame. @throws BackendError if memory runs out; the map is not changed.
   void reserve(const FrameCounters& counters);
 
   /// Enqueues the cast of the surfels into as many arrays of sums as there is room for, since the
   /// host does not know yet how many are needed. Casting does not read the map, so the host can
-  /// admit blocks meanwhile. Sums of a frame that is refused or repeated are discarded by the next
-  /// cast.
+  /// admit blocks in the meantime. If the frame is refused or repeated, the next cast discards its
+  /// sums.
   void castAhead(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                  const TouchedView& touched);
 
-  /// Enqueues the cast into the remaining sums, and the fold of all sums into voxels. Voxel
-  /// projection does both at once.
+  /// Enqueues the cast into the remaining sums, and the fold of all sums into voxels. With voxel
+  /// projection, a single kernel does both.
   void castAndFold(const DeviceSensing& sensing, const DeviceSurfels& surfels, const MapView& map,
                    const TouchedView& touched, const FrameCounters& counters);
 
-  /// Bits of the voxels that the last frame covers: kCoverWords words for each array of sums.
+  /// The voxels that the last frame covers, one bit each: kCoverWords words per array of sums.
   const uint32_t* covered() const { return covered_.data(); }
 
   void addMemory(MapperMemory& memory) const;

@@ -1,4 +1,4 @@
-// The stage "index" on the device: selects the blocks to mesh again, and labels their units.
+// The stage "index" on the device: selects the blocks to be meshed again, and labels their units.
 #include "corner_arrays.cuh"
 #include "kernels/meshing/possible_leaders.h"
 #include "kernels/meshing/sheets.h"
@@ -28,7 +28,7 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
 
 /// Selects the neighbours of dirty blocks, since their meshes depend on the dirty blocks. One
 /// thread per pair of a dirty block and a neighbour, in a grid-stride loop that starts with the
-/// last thread: the last thread blocks have the least to index.
+/// last thread, as the last thread blocks have the fewest blocks to index.
 __device__ void selectAround(const MapView& map, const MeshView& mesh) {
   const size_t count = static_cast<size_t>(*map.dirty.count) * kBlocksAround;
   const size_t threads = static_cast<size_t>(gridDim.x) * blockDim.x;
@@ -43,13 +43,13 @@ __device__ void selectAround(const MapView& map, const MeshView& mesh) {
 /// A block's corner grid, and its candidates: the few units that can have a surface.
 struct BlockCorners {
   CornerArrays arrays;
-  uint32_t present;              ///< Directions that have any array.
+  uint32_t present;              ///< Bit d: some block around has an array of direction d.
   uint32_t sides[kGridCorners];  ///< sidesOfCorner()
   uint32_t count;
   uint16_t candidates[kVoxelsPerBlock];
 };
 
-/// The samples of a unit, read on demand from shared memory, which has one grid per direction.
+/// The samples of a unit, read on demand from shared memory, which holds one grid per direction.
 struct UnitOfGrid {
   using Real = float;
   using Bits = int32_t;
@@ -132,8 +132,8 @@ __device__ void labelCandidates(const MeshView& mesh, const BlockCorners& block,
 }
 
 /// One thread block per reached block, in a grid-stride loop. First selects the other blocks to be
-/// meshed. Several thread blocks share a multiprocessor, since they wait for memory most of the
-/// time.
+/// meshed. Several thread blocks share a multiprocessor, as they spend most of their time waiting
+/// for memory.
 __global__ void __launch_bounds__(kThreads, 4) indexBlocksKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   extern __shared__ Sample samples[];

@@ -1,4 +1,4 @@
-/// Launches of kernels, and helpers that all kernels share.
+/// Kernel launches, and helpers that all kernels share.
 #pragma once
 
 #include <cstddef>
@@ -18,15 +18,16 @@ inline unsigned blocksFor(size_t items) {
 }
 
 #ifdef __CUDACC__
-/// A grid with one thread block per stretch of pixels in each row of an image. As the grid may have
-/// fewer rows than the image, kernels loop over rows in steps of gridDim.y.
+/// A grid with one thread block per `stretch` pixels of each image row. As the grid may have fewer
+/// rows than the image, kernels loop over rows in steps of gridDim.y.
 inline dim3 rowGrid(const FrameView& frame, int stretch = kThreads) {
   constexpr int kMaxGridRows = 65535;
   return dim3((frame.width + stretch - 1) / stretch,
               frame.height < kMaxGridRows ? frame.height : kMaxGridRows);
 }
 
-/// Whether waitForPreviousKernel() has an effect in this device's code; the same for all kernels.
+/// Whether waitForPreviousKernel() has an effect in the code for this device. The answer is the
+/// same for all kernels.
 inline bool kernelsCanOverlap(const void* kernel) {
   static const bool they_do = [kernel] {
     constexpr int kMinVersion = 90;
@@ -72,8 +73,8 @@ void launchOverlapped(const char* name, void (*kernel)(Parameters...), dim3 bloc
   checkLaunch(name);
 }
 
-/// All threads of an overlapped kernel call this first. On return, everything that the previous
-/// kernel wrote is visible, and the next kernel may start.
+/// All threads of an overlapped kernel must call this first. On return, everything that the
+/// previous kernel wrote is visible, and the next kernel may start.
 __device__ __forceinline__ void waitForPreviousKernel() {
 #if CUDART_VERSION >= 11080 && __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
@@ -81,9 +82,9 @@ __device__ __forceinline__ void waitForPreviousKernel() {
 #endif
 }
 
-/// All threads call this last in a kernel that may overlap the previous one, on which it does not
-/// depend. When such a kernel starts, all kernels before the previous one have ended. Only one
-/// thread block waits; the others make room.
+/// All threads of a kernel that may overlap the previous kernel, and does not depend on it, must
+/// call this last. When such a kernel starts, all kernels before the previous one have ended. Only
+/// one thread block waits; the others free their multiprocessors.
 __device__ __forceinline__ void waitAtEnd() {
   if (blockIdx.x + blockIdx.y == 0) waitForPreviousKernel();
 }
@@ -98,12 +99,13 @@ __device__ __forceinline__ T readShared(const T* p) {
   return *static_cast<const volatile T*>(p);
 }
 
-/// Whether this thread block is the last of `blocks` to get here. If so, reads past the first-level
-/// caches, such as readShared(), see all that the others wrote before. @pre `finished` was 0.
+/// Whether this thread block is the last of `blocks` to get here. If so, reads that bypass the L1
+/// cache, such as readShared(), return what the other thread blocks wrote before. @pre `finished`
+/// was 0 at the start of the kernel.
 __device__ __forceinline__ bool isLastBlock(uint32_t* finished, uint32_t blocks) {
   __shared__ bool is_last;
   __syncthreads();
-  if (threadIdx.x == 0) {  // with the barriers, its fences cover all threads
+  if (threadIdx.x == 0) {  // together with the barriers, the fences cover all threads
     __threadfence();
     is_last = atomicAdd(finished, 1u) == blocks - 1;
     __threadfence();

@@ -24,7 +24,7 @@ static_assert(kEdgeWords <= kThreads, "one thread per word of edge bits");
 
 using Scan = cub::BlockScan<uint32_t, kThreads>;
 
-/// The edges of a block's corner grid that carry a vertex. Vertices are numbered in the order of
+/// The edges of a block's corner grid that have a vertex. Vertices are numbered in the order of
 /// their edges.
 struct EdgeSet {
   uint32_t bits[kEdgeWords];
@@ -36,12 +36,11 @@ struct EdgeSet {
   }
 };
 
-/// A copy of the labels of a block's units and of one more unit on each side; along x, of four more
-/// units.
+/// A copy of the labels of a block's units and of one more unit on each side, or four more along x.
 struct CornerLabels {
   static constexpr int kSide = kBlockSide + 2, kRows = kSide * kSide;
   static constexpr int kMoreAlongX = 4, kFoursPerRow = (kBlockSide + 2 * kMoreAlongX) / 4;
-  uint64_t four[kRows][kFoursPerRow];  ///< Each has the labels of four units along x.
+  uint64_t four[kRows][kFoursPerRow];  ///< Labels of four units along x.
 
   __device__ UnitLabels operator()(const Vec3i& unit) const {
     const int row = unit.y + 1 + kSide * (unit.z + 1);
@@ -52,7 +51,7 @@ struct CornerLabels {
 struct MeshBlockShared {
   ArraysAround arrays;
   LabelNeighbourhood labels_around;
-  uint8_t behind[kGridCorners];  ///< 1: more units have the corner behind than in front.
+  uint8_t behind[kGridCorners];  ///< 1 if the corner is behind in more units than in front.
   EdgeSet edges;
   MeshRecord record;
   union {                 // used one after the other, with a barrier in between
@@ -142,7 +141,7 @@ __device__ uint32_t countMidpoints(const UnitIndices (&regular)[kUnitsPerThread]
 }
 
 /// Counts a block's vertices on edges and its triangles. Reserves space for all vertices, and for
-/// `refined_triangles` triangles per counted one; blocks get space in arbitrary order.
+/// `refined_triangles` triangles per counted one; the order of blocks in memory is arbitrary.
 /// @return this thread's first triangle in the block, before refinement.
 __device__ uint32_t reserveSpace(const MeshView& mesh, uint32_t own_triangles, uint32_t middles,
                                  uint32_t refined_triangles, MeshBlockShared& shared) {
@@ -154,7 +153,7 @@ __device__ uint32_t reserveSpace(const MeshView& mesh, uint32_t own_triangles, u
   const uint32_t in_word = t < kEdgeWords ? __popc(shared.edges.bits[t]) : 0;
   uint32_t before, total;
   Scan(shared.listing.scan).ExclusiveSum(in_word << 16 | own_triangles, before, total);
-  if (t == kThreads - 1) {  // its warp has no edges to list
+  if (t == kThreads - 1) {  // this thread's warp has no edges to list
     const uint32_t vertices = (total >> 16) + middles;
     const uint32_t triangles = (total & kLow) * refined_triangles;
     MeshRecord& record = shared.record;
@@ -252,14 +251,14 @@ __device__ uint32_t writeRefined(const MeshView& mesh,
   return kRefinedTriangles * gaps;
 }
 
-/// Whether any unit of a block has a surface. If not, the block has no mesh, like most
-/// blocks that only adjoin a change. All threads of the thread block must call it.
+/// Whether any unit of a block has a surface. If not, the block has no mesh; this is the case for
+/// most blocks that only adjoin a change. All threads of the thread block must call it.
 __device__ bool hasSurface(const UnitLabels* labels) {
-  static_assert(sizeof(uint32_t) == kUnitsPerThread * sizeof(UnitLabels), "a word for a thread");
+  static_assert(sizeof(uint32_t) == kUnitsPerThread * sizeof(UnitLabels), "one word per thread");
   return __syncthreads_or(reinterpret_cast<const uint32_t*>(labels)[threadIdx.x] != 0) != 0;
 }
 
-/// Writes the totals to the host. One thread of the last thread block calls it.
+/// Writes the totals to the host. Called by one thread of the last thread block.
 __device__ void writeTotals(const MeshView& mesh) {
   MeshTotals& totals = *mesh.host_totals;
   totals.reached = mesh.totals->reached;
@@ -269,7 +268,7 @@ __device__ void writeTotals(const MeshView& mesh) {
 
 /// One thread block per block to mesh, in a grid-stride loop. Meshes that do not fit are counted
 /// but not written. The last thread block to finish writes the totals to the host. Four thread
-/// blocks share a multiprocessor, which leaves fewer registers to each thread.
+/// blocks share a multiprocessor, which limits the registers of each thread.
 template <bool kRefined>
 __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();

@@ -9,13 +9,13 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Threads per thread block that makes surfels. The width of most images is a multiple of this.
+/// Threads per thread block of makeSurfelsKernel(). The width of most images is a multiple of this.
 constexpr int kRowThreads = 128;
 
-/// Threads per patch of pixels. Each bit of its MergedPatch, for the patch or one of its four
-/// quads, is tested by one of them.
+/// Threads per patch of pixels. One thread per bit of its MergedPatch tests the patch or one of its
+/// four quads.
 constexpr uint32_t kPatchThreads = 8;
-static_assert(kPatchBit < kPatchThreads && 32 % kPatchThreads == 0, "a warp takes whole patches");
+static_assert(kPatchBit < kPatchThreads && 32 % kPatchThreads == 0, "warps take whole patches");
 
 __global__ void mergePatchesKernel(ImageView image, SurfelSettings settings, uint8_t* patches) {
   waitForPreviousKernel();
@@ -32,7 +32,7 @@ __global__ void mergePatchesKernel(ImageView image, SurfelSettings settings, uin
   if (is_patch && bit == 0) patches[patch] = static_cast<uint8_t>(wholeOrQuads(bits));
 }
 
-/// Makes one surfel per pixel. `count` gets the number of those with a weight.
+/// Makes one surfel per pixel. Adds the number of surfels with a weight to `count`.
 __global__ void makePixelSurfelsKernel(DeviceSensing on_device, SurfelSettings settings,
                                        Surfel* surfels, uint32_t* count) {
   const FrameSensing sensing = on_device.load();
@@ -55,12 +55,12 @@ __device__ uint32_t reservePlaces(uint32_t wanted, uint32_t* count) {
   uint32_t before, total, first = 0;
   Scan(scan[threadIdx.x / 32]).ExclusiveSum(wanted, before, total);
   if (threadIdx.x % 32 == 0 && total > 0) first = atomicAdd(count, total);
-  __syncwarp();  // the scan's memory is used again for the next row
+  __syncwarp();  // the scan's memory is reused for the next row
   return __shfl_sync(0xffffffffu, first, 0) + before;
 }
 
 /// Makes one surfel per merged square, unmerged pixel or subpixel. Their order does not matter,
-/// since sums are integers. `count` gets the number of surfels, including surfels that do not fit.
+/// since sums are integers. Adds the number of surfels to `count`, including those that do not fit.
 __global__ void __launch_bounds__(kRowThreads, 8)
     makeSurfelsKernel(DeviceSensing on_device, SurfelSettings settings, const uint8_t* patches,
                       Surfel* surfels, uint32_t room, uint32_t* count) {

@@ -1,4 +1,4 @@
-/// The stage "make surfels" on the device: makes the surfels of a sensed frame.
+/// The stage "make surfels" on the device: makes surfels from the output of the stage "sense".
 #pragma once
 
 #include "kernels/surfels/surfel.h"
@@ -10,7 +10,7 @@ namespace gpu {
 struct DeviceSurfels {
   const Surfel* surfels;
   uint32_t room;          ///< Capacity of the list; surfels beyond it are missing.
-  const uint32_t* count;  ///< Number made, including those beyond `room`; null: `room`.
+  const uint32_t* count;  ///< Number made, including those beyond `room`; null if it equals `room`.
 
 #ifdef __CUDACC__
   __device__ __forceinline__ uint32_t size() const {
@@ -23,11 +23,11 @@ class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, const Stream& stream);
 
-  /// Enqueues the stage. For casting, it lists a surfel for each merged square with a weight, and
-  /// one for each unmerged pixel with a plane, or for each of its subpixels; a few of these have no
+  /// Enqueues the stage. For casting, it makes a surfel for each merged square with a weight, and
+  /// for each unmerged pixel with a plane, or each of its subpixels; a few of the latter have no
   /// weight. If `count` exceeds `room`, the rest are missing. For voxel projection, it makes one
-  /// per pixel, in row-major order, and counts those with a weight.
-  /// @param count Counter on the device, with the value 0.
+  /// surfel per pixel, in row-major order, and counts those with a weight.
+  /// @param count Counter on the device; must be 0 at the start.
   DeviceSurfels makeSurfels(const DeviceSensing& sensing, uint32_t* count);
 
   /// Repeats the stage for the same frame with room for `surfels` surfels.

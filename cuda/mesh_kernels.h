@@ -1,4 +1,4 @@
-/// The stages of meshing on the device: their data, and functions that enqueue them.
+/// The meshing stages on the device: their data, and functions that enqueue them.
 #pragma once
 
 #include "device_map.h"
@@ -10,14 +10,14 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The size of all meshes together, whether or not they fit.
+/// Total size of all meshes, whether or not they fit.
 struct MeshSize {
   uint32_t vertices, triangles;
 };
 
 /// Counters of an extraction or a view, for the host.
 struct MeshTotals {
-  uint32_t reached;    ///< Blocks whose units have a corner in a changed block, or blocks in view.
+  uint32_t reached;    ///< Blocks whose units have a corner in a changed block; or blocks in view.
   uint32_t adjoining;  ///< Further blocks that depend on changed voxels, indices or colours.
   MeshSize size;
   uint32_t finished;  ///< Thread blocks that have made their meshes.
@@ -37,14 +37,14 @@ struct BlockTriangle {
   uint16_t vertex[3];
 };
 
-/// What kernels need of an extraction, passed by value.
+/// What kernels need to know about an extraction, passed by value.
 struct MeshView {
   MeshTotals* totals;
   MeshTotals* host_totals;  ///< A copy in host memory.
-  int32_t* slots;           ///< First the reached blocks, then the adjoining ones.
+  int32_t* slots;           ///< The reached blocks, followed by the adjoining ones.
   MeshRecord* records;      ///< One per block of `slots`.
   BlockVertex* vertices;
-  Vec3f* normals;  ///< One per vertex on an edge, with the same index; null: no refinement.
+  Vec3f* normals;  ///< One per vertex on an edge, with the same index; null without refinement.
   BlockTriangle* triangles;
   VertexColour* colours;  ///< One per vertex; null while nothing is painted.
   MeshSize capacity;
@@ -54,8 +54,8 @@ struct MeshView {
   MeshSettings rules;
 };
 
-// Each function enqueues one step. `thread_blocks` should fill the device, since the host does not
-// know how much work there is.
+// Each function enqueues one step. `thread_blocks` should be enough to fill the device, since the
+// host does not know how much work there is.
 
 /// Selects the blocks whose units have a corner in a changed block.
 void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);

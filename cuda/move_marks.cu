@@ -1,4 +1,4 @@
-// Reads and sets marks for the next extraction, for blocks that leave the device or come back.
+// Reads and sets the marks for the next extraction, for blocks that are moved to disk or back.
 #include <algorithm>
 
 #include "device_map.cuh"
@@ -20,7 +20,8 @@ __global__ void readMarksKernel(MapView map, MeshMarks* marks) {
   marks[i] = map.slots[slot].key == kNoKey ? MeshMarks{} : marksOf(map, slot);
 }
 
-/// One thread per requested slot. Also empties the lists of marked slots.
+/// One thread per requested slot. Also empties the lists of marked slots; listMarkedKernel() fills
+/// them again.
 __global__ void takeMarksKernel(MapView map, const int32_t* slots, size_t count, MeshMarks* marks) {
   const size_t i = globalThread();
   if (i == 0) {

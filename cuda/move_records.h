@@ -14,15 +14,15 @@ class RecordMover {
  public:
   explicit RecordMover(const Stream& stream) : stream_(stream) {}
 
-  /// Allocates all the memory that copies need. @throws BackendError if memory runs out.
+  /// Allocates all the memory that copying needs. @throws BackendError if memory runs out.
   void reserve();
 
-  /// Copies record `records[i]` of the pool to place i of `host`. Waits until all are copied.
+  /// Copies record `records[i]` of the pool to record i of `host`. Waits until all are copied.
   template <class Pool>
   void download(const Pool& pool, const std::vector<int32_t>& records, void* host);
 
-  /// Copies place i of `host` to record `records[i]` of the pool. `host` may change after return;
-  /// work enqueued on the stream afterwards sees the records.
+  /// Copies record i of `host` to record `records[i]` of the pool. `host` may be overwritten on
+  /// return; work enqueued on the stream afterwards uses the new records.
   template <class Pool>
   void upload(const Pool& pool, const std::vector<int32_t>& records, const void* host);
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kThreadBlocksPerProcessor = 16;
 
-/// Merges the requests for a block's arrays into one.
+/// Merges the requests for the arrays of each block into one request, in ascending order of keys.
 std::vector<ColourRequest> byBlocks(std::vector<ColourRequest> requests) {
   sortByKey(requests);
   size_t blocks = 0;
@@ -36,7 +36,7 @@ __global__ void takePixelsKernel(const uint8_t* raw, PixelLayout layout, ColourP
   if (i < count) pixels[i] = takePixel(raw + i * layout.bytes, layout);
 }
 
-/// One thread per pixel of a level.
+/// One thread per pixel of a level, in a grid-stride loop.
 __global__ void halveImageKernel(ColourImage image, ColourPixel* pixels, int level) {
   const ColourLevel& to = image.level[level];
   const size_t count = static_cast<size_t>(to.width) * to.height;
@@ -74,7 +74,7 @@ __device__ Vec3f firstVoxelOf(const FrameView& frame, const SlotEntry& entry) {
 }
 
 /// Threads per thread block that works on one voxel array at a time: fewer than the array has
-/// voxels, since few of these have to be processed.
+/// voxels, as only a few voxels must be processed.
 constexpr int kArrayThreads = 128;
 
 struct ArrayInView {
@@ -99,7 +99,7 @@ __device__ void visitArrays(const FrameView& frame, const MapView& map, const Pa
   }
 }
 
-/// Voxels of an array that have to be processed, in a list, so that all threads have work.
+/// The voxels of an array that must be processed, in a list, so that all threads have work.
 struct VoxelList {
   uint32_t count;
   uint16_t voxel[kVoxelsPerBlock];
@@ -110,7 +110,7 @@ struct VoxelList {
 template <class Wanted>
 __device__ void listNearSurface(const PointView& view, const ArrayInView& array,
                                 const Wanted& wanted, VoxelList& list) {
-  static_assert(kVoxelsPerBlock % kArrayThreads == 0, "all threads of a warp take each step");
+  static_assert(kVoxelsPerBlock % kArrayThreads == 0, "all threads of a warp must take each step");
   constexpr int kSteps = kVoxelsPerBlock / kArrayThreads;
   __syncthreads();
   if (threadIdx.x == 0) list.count = 0;
@@ -137,8 +137,8 @@ __device__ void listNearSurface(const PointView& view, const ArrayInView& array,
   __syncthreads();
 }
 
-/// Lowers a depth to `value`, if that is less. Positive floats compare like their bits read as
-/// integers. An outdated read does no harm, since depths only decrease.
+/// Lowers a depth to `value`, if that is less. The bits of positive floats, read as integers,
+/// compare like the floats. An outdated read does no harm, since depths only decrease.
 __device__ void lowerTo(float* depth_m, float value) {
   if (!(value < readShared(depth_m))) return;
   atomicMin(reinterpret_cast<int*>(depth_m), __float_as_int(value));
@@ -168,10 +168,10 @@ __device__ void addAtomically(int64_t* sum, int64_t value) {
   atomicAdd(reinterpret_cast<unsigned long long*>(sum), static_cast<unsigned long long>(value));
 }
 
-/// What a thread block finds in one array.
+/// What an image shows of one array.
 struct SeenArray {
   ExposureSums sums;
-  unsigned long long lacking;  ///< Bits of the bricks that are to be painted but are missing.
+  unsigned long long lacking;  ///< Bits of the bricks to be painted that do not exist yet.
   uint32_t samples;
 };
 
@@ -181,7 +181,7 @@ __device__ int32_t warpSum(int32_t value) {
   return value;
 }
 
-/// Adds the sum of a warp's parts, which fits in 32 bits because they belong to one array.
+/// Adds the sum of a warp's parts, which fits in 32 bits because they all come from one array.
 __device__ void addWarpSum(int64_t* to, int64_t part) {
   const int32_t sum = warpSum(static_cast<int32_t>(part));
   if (threadIdx.x % warpSize == 0) addAtomically(to, sum);
@@ -194,7 +194,7 @@ __device__ void addWarpSums(ExposureSums& sums, const ExposureSums& part) {
   visitSums(sums, part, [](int64_t& sum, int64_t of_thread) { addWarpSum(&sum, of_thread); });
 }
 
-/// Adds what was found in an array to the image's counters. One thread calls it.
+/// Adds what was found in an array to the image's counters. Called by one thread.
 __device__ void report(const PaintView& paint, PackedKey key, const SeenArray& found) {
   if (found.samples == 0) return;
   PaintCounters& counters = *paint.counters;
@@ -242,7 +242,7 @@ __global__ void __launch_bounds__(kArrayThreads, 8)
   __shared__ VoxelList list;
   const PointView& view = sensing.view;
   visitArrays(view.frame, map, paint, [&](const ArrayInView& array) {
-    if (!paint.painted.contains(unpackKey(array.key))) return;  // all threads or none
+    if (!paint.painted.contains(unpackKey(array.key))) return;  // taken by all threads or none
     if (threadIdx.x == 0) found = {};
     listNearSurface(
         view, array, [](int) { return true; }, list);
@@ -258,7 +258,7 @@ __global__ void __launch_bounds__(kArrayThreads, 8)
   });
 }
 
-/// One thread per sample. Runs after the missing bricks were added.
+/// One thread per sample. Runs after the missing bricks have been added.
 __global__ void paintKernel(ColourRules rules, Exposure exposure, MapView map,
                             const FoundSample* samples, size_t count) {
   waitForPreviousKernel();
@@ -286,14 +286,14 @@ void Painter::reserveImages(int32_t width, int32_t height) {
   const ColourImage layout = layOut(nullptr, width, height);
   pixels_.reserveExactly(static_cast<size_t>(pixelCount(layout)), image_stream_);
   hiding_m_.reserveExactly(static_cast<size_t>(cellsFor(width)) * cellsFor(height), image_stream_);
-  // Room for one sample per pixel at first: images seldom show more voxels than they have pixels.
+  // At first, room for one sample per pixel: images seldom show more voxels than they have pixels.
   samples_.reserveExactly(static_cast<size_t>(width) * height, stream_);
   sensing_.image = layOut(pixels_.data(), width, height);
   sensing_.hiding_m = hiding_m_.data();
 }
 
-/// Kernels no longer read the previous image, since findSamples() has waited for its counters. If
-/// that failed, this waits instead.
+/// No kernel reads the previous image any longer, as findSamples() has waited for its counters. If
+/// findColours() failed before that, this function waits instead.
 void Painter::takeImage(const ColourFrame& frame) {
   if (is_finding_) stream_.synchronize();
   is_finding_ = false;
@@ -330,7 +330,7 @@ void Painter::findColours(const FrameView& view, int32_t min_evidence,
   }
 }
 
-/// Kernels no longer read the previous image's candidates; see takeImage().
+/// No kernel reads the previous image's candidates any longer; see takeImage().
 void Painter::takeCandidates(const std::vector<int32_t>& in_view) {
   candidate_count_ = static_cast<uint32_t>(in_view.size());
   candidates_.reserve(in_view.size());

@@ -15,11 +15,11 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Counters of what an image shows of the map, for the host.
+/// Counters of what an image shows of the map; read by the host.
 struct PaintCounters {
   uint32_t blocks, arrays;  ///< Numbers of blocks in view and of their arrays.
   uint32_t seen;            ///< Arrays with voxels to be painted.
-  uint32_t requests;        ///< Arrays that lack bricks to paint.
+  uint32_t requests;        ///< Arrays that lack bricks to be painted.
   ExposureSums sums;
   uint64_t samples;  ///< Voxels to be painted, including those that did not fit.
 };
@@ -36,33 +36,35 @@ struct PaintView {
   PaintCounters* counters;
   FoundSample* samples;  ///< Samples that do not fit are only counted.
   uint64_t max_samples;
-  const int32_t* candidates;  ///< Slots of blocks that may be in view, and possibly others.
+  const int32_t* candidates;  ///< Slots of all blocks that may be in view, and maybe others.
   uint32_t candidate_count;
   int32_t* arrays;  ///< The voxel arrays in view: kDirectionCount * slot + direction.
   ColourRequest* requests;
-  BlockExtent painted;  ///< Blocks outside are not painted, but hide others.
+  BlockExtent painted;  ///< Blocks outside are not painted, but occlude others.
 };
 
-/// Paints an image in steps: takeImage(), findColours(), and paint() when the bricks for its
-/// colours exist. Images are uploaded on a separate stream, while a depth image may still be fused.
+/// Paints an image in steps: takeImage(), findColours(), and paint() once the bricks for its
+/// colours exist. Images are uploaded on a separate stream, possibly while a depth image is being
+/// fused.
 class Painter {
  public:
   Painter(const PaintSettings& settings, const Stream& stream);
   ~Painter() { image_stream_.drain(); }
 
-  /// Enqueues the steps that do not need the map. The image is no longer needed when this returns.
+  /// Enqueues the steps that do not need the map. The image may be freed on return.
   void takeImage(const ColourFrame& frame);
 
   /// Finds the surfaces in `painted` that the image shows, and waits for the result.
+  /// @param in_view Slots of all blocks that may be in view, and possibly of other blocks.
   /// @throws BackendError if memory runs out; the map is not changed.
   void findColours(const FrameView& view, int32_t min_evidence, const std::vector<int32_t>& in_view,
                    const BlockExtent& painted, const MapView& map);
   const PaintCounters& counters() const { return pinned_counters_[0]; }
 
-  /// The missing bricks of colours; waits for them.
+  /// The missing colour bricks. Waits for the result.
   std::vector<ColourRequest> fetchRequests();
 
-  /// Enqueues the painting of the surfaces that findColours() found, where bricks exist.
+  /// Enqueues painting the surfaces that findColours() found, where bricks exist.
   void paint(const Exposure& exposure, const MapView& map);
 
   void addMemory(MapperMemory& memory) const;

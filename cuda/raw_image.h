@@ -12,7 +12,7 @@ namespace dtsdf {
 
 namespace gpu {
 
-/// A raw image with packed rows.
+/// A raw image on the device, with packed rows.
 class RawImage {
  public:
   /// Copies an image to pinned memory and enqueues its upload, band by band: each is uploaded while
@@ -20,7 +20,7 @@ class RawImage {
   /// finished.
   template <class Frame>
   void upload(const Frame& frame, const Stream& stream) {
-    constexpr int kBandEnds[] = {3, 5, 6};  // in sixths; small at the end
+    constexpr int kBandEnds[] = {3, 5, 6};  // in sixths; the last bands are the smallest
     const size_t row = packedRowBytes(frame);
     bytes_ = row * frame.height;
     pinned_raw_.reserve(bytes_);
@@ -39,7 +39,7 @@ class RawImage {
   void addMemory(MapperMemory& memory) const { addScratch(memory, raw_, pinned_raw_); }
 
  private:
-  /// Copies rows of the image to pinned memory, packed.
+  /// Copies rows of the image to pinned memory, without padding.
   void copyRows(const char* rows, size_t row_bytes, size_t packed, int begin, int end) {
     if (row_bytes == packed) {
       std::memcpy(pinned_raw_.data() + begin * packed, rows + begin * packed,

@@ -16,12 +16,13 @@ namespace {
 constexpr int kThreadBlocksPerProcessor = 8;
 constexpr MeshSize kFirstMeshes = {1 << 17, 1 << 18};
 
-/// The threads that draw a triangle, one for each pixel of a patch.
+/// Number of threads that draw a triangle: one per pixel of a patch.
 constexpr int kPatchWidth = 4, kPatchHeight = 2, kLanes = kPatchWidth * kPatchHeight;
-static_assert(4 * kLanes == 32, "a warp draws large ones, by patches twice as wide and high");
-constexpr int kMaxPatches = 8;  ///< Triangles of more patches are large.
+static_assert(4 * kLanes == 32, "a warp draws large triangles, in patches twice as wide and high");
+constexpr int kMaxPatches = 8;  ///< Triangles with more patches are large.
 
-/// One thread per slot. Selects blocks that a view may show, and those whose labels it needs.
+/// One thread per slot. Selects the blocks that a view may show, and the blocks whose labels it
+/// needs.
 __global__ void __launch_bounds__(kThreads)
     selectInViewKernel(MapView map, RenderJob job, MeshView drawn, MeshView labelled) {
   const size_t slot = globalThread();
@@ -44,8 +45,8 @@ struct DrawnBlock {
   ProjectedVertex* seen;
 };
 
-/// Projects a block's vertices, with normals from the block's triangles. All threads of the thread
-/// block must call it.
+/// Projects a block's vertices, and computes their normals from the block's triangles. All threads
+/// of the thread block must call it.
 __device__ void projectVertices(const RenderJob& job, const MeshRecord& record,
                                 const DrawnBlock& block) {
   const Vec3f first = toFloat(firstVoxelOfBlock(unpackKey(record.key)) - job.frame.origin_voxel);
@@ -122,8 +123,9 @@ __device__ void fillTriangle(const RenderJob& job, const DrawnBlock& block,
   }
 }
 
-/// Draws triangles with a warp; all of its threads must call it. Each group of kLanes threads draws
-/// a triangle. The whole warp draws large ones, so that a group does not keep the others waiting.
+/// Draws the triangles of a warp; all of its threads must call it. Each group of kLanes threads
+/// draws one triangle. Large triangles are drawn by the whole warp, so that the other groups do not
+/// have to wait for one.
 __device__ void drawTriangles(const RenderJob& job, const DrawnBlock& block, uint32_t first,
                               uint32_t count) {
   const uint32_t own = first + threadIdx.x % 32 / kLanes;
@@ -142,15 +144,15 @@ __device__ void drawTriangles(const RenderJob& job, const DrawnBlock& block, uin
   }
 }
 
-/// One thread block per block in view, in a grid-stride loop; kLanes threads per triangle. Blocks
-/// whose meshes did not fit are drawn in the next attempt.
+/// One thread block per block in view, in a grid-stride loop, with kLanes threads per triangle.
+/// Blocks whose meshes did not fit are drawn in the next attempt.
 __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, MeshView mesh) {
   const uint32_t count = mesh.totals->reached;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const MeshRecord record = mesh.records[b];
     if (record.triangles == 0 || record.first_vertex + record.vertices > mesh.capacity.vertices ||
         record.first_triangle + record.triangles > mesh.capacity.triangles) {
-      continue;  // all threads of the block, or none
+      continue;  // taken by all threads of the block, or none
     }
     const DrawnBlock block{mesh.vertices + record.first_vertex,
                            mesh.triangles + record.first_triangle,
@@ -186,14 +188,14 @@ Renderer::Renderer(const MeshSettings& rules, bool directional, const Stream& st
       thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
       stream_(stream) {}
 
-/// Memory is allocated with the first view, since many maps are never rendered.
+/// Memory is allocated for the first view, since many maps are never rendered.
 void Renderer::reserveMeshes(const MeshSize& size) {
   if (size.vertices > vertices_.capacity()) {
     const size_t room = size.vertices + size.vertices / 2;
     vertex_colours_.reserveExactly(room, stream_);
     shares_.reserveExactly(room, stream_);
     seen_.reserveExactly(room, stream_);
-    vertices_.reserveExactly(room, stream_);  // last: its capacity counts for all
+    vertices_.reserveExactly(room, stream_);  // last, as its capacity stands for that of all four
   }
   triangles_.reserve(size.triangles, stream_);
   totals_.reserveExactly(1, stream_);
@@ -224,7 +226,7 @@ MeshView Renderer::meshView(const ViewRequest& request) {
 void Renderer::draw(const ViewRequest& request, const MapView& map, bool is_labelled) {
   const RenderJob job{request.frame, request.has_colours, shares_.data(),
                       seen_.data(),  surfaces_.data(),    colours_.data()};
-  static_assert(kNothingSeen == ~ViewKey{0}, "filled by bytes");
+  static_assert(kNothingSeen == ~ViewKey{0}, "the fill writes bytes of 0xff");
   surfaces_.fill(0xff, stream_);
   if (request.has_colours) colours_.fill(0xff, stream_);
   pinned_totals_[0] = {};
@@ -261,7 +263,7 @@ void Renderer::drawBlocks(const ViewRequest& request, const RenderJob& job, cons
   launch("drawBlocksKernel", drawBlocksKernel, thread_blocks_, kThreads, 0, stream_, job, mesh);
 }
 
-/// Copies the images on several threads, each band as soon as it is downloaded.
+/// Copies the images with several threads, each band as soon as it has been downloaded.
 void Renderer::fill(const ViewRequest& request, RenderedView& view) const {
   constexpr size_t kPixelsOfThread = 1 << 16, kMaxThreads = 4;
   const size_t pixels = pixelsOf(request.frame);

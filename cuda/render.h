@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// What kernels need of a view, passed by value.
+/// What kernels need to know about a view, passed by value.
 struct RenderJob {
   FrameView frame;
   int32_t painted;  ///< Whether colours are requested.
@@ -27,7 +27,7 @@ class Renderer {
  public:
   Renderer(const MeshSettings& rules, bool directional, const Stream& stream);
 
-  /// Renders surfaces, and waits for the images. First updates the labels of blocks, unless
+  /// Renders surfaces, and waits for the images. Updates the labels of blocks first, unless
   /// `is_labelled`. @pre No extraction is reading labels.
   void render(const ViewRequest& request, const MapView& map, bool is_labelled, RenderedView& view);
 
@@ -49,7 +49,7 @@ class Renderer {
   PinnedBuffer<MeshTotals> pinned_totals_;
   static constexpr size_t kBands = 8;  ///< Bands of pixels, downloaded one after the other.
   Event drawn_[kBands];                ///< Recorded after a band's download.
-  DeviceBuffer<uint32_t> no_dirty_;    ///< Always 0; hides the marks of blocks from kernels.
+  DeviceBuffer<uint32_t> no_dirty_;    ///< Always 0: views use it as their count of dirty blocks.
   DeviceBuffer<int32_t> slots_, labelled_slots_;
   DeviceBuffer<MeshRecord> records_;
   DeviceBuffer<BlockVertex> vertices_;

@@ -34,10 +34,10 @@ __global__ void seeFreeKernel(FrameView frame, FreePyramid free, int32_t cell_lo
     if (cell % 32 == 0) reinterpret_cast<uint32_t*>(mask.word)[cell / 32] = free_cells;
   }
 }
-static_assert(kCellsPerCube % kThreads == 0, "no warp has idle threads");
+static_assert(kCellsPerCube % kThreads == 0, "no warp may have idle threads");
 
-/// Where a level begins in levels_, which starts with level 1; for kFreeLevels, where the last
-/// level ends.
+/// Index at which a level begins in levels_, which starts with level 1. For `level` kFreeLevels,
+/// the index at which the last level ends.
 size_t beginOf(int level, const FrameView& frame) {
   size_t begin = 0;
   for (int k = 1; k < level; ++k) {
@@ -61,7 +61,7 @@ void FreeCellFinder::reserve(const FrameView& frame) {
 
 void FreeCellFinder::find(const FrameView& frame, const float* free_depth,
                           std::vector<Vec3i> cubes) {
-  fetched_.wait();  // waits only if the last frame was not fused
+  fetched_.wait();  // has an effect only if the last frame was not fused
   keys_ = std::move(cubes);
   if (keys_.empty()) return;
   reserve(frame);

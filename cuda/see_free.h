@@ -1,4 +1,5 @@
-/// The stage "see free" on the device: finds the cells of space that a depth image sees through.
+/// The stage "see free" on the device: finds the cells of space that a depth image shows to be
+/// free.
 #pragma once
 
 #include <vector>
@@ -14,12 +15,11 @@ class FreeCellFinder {
  public:
   FreeCellFinder(int32_t cell_log2, float max_range_m, const Stream& stream);
 
-  /// Enqueues the search in `cubes`, and the download of the result. A result of the previous frame
-  /// that was not taken is lost. @throws BackendError if memory runs out.
+  /// Enqueues the search in `cubes`, and the download of the result. Discards a previous result
+  /// that was not taken. @throws BackendError if memory runs out.
   void find(const FrameView& frame, const float* free_depth, std::vector<Vec3i> cubes);
 
-  /// Waits for the result. @return the cubes with cells that the image saw through, in the given
-  /// order.
+  /// Waits for the result. @return the cubes with free cells, in the order of `cubes`.
   std::vector<CubeMask> take();
 
   void addMemory(MapperMemory& memory) const;
@@ -33,7 +33,7 @@ class FreeCellFinder {
   const Stream& stream_;
   Event fetched_;
   std::vector<Vec3i> keys_;     ///< Keys of the frame's cubes.
-  DeviceBuffer<float> levels_;  ///< The pyramid's levels, from level 1, one after the other.
+  DeviceBuffer<float> levels_;  ///< The levels of the pyramid from level 1 on, concatenated.
   DeviceBuffer<Vec3i> cubes_;
   DeviceBuffer<CellMask> masks_;
   PinnedBuffer<Vec3i> pinned_cubes_;

@@ -35,16 +35,16 @@ __device__ void countNoiseLine(const RawDepth& raw, const SurfelSettings& surfel
   if (variance >= 0.0f) atomicAdd(&counts.bins[place.kind][noiseBin(variance)], 1u);
 }
 
-/// Finds the quartiles from the counts, which it zeroes. Without lines, quartiles are 0. All
-/// threads of one thread block must call it.
+/// Computes the quartiles from the counts, and zeroes the counts. Without lines, quartiles are 0.
+/// All threads of one thread block must call it.
 __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseKinds]) {
   using Scan = cub::BlockScan<uint64_t, kThreads>;
   __shared__ typename Scan::TempStorage scan;
   constexpr int kBinsPerThread = kNoiseBins / kThreads;
   static_assert(kNoiseBins % (4 * kThreads) == 0, "each thread has whole groups of four bins");
-  constexpr int kBits = 12;  // per kind; the last one has more, for twice as many lines
+  constexpr int kBits = 12;  // per kind; the last kind has twice as many lines, and more bits
   constexpr uint64_t kMask = (uint64_t{1} << kBits) - 1;
-  static_assert(kShortLines * kBits + 13 <= 64 && kNoisePoints < 1 << 13, "for all kinds");
+  static_assert(kShortLines * kBits + 13 <= 64 && kNoisePoints < 1 << 13, "all kinds fit");
   static_assert(kNoisePoints / 2 <= kMask, "one scan counts all kinds");
   const auto field = [](uint64_t counts_of_kinds, int kind) {
     const uint64_t from = counts_of_kinds >> (kBits * kind);
@@ -57,7 +57,7 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   for (int kind = 0; kind < kNoiseKinds; ++kind) {
     for (int k = 0; k < kBinsPerThread; k += 4) {
       auto* const bins = reinterpret_cast<uint4*>(&counts.bins[kind][first_bin + k]);
-      const uint4 four = __ldcg(bins);  // past the first-level caches, as isLastBlock() requires
+      const uint4 four = __ldcg(bins);  // bypasses the L1 cache, as isLastBlock() requires
       in_bin[kind][k] = four.x;
       in_bin[kind][k + 1] = four.y;
       in_bin[kind][k + 2] = four.z;
@@ -88,9 +88,9 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   }
 }
 
-/// Thread blocks that count one noise line per thread. Grids of small images have fewer.
+/// Number of thread blocks that count one noise line per thread. Grids of small images have fewer.
 constexpr unsigned kNoiseBlocks = kNoiseLines / kThreads;
-static_assert(kNoiseLines % kThreads == 0, "each thread has a line");
+static_assert(kNoiseLines % kThreads == 0, "one line per thread");
 
 /// One thread per pixel. The first kNoiseBlocks thread blocks, or all if there are fewer, also
 /// count noise lines. The last thread block that has counted lines estimates the noise.
@@ -128,8 +128,8 @@ __global__ void fillGapsKernel(const float* measured, int32_t width, int32_t hei
   }
 }
 
-/// A thread block links and fits a stretch of one row at a time. Margins may extend beyond the
-/// image. Pixels there are unmeasured, so a walk ends as it does at the image's border.
+/// Each thread block links and fits a stretch of one row at a time. The stretch's margins may
+/// extend beyond the image; pixels there count as unmeasured, so fits end at the image border.
 __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const DepthNoise* noise,
                               float* row_value, float* row_slope, PixelLinks* row_links) {
   waitForPreviousKernel();
@@ -160,8 +160,8 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
   }
 }
 
-/// Finds the free depth of each pixel. May overlap the previous kernel, which casts surfels: what
-/// is read here was written before that kernel.
+/// Finds the free depth of each pixel. May overlap the previous kernel, which casts surfels:
+/// everything read here was written by earlier kernels.
 __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fusion,
                                      float* free_depth) {
   const FrameSensing sensing = on_device.load();

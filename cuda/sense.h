@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// A FrameSensing that kernels load(), since its noise is in device memory.
+/// What kernels need to load() a FrameSensing, as its noise is in device memory.
 class DeviceSensing {
  public:
   DeviceSensing(const ImageView& image, const DepthNoise* noise, const float* free_depth)
@@ -20,7 +20,7 @@ class DeviceSensing {
 
   DTSDF_HD const ImageView& image() const { return image_; }
   DTSDF_HD const FrameView& frame() const { return image_.frame; }
-  /// Whether the frame clears. Free depths that only space needs are not part of this.
+  /// Whether the frame clears voxels. False if only space needs free depths.
   DTSDF_HD bool hasFreeDepth() const { return free_depth_ != nullptr; }
 #ifdef __CUDACC__
   __device__ __forceinline__ FrameSensing load() const { return {image_, *noise_, free_depth_}; }
@@ -49,7 +49,7 @@ __device__ __forceinline__ float inverseDepthAt(const RawDepth& raw, int u, int 
 }
 #endif
 
-/// Numbers of noise lines, by kind and by bin of their variance; all 0 between frames.
+/// Numbers of noise lines, by kind and by the bin of their variance; all 0 between frames.
 struct NoiseCounts {
   alignas(16) uint32_t bins[kNoiseKinds][kNoiseBins];
   uint32_t finished;  ///< Thread blocks that have counted their lines.
@@ -59,15 +59,15 @@ class FrameSensor {
  public:
   FrameSensor(const MapperParams& params, const Rules& rules, const Stream& stream);
 
-  /// Enqueues the stage, without free depths. @pre The image is uploaded.
+  /// Enqueues the stage, without free depths. @pre The upload of the image is enqueued.
   DeviceSensing sense(const FrameView& frame, const RawDepth& raw);
 
   /// Enqueues the search for free depths, if anything needs them. It may overlap the previous
   /// kernel, which must call waitForPreviousKernel().
   void findFreeDepths(const DeviceSensing& sensing);
 
-  /// Free depths of the last frame's pixels, on the device, whether or not the frame clears.
-  /// @pre needsFreeDepth().
+  /// Free depths of the last frame's pixels, in device memory, whether or not the frame clears.
+  /// @pre needsFreeDepth() is true.
   const float* freeDepth() const { return free_depth_.data(); }
 
   void addMemory(MapperMemory& memory) const;

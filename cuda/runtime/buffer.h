@@ -1,4 +1,4 @@
-/// Typed buffers, on the device and in page-locked host memory, that free themselves.
+/// Typed RAII buffers in device memory and in page-locked (pinned) host memory.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Page-locked host memory. Copies to and from the device run in parallel with the host, and
-/// kernels may read and write it in place, which is faster than copying a small buffer.
+/// Page-locked host memory. Copies to and from the device run asynchronously, and kernels can read
+/// and write it in place, which is faster than copying a small buffer.
 template <class T>
 class PinnedBuffer {
   static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");
@@ -39,8 +39,8 @@ class PinnedBuffer {
   T& operator[](size_t i) { return data_[i]; }
   const T& operator[](size_t i) const { return data_[i]; }
 
-  /// Makes room, with some to spare. If the buffer has to grow, its contents are lost. No copy or
-  /// kernel may be using it.
+  /// Makes room for `count` elements, with some to spare. If the buffer has to grow, its contents
+  /// are lost. No copy or kernel may be using it.
   void reserve(size_t count) {
     if (count > capacity_) reserveExactly(count + count / 2);
   }
@@ -66,7 +66,7 @@ class PinnedBuffer {
   size_t capacity_ = 0;
 };
 
-/// Device memory. Growing replaces it, so get the pointer again for every launch.
+/// Device memory. Growing replaces it, so call data() again for every launch.
 template <class T>
 class DeviceBuffer {
   static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");
@@ -89,9 +89,9 @@ class DeviceBuffer {
   size_t capacity() const { return capacity_; }
   size_t bytes() const { return capacity_ * sizeof(T); }
 
-  /// Makes room, with some to spare. If the buffer has to grow, its contents are lost, and this
-  /// waits for the stream, whose work may use the old memory. @throws BackendError if memory runs
-  /// out; then nothing changes.
+  /// Makes room for `count` elements, with some to spare. If the buffer has to grow, its contents
+  /// are lost, and the call waits for the stream, whose work may use the old memory. @throws
+  /// BackendError if memory runs out; the buffer is then unchanged.
   void reserve(size_t count, const Stream& stream) {
     if (count <= capacity_) return;
     DeviceBuffer larger(count + count / 2);
@@ -107,7 +107,8 @@ class DeviceBuffer {
     swap(larger);
   }
 
-  /// Makes room, with some to spare, keeps the contents, and zeroes new memory.
+  /// Makes room for `count` elements, with some to spare. Keeps the contents, zeroes new memory,
+  /// and waits for the stream if the buffer has to grow.
   void growZeroed(size_t count, const Stream& stream) {
     if (count <= capacity_) return;
     DeviceBuffer larger(count + count / 2);
@@ -130,7 +131,7 @@ class DeviceBuffer {
   void upload(const T* pinned, size_t count, const Stream& stream) {
     uploadPart(pinned, 0, count, stream);
   }
-  /// Uploads elements [begin, end) from the same places in pinned memory.
+  /// Uploads elements [begin, end) from the same indices in pinned memory.
   void uploadPart(const T* pinned, size_t begin, size_t end, const Stream& stream) {
     if (begin == end) return;
     DTSDF_CHECK_CUDA(cudaMemcpyAsync(data_ + begin, pinned + begin, (end - begin) * sizeof(T),
@@ -139,7 +140,7 @@ class DeviceBuffer {
   void download(T* pinned, size_t count, const Stream& stream) const {
     downloadPart(pinned, 0, count, stream);
   }
-  /// Downloads elements [begin, end) to the same places in pinned memory.
+  /// Downloads elements [begin, end) to the same indices in pinned memory.
   void downloadPart(T* pinned, size_t begin, size_t end, const Stream& stream) const {
     if (begin == end) return;
     DTSDF_CHECK_CUDA(cudaMemcpyAsync(pinned + begin, data_ + begin, (end - begin) * sizeof(T),
@@ -162,7 +163,7 @@ class DeviceBuffer {
   size_t capacity_ = 0;
 };
 
-/// Adds the memory of buffers: to `scratch` on the device, to `staging` on the host.
+/// Adds the sizes of buffers: device memory to `scratch`, host memory to `staging`.
 template <class... Buffers>
 void addScratch(MapperMemory& memory, const Buffers&... buffers) {
   ((memory.*Buffers::kSum += buffers.bytes()), ...);

@@ -7,7 +7,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Number of calls up to and including the one that fails; 0: none fails.
+/// Number of calls up to and including the one that fails; 0 if none is to fail.
 std::atomic<uint64_t> calls_to_failure{0};
 std::atomic<cudaError_t> failure{cudaSuccess};
 
@@ -15,12 +15,12 @@ std::atomic<cudaError_t> failure{cudaSuccess};
   throw BackendError(code == cudaErrorMemoryAllocation,
                      "CUDA error in " + call + ": " + cudaGetErrorName(code) + ", " +
                          cudaGetErrorString(code) +
-                         (isLost(code) ? "; this process cannot use the GPU any more: save the "
+                         (isLost(code) ? "; this process can no longer use the GPU: save the "
                                          "mesh if there is one, then restart the node"
                                        : ""));
 }
 
-/// A call with its file and line.
+/// A call, followed by its file and line.
 std::string callWithPlace(const char* call, const char* file, int line) {
   const char* slash = std::strrchr(file, '/');
   return std::string(call) + " (" + (slash == nullptr ? file : slash + 1) + ":" +
@@ -71,7 +71,7 @@ void throwInjectedFailure(const char* call, const char* file, int line) {
 
 void checkCall(cudaError_t code, const char* call, const char* file, int line) {
   if (code == cudaSuccess) return;
-  cudaGetLastError();  // a recoverable error must not show up again at the next launch
+  cudaGetLastError();  // a recoverable error must not be reported again by the next launch
   throwFailed(code, callWithPlace(call, file, line));
 }
 

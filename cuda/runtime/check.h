@@ -1,4 +1,4 @@
-/// The checks of CUDA calls and of kernel launches.
+/// Checks for CUDA calls and kernel launches.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -11,14 +11,15 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Whether a process can no longer use the GPU after this error, and has to be restarted.
+/// Whether a process can no longer use the GPU after this error and must be restarted.
 bool isLost(cudaError_t code);
 
-/// For tests: makes the n-th checked call from now on, counted from 1, fail with `code`, and all
-/// later ones if isLost(code). A call that is to fail is not made; a launch is. 0: no call fails.
+/// For tests: makes the n-th checked call from now on, counted from 1, fail with `code`; if
+/// isLost(code), all calls after it fail too. A call that is to fail is not executed, but a kernel
+/// launch is. With n = 0, no call fails.
 void failCall(uint64_t n, cudaError_t code);
 
-/// Counts a call that is about to be made. @return whether it has to fail.
+/// Counts a call that is about to be made. @return whether it must fail.
 bool shouldFail();
 [[noreturn]] void throwInjectedFailure(const char* call, const char* file, int line);
 
@@ -26,8 +27,8 @@ bool shouldFail();
 /// success.
 void checkCall(cudaError_t code, const char* call, const char* file, int line);
 
-/// Call this after a launch. @throws BackendError if the launch was refused. Errors inside the
-/// kernel appear in a later call, since this does not wait.
+/// Call this after a launch. @throws BackendError if the launch was refused. Does not wait, so
+/// errors inside the kernel are reported by a later call.
 void checkLaunch(const char* kernel);
 
 }  // namespace gpu

@@ -23,10 +23,10 @@ std::string findDriverProblem() {
            versionText(driver) + ", but this program was built with CUDA " + versionText(runtime);
   }
   if (error == cudaErrorNoDevice || (error == cudaSuccess && devices == 0)) {
-    return "the driver sees no CUDA device";
+    return "the driver finds no CUDA device";
   }
   if (error == cudaSuccess) return "";
-  return std::string("CUDA does not start: ") + cudaGetErrorString(error);
+  return std::string("CUDA could not be initialised: ") + cudaGetErrorString(error);
 }
 
 }  // namespace

@@ -12,11 +12,12 @@ std::string deviceName();
 int multiprocessorCount();
 size_t freeDeviceMemory();  ///< In bytes.
 
-/// Makes a device the calling thread's current one, since a mapper may be used from any thread.
+/// Makes `device` the current device of the calling thread, as a mapper may be used from any
+/// thread.
 void useDevice(int device);
 
-/// Why no kernel of this binary can run on the current device; empty if one can. `kernel` is any of
-/// the binary's kernels.
+/// The reason why kernels of this binary cannot run on the current device; empty if they can.
+/// @param kernel Any kernel of the binary.
 std::string findDeviceProblem(const void* kernel);
 
 }  // namespace gpu

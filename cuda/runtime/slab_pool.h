@@ -1,4 +1,4 @@
-/// A pool of records of equal size, in slabs that never move: it grows without copying its
+/// A pool of records of equal size, in slabs that never move, so that it grows without copying its
 /// contents.
 #pragma once
 
@@ -11,7 +11,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Where kernels find record i of a pool; T is the element type.
+/// Gives kernels access to the records of a pool. T is the type of a record's elements.
 template <class T, int kRecordSize, int kRecordsPerSlabLog2>
 struct SlabView {
   T* const* slabs;
@@ -29,12 +29,12 @@ class SlabPool {
  public:
   using View = SlabView<T, kRecordSize, kRecordsPerSlabLog2>;
 
-  /// Makes room for `count` records, and zeroes new memory. Waits for the stream only if it has to
-  /// grow. @throws BackendError if memory runs out; the pool then keeps its size.
+  /// Makes room for `count` records, and zeroes new memory. Waits for the stream only if the pool
+  /// has to grow. @throws BackendError if memory runs out; the pool then keeps its size.
   void reserve(size_t count, const Stream& stream) {
     const size_t wanted = slabsFor(count);
     if (wanted <= slabs_.size()) return;
-    // A large map grows in a few large steps, a small one in small steps.
+    // A large map grows in large steps, a small one in small steps.
     const size_t chunk = std::max(wanted - slabs_.size(), slabs_.size() / 8);
     DeviceBuffer<T> memory = allocateChunk(chunk, wanted - slabs_.size());
     memory.zero(stream);
@@ -54,11 +54,11 @@ class SlabPool {
   }
 
   /// Makes room before it is needed; kernels may be reading the pool. If there is no room for
-  /// `count` records, makes room for up to `most`: even a small allocation takes as long as half a
-  /// frame. Does nothing if that would take much of the device's free memory or make the table
-  /// grow.
+  /// `count` records, makes room for up to `most`, as even a small allocation takes as long as half
+  /// a frame. Does nothing if that would take much of the device's free memory or if the table
+  /// would have to grow.
   void reserveAhead(size_t count, size_t most, const Stream& stream) {
-    constexpr size_t kMinLeft = 8;  // free memory must be this many times the allocation
+    constexpr size_t kMinLeft = 8;  // free memory must be at least this many times the allocation
     const size_t there = slabs_.size(), least = slabsFor(count);
     if (least <= there) return;
     const size_t few = std::max(least, there + there / 8);
@@ -95,7 +95,7 @@ class SlabPool {
   std::vector<T*> slabs_;
   DeviceBuffer<T*> table_;
   PinnedBuffer<T*> pinned_table_;
-  size_t uploaded_ = 0;  ///< Entries in the device's table, which kernels may be reading.
+  size_t uploaded_ = 0;  ///< Number of entries in the device's table, which kernels may be reading.
 };
 
 }  // namespace gpu

@@ -1,4 +1,4 @@
-/// Streams and events that free themselves.
+/// RAII wrappers of CUDA streams and events.
 #pragma once
 
 #include <utility>
@@ -11,7 +11,7 @@ namespace gpu {
 /// A point in a stream's work. Waiting for an event that was never recorded returns at once.
 class Event {
  public:
-  /// @param flags cudaEventDefault for an event with timing.
+  /// @param flags cudaEventDefault for an event that records its time.
   explicit Event(unsigned flags = cudaEventDisableTiming) {
     DTSDF_CHECK_CUDA(cudaEventCreateWithFlags(&event_, flags));
   }
@@ -29,7 +29,7 @@ class Event {
   /// Blocks the calling thread until the work before the event is done.
   void wait() const { DTSDF_CHECK_CUDA(cudaEventSynchronize(event_)); }
 
-  /// Time between two events that are done and have timing.
+  /// Time between two events that have completed and that record their times.
   float millisecondsSince(const Event& start) const {
     float elapsed_ms = 0.0f;
     DTSDF_CHECK_CUDA(cudaEventElapsedTime(&elapsed_ms, start.event_, event_));

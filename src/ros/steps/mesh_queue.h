@@ -19,16 +19,16 @@
 
 namespace dtsdf {
 
-/// Changes of the mesh since the last take(), in the order of the members.
+/// Changes to the mesh since the last take(), to be applied in the order of the members.
 struct MeshChanges {
   bool cleared = false;   ///< Whether all blocks were removed first.
-  bool is_whole = false;  ///< Whether `blocks` are the whole mesh, so that all others were removed.
-  std::optional<float> voxel_size_m;    ///< New voxel size, if the map is a new one.
+  bool is_whole = false;  ///< Whether `blocks` is the whole mesh; any other block is gone.
+  std::optional<float> voxel_size_m;    ///< Voxel size, if the map is new.
   std::vector<SharedBlockMesh> blocks;  ///< Replaced blocks, in any order.
   ros::Time stamp;                      ///< Stamp of the newest frame in the mesh; zero if none.
 };
 
-/// Thread safe. Keeps only the newest change of each block, so it never holds more than one mesh of
+/// Thread-safe. Keeps only the newest change of each block, so it never holds more than one mesh of
 /// the map.
 class MeshQueue {
  public:
@@ -46,7 +46,7 @@ class MeshQueue {
     });
   }
 
-  /// Replaces the whole mesh. The reader finds out which blocks differ: see differences().
+  /// Replaces the whole mesh. The reader finds the changed blocks with differences().
   void replaceAll(const std::map<PackedKey, SharedBlockMesh>& mesh, const ros::Time& stamp) {
     change([&] {
       changes_.is_whole = true;
@@ -55,7 +55,7 @@ class MeshQueue {
     });
   }
 
-  /// Removes the whole mesh. The voxel size is given for a new map.
+  /// Removes the whole mesh. Pass the voxel size if a new map begins.
   void clear(std::optional<float> voxel_size_m = std::nullopt) {
     change([&] {
       changes_ = {true, false, voxel_size_m ? voxel_size_m : changes_.voxel_size_m, {}, {}};
@@ -84,12 +84,12 @@ class MeshQueue {
 
   std::function<void()> on_change_;
   std::mutex mutex_;
-  MeshChanges changes_;  ///< Its blocks are in blocks_.
+  MeshChanges changes_;  ///< Without `blocks`, which are in blocks_ until take().
   std::unordered_map<PackedKey, SharedBlockMesh> blocks_;
 };
 
-/// The blocks of `mesh` that `store` lacks or that differ there, and empty blocks for those that
-/// only `store` has.
+/// The blocks of `mesh` that are missing from `store` or differ from it, and an empty block for
+/// each that only `store` has.
 inline std::vector<SharedBlockMesh> differences(const MeshStore& store,
                                                 std::vector<SharedBlockMesh> mesh) {
   const auto isSame = [](const auto& a, const auto& b) {  // the types have no padding

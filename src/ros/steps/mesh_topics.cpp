@@ -23,13 +23,14 @@ using visualization_msgs::MarkerArray;
 
 namespace {
 
-/// Limit of pieces that wait for a listener, and their approximate size.
+/// Maximum number of pieces queued per listener, and the approximate size of a piece.
 constexpr uint32_t kQueuePieces = 20;
 constexpr size_t kPieceBytes = 1 << 20;
-/// Limit of pieces per round and topic; ten rounds a second are 40 MB/s for each topic.
+/// Maximum number of pieces per round and topic. At ten rounds per second, this limits each topic
+/// to about 40 MB/s.
 constexpr int kPiecesPerRound = 4;
 constexpr double kRoundRate_hz = 10.0;
-/// Interval at which a part of the mesh is published again.
+/// Interval at which another part of the mesh is published again.
 constexpr double kRefreshPeriod_s = 1.0;
 
 std_msgs::ColorRGBA toColour(const std::array<uint8_t, 3>& rgb) {
@@ -41,8 +42,8 @@ std_msgs::ColorRGBA toColour(const std::array<uint8_t, 3>& rgb) {
   return colour;
 }
 
-// `mesh`: a TRIANGLE_LIST for each chunk, with a colour per vertex. Stamp 0 makes viewers use their
-// newest transforms.
+// Topic `mesh`: a TRIANGLE_LIST per chunk, with a colour per vertex. With stamp 0, viewers use the
+// latest transform.
 
 Marker makeMarker(const NodeParams& params, int id, int action) {
   Marker marker;
@@ -85,7 +86,7 @@ void add(const NodeParams& params, double step_m, const PackedChunk& chunk, int 
   }
 }
 
-// `mesh_blocks`: packed chunks.
+// Topic `mesh_blocks`: packed chunks.
 
 void begin(const NodeParams& params, double step_m, const ros::Time& stamp, MeshBlocks& message) {
   message.header.frame_id = frameOfMap(params);
@@ -102,12 +103,12 @@ void add(const NodeParams&, double, PackedChunk chunk, int, MeshBlocks& message)
   message.blocks.push_back(toMessage(std::move(chunk)));
 }
 
-/// A topic of the mesh, with its pending chunks. They are sent in pieces, a few at a time, so that
-/// a listener that never reads costs only its queue and delays nobody.
+/// A mesh topic and its pending chunks. They are sent a few pieces at a time, so a listener that
+/// never reads only fills its own queue and delays nobody else.
 template <class Message>
 class ChunkTopic {
  public:
-  /// A new listener first gets a message that clears what an earlier node published.
+  /// A new listener first gets a message that clears any mesh from an earlier node.
   void advertise(const ros::NodeHandle& nh, const std::string& name, const NodeParams& params,
                  const std::atomic<double>& step_m) {
     topic_.advertise<Message>(nh, name, kQueuePieces, [&](const auto& newcomer) {
@@ -148,7 +149,7 @@ class ChunkTopic {
         const std::vector<PackedKey> blocks = chunks.blocksOf(key);
         const uint64_t failures = mesh.meshes.stats().failures;
         const MeshStore store = mesh.meshes.holding(blocks);
-        if (mesh.meshes.stats().failures > failures) {  // tries again in the next round
+        if (mesh.meshes.stats().failures > failures) {  // retried in the next round
           ++next;
           continue;
         }
@@ -172,12 +173,13 @@ class ChunkTopic {
 
  private:
   Topic topic_;
-  std::set<PackedKey> pending_, shown_;   ///< Chunks that wait; chunks that had triangles.
-  std::atomic<size_t> pending_count_{0};  ///< Number of chunks that wait, for the status.
+  std::set<PackedKey> pending_, shown_;   ///< Chunks to publish; chunks that had triangles.
+  std::atomic<size_t> pending_count_{0};  ///< Size of pending_, for the status.
 };
 
-/// Publishes `mesh` and `mesh_blocks`: all changes; the whole mesh when a listener connects; and
-/// the whole mesh again within mesh_topics/refresh_s, for listeners that lost a piece.
+/// Publishes `mesh` and `mesh_blocks`: every change, and the whole mesh when a listener connects.
+/// For listeners that lost a piece, the whole mesh is also published again, part by part, every
+/// mesh_topics/refresh_s.
 class MeshTopicsStep : public Step {
  public:
   MeshTopicsStep(const NodeParams& params, const Rates& rates)
@@ -213,7 +215,7 @@ class MeshTopicsStep : public Step {
       step_m_ = lattice.step_m;
       markers_.publishRound(chunks_, lattice, params_, *mesh);
       blocks_.publishRound(chunks_, lattice, params_, *mesh);
-      // Rests as long as the round took, to leave the core to other threads.
+      // Pauses for as long as the round took, to leave the core to other threads.
       round_pace_.end(now);
     }
     if (markers_.isBehind() || blocks_.isBehind()) return round_pace_.next() - now;

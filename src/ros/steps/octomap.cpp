@@ -1,5 +1,5 @@
-/// The step that publishes free and occupied space as an OctoMap while someone listens; compiled if
-/// octomap_msgs is installed.
+/// The step that publishes free and occupied space as an OctoMap while someone listens. Compiled
+/// only if octomap_msgs is installed.
 #include <octomap_msgs/Octomap.h>
 
 #include <locale>
@@ -23,7 +23,7 @@ class OctomapStep : public Step {
     topic_.advertise<octomap_msgs::Octomap>(handles.prompt, "octomap", 1);
   }
 
-  /// Does not ask for a next call, because SpaceStep makes the output call all steps every 50 ms.
+  /// Requests no next call, because SpaceStep already has all steps called every 50 ms.
   SteadyDuration publish(ShownMesh*) override {
     const SteadyTime begin = std::chrono::steady_clock::now();
     const SpaceStep::Known known = space_.known();
@@ -44,7 +44,7 @@ class OctomapStep : public Step {
   void fill(MapStatus& status) override { status.topics.push_back(topic_.status()); }
 
  private:
-  /// Makes the same message as octomap_msgs::binaryMapToMsg().
+  /// Builds the message that octomap_msgs::binaryMapToMsg() would build.
   octomap_msgs::Octomap makeMessage(const SpaceSnapshot& space, const ros::Time& stamp) const {
     octomap::OcTree tree(space.cellSize_m());
     space.visitCubes([&](const std::vector<SpaceCube>& cubes) {

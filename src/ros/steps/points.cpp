@@ -63,8 +63,8 @@ class PointsStep : public Step {
     Cloud cloud;
     cloud.header.frame_id = frameOfMap(host_.params);
     cloud.header.stamp = pcl_conversions::toPCL(stamp);
-    // Reserves at least one point: pcl_ros copies from the points' address even if there are none,
-    // and that address must not be null.
+    // Reserves at least one point: pcl_ros copies from the address of the points even if there are
+    // none, and this address must not be null.
     cloud.reserve(std::max<size_t>(1, mesh.vertices_m.size()));
     for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
       cloud.push_back(toPoint(mesh, i, host_.params.mapper.mesh.colour));

@@ -12,8 +12,8 @@ namespace dtsdf {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// Axes along (or about) which an image does not constrain its pose: the standard deviation is more
-/// than half of the prior's, `sigma`. `covariance` is that of the position or of the rotation.
+/// Axes along (or about) which an image does not constrain its pose: the standard deviation exceeds
+/// half of `sigma`, that of the prior. `covariance` is for either the position or the rotation.
 inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, double sigma) {
   constexpr double kFreeShare = 0.25;  // share of the prior's variance
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
@@ -29,7 +29,7 @@ inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, 
 /// image to image, so the variance along that axis is made large. An image that was not aligned,
 /// such as the first, has a given pose, so its covariance is kept.
 inline Matrix6d odometryCovariance(const Alignment& alignment, const PoseParams& params) {
-  // Variances of unknown quantities, small enough for filters.
+  // Variances of unknown quantities: large, but not too large for filters.
   constexpr double kUnknown_m2 = 1e3, kUnknown_rad2 = 10.0;
   Matrix6d covariance = alignment.covariance;
   if (params.mode != PoseMode::kTrack || alignment.status != AlignmentStatus::kAligned) {
@@ -46,8 +46,8 @@ inline Matrix6d odometryCovariance(const Alignment& alignment, const PoseParams&
   return covariance;
 }
 
-/// Covariance of B's pose in M, from that of C's pose in W. B is fixed to C; offset_M is the
-/// position of B minus that of C, in M.
+/// Covariance of B's pose in M, from that of C's pose in W. B is rigidly attached to C; `offset_M`
+/// is the position of B minus that of C, in M.
 inline Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Matrix3d& R_M_W,
                                 const Eigen::Vector3d& offset_M) {
   Eigen::Matrix3d cross;

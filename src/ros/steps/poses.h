@@ -1,5 +1,5 @@
-/// The step of poses/mode: refines TF's poses or finds poses without TF, and publishes them as
-/// odometry, as a path and in TF.
+/// The step that implements poses/mode: refines the poses from TF or tracks the camera without TF,
+/// and publishes the poses as odometry, as a path and in TF.
 #pragma once
 
 #include <dtsdf_mapping/PoseStatus.h>
@@ -35,7 +35,7 @@
 namespace dtsdf {
 
 /// Aligns images if poses/mode is refine or track; otherwise leaves poses unchanged. With refine,
-/// each camera is aligned by itself; the correction and the poses of the first camera are
+/// each camera is aligned on its own, but only the correction and the poses of the first one are
 /// published. Serves set_pose and save_trajectory.
 class PosesStep : public Step {
  public:
@@ -130,8 +130,8 @@ class PosesStep : public Step {
     if (mount.T_W_C) publish(frame.stamp, base, mount.T_W_C->inverse());
   }
 
-  /// A tracked camera keeps its pose in an emptied map. In a loaded map, the camera may be
-  /// anywhere, and has to be found.
+  /// When the map is emptied, a tracked camera keeps its pose. When a map is loaded, the camera may
+  /// be anywhere in it and must be relocalised.
   void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) override {
     if (!isOn()) return;
     must_relocalise_ = true;
@@ -164,13 +164,13 @@ class PosesStep : public Step {
 
   /// Poses of the first camera's frames in the map, in the order of fusing: the newest kMaxPoses.
   const std::deque<StampedPose>& fusedPoses() const { return fused_; }
-  /// The newest odometry, even without listeners.
+  /// The latest odometry, set even without listeners.
   const std::optional<nav_msgs::Odometry>& published() const { return published_; }
   /// With refine, maps the first camera's poses from TF to refined poses, in M.
   const Eigen::Isometry3d& T_M_O() const { return T_M_O_; }
 
  private:
-  /// Limit of the trajectory: over three hours at 30 images a second.
+  /// Maximum length of the trajectory: over three hours at 30 images per second.
   static constexpr size_t kMaxPoses = 360000;
 
   bool isOn() const { return params_.poses.mode != PoseMode::kTf; }
@@ -222,7 +222,8 @@ class PosesStep : public Step {
     return host_.frame.level().value_or(Eigen::Isometry3d::Identity());
   }
 
-  /// If stamps go back, a recording or the odometry has started over, so the refiner does too.
+  /// If stamps jump back, a recording or the odometry has restarted, so the refiner starts over
+  /// too.
   Alignment refine(const PosedFrame& frame, const DepthFrame& depth) {
     PoseRefiner& refiner = refiners_.at(frame.camera);
     const ros::Time last = std::exchange(last_stamps_.at(frame.camera), frame.stamp);
@@ -236,7 +237,7 @@ class PosesStep : public Step {
     return alignment;
   }
 
-  /// In an empty map, where nothing can be found, the camera keeps its pose.
+  /// The camera keeps its pose while the map is empty, because there is nothing to align it to.
   Alignment track(const PosedFrame& frame, const DepthFrame& depth) {
     const std::optional<Eigen::Isometry3d> last_T_W_C = tracker_.lastPose();
     if (given_T_W_B_) {
@@ -285,9 +286,9 @@ class PosesStep : public Step {
     report = std::move(status);
   }
 
-  /// Publishes odometry and path and, with track, the pose in TF.
+  /// Publishes the odometry, the path and, with track, the pose in TF.
   void publish(const ros::Time& stamp, const std::string& base, const Eigen::Isometry3d& T_C_B) {
-    // Variance of speeds, which are not measured.
+    // Variance that marks the speeds as not measured.
     constexpr double kNoSpeed = 1e6;
     const Eigen::Isometry3d T_M_W = T_W_M().inverse();
     const Eigen::Isometry3d T_W_B = found_.T_W_C * T_C_B, T_M_B = T_M_W * T_W_B;
@@ -357,7 +358,7 @@ class PosesStep : public Step {
   const Host& host_;
   const NodeParams& params_;
   const std::string parent_;  ///< Name of the frame in which poses are published.
-  // For each camera, with refine: its refiner, and the stamp of its newest depth image.
+  // Used with refine, one per camera: the refiner, and the stamp of the newest depth image.
   std::vector<PoseRefiner> refiners_;
   std::vector<ros::Time> last_stamps_;
   PoseTracker tracker_;
@@ -378,7 +379,7 @@ class PosesStep : public Step {
 
   mutable std::mutex mutex_;                       ///< Guards the members below.
   std::vector<dtsdf_mapping::PoseStatus> report_;  ///< One for each camera.
-  std::string problem_;        ///< Why a transform is not published; empty: all are.
+  std::string problem_;        ///< Why a transform is not published; empty if all are.
   std::string blocked_frame_;  ///< Child frame of the transform that `problem_` is about.
 };
 

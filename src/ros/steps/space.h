@@ -1,5 +1,5 @@
-/// Free and occupied space: the ground grid and its updates, slices of distances, and
-/// planners' queries.
+/// The step for free and occupied space: publishes the ground grid, its updates and slices of
+/// distances, and answers planners' queries.
 #pragma once
 
 #include <dtsdf_mapping/GetDistanceGrid.h>
@@ -42,7 +42,7 @@ class SpaceStep : public Step {
       : host_(host), is_on_(host.params.mapper.space.enabled), pace_(host.rates.space_hz) {
     if (!is_on_) return;
     const MapperParams& params = host.params.mapper;
-    // With map/page_folder, cells and distances for planners may keep as much in memory as the
+    // With map/page_folder, the cells and distances for planners may take as much memory as the
     // map's own cells, but at most 64 MiB.
     const size_t most_bytes = std::min(freeBudgetOf(params), size_t{64} << 20);
     // Leaves half of the cores to the rest of the node.
@@ -107,7 +107,7 @@ class SpaceStep : public Step {
     const std::lock_guard<std::mutex> lock(mutex_);
     bytes_ = follower_->bytes() + (grid_ ? grid_->bytes() : 0);
     pages_ = follower_->pageStats();
-    constexpr std::chrono::milliseconds kUntilNext{50};  // an update may be due after a grid
+    constexpr std::chrono::milliseconds kUntilNext{50};  // soon enough for the update after a grid
     return kUntilNext;
   }
 
@@ -123,8 +123,8 @@ class SpaceStep : public Step {
 
   struct Known {
     std::shared_ptr<const SpaceSnapshot> space = std::make_shared<const SpaceSnapshot>();
-    /// Stamp of the newest frame whose surfaces are in `space`; later frames may have freed cells.
-    /// 0 if no frame was fused, as in a loaded map.
+    /// Stamp of the newest frame whose surfaces are in `space`. Cells freed by even newer frames
+    /// may be in it too. 0 if no frame was fused, as in a loaded map.
     ros::Time stamp;
   };
   Known known() const {
@@ -135,7 +135,7 @@ class SpaceStep : public Step {
  private:
   void answer(const dtsdf_mapping::GetDistances::Request& request,
               dtsdf_mapping::GetDistances::Response& response) const {
-    checkPoints(request.points);  // before any frame is looked up
+    checkPoints(request.points);
     const Eigen::Isometry3d T_W_F = host_.frame.find(request.header.frame_id, request.header.stamp);
     const auto [space, stamp] = knownToPlanners();
     const Eigen::Matrix3d R_F_W = T_W_F.linear().transpose();
@@ -153,20 +153,19 @@ class SpaceStep : public Step {
                   dtsdf_mapping::GetDistanceGrid::Response& response) const {
     constexpr size_t kMaxShapes = 1000;
     if (request.cleared_boxes.size() + request.cleared_spheres.size() > kMaxShapes) {
-      throw std::runtime_error(
-          formatted("at most %zu shapes can be cleared in a call", kMaxShapes));
+      throw std::runtime_error(formatted("at most %zu shapes can be cleared per call", kMaxShapes));
     }
     const Eigen::Isometry3d T_W_F = host_.frame.find(request.header.frame_id, request.header.stamp);
     const auto box = readBox(request.box, T_W_F);
-    if (!box) throw std::runtime_error("the box has no size; give box.size, in metres");
+    if (!box) throw std::runtime_error("the box has no size; set box.size, in metres");
     std::vector<Region> cleared;
     for (const auto& shape : request.cleared_boxes) {
-      if (!(shape.size.x > 0.0)) throw std::runtime_error("a box of cleared_boxes has no size");
+      if (!(shape.size.x > 0.0)) throw std::runtime_error("a box in cleared_boxes has no size");
       cleared.push_back(readRegion(shape, {}, T_W_F));
     }
     for (const auto& shape : request.cleared_spheres) {
       if (!(shape.radius > 0.0)) {
-        throw std::runtime_error("a sphere of cleared_spheres has no radius");
+        throw std::runtime_error("a sphere in cleared_spheres has no radius");
       }
       cleared.push_back(readRegion({}, shape, T_W_F));
       const std::string problem = findProblem(cleared.back());
@@ -198,8 +197,8 @@ class SpaceStep : public Step {
     Known known = this->known();
     if (!known.space->isEmpty()) return known;
     throw std::runtime_error(
-        "nothing is mapped yet since the start, clear_map or load_map; ask again once a frame has "
-        "been fused and meshed");
+        "nothing is mapped yet: no frame has been fused and meshed since the start, clear_map or "
+        "load_map; try again later");
   }
 
   /// @throws std::runtime_error for too many points, or for a point that is not finite.
@@ -218,7 +217,7 @@ class SpaceStep : public Step {
   }
 
   bool isFull() const {
-    constexpr size_t kMaxWaiting = size_t{1} << 15;  // cubes: some megabytes
+    constexpr size_t kMaxWaiting = size_t{1} << 15;  // in cubes; a few megabytes
     const std::lock_guard<std::mutex> lock(mutex_);
     return waiting_ && waiting_->cubes.size() >= kMaxWaiting;
   }
@@ -239,7 +238,7 @@ class SpaceStep : public Step {
   }
 
   /// Queues changes, or a part of them if there are many. Their stamp is that of the newest frame
-  /// in the mesh; a later frame, fused during the extraction, may already have freed some cells.
+  /// in the mesh. Frames fused since that extraction began may already have freed some cells.
   void handOver() {
     Space* const space = host_.map.mapper().space();
     if (space == nullptr) return;
@@ -270,7 +269,8 @@ class SpaceStep : public Step {
     std::swap(known_, now);
   }
 
-  /// Gives new listeners the whole grid and slice, and deletes a grid without listeners.
+  /// Schedules the whole grid and slice for new listeners, and deletes the grid when nobody
+  /// listens.
   void handleNewListeners() {
     const bool is_followed = grids_.hasSubscribers() || updates_.hasSubscribers();
     const bool is_reader_new = grids_.takeNewSubscriber();
@@ -291,7 +291,8 @@ class SpaceStep : public Step {
     if (is_grid_new || is_slice_new) is_outdated_ = publish_now_ = true;
   }
 
-  /// Updates grid and slice, then rests as long as that took, to leave the core to other threads.
+  /// Updates the grid and slice, then pauses for as long as that took, to leave the core to other
+  /// threads.
   void updateOutputs(SteadyTime now) {
     is_outdated_ = publish_now_ = false;
     if (grid_) {
@@ -309,8 +310,8 @@ class SpaceStep : public Step {
                                    "occupancy_grid would have "
                                        << sizeOf(window).x() << " x " << sizeOf(window).y()
                                        << " cells, more than " << GroundGrid::kMaxColumns
-                                       << ", so only its present part is kept; use larger cells "
-                                          "(space/cell_voxels) or map/keep_radius_m, and look for "
+                                       << ", so it no longer grows; use larger cells "
+                                          "(space/cell_voxels) or map/keep_radius_m, and check for "
                                           "frames with wrong poses");
   }
 
@@ -366,10 +367,10 @@ class SpaceStep : public Step {
     slices_.publish(cloud);
   }
 
-  // costmap_2d's StaticLayer applies an update to its last grid without checking bounds, and gets
-  // both on separate connections. If several messages arrive in one of its cycles, only the region
-  // of the last message takes effect. So an update follows its grid after a delay, and covers the
-  // whole grid for several cycles.
+  // costmap_2d's StaticLayer receives grids and updates on separate connections, and applies each
+  // update to its last grid without checking bounds. If several messages arrive in one of its
+  // cycles, only the region of the last message takes effect. So updates begin some time after a
+  // grid, and cover the whole grid for several cycles.
   static constexpr std::chrono::milliseconds kUpdateGap{200}, kSettling{2000};
 
   std_msgs::Header headerOf(const ros::Time& stamp) const {
@@ -382,13 +383,13 @@ class SpaceStep : public Step {
   const Host& host_;
   const bool is_on_;
 
-  bool is_part_ = false;  ///< For the map thread: whether changes are left to queue.
+  bool is_part_ = false;  ///< On the map thread: whether the map has more changes to queue.
 
-  // Used on the output thread only, except the topics and the servers.
+  // Used on the output thread only, except for the topics and the servers.
   std::unique_ptr<SpaceFollower> follower_;
   std::optional<GroundGrid> grid_;  ///< Set while somebody listens.
   bool is_grid_due_ = false, is_outdated_ = false;
-  bool publish_now_ = false;  ///< Publishes without waiting for pace_: for a new map or listener.
+  bool publish_now_ = false;  ///< Publish without waiting for pace_: for a new map or listener.
   SteadyTime grid_at_{};
   bool is_update_due_ = false;  ///< Listeners need an update.
   Pace pace_;

@@ -27,7 +27,7 @@ class LiveMap;
 class MapChunks;
 class MapFrame;
 
-/// The mesh that the output publishes. A thread holds the mutex while it uses the mesh.
+/// The mesh that the output publishes. Lock the mutex while using the mesh.
 struct ShownMesh {
   explicit ShownMesh(const MapParams& params) : meshes(params) {}
 
@@ -60,7 +60,7 @@ struct Host {
   /// Waits until the output thread has applied all queued changes. After that, nothing of an
   /// earlier map is published, and no query is answered from an earlier map.
   std::function<void()> await_output;
-  std::atomic<bool>& is_ending;  ///< Waiting calls give up if it is set.
+  std::atomic<bool>& is_ending;  ///< Once set, calls that wait give up.
 };
 
 /// Node handles for callbacks on different threads; all but `input` and `map` are in the
@@ -81,7 +81,8 @@ class Step {
 
   /// Advertises topics and services, and subscribes to topics.
   virtual void advertise(const Handles&) {}
-  /// Called after all steps have advertised, before the first image. An exception aborts the start.
+  /// Called after all steps have advertised, before the first image. An exception aborts the
+  /// startup.
   virtual void begin() {}
 
   // Called on the map thread, unless stated otherwise.
@@ -92,22 +93,21 @@ class Step {
   virtual std::optional<Rejection> place(PosedFrame&) { return std::nullopt; }
   /// The mapper has processed a frame; the result says whether it was fused.
   virtual void fused(const PosedFrame&, const IntegrationResult&) {}
-  /// Rate at which an up-to-date mesh is needed; nothing if it is not needed. Called on
-  /// any thread.
+  /// Rate at which an up-to-date mesh is needed; nullopt if none is needed. Called on any thread.
   virtual std::optional<double> meshRate_hz() const { return std::nullopt; }
   /// An extraction was finished.
   virtual void meshed() {}
   /// A part of the map was emptied.
   virtual void regionCleared(const Region&) {}
-  /// A loaded map has replaced the map: its contents without voxels, and its file. Both are null if
-  /// the map was emptied.
+  /// A loaded map has replaced the map. The arguments are its contents, without voxels, and its
+  /// file; both are null if the map was emptied instead.
   virtual void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) {}
   /// A map of the same frames at corrected poses has replaced the map.
   virtual void corrected() {}
   /// The backend has failed.
   virtual void failed() {}
-  /// Does some work of the step, unless a frame waits and has precedence. @return whether it did
-  /// any work.
+  /// Does some work of the step, unless a frame is waiting, which takes precedence. @return whether
+  /// it did any work.
   virtual bool work(bool /*frame_waits*/) { return false; }
 
   // Called on the output thread, unless stated otherwise.

@@ -18,7 +18,8 @@ namespace dtsdf {
 namespace {
 
 constexpr double kMaxViews_hz = 5.0;
-/// After rendering a view, the map thread works on frames for at least this many times as long.
+/// After rendering a view, the map thread fuses frames for at least this many times as long as the
+/// rendering took.
 constexpr int kFramesPerView = 4;
 
 /// A depth image as in REP 118: metres, and NaN where there is no surface.

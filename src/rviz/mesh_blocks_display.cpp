@@ -31,7 +31,8 @@ using rviz::StatusProperty;
 
 namespace {
 
-/// Messages that may wait while RViz renders. None may be lost, because each holds only changes.
+/// Maximum number of messages queued while RViz renders. None may be lost, because each holds only
+/// changes.
 constexpr uint32_t kQueue = 1000;
 
 constexpr char kTopicStatus[] = "Topic";
@@ -63,14 +64,14 @@ class MeshBlocksDisplay : public rviz::Display {
     alpha_->setMin(0.0f);
     alpha_->setMax(1.0f);
     backfaces_ =
-        new rviz::BoolProperty("Backfaces", true, "Show surfaces from behind, too; off: faster.",
+        new rviz::BoolProperty("Backfaces", true, "Also show surfaces from behind. Faster if off.",
                                this, SLOT(updateStyle()));
     wireframe_ = new rviz::BoolProperty("Wireframe", false, "Show only the edges of triangles.",
                                         this, SLOT(updateStyle()));
     detail_ =
         new rviz::FloatProperty("Detail", 2.0f,
-                                "Largest width, in pixels, of the coarser triangles that distant "
-                                "parts are drawn with; 0: full detail everywhere.",
+                                "Distant parts are drawn with coarser triangles, up to this many "
+                                "pixels wide; 0 draws everything in full detail.",
                                 this);
     detail_->setMin(0.0f);
     detail_->setMax(20.0f);

@@ -44,12 +44,13 @@ Interval insideQuadric(double a, double b, double c) {
   return Interval((-b - root) / a, (-b + root) / a);
 }
 
-/// A ray enters a convex solid where its interval begins. From inside a solid nothing is seen.
+/// Where a ray enters a convex solid, given its interval inside. Infinity if it misses the solid or
+/// starts inside it.
 double entry(const Interval& inside) {
   return inside.isEmpty() || inside.min().x() <= 0.0 ? kInfinity : inside.min().x();
 }
 
-/// Signed distance to a box, from abs(p) - half size per axis.
+/// Signed distance to a box, given abs(p) - half size along each axis.
 double boxDistance(const Eigen::Vector3d& excess) {
   return excess.cwiseMax(0.0).norm() + std::min(excess.maxCoeff(), 0.0);
 }
@@ -89,7 +90,7 @@ double intersect(const Rod& rod, const Ray& ray) {
 
 double intersect(const Room& room, const Ray& ray) {
   const Interval inside = insideBox(ray.origin(), ray.direction(), room.min(), room.max());
-  // Everything outside the room is solid, so from there nothing can be measured.
+  // Everything outside the room is solid, so a ray that starts there hits nothing.
   const bool within = !inside.isEmpty() && inside.min().x() <= 0.0 && inside.max().x() > 0.0;
   return within ? inside.max().x() : kInfinity;
 }
@@ -186,13 +187,13 @@ Rod makePost(double x, double y, double height_m, double radius_m) {
 Scene makeRoomScene() {
   Scene scene;
   scene.add(Room{Vector3d(-3.0, -2.5, 0.0), Vector3d(3.0, 2.5, 2.6)});
-  // The wall that is seen from both sides, 30 mm thick.
+  // A 30 mm thick wall, visible from both sides.
   scene.add(makeBox(Vector3d(0.0, 0.0, 0.85), Vector3d(1.8, 0.03, 1.7)));
   // Plates 10, 20 and 40 mm thick on the floor. Only the first is aligned with the grid.
   scene.add(makeBox(Vector3d(-0.6, 0.55, 0.4), Vector3d(0.5, 0.01, 0.8)));
   scene.add(makeBox(Vector3d(0.5, 0.55, 0.45), Vector3d(0.5, 0.02, 0.9), 0.6));
   scene.add(makeBox(Vector3d(0.1, -0.55, 0.45), Vector3d(0.5, 0.04, 0.9), -0.35));
-  // A table of one thin plate on four rods.
+  // A table: a thin plate on four rods.
   scene.add(makeBox(Vector3d(-0.7, -0.6, 0.61), Vector3d(0.6, 0.5, 0.02), 0.2));
   for (const double dx : {-0.22, 0.22}) {
     for (const double dy : {-0.17, 0.17}) scene.add(makePost(-0.7 + dx, -0.6 + dy, 0.6, 0.015));
@@ -224,7 +225,7 @@ Eigen::Isometry3d roomCameraPose(double time_s, double lap_s) {
   const double angle = 2.0 * kPi * time_s / lap_s;
   const Vector3d eye_W(2.15 * std::cos(angle), 1.75 * std::sin(angle),
                        1.35 + 0.35 * std::sin(2.0 * angle));
-  // The view swings about the middle of the room, so that its corners are seen too.
+  // The target moves around the centre of the room, so that the corners come into view too.
   const Vector3d target_W(0.5 * std::sin(3.0 * angle), 0.4 * std::cos(2.0 * angle),
                           0.75 + 0.25 * std::sin(3.0 * angle + 1.0));
   return lookAt(eye_W, target_W, Vector3d::UnitZ());
@@ -240,8 +241,8 @@ constexpr Paint kRoundPaint{120, 70, 160};
 constexpr double kSquare_m = 0.25;
 constexpr double kDarkShade = 0.7;
 
-/// The face of a box that a point lies on: the face across the axis along which the point is
-/// farthest out.
+/// The face of a box that a point lies on: the one perpendicular to the axis along which the point
+/// is farthest out.
 int faceOf(const Eigen::Vector3d& p, const Eigen::Vector3d& half_size) {
   int axis = 0;
   (p.cwiseAbs() - half_size).maxCoeff(&axis);
@@ -290,7 +291,7 @@ void boundAxis(double x, double z, double radius, double f, double c, int size, 
   end = static_cast<int>(std::clamp(std::ceil(f * last + c) + 1.0, 0.0, limit));
 }
 
-/// The pixels in which a shape may be seen, from min() up to but excluding max().
+/// The pixels in which a shape may be visible, from min() up to but excluding max().
 Eigen::AlignedBox2i projectedRect(const Shape& shape, const Intrinsics& K, int width, int height,
                                   const Eigen::Isometry3d& T_C_W) {
   Eigen::AlignedBox2i rect(Eigen::Vector2i(0, 0), Eigen::Vector2i(width, height));
@@ -305,7 +306,7 @@ Eigen::AlignedBox2i projectedRect(const Shape& shape, const Intrinsics& K, int w
   return rect;
 }
 
-/// What is seen in one pixel: depth, and index of the shape.
+/// The surface visible in a pixel: its depth, and the index of its shape.
 using Hit = std::pair<float, size_t>;
 
 /// The direction of a pixel in the optical frame, with z = 1: a ray's parameter is then the depth.

@@ -41,7 +41,7 @@ using Room = Eigen::AlignedBox3d;
 
 using Shape = std::variant<Plane, Sphere, Box, Rod, Room>;
 
-/// An axis-aligned box, or a plate, turned by `yaw_rad` about the vertical through its centre.
+/// An axis-aligned box, or a plate, turned by `yaw_rad` about the vertical axis through its centre.
 Box makeBox(const Eigen::Vector3d& centre_W, const Eigen::Vector3d& size_m, double yaw_rad = 0.0);
 
 /// A union of solid shapes, in metres, in the map frame W.
@@ -76,30 +76,30 @@ DepthFrame depthFrameOf(const std::vector<float>& depth_m, const Intrinsics& int
 /// Red, green and blue of a surface.
 using Paint = std::array<uint8_t, 3>;
 
-/// The colour at a point on the surface of a shape. Each face of a box or a room has its own
-/// colour, in squares of 0.25 m in two shades, so that the two sides of a plate differ.
+/// The colour at a point on the surface of a shape. Each face of a box or room has its own colour,
+/// so that the two sides of a plate differ, in a chequerboard of two shades with 0.25 m squares.
 Paint paintAt(const Scene& scene, size_t shape, const Eigen::Vector3d& p_W);
 
 /// The colour of every pixel, row-major; black where nothing is hit.
 std::vector<Paint> renderPaint(const Scene& scene, const Intrinsics& intrinsics, int width,
                                int height, const Eigen::Isometry3d& T_W_C);
 
-/// The pose of a camera (x right, y down, z forward) at `eye_W` that looks at `target_W`; `up_W`
-/// must not be parallel to the view.
+/// The pose of a camera (x right, y down, z forward) at `eye_W` looking at `target_W`; `up_W` must
+/// not be parallel to the line of sight.
 Eigen::Isometry3d lookAt(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& target_W,
                          const Eigen::Vector3d& up_W);
 
-/// A room of 6 x 5 x 2.6 m, with z up and the floor at z = 0. In the middle is a wall that is seen
+/// A 6 x 5 x 2.6 m room, with z up and the floor at z = 0. In the middle is a wall that is visible
 /// from both sides; around it are plates 10, 20 and 40 mm thick and rods 20 to 60 mm thick.
 Scene makeRoomScene();
 
-/// `count` balls that circle in the room of makeRoomScene(), 10 s per lap. They pass in front of
-/// and behind its wall, and stay clear of the camera of roomCameraPose().
+/// `count` balls circling in the room of makeRoomScene(), at 10 s per lap. They pass on both sides
+/// of its wall, and stay clear of the camera of roomCameraPose().
 std::vector<Sphere> roomBalls(int count, double time_s);
 
-/// The pose of a camera on a smooth closed lap around the middle of makeRoomScene(), in `lap_s`
-/// seconds, that sees both sides of its wall and plates. Every pose is inside the room, so every
-/// pixel has a depth.
+/// The pose of a camera that circles the middle of makeRoomScene() once in `lap_s` seconds, on a
+/// smooth closed path from which both sides of the wall and of the plates are visible. Every pose
+/// is inside the room, so every pixel has a depth.
 Eigen::Isometry3d roomCameraPose(double time_s, double lap_s = 24.0);
 
 }  // namespace dtsdf

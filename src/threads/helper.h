@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Call it from one thread at a time. The destructor waits for the task and ignores its error.
+/// Not thread-safe. The destructor waits for the task and ignores its error.
 class Helper {
  public:
   ~Helper() {
@@ -22,8 +22,8 @@ class Helper {
     if (thread_.joinable()) thread_.join();
   }
 
-  /// Waits for the previous task and starts `task`. @throws an error of the previous task, or
-  /// std::system_error if no thread can be made; `task` is then not started.
+  /// Waits for the previous task and starts `task`. @throws the error of the previous task, or
+  /// std::system_error if no thread can be created. In either case, `task` is not started.
   void start(std::function<void()> task) {
     wait();
     if (!thread_.joinable()) thread_ = std::thread([this] { run(); });

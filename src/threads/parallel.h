@@ -23,8 +23,8 @@ inline int threadCount(int threads) {
 
 /// Calls body(i, scratch) for each i below `count`, on up to threadCount(threads) threads, each
 /// with its own Scratch. After an exception no more indices are taken, and the first exception is
-/// thrown to the caller. A thread takes `kGrain` indices at a time; use several if the calls are
-/// short. If `count` is at most `kGrain`, no other thread is woken.
+/// thrown to the caller. A thread takes `kGrain` indices at a time; use a larger value if the calls
+/// are short. If `count` is at most `kGrain`, no other thread is woken.
 template <class Scratch, size_t kGrain = 1, class Body>
 void parallelFor(size_t count, int threads, const Body& body) {
   std::exception_ptr error;
@@ -69,9 +69,9 @@ void parallelFor(size_t count, int threads, const Body& body) {
   parallelFor<NoScratch, kGrain>(count, threads, [&](size_t i, NoScratch&) { body(i); });
 }
 
-/// Calls make(i) for each i below `count` in parallel, and take(i, product) with the products in
-/// order, one at a time. At most one product per thread is kept. After an exception the remaining
-/// calls are skipped, and the first exception is thrown to the caller.
+/// Calls make(i) for each i below `count` in parallel, and take(i, product) in order, one at a
+/// time. At most one product per thread is kept. After an exception the remaining calls are
+/// skipped, and the first exception is thrown to the caller.
 template <class Make, class Take>
 void makeInOrder(size_t count, int threads, const Make& make, const Take& take) {
   std::mutex mutex;

@@ -105,7 +105,7 @@ class TeamMember {
   std::mutex mutex_;
   std::condition_variable changed_;
   int sleepers_ = 0;    ///< Guarded by mutex_.
-  std::thread thread_;  ///< The last member, since the thread uses the others.
+  std::thread thread_;  ///< Declared last, since the thread uses the other members.
 };
 
 /// Threads that help one thread with its loops. After a fork, the child has none.
@@ -120,8 +120,8 @@ class Team {
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
-  /// The calling thread's team. It is gone when static objects are destroyed, so their destructors
-  /// must not run loops.
+  /// The calling thread's team. It is destroyed before static objects, so their destructors must
+  /// not run loops.
   static Team& own() {
     thread_local Team team;
     return team;
@@ -155,7 +155,7 @@ class Team {
   bool isForked() const { return getpid() != pid_; }
 
   /// Starts members until there are `wanted`. @return their number; fewer if threads cannot be
-  /// made, 0 after a fork.
+  /// created, 0 after a fork.
   size_t gather(size_t wanted) {
     if (isForked()) return 0;
     try {

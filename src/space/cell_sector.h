@@ -14,7 +14,8 @@
 
 namespace dtsdf {
 
-/// A cube of cells: those that images saw through, and those with surfaces.
+/// The free cells and the cells with surfaces in a cube. Surfaces take precedence where both are
+/// set.
 struct CubeCells {
   CellMask free{}, surface{};
 };
@@ -43,7 +44,7 @@ inline SpaceCube toSpaceCube(const Vec3i& key, const CubeCells& cube) {
 constexpr CellMask kAllCells{{~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0},
                               ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}}};
 
-/// The cubes of a sector that have known cells, by their numbers.
+/// The cubes of a sector that contain known cells, indexed by number.
 class CellSector {
  public:
   /// The cells of a cube; all zeros if none is known.
@@ -67,7 +68,7 @@ class CellSector {
   bool has(int number) const { return (known_ & bit(number)) != 0; }
   bool isEmpty() const { return known_ == 0 && !is_lost_; }
 
-  /// Stands for a sector that cannot be read. Only cells that are added later are known.
+  /// A substitute for a sector that could not be read: only cells added to it later are known.
   static CellSector lost() {
     CellSector sector;
     sector.is_lost_ = true;
@@ -93,7 +94,7 @@ class CellSector {
   }
 
  private:
-  static_assert(kCubesPerSector == 64, "a bit for each cube");
+  static_assert(kCubesPerSector == 64, "known_ has one bit per cube");
 
   static uint64_t bit(int number) { return uint64_t{1} << number; }
   size_t placeOf(int number) const {
@@ -107,8 +108,9 @@ class CellSector {
 
 using CellSectors = Sectors<CellSector>;
 
-/// The surfaces in a sector, for distances; null: none. A sector that was lost or cannot be read
-/// counts as full of surfaces, so that no distance is too large.
+/// The sector whose surface cells are used for computing distances; null if the table has no such
+/// sector. A sector that was lost or cannot be read counts as full of surfaces, so that no distance
+/// is overestimated.
 inline std::shared_ptr<const CellSector> surfacesIn(const CellSectors& sectors, PackedKey key) {
   static const auto everywhere = [] {
     const auto sector = std::make_shared<CellSector>();
@@ -153,7 +155,7 @@ inline std::vector<SpaceCube> cubesIn(const CellSectors& sectors, int32_t first_
   return found;
 }
 
-/// A sorted set of cubes: by sector, a bit for each cube.
+/// A sorted set of cubes: for each sector, a bit mask of its cubes.
 using CubeSet = std::map<PackedKey, uint64_t>;
 constexpr size_t kCubeSetNodeBytes = sizeof(CubeSet::value_type) + 3 * sizeof(void*);
 

@@ -21,8 +21,8 @@ class CellTable {
     return sector == nullptr ? CubeCells() : sector->at(cubeInSector(cube));
   }
 
-  /// The cube, added if it is missing; marked as touched once takeTouched() was called. The
-  /// reference is valid until the next call.
+  /// The cube, added if it is missing. It is marked as touched if takeTouched() was called before.
+  /// The reference is valid until the next call.
   CubeCells& at(const Vec3i& cube) {
     if (tracks_changes_) insert(touched_, cube);
     return sectors_.open(packKey(sectorOfCube(cube))).make(cubeInSector(cube));
@@ -36,7 +36,7 @@ class CellTable {
     sectors_.open(key).erase(cubeInSector(cube));
   }
 
-  /// Ends a series of changes: changed sectors may move to the disk.
+  /// Ends a series of changes; the changed sectors may then be moved to disk.
   void close() { sectors_.close(); }
 
   void clear() {
@@ -61,9 +61,9 @@ class CellTable {
     }
   }
 
-  /// The cubes that were touched or removed since the last call; at the first call, and with `all`,
-  /// every cube. Returns at most about `most` of them: later calls return the others, and also
-  /// touched cubes that cannot be read now.
+  /// The cubes touched or removed since the last call; every cube at the first call and with `all`.
+  /// Returns at most about `most` cubes. Later calls return the rest, and touched cubes that could
+  /// not be read this time.
   SpaceChanges takeTouched(bool all, size_t most) {
     SpaceChanges taken;
     taken.begins_anew = all || !tracks_changes_;
@@ -100,9 +100,9 @@ class CellTable {
 
  private:
   SectorTable<CellSector> sectors_;
-  bool tracks_changes_ = false;   ///< Whether takeTouched() was called: changes matter only then.
-  CubeSet touched_;               ///< Changed cubes that were not taken yet.
-  std::vector<PackedKey> fresh_;  ///< Sectors of which no cube was taken yet.
+  bool tracks_changes_ = false;   ///< Whether takeTouched() was called.
+  CubeSet touched_;               ///< Changed cubes not taken yet.
+  std::vector<PackedKey> fresh_;  ///< Sectors whose cubes are not taken yet.
 };
 
 }  // namespace dtsdf

@@ -14,7 +14,7 @@ namespace {
 /// faster, as a vector register holds more of them.
 constexpr int kMaxReachOf16Bits = 127;
 
-/// Maximum number of sectors computed at once: their values take 16 MiB in addition to the stored
+/// Maximum number of sectors computed at once: their new values take 16 MiB, in addition to the old
 /// ones. With a long reach, kMaxPlanesAtOnce allows fewer.
 constexpr size_t kMaxSectorsAtOnce = 256;
 constexpr int kMaxPlanesAtOnce = 1 << 15;
@@ -43,7 +43,8 @@ constexpr double kMaxCell = static_cast<double>(kMaxBlockCoordinate) * kCubeSide
 
 double between(double low, double high, double share) { return low + share * (high - low); }
 
-/// Squared distances of the cells `low` + (i & 1, i >> 1 & 1, i >> 2), usually in one sector.
+/// Squared distances of the cells `low` + (i & 1, i >> 1 & 1, i >> 2), which usually lie in one
+/// sector.
 void findSquares(const DistanceSectors& sectors, const Vec3i& low, int (&squared)[8]) {
   const PackedKey key = packKey(sectorOfCell(low));
   const auto place = sectors.find(key);

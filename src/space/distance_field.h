@@ -15,22 +15,22 @@
 
 namespace dtsdf {
 
-/// The reach in cells, from the largest distance in metres.
+/// The reach in cells, given the maximum distance in metres.
 inline int reachInCells(double max_distance_m, double cell_size_m) {
-  constexpr double kRounding = 1e-6;  // tolerates rounded metres: 2 m are 25 cells of 80 mm, not 26
+  constexpr double kRounding = 1e-6;  // so that rounding does not turn 2 m / 80 mm into 26 cells
   return static_cast<int>(std::ceil(max_distance_m / cell_size_m * (1.0 - kRounding)));
 }
 
 /// Sectors that are not listed have no surface within reach.
 using DistanceSectors = Sectors<DistanceSector>;
 
-/// @return the squared distance, in cells, to the nearest cell with a surface; -1: none within
-/// reach; 0 if it cannot be read, because such space must not look free.
+/// @return the squared distance, in cells, to the nearest cell with a surface; -1 if none is within
+/// reach; 0 if the sector cannot be read, because unreadable space must not look free.
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell);
 
 /// Implements KnownSpace::distanceAt(): interpolates between the centres of the cells around a
 /// point.
-/// @param reach How far distances reach, in cells.
+/// @param reach Maximum distance, in cells.
 SpaceDistance interpolatedDistance(const KnownSpace& space, const DistanceSectors& sectors,
                                    int reach, const Eigen::Vector3d& p_W);
 
@@ -44,12 +44,12 @@ using DistanceWork =
 class DistanceField {
  public:
   /// @param reach Largest distance in cells, at most 255: squares are stored in 16 bits.
-  /// @param pages Null: everything stays in memory.
+  /// @param pages Null to keep everything in memory.
   DistanceField(int reach, int threads, const SharedPagedValues& pages = nullptr)
       : reach_(reach), threads_(threads), pages_(pages) {}
 
-  /// Sets the function that computes distances, in whole sectors. If it returns false, the host
-  /// does.
+  /// Sets the function that computes distances, sector by sector. If it returns false, the host
+  /// computes them.
   void setBackend(DistanceWork work_out) { backend_work_ = std::move(work_out); }
 
   /// Marks a cube whose surfaces may have changed.

@@ -25,7 +25,7 @@ void visitBetween(const Vec3i& low, const Vec3i& high, const Visit& visit) {
 void clear(const RegionView& region, const Vec3i& sector, CellSector& cells) {
   for (int number = 0; number < kCubesPerSector; ++number) {
     const Vec3i first = firstCellOfCube(cubeOfSector(sector, number));
-    constexpr double kMiddle = 0.5 * kCubeSide, kReach = 6.1;  // to its outermost cell centres
+    constexpr double kMiddle = 0.5 * kCubeSide, kReach = 6.1;  // to the outermost cell centres
     const Vec3d middle{first.x + kMiddle, first.y + kMiddle, first.z + kMiddle};
     if (!isInside(region, middle, kReach)) continue;
     CubeCells cube = cells.at(number);
@@ -48,7 +48,7 @@ BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_
   const double cell_m = space.cellSize_m();
   constexpr double kMaxCell = static_cast<double>(kMaxBlockCoordinate);  // leaves room for reach
   if (!((middle_m.cwiseAbs() + half_m).maxCoeff() < kMaxCell * cell_m)) {
-    throw std::runtime_error("the box is beyond the coordinates of a map");
+    throw std::runtime_error("the box extends beyond the coordinates of a map");
   }
   // Even a flat box of few cells may have many sectors within reach.
   const Eigen::Array3d sectors =
@@ -56,7 +56,7 @@ BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_
   constexpr double kMaxSectors = 4096.0;
   if ((2.0 * half_m / cell_m).prod() > static_cast<double>(kMaxGridPoints) ||
       sectors.prod() > kMaxSectors) {
-    throw std::runtime_error("with cleared regions, a box must have at most " +
+    throw std::runtime_error("with cleared regions, a box can have at most " +
                              std::to_string(kMaxGridPoints) +
                              " cells of the map, fewer if it is flat; split it");
   }
@@ -68,9 +68,9 @@ BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_
 PointGrid gridIn(const BoxRegion& box, double resolution_m) {
   if (!(resolution_m > 0.0) || !std::isfinite(resolution_m)) {
     throw std::runtime_error(
-        "the resolution must be above 0 m (0 stands for the size of the cells)");
+        "the resolution must be positive, in metres, or 0 for the size of the cells");
   }
-  constexpr double kRounding = 1e-6;  // 0.3 m are three steps of 0.1 m
+  constexpr double kRounding = 1e-6;  // so that 0.3 m is three steps of 0.1 m
   const Eigen::Vector3d steps = (box.size_m / resolution_m).array() - kRounding;
   const Eigen::Vector3d points = steps.array().ceil().max(1.0);
   if (!(points.prod() <= static_cast<double>(kMaxGridPoints))) {

@@ -1,4 +1,5 @@
-/// Distances on a grid of points, optionally with parts of the map cleared: for robot arms.
+/// Distances on a grid of points, optionally with parts of the map treated as free, for planning
+/// with robot arms.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,7 +13,7 @@
 
 namespace dtsdf {
 
-/// The largest number of points in a grid; with cleared regions, also of cells in its box.
+/// Maximum number of points in a grid and, with cleared regions, of cells in its box.
 constexpr size_t kMaxGridPoints = size_t{1} << 21;
 
 /// A grid of points along the axes of a box, centred in the box.
@@ -25,10 +26,11 @@ struct PointGrid {
 };
 
 /// The grid that fills a box. @pre The box is valid, see findProblem().
-/// @throws std::runtime_error for too many points, or a resolution that is not above 0.
+/// @throws std::runtime_error if there are too many points or the resolution is not positive.
 PointGrid gridIn(const BoxRegion& box, double resolution_m);
 
-/// Distances of the points in metres, x fastest, and their gradients; NaN where unknown.
+/// Distances at the points of a grid, x varying fastest, and their gradients; NaN where space is
+/// unknown.
 struct GridDistances {
   std::vector<float> distances_m;
   std::vector<float> gradients;  ///< Three numbers per point, along the axes of the frame F.
@@ -37,8 +39,8 @@ GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
                           const Eigen::Matrix3d& R_F_W);
 
 /// Space in and around a box, as if all cells with centres in `cleared` were free. Far from the
-/// box, all is unknown. @pre The regions are valid, see findProblem().
-/// @throws std::runtime_error for a box that is too large, or beyond the coordinates of a map.
+/// box, everything is unknown. @pre The regions are valid, see findProblem().
+/// @throws std::runtime_error if the box is too large or extends beyond the coordinates of a map.
 SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared,
                         const SpaceSnapshot& space);
 

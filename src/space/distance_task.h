@@ -24,11 +24,12 @@ inline size_t placeInSector(const Vec3i& cell) {
   return cube * kCellsPerCube + static_cast<size_t>(indexInCube(cell));
 }
 
-/// Squared distances of the cells of a sector to the nearest ones with surfaces.
+/// Squared distances from the cells of a sector to the nearest cells with surfaces.
 struct DistanceSector {
-  SectorSquares squared;  ///< Null: no surface is within reach.
+  SectorSquares squared;  ///< Null if no surface is within reach.
 
-  /// @pre `squared` is not null, and the cell is in the sector. @return -1: none is within reach.
+  /// @pre `squared` is not null, and the cell is in the sector. @return -1 if no surface is within
+  /// reach.
   int squaredAt(const Vec3i& cell) const {
     const uint16_t value = squared[placeInSector(cell)];
     return value == kSquaredFar ? -1 : value;
@@ -48,7 +49,8 @@ struct DistanceSector {
 /// Makes distance tasks. The buffers are reused from task to task.
 class DistanceTaskBuilder {
  public:
-  /// @param sectors Sorted by x, then y, then z. The box around them must not be large.
+  /// @param sectors Sorted by x, then y, then z. Memory use grows with the volume of the box around
+  /// them.
   /// @return a task that is valid until the next call.
   DistanceTask gather(const CellSectors& cells, const std::vector<Vec3i>& sectors, int reach) {
     DistanceTask task{};

@@ -13,7 +13,8 @@
 
 namespace dtsdf {
 
-/// @tparam Value Can hold 2 * reach^2 + 1. The buffers are reused for each sector.
+/// @tparam Value Integer type that can hold 2 * reach^2 + 1. The buffers are reused for each
+/// sector.
 template <class Value>
 class SectorDistances {
  public:
@@ -145,7 +146,7 @@ class SectorDistances {
     return squares;
   }
 
-  /// Lowers a line's values to those that follow from another line, `aside` cells away.
+  /// Lowers a line's values to the squared distances by way of another line, `aside` cells away.
   void lower(Line& line, const Line& other, int32_t aside) const {
     if (std::abs(aside) > reach_) return;
     const auto added = static_cast<Value>(aside * aside);
@@ -159,8 +160,8 @@ class SectorDistances {
   int32_t window_ = 0;
   Vec3i first_{};  ///< First cell of the window: the sector, extended by the reach on all sides.
   std::vector<Value> squares_;
-  std::vector<int32_t> row_of_;  ///< Index of the row at y and z of the window; -1: none.
-  std::vector<Line> rows_;       ///< Rows along x with surfaces: squared distances to these.
+  std::vector<int32_t> row_of_;  ///< Index of the row at y and z of the window; -1 if none.
+  std::vector<Line> rows_;  ///< Squared distances along x to the surfaces in each row that has any.
   std::vector<std::array<Line, kSectorSide>> planes_;  ///< Planes with surfaces.
   std::vector<int32_t> plane_z_;                       ///< Their z in the window.
 };

@@ -1,4 +1,4 @@
-/// Values by sector of cells, in memory or, with pages, partly on disk.
+/// Values indexed by sector of cells, in memory or, with pages, partly on disk.
 #pragma once
 
 #include <cstddef>
@@ -12,19 +12,19 @@
 
 namespace dtsdf {
 
-/// Sectors by packed key. Any thread may read a copy, which does not change with the original.
+/// Sectors by packed key. Any thread may read a copy, as it does not change with the original.
 template <class T>
 using Sectors = std::unordered_map<PackedKey, Paged<T>>;
 
-/// A table of sectors. A sector is opened to change it; empty ones are removed. Use it on one
-/// thread; any number of threads may read it while no sector is open.
+/// A table of sectors. Open a sector to change it; sectors that are empty when closed are removed.
+/// Not thread-safe, but any number of threads may read it while no sector is open.
 template <class T>
 class SectorTable {
  public:
-  /// @param pages Null: everything stays in memory.
+  /// @param pages Null to keep everything in memory.
   explicit SectorTable(SharedPagedValues pages) : pages_(std::move(pages)) {}
 
-  /// A sector in its current state. @return null if there is none, or it cannot be read.
+  /// A sector in its current state. @return null if there is no such sector, or it cannot be read.
   std::shared_ptr<const T> find(PackedKey key) const {
     const auto open = open_.find(key);
     if (open != open_.end() && open->second != nullptr) return open->second;
@@ -73,7 +73,7 @@ class SectorTable {
   /// All sectors. @pre No sector is open.
   const Sectors<T>& all() const { return sectors_; }
 
-  /// Memory in bytes, without what the pages count.
+  /// Memory in bytes, except what the pages count themselves.
   size_t bytes() const {
     constexpr size_t kNode = sizeof(PackedKey) + sizeof(Paged<T>) + 3 * sizeof(void*);
     size_t bytes = sectors_.size() * kNode;

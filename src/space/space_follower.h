@@ -1,5 +1,5 @@
-/// A copy of space that follows the changes of a map. The caller runs it on a thread of its own, so
-/// that planners' queries and the map do not wait for each other.
+/// A copy of the space of a map that is kept up to date with it. The caller runs it on a separate
+/// thread, so that planners' queries and the map do not wait for each other.
 #pragma once
 
 #include <cstddef>
@@ -42,28 +42,28 @@ class SpaceSnapshot : public KnownSpace {
                                  const SpaceSnapshot& space);
 
   double cell_size_m_ = 0.0;
-  int reach_ = 0;  ///< How far distances reach, in cells.
+  int reach_ = 0;  ///< Maximum distance, in cells.
   CellSectors cells_;
   DistanceSectors distances_;
 };
 
-/// Follows the changes of a map. It has no thread of its own; use it from one thread.
+/// Applies the changes of a map to a copy of its space. Has no thread of its own. Not thread-safe.
 class SpaceFollower {
  public:
   /// @param max_distance_m See SpaceParams.
   /// @param threads Number of threads that compute distances.
-  /// @param pages Null: everything stays in memory.
+  /// @param pages Null to keep everything in memory.
   SpaceFollower(double max_distance_m, int threads, SharedPagedValues pages = nullptr)
       : max_distance_m_(max_distance_m),
         threads_(threads),
         pages_(std::move(pages)),
         field_(0, threads) {}
 
-  /// Applies changes, and updates the distances that they affect. The cell size may differ only if
+  /// Applies changes, and updates the distances that they affect. The cell size may change only if
   /// changes.begins_anew is set.
   void apply(const SpaceChanges& changes, double cell_size_m);
 
-  /// The current state. Sectors are copied only when they change later.
+  /// The current state. Cheap, because sectors are shared until they change.
   std::shared_ptr<const SpaceSnapshot> snapshot() const {
     return std::make_shared<const SpaceSnapshot>(now_);
   }

@@ -10,14 +10,14 @@
 namespace dtsdf {
 namespace {
 
-/// Cubes that restore() changes before it closes their sectors, to limit memory.
+/// Maximum number of cubes that restore() changes before it closes their sectors, to limit memory.
 constexpr size_t kMaxAtOnce = size_t{1} << 16;
 
-/// Cubes that one part of the changes may have: some megabytes.
+/// Approximate maximum number of cubes that takeChanges() returns: a few megabytes.
 constexpr size_t kMaxChanges = size_t{1} << 15;
 
 static_assert(2 * sizeof(CubeCells) <= kFreeCubeBudgetBytes,
-              "the budget counts at least the memory that a cube takes");
+              "the budget must count at least the memory that a cube takes");
 
 bool acceptsAnySector(const Vec3i&) { return true; }
 
@@ -41,8 +41,8 @@ Vec3d middleOfBox(const Vec3i& key, int32_t side) {
 /// The distance from the centre of a cube or sector to its corners, in voxels.
 double reachOf(int32_t side) { return 1.7321 * 0.5 * side; }  // square root of 3
 
-/// The largest extent of the view along each axis, as a multiple of the range. The corners of an
-/// image of 120 degrees along its diagonal are this far away.
+/// Maximum extent of the view along each axis, as a multiple of the range. With a diagonal field of
+/// view of 120 degrees, the corners of the image are this far away.
 constexpr float kMaxAside = 2.0f;
 
 }  // namespace
@@ -94,8 +94,8 @@ std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
   return keys;
 }
 
-/// Bounds of the pyramid that the image sees. They are limited by kMaxAside, since those of a very
-/// wide image would be huge.
+/// Bounds of the view frustum. They are limited by kMaxAside, since those of a very wide image
+/// would be huge.
 BlockExtent SpaceMap::boundsOfView(const FrameView& frame) const {
   const float range = max_range_m_ / frame.voxel_size_m;
   const Vec3f& eye = frame.T_L_C.t;
@@ -141,7 +141,7 @@ void SpaceMap::addFree(const std::vector<CubeMask>& cubes) {
   if (pages_ != nullptr) recountAfterLoss();
 }
 
-/// Counts the free cubes again if the disk has lost some.
+/// Recounts the free cubes if any were lost on disk.
 void SpaceMap::recountAfterLoss() {
   const uint64_t lost = pages_->stats().lost;
   if (std::exchange(lost_, lost) == lost) return;

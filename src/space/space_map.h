@@ -20,7 +20,7 @@ namespace dtsdf {
 
 /// Log2 of a cell's edge in voxels.
 int32_t cellLog2Of(const MapperParams& params);
-/// The largest distance, in cells.
+/// The maximum distance, in cells.
 int reachInCells(const MapperParams& params);
 
 /// Creates the store that moves cells and distances to disk and keeps at most `max_bytes` of them
@@ -30,21 +30,21 @@ SharedPagedValues makePages(const MapperParams& params, size_t max_bytes);
 
 class SpaceMap : public Space {
  public:
-  /// @throws std::runtime_error if map/page_folder cannot be written.
+  /// @throws std::runtime_error if map/page_folder is not writable.
   SpaceMap(const MapperParams& params, int threads);
 
   /// Limits cubesInView() to `cubes`, for one part of a larger map. clear() does not lift the
   /// limit.
   void restrictTo(const BlockExtent& cubes) { extent_ = cubes; }
 
-  /// Sets the function that computes distances. If it returns false, the host does.
+  /// Sets the function that computes distances. If it returns false, the host computes them.
   void setDistanceBackend(DistanceWork work_out) { distances_.setBackend(std::move(work_out)); }
 
   /// The cubes that may be in the camera's view, sorted by key. Only their cells can become free.
   std::vector<Vec3i> cubesInView(const FrameView& frame) const;
 
-  /// Adds the cells that an image shows to be empty. Cubes must be sorted by key. A cube without
-  /// free cells is refused if the budget is used up or the disk is full.
+  /// Adds the cells that an image shows to be empty. Cubes must be sorted by key. A cube that had
+  /// no free cells is refused if the budget is used up or the disk is full.
   void addFree(const std::vector<CubeMask>& cubes);
 
   /// Applies the surface changes of a mesh update.
@@ -54,19 +54,20 @@ class SpaceMap : public Space {
   /// change with the next mesh update.
   void clearRegion(const RegionView& region);
 
-  /// Forgets free cells in cubes whose bounding balls lie outside the ball `kept`.
+  /// Forgets free cells in cubes whose bounding spheres lie outside the sphere `kept`.
   void dropBeyond(const RegionView& kept);
 
   void clear();
 
-  /// Adds the free cells to `contents`. Surfaces can be found again from the mesh.
+  /// Adds the free cells to `contents`. Surfaces are left out, as they can be recomputed from the
+  /// mesh.
   /// @throws std::runtime_error if the disk does not respond.
   void copyTo(MapContents& contents) const;
   /// Adds the free cells of `contents`. @pre No cell is known, the contents have the same cell
   /// size, and their free cells are within the budget.
   void restore(const MapContents& contents);
 
-  size_t freeBytes() const;                                 ///< Counted towards the budget.
+  size_t freeBytes() const;                                 ///< Memory counted towards the budget.
   uint64_t refusedCubes() const { return refused_cubes_; }  ///< Since the start or clear().
   /// Adds the statistics of the page file, and sets its size.
   void addTo(PageStats& pages) const;
@@ -96,9 +97,9 @@ class SpaceMap : public Space {
   const size_t free_budget_;
   const SharedPagedValues pages_;  ///< Null if map/page_folder is empty.
   BlockExtent extent_;             ///< The limit of cubesInView().
-  size_t free_cubes_ = 0;          ///< Cubes with free cells.
+  size_t free_cubes_ = 0;          ///< Number of cubes with free cells.
   uint64_t refused_cubes_ = 0;
-  uint64_t lost_ = 0;  ///< Records lost on disk when free_cubes_ was last counted.
+  uint64_t lost_ = 0;  ///< Number of records lost on disk when free_cubes_ was last counted.
   CellTable table_;
   SurfaceCells surfaces_;
   DistanceField distances_;

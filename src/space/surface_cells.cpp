@@ -16,7 +16,7 @@ bool isBefore(const Vec3i& a, const Vec3i& b) { return packKey(a) < packKey(b); 
 
 /// A corner of a triangle.
 struct Corner {
-  Vec3f at;    ///< In cells, from the first cell of the block.
+  Vec3f at;    ///< In cells, relative to the first cell of the block.
   Vec3i low;   ///< The cell that it is in; at a face, the upper one.
   Vec3i high;  ///< The cell that it is in; at a face, the lower one.
 };
@@ -27,9 +27,9 @@ Corner cornerAt(const Vec3f& at) {
           {ceilToInt(at.x) - 1, ceilToInt(at.y) - 1, ceilToInt(at.z) - 1}};
 }
 
-/// Whether a triangle reaches into a unit cube around `middle`. Tests the separating axes: the
-/// triangle's normal and the cross products of its edges with the cube's. The caller tests the
-/// cube's own axes, by the triangle's bounds.
+/// Whether a triangle intersects the interior of the unit cube centred at `middle`. Tests the
+/// separating axes: the triangle's normal and the cross products of its edges with the cube's. The
+/// caller tests the cube's own axes with the triangle's bounds.
 bool reachesInto(const Vec3f& middle, const Vec3f& first, const Vec3f& second, const Vec3f& third) {
   const Vec3f a = first - middle, b = second - middle, c = third - middle;
   const auto separates = [&](const Vec3f& axis) {
@@ -91,8 +91,8 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2) {
   for (const BlockVertex& vertex : mesh.vertices) {
     corners.push_back(cornerAt(per_voxel * vertex.position));
   }
-  // A bit for each cell in and around the block, which has at most 8 cells along an edge. Its
-  // triangles reach no farther.
+  // One bit per cell in and around the block, which has at most 8 cells along an edge. Its
+  // triangles extend no farther.
   constexpr int32_t kSide = 16;
   constexpr Vec3i kFirst{-4, -4, -4};
   std::bitset<kSide * kSide * kSide> is_in;
@@ -114,8 +114,8 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2) {
 }
 
 std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, CellTable& cells) {
-  // Surfaces move a little all the time, but seldom into other cells. Changes are detected in
-  // parallel, so only the blocks that did change are processed one by one.
+  // Surfaces keep moving slightly, but rarely into other cells. So changes are detected in
+  // parallel, and only the blocks that did change are processed one by one.
   std::vector<std::vector<Vec3i>> found(blocks.size());
   std::vector<uint8_t> is_other(blocks.size());
   parallelFor(blocks.size(), threads_, [&](size_t i) {
@@ -139,7 +139,7 @@ PackedKey SurfaceCells::sectorOf(const BlockKey& block) const {
   return packKey(sectorOfCell(firstCellOfBlock(block, cell_log2_)));
 }
 
-/// The cells of a block; null: none.
+/// The cells of a block; null if it has none.
 std::shared_ptr<const std::vector<Vec3i>> SurfaceCells::cellsOf(const BlockKey& block) const {
   const std::shared_ptr<const SurfaceSector> sector = sectors_.find(sectorOf(block));
   if (sector == nullptr) return nullptr;
@@ -168,8 +168,9 @@ void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTa
   }
 }
 
-/// Whether a block has triangles in a cell, or may have them, because its sector was lost or cannot
-/// be read. The mesh of a block reaches no farther than adjacent blocks.
+/// Whether any block has triangles in a cell, or may have them because its sector was lost or
+/// cannot be read. Checks the blocks next to the cell, as the mesh of a block extends no farther
+/// than adjacent blocks.
 bool SurfaceCells::hasTriangles(const Vec3i& cell) const {
   const int32_t side = cellSide(cell_log2_);
   const BlockKey block = blockOfVoxel({side * cell.x, side * cell.y, side * cell.z});

@@ -13,15 +13,15 @@
 
 namespace dtsdf {
 
-/// Cells that the triangles of a block pass through, sorted, each once. A triangle in the face
-/// between two cells counts for the upper one.
+/// The cells that the triangles of a block pass through, sorted and without duplicates. A triangle
+/// in the face between two cells counts for the upper one.
 std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2);
 
 /// The cells in which the blocks of a sector have triangles.
 struct SurfaceSector {
   std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block;  ///< Sorted, as above.
-  size_t listed = 0;                                                 ///< Cells in all lists.
-  bool is_lost = false;  ///< Some lists were lost: any cell may have surfaces.
+  size_t listed = 0;     ///< Number of cells in all lists.
+  bool is_lost = false;  ///< Some lists were lost, so any cell may have surfaces.
 
   static SurfaceSector lost() { return {{}, 0, true}; }
   bool isEmpty() const { return cells_of_block.empty() && !is_lost; }
@@ -32,7 +32,7 @@ struct SurfaceSector {
 
 class SurfaceCells {
  public:
-  /// @param pages Null: everything stays in memory.
+  /// @param pages Null to keep everything in memory.
   SurfaceCells(int32_t cell_log2, int threads, SharedPagedValues pages = nullptr)
       : cell_log2_(cell_log2), threads_(threads), sectors_(std::move(pages)) {}
 

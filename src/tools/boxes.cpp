@@ -23,7 +23,8 @@ constexpr int32_t kMax = kMaxBlockCoordinate;
 constexpr int32_t BlockKey::*kAxes[] = {&BlockKey::x, &BlockKey::y, &BlockKey::z};
 constexpr char kAxisNames[] = "xyz";
 
-/// planBoxes() samples every n-th image, but at least this many, or all if there are fewer.
+/// planBoxes() samples every n-th image, with the largest n that gives at least this many. If there
+/// are fewer, it samples all.
 constexpr size_t kSampledImages = 256;
 constexpr int kSampledPixels = 64;  ///< Pixels sampled along each axis of an image.
 
@@ -49,7 +50,7 @@ void checkSettings(const RunSettings& settings) {
   const MapperParams& params = settings.params.mapper;
   if (params.map.keep_radius_m > 0.0f) {
     throw std::runtime_error(
-        "map/keep_radius_m depends on the whole map, so --only cannot apply it; leave it at 0");
+        "map/keep_radius_m needs the whole map, so it cannot be used with --only; leave it at 0");
   }
   if (settings.params.poses.mode != PoseMode::kTf) {
     throw std::runtime_error(
@@ -67,10 +68,11 @@ void checkPainting(const MapperParams& params) {
       "map), or colour/enabled=never");
 }
 
-/// Blocks along an edge of a cube of space cells. A cube belongs to the box of its first block.
+/// Number of blocks along an edge of a cube of space cells. A cube belongs to the box that contains
+/// its first block.
 int blocksPerCube(const SpaceParams& space) { return space.cell_voxels * kCubeSide / kBlockSide; }
 
-/// The keys of the cubes that belong to a box; none if it has no cube's first block.
+/// The keys of the cubes that belong to a box; empty if the box contains no cube's first block.
 BlockExtent cubesOf(const BlockExtent& box, int n) {
   BlockExtent cubes;
   for (const auto axis : kAxes) {
@@ -81,7 +83,7 @@ BlockExtent cubesOf(const BlockExtent& box, int n) {
 }
 
 /// Indices of the colour images that may paint the box. Extends the blocks of the run by those that
-/// may hide its surfaces from these images.
+/// may hide the box's surfaces from these images.
 std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOptions& options,
                               const RunSettings& settings,
                               const std::optional<Eigen::Isometry3d>& T_W_M) {
@@ -105,9 +107,9 @@ std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOption
   return listed;
 }
 
-/// What an image paints depends on the number of frames that supported the map before, up to
-/// mesh/min_support. So the first frames are fused whatever they see. @return index of the first
-/// frame that need not be fused.
+/// What an image paints depends on how many frames supported the map before it, up to
+/// mesh/min_support. So the first frames are fused wherever they look. @return the index of the
+/// first frame that need not be fused.
 size_t firstOptionalFrame(RunOptions options, const RunSettings& settings,
                           const std::optional<Eigen::Isometry3d>& T_W_M) {
   const MapperParams& params = settings.params.mapper;
@@ -125,7 +127,7 @@ size_t firstOptionalFrame(RunOptions options, const RunSettings& settings,
   return end;
 }
 
-/// A part of space, and the blocks seen in it.
+/// A part of space, and the sampled blocks in it.
 struct Leaf {
   BlockExtent box;
   std::vector<BlockKey> blocks;
@@ -148,7 +150,8 @@ std::pair<int, int32_t> longestAxis(const BlockExtent& bounds) {
   return longest;
 }
 
-/// Splits a leaf into two with about equally many blocks. @pre It is more than one block long.
+/// Splits a leaf into two with about the same number of blocks. @pre It is more than one block
+/// long.
 std::array<Leaf, 2> halvesOf(Leaf leaf) {
   const BlockExtent bounds = leaf.bounds();
   const auto axis = kAxes[longestAxis(bounds).first];
@@ -163,7 +166,7 @@ std::array<Leaf, 2> halvesOf(Leaf leaf) {
   return halves;
 }
 
-/// The blocks seen in a sample of a recording's images.
+/// The blocks that contain measured points of a sample of the recording's images.
 std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settings) {
   const auto T_W_M = detectLevel(options, settings);
   const MapperParams& params = settings.params.mapper;
@@ -272,7 +275,7 @@ std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings&
   std::priority_queue<Leaf> leaves;
   leaves.push({BlockExtent(), sampleBlocks(options, settings)});
   if (leaves.top().blocks.empty()) {
-    throw std::runtime_error("no image of the recording shows a surface, so there are no boxes");
+    throw std::runtime_error("none of the sampled images shows a surface, so there are no boxes");
   }
   std::vector<BlockExtent> boxes;
   while (!leaves.empty() && leaves.size() + boxes.size() < most) {
@@ -287,7 +290,7 @@ std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings&
   }
   for (; !leaves.empty(); leaves.pop()) boxes.push_back(leaves.top().box);
   if (boxes.size() >= count) return boxes;
-  throw std::runtime_error("the recording shows too few blocks for " + std::to_string(count) +
+  throw std::runtime_error("the recording covers too few blocks for " + std::to_string(count) +
                            " boxes; ask for " + std::to_string(boxes.size()) + " at most");
 }
 
@@ -304,7 +307,7 @@ std::vector<BlockExtent> missingBoxes(const std::vector<BlockExtent>& boxes) {
       covered += volumeOf(intersectionOf(piece, box));
       subtractBox(box, piece, left);
     }
-    if (covered != volumeOf(box)) throw std::runtime_error("a box overlaps another box; omit one");
+    if (covered != volumeOf(box)) throw std::runtime_error("two boxes overlap; omit one of them");
     missing = std::move(left);
   }
   if (missing.empty()) return missing;

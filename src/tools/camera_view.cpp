@@ -21,8 +21,8 @@ MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m) {
           (toVector(blocks.last) + Eigen::Vector3d::Ones()) * block_m + margin};
 }
 
-/// The view lies between four planes through the camera. A box that lies wholly beyond one of them
-/// is not seen, even if a part of it is behind the camera.
+/// The view lies between four planes through the camera. A box that lies entirely outside one of
+/// them is out of view, even if part of it is behind the camera.
 bool CameraView::maySee(const MetricBox& box, double depth_m) const {
   Eigen::Matrix<double, 3, 8> corners;  // in the camera's frame
   for (int i = 0; i < 8; ++i) {
@@ -40,7 +40,7 @@ bool CameraView::maySee(const MetricBox& box, double depth_m) const {
 }
 
 /// A frame changes voxels within the truncation distance of its measurements, and of the surfaces
-/// that it sees through.
+/// that it looks through.
 bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperParams& params) {
   const auto voxel_m = static_cast<double>(params.map.voxel_size_m);
   const double margin_m =
@@ -66,8 +66,8 @@ bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperPa
 }
 
 /// A piece of surface may hide a point if it lies on the ray from the point to the camera, or is no
-/// farther from that ray than the radius of a piece plus a cell of the image. pieceOf() computes
-/// the radius in pixels from fx, but uses it along both axes.
+/// farther from that ray than the radius of a piece plus a cell of the depth image. pieceOf()
+/// computes the radius in pixels from fx, but uses it along both axes.
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
                            const MapperParams& params, const ColourRules& rules) {
   const double voxel_m = params.map.voxel_size_m, block_m = voxel_m * kBlockSide;

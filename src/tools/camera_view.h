@@ -27,8 +27,8 @@ class CameraView {
         height_(frame.height),
         T_C_W_(frame.T_W_C.inverse()) {}
 
-  /// Whether any part of a box may be nearer than a depth and in the image, or a few pixels outside
-  /// it. May also be true for a box out of view.
+  /// Whether any part of a box may be nearer than `depth_m` and inside the image or a few pixels
+  /// outside it. May also be true for a box that is out of view.
   bool maySee(const MetricBox& box, double depth_m) const;
 
   Eigen::Vector3d centre() const { return T_C_W_.inverse().translation(); }
@@ -48,7 +48,7 @@ bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperPar
 bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperParams& params,
               const ColourRules& rules);
 
-/// A box around these blocks and all that may hide a part of them from a colour image.
+/// A box around these blocks and all blocks that may hide a part of them from a colour image.
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
                            const MapperParams& params, const ColourRules& rules);
 

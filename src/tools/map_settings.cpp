@@ -28,7 +28,7 @@ RunSettings settingsFor(const MapContents& contents, const std::vector<std::stri
   visitRules(settings.rules, reader);
   checkParams(params, reader);
   reader.finish();
-  // The map will not grow, so its size is the limit. With map/page_folder, the given limit holds.
+  // The map will not grow, so its size is the limit. With map/page_folder, the given limit applies.
   if (params.map.page_folder.empty()) params.map.max_memory_mb = minMemoryMb(contents, params);
   checkFits(contents, params, kLeaveSettingOut);
   return settings;
@@ -48,8 +48,8 @@ constexpr double kLargestError_m = 1e6;
 
 void addSimplifyOption(CommandLine& line, double& error_m) {
   line.addNumber({"--simplify-error", "METRES",
-                  "save fewer triangles, at most this far from the mesh, and print the largest "
-                  "distance; 0: all triangles"},
+                  "simplify the mesh to within this distance, and print the largest distance "
+                  "measured; 0 saves all triangles"},
                  error_m, {0.0, kLargestError_m});
 }
 

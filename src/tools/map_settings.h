@@ -13,7 +13,7 @@ namespace dtsdf {
 
 /// Settings for a mapper of a saved map: those of its file, without unknown keys, overridden by
 /// `given`, each key=value. Without map/page_folder, the memory limit is what the map needs.
-/// @throws ParamError with every violation, std::runtime_error if they do not fit the map.
+/// @throws ParamError that lists every violation, std::runtime_error if they do not fit the map.
 RunSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given);
 
 /// @throws UsageError unless the name has the extension of a mesh format.
@@ -23,7 +23,7 @@ void checkMeshPath(const std::string& path);
 void addSimplifyOption(CommandLine& line, double& error_m);
 
 /// Saves the whole mesh; if the error is not 0, simplifies it and prints the result.
-/// @throws UsageError if the error is larger than the mesh, and as savePagedMesh().
+/// @throws UsageError if the error is larger than the mesh, and what savePagedMesh() throws.
 SavedMesh saveSimplified(PagedMeshes& meshes, MeshColour colour, const std::string& path,
                          double error_m);
 

@@ -18,12 +18,12 @@ void run(const std::vector<std::string>& arguments) {
               {"mesh", "saves the mesh of a map file", meshMap},
               {"bt", "saves free and occupied space as an OctoMap tree", saveOcTree},
               {"render", "renders depth, normals and colours from given poses", renderMap},
-              {"boxes", "cuts a recording's space into boxes for reconstruct --only", printBoxes},
+              {"boxes", "divides a recording into boxes for reconstruct --only", printBoxes},
               {"join", "joins the maps of boxes", joinBoxes},
               {"diff", "compares two maps: what was added and what is gone", compareMaps},
               {"hash", "prints hashes of a map and its mesh, or of a mesh file", printHash},
               {"texture", "saves the mesh with textures from a recording's images", textureMap},
-              {"export", "writes a journal's images to train NeRFs and splats", exportJournal}},
+              {"export", "exports a journal's images to train NeRFs and splats", exportJournal}},
              arguments);
 }
 

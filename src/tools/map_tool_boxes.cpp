@@ -1,4 +1,4 @@
-// map_tool boxes and join: any number of processes make one map.
+// map_tool boxes and join: let any number of processes build one map.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -48,7 +48,7 @@ class BoxJoiner {
     head_.free_cubes.insert(head_.free_cubes.end(), head.free_cubes.begin(), head.free_cubes.end());
   }
 
-  /// @throws std::runtime_error that names the missing boxes.
+  /// @throws std::runtime_error that lists the missing boxes.
   void checkComplete() const {
     constexpr size_t kMaxNamed = 10;
     const std::vector<BlockExtent> missing = missingBoxes(boxes_);
@@ -64,7 +64,7 @@ class BoxJoiner {
                              "; make them with reconstruct --only");
   }
 
-  /// The mapper of a large map has a temporary file in the folder of `path`.
+  /// For a large map, the mapper keeps a temporary file in the folder of `path`.
   MapInfo save(const std::string& path) {
     const auto sort = [](auto& values) {
       std::sort(values.begin(), values.end(),
@@ -114,7 +114,7 @@ class BoxJoiner {
   MapContents head_;
 };
 
-/// Raises the limit of open files, since all boxes are open at once.
+/// Raises the limit on open files, since the files of all boxes are open at once.
 void allowManyFiles() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
@@ -130,12 +130,12 @@ void printBoxes(const std::vector<std::string>& arguments) {
   double edge_m = 0.0;
   CommandLine line(
       "map_tool boxes", "RECORDING --count N | --box-m METRES [options]",
-      "Cuts space into boxes that share the surfaces of a recording about equally, and "
+      "Divides space into boxes with about equal shares of a recording's surfaces, and "
       "prints them, one per line, for reconstruct --only. Only a sample of the images is "
       "read, but the boxes cover all of space.");
   line.addText({"RECORDING", "", "a recording that reconstruct reads"}, input.recording.path);
   line.addNumber({"--count", "N", "number of boxes"}, count, {1, 1e6});
-  line.addNumber({"--box-m", "METRES", "or the largest extent of the surfaces in a box"}, edge_m,
+  line.addNumber({"--box-m", "METRES", "or maximum extent of the surfaces in a box"}, edge_m,
                  {0.01, 1e6});
   line.requireOneOf({"--count", "--box-m"});
   line.beginGroup("Input");
@@ -158,8 +158,8 @@ void joinBoxes(const std::vector<std::string>& arguments) {
   std::string map_path;
   CommandLine line(
       "map_tool join", "BOX.dtsdf ... --save-map OUT.dtsdf",
-      "Joins the maps of boxes, as reconstruct --only saves them, into the map that one "
-      "process would make. The boxes must cover all of space; an error lists those "
+      "Joins the maps of boxes, saved by reconstruct --only, into the map that one process "
+      "would build. The boxes must cover all of space; an error lists those "
       "that are missing.");
   line.addList({"BOXES", "", "maps of boxes"},
                [&](const std::string& path) { paths.push_back(path); });

@@ -48,7 +48,7 @@ void saveOcTree(const std::vector<std::string>& arguments) {
   MapToolOptions options;
   CommandLine line("map_tool bt", "FILE OUT.bt [options]",
                    "Saves free and occupied space as an OctoMap tree: cells with a surface are "
-                   "occupied, cells seen free are free, all others are unknown.");
+                   "occupied, cells observed as free are free, and all others are unknown.");
   addPaths(line, "the tree: .bt", options);
   addSettings(line, "space/..., backend, threads", options);
   line.parse(arguments);
@@ -60,8 +60,8 @@ void saveOcTree(const std::vector<std::string>& arguments) {
   if (mapper->stats().free_bytes == 0) {
     std::fprintf(
         stderr,
-        "map_tool: warning: the map has no free space; only surface cells are in the tree. "
-        "Make the map with --set space/enabled=true\n");
+        "map_tool: warning: the map has no free space, so the tree has only surface cells. "
+        "Build the map with --set space/enabled=true\n");
   }
   mapper->updateMesh();
   save(*mapper->space(), options.out_path);

@@ -1,4 +1,4 @@
-// map_tool diff: compares two maps of a place.
+// map_tool diff: compares two maps of the same place.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -18,10 +18,10 @@
 namespace dtsdf {
 namespace {
 
-/// What a map shows at a point of the other map's surface.
+/// What a map shows at a point on the other map's surface.
 enum Kind : uint8_t { kSame, kChanged, kUnseen };
 
-/// A map, with its mesh to find the surface near a point.
+/// A map, and its mesh for finding the surface near a point.
 class ComparedMap {
  public:
   explicit ComparedMap(const MapToolOptions& options)
@@ -31,7 +31,7 @@ class ComparedMap {
         tree_(mesh_.vertices_m, mesh_.triangles) {
     if (loaded_.second->stats().free_bytes == 0) {
       throw std::runtime_error("'" + options.map_path +
-                               "' has no free space, so changes cannot be found; make the map with "
+                               "' has no free space, so changes cannot be found; build it with "
                                "--set space/enabled=true");
     }
   }
@@ -40,8 +40,8 @@ class ComparedMap {
   const Mesh& mesh() const { return mesh_; }
   float voxelSize_m() const { return loaded_.first.params.mapper.map.voxel_size_m; }
 
-  /// What the map shows at a point in its frame. @param hint Speeds up successive calls; keep it
-  /// between them.
+  /// What the map shows at a point in its frame. @param hint Speeds up the search if the same one
+  /// is passed to successive calls.
   Kind at(const Eigen::Vector3d& p_W, double near_m, SurfaceTree::Hint& hint) const {
     const Vec3f p{static_cast<float>(p_W.x() - mesh_.origin_m[0]),
                   static_cast<float>(p_W.y() - mesh_.origin_m[1]),
@@ -55,13 +55,13 @@ class ComparedMap {
   }
 
  private:
-  /// Rays must pass a free cell with a margin, so noise leaves cells in front of a surface unknown:
-  /// up to half a metre above a floor seen from 5 m.
+  /// A cell becomes free only if rays pass it with a margin that grows with noise. So cells in
+  /// front of a surface stay unknown: up to half a metre above a floor seen from 5 m away.
   static constexpr double kReach_m = 0.5;
 
-  /// Whether a point is free although its cell is not. It must lie in front of the nearest triangle
-  /// and, if farther from it than the truncation distance, between a free cell and another known
-  /// cell along some axis.
+  /// Whether a point counts as free although its cell is not. It must lie in front of the nearest
+  /// triangle and, if farther from it than the truncation distance, between a free cell and another
+  /// known cell along some axis.
   bool isSeenThrough(const Vec3f& p, const Eigen::Vector3d& p_W, double distance_m,
                      SurfaceTree::Hint nearest) const {
     const auto& corners = tree_.cornersOf(nearest);
@@ -83,8 +83,7 @@ class ComparedMap {
     return false;
   }
 
-  /// State of the first known cell from a point along a direction; unknown if none is within
-  /// kReach_m.
+  /// State of the first known cell along a ray; unknown if none is within kReach_m.
   CellState firstKnown(const Eigen::Vector3d& p_W, const Eigen::Vector3d& direction) const {
     const Space& space = *loaded_.second->space();
     CellState state = CellState::kUnknown;
@@ -108,13 +107,13 @@ double areaOf(const Mesh& mesh, size_t triangle) {
                    norm(cross(mesh.vertices_m[corners[1]] - a, mesh.vertices_m[corners[2]] - a)));
 }
 
-/// The root of a vertex's piece, in a forest of `parents`.
+/// Union-find: the root of the connected piece that a vertex belongs to.
 uint32_t rootOf(std::vector<uint32_t>& parents, uint32_t vertex) {
   while (parents[vertex] != vertex) vertex = parents[vertex] = parents[parents[vertex]];
   return vertex;
 }
 
-/// Marks connected changed pieces of less than `min_m2` as unchanged.
+/// Marks connected changed pieces smaller than `min_m2` as unchanged.
 void dropSmallPieces(const Mesh& mesh, double min_m2, std::vector<Kind>& kinds) {
   std::vector<uint32_t> parents(mesh.vertices_m.size());
   std::iota(parents.begin(), parents.end(), 0u);
@@ -137,8 +136,8 @@ void dropSmallPieces(const Mesh& mesh, double min_m2, std::vector<Kind>& kinds) 
   }
 }
 
-/// What another map shows at each triangle of a mesh; T_O_W maps the mesh's frame to the other
-/// map's.
+/// What another map shows at each triangle of a mesh; T_O_W transforms the mesh's frame to the
+/// other map's.
 /// @param near_m A surface of the other map within this distance counts as the same.
 /// @param min_m2 Smaller connected changed pieces count as unchanged.
 std::vector<Kind> compare(const Mesh& mesh, const ComparedMap& other,
@@ -193,12 +192,13 @@ double addTriangles(const Mesh& mesh, const Eigen::Isometry3d& T_A_W,
   return area_m2;
 }
 
-/// T_A_B: both maps have the same frame of poses, but each may be levelled.
+/// T_A_B. The poses of both maps are in one frame, but each map may be levelled on its own.
 /// @throws std::runtime_error if the frames differ.
 Eigen::Isometry3d frameOfBInA(const MapInfo& a, const MapInfo& b) {
   if (!a.map_frame.empty() && !b.map_frame.empty() && a.map_frame != b.map_frame) {
     throw std::runtime_error("the maps are in different frames, '" + printable(a.map_frame) +
-                             "' and '" + printable(b.map_frame) + "'; compare maps of one frame");
+                             "' and '" + printable(b.map_frame) +
+                             "'; only maps in one frame can be compared");
   }
   const Eigen::Isometry3d none = Eigen::Isometry3d::Identity();
   return a.T_W_M.value_or(none) * b.T_W_M.value_or(none).inverse();
@@ -211,22 +211,21 @@ void compareMaps(const std::vector<std::string>& arguments) {
   std::optional<double> tolerance_m;
   double min_cm2 = 100.0;
   bool changes_only = false;
-  CommandLine line(
-      "map_tool diff", "A B [--mesh OUT] [options]",
-      "Compares two maps of a place, made with space/enabled in one frame. Green: "
-      "added, a surface of B where A saw free space. Red: gone, a surface of A where B "
-      "saw free space. Blue: a surface of one that the other has not seen. Grey: "
-      "unchanged. Prints the area of each.");
+  CommandLine line("map_tool diff", "A B [--mesh OUT] [options]",
+                   "Compares two maps of the same place, built in one frame with space/enabled. "
+                   "Green: added, a surface of B in free space of A. Red: gone, a surface of A in "
+                   "free space of B. Blue: a surface of one map that the other has not observed. "
+                   "Grey: unchanged. Prints the area of each.");
   line.addText({"A", "", "the earlier map"}, a.map_path);
   line.addText({"B", "", "the later map"}, b.map_path);
   line.addText({"--mesh", "OUT", std::string("a mesh to write: ") + kMeshExtensions}, a.out_path);
   line.addNumber(
       {"--tolerance", "METRES",
-       "surfaces within this distance are the same (default: twice the larger voxel size)"},
+       "surfaces within this distance count as the same (default: twice the larger voxel size)"},
       tolerance_m, {0.0, 10.0});
   line.addNumber({"--least-area", "CM2", "smaller changed pieces count as unchanged"}, min_cm2,
                  {0.0, 1e6});
-  line.addFlag("--changes-only", "leave out what is unchanged", changes_only);
+  line.addFlag("--changes-only", "leave out unchanged surfaces", changes_only);
   addSettings(line, "mesh/..., backend, threads", a);
   line.parse(arguments);
   if (!a.out_path.empty()) {
@@ -260,10 +259,9 @@ void compareMaps(const std::vector<std::string>& arguments) {
   const double same_m2 =
       add("unchanged", before, kSame, changes_only ? std::nullopt : std::optional(kGrey));
   if (same_m2 <= added_m2 + gone_m2) {
-    std::fprintf(
-        stderr,
-        "map_tool diff: warning: more has changed than is unchanged: are these maps of one "
-        "place, in one frame?\n");
+    std::fprintf(stderr,
+                 "map_tool diff: warning: more surface has changed than not: are these maps of the "
+                 "same place, in one frame?\n");
   }
   if (a.out_path.empty()) return;
   if (drawing.triangles.empty()) {

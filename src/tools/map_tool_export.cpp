@@ -1,4 +1,4 @@
-// map_tool export: writes the images of a journal to train NeRFs and Gaussian splats.
+// map_tool export: exports the images of a journal for training NeRFs and Gaussian splats.
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -22,7 +22,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Rows of a pose whose camera axes are right, up, back.
+/// Rows of the pose matrix for a camera with OpenGL axes: x right, y up, z backward.
 Json openGlPose(const Eigen::Isometry3d& T_W_C) {
   Eigen::Matrix4d T = T_W_C.matrix();
   T.block<4, 2>(0, 1) *= -1.0;
@@ -82,7 +82,7 @@ void writePoints(const Mesh& mesh, const std::string& path) {
   file.commit();
 }
 
-/// Writes a journal's images while fusing them. @return their lists, for transforms.json.
+/// Writes a journal's images while fusing them. @return the lists of images, for transforms.json.
 Json writeImages(JournalReplay& journal, Mapper& mapper, const std::string& out_path) {
   Json frames = Json::array(), depth_frames = Json::array();
   double depth_stamp_s = -1.0;
@@ -121,11 +121,11 @@ void exportJournal(const std::vector<std::string>& arguments) {
       "map_tool export", "JOURNAL --transforms OUT [options]",
       "Writes the images of a journal into a folder: images/ (PNG), depth/ (16-bit PNG, "
       "millimetres), points.ply (the vertices of its mesh) and transforms.json, with cameras and "
-      "poses as NeRF and splat trainers read them (OpenGL axes, the frame of the map).");
-  line.addText({"JOURNAL", "", "a journal that the node wrote"}, journal_path);
-  line.addText({"--transforms", "OUT", "the folder"}, out_path);
+      "poses in the form that NeRF and splat trainers read (OpenGL axes, map frame).");
+  line.addText({"JOURNAL", "", "a journal written by the node"}, journal_path);
+  line.addText({"--transforms", "OUT", "folder to write"}, out_path);
   line.require("--transforms");
-  line.addText({"--poses", "FILE", "corrected poses, as reconstruct takes them"}, poses_path);
+  line.addText({"--poses", "FILE", "corrected poses, as for reconstruct"}, poses_path);
   line.parse(arguments);
   JournalReplay journal(journal_path);
   if (!journal.incompleteEnd().empty()) {

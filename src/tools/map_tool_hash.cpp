@@ -35,9 +35,9 @@ void printHash(const std::vector<std::string>& arguments) {
   MapToolOptions options;
   CommandLine line(
       "map_tool hash", "FILE [options]",
-      "Prints hashes (XXH64) of a map and its mesh. The map's does not depend on backend, number "
-      "of threads or version of the format; the mesh's is that of the .ply file that map_tool "
-      "mesh saves. For a mesh file, prints the hash of its bytes.");
+      "Prints hashes (XXH64) of a map and its mesh. The map's hash does not depend on the "
+      "backend, the number of threads or the file version; the mesh's hash is that of the .ply "
+      "file that map_tool mesh saves. For a mesh file, prints the hash of its bytes.");
   line.addText({"FILE", "", "a map file or a mesh (.ply, .obj, .stl or .glb)"}, options.map_path);
   addSettings(line, "mesh/..., backend, threads", options);
   line.parse(arguments);

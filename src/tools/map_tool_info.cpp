@@ -75,7 +75,7 @@ void printMapInfo(const std::vector<std::string>& arguments) {
   CommandLine line("map_tool info", "FILE [options]",
                    "Prints what is in a map file. Reads voxels and colours only with --verify.");
   line.addText({"FILE", "", "a map file"}, path);
-  line.addFlag("--settings", "also print all settings and rule numbers that the map was made with",
+  line.addFlag("--settings", "also print all settings and rule numbers that the map was built with",
                with_settings);
   line.addFlag("--verify", "read the whole file and check its checksums", verify);
   line.parse(arguments);

@@ -1,4 +1,4 @@
-// map_tool render: renders views of a map, as a recording in TUM's format.
+// map_tool render: renders views of a map, as a recording in TUM format.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -32,10 +32,10 @@ StampedPose readPose(const std::string& text) {
   return {0.0, *T_W_C};
 }
 
-/// Depth in 16 bits; 0 for no surface, and for depths that do not fit.
+/// Depth in 16 bits; 0 where there is no surface or the depth does not fit.
 DepthImage depthImageOf(const RenderedView& view) {
   DepthImage image{view.width, view.height, std::vector<uint16_t>(view.depth_m.size())};
-  constexpr float kMax = std::numeric_limits<uint16_t>::max() - 1;  // 65535 means no depth too
+  constexpr float kMax = std::numeric_limits<uint16_t>::max() - 1;  // 65535 also means no depth
   std::transform(view.depth_m.begin(), view.depth_m.end(), image.values.begin(), [](float depth_m) {
     const float units = std::floor(kUnitsPerMetre * depth_m + 0.5f);
     return static_cast<uint16_t>(units <= kMax ? units : 0.0f);
@@ -68,8 +68,8 @@ RgbImage colourImageOf(const RenderedView& view) {
   return image;
 }
 
-/// Renders a view from each pose and saves all as a recording. @return the time of each rendering,
-/// in milliseconds.
+/// Renders a view from each pose and saves the views as a recording. @return the time of each
+/// rendering, in milliseconds.
 std::vector<double> renderInto(const std::string& folder, const RenderCamera& camera,
                                const std::vector<StampedPose>& poses, Mapper& mapper) {
   writeFileAtomically(folder + "/camera_info.yaml", cameraInfoText(camera, "rendered"));
@@ -103,15 +103,14 @@ void renderMap(const std::vector<std::string>& arguments) {
   MapToolOptions options;
   std::string camera_path, trajectory_path;
   std::vector<StampedPose> poses;
-  CommandLine line(
-      "map_tool render", "FILE OUT [options]",
-      "Renders what a camera would see of a map, into a folder in the format of the TUM "
-      "benchmark: depth (16-bit PNG, 5000 units per metre), normals (128 + 127 times "
-      "x, y and z in the camera's frame) and, where the map is painted, rgb.");
-  addPaths(line, "the folder", options);
+  CommandLine line("map_tool render", "FILE OUT [options]",
+                   "Renders views of a map into a folder in the format of the TUM "
+                   "benchmark: depth (16-bit PNG, 5000 units per metre), normals (128 + 127 times "
+                   "x, y and z in the camera's frame) and, where the map is painted, rgb.");
+  addPaths(line, "folder to write", options);
   line.add({"--pose", "TX,TY,TZ,QX,QY,QZ,QW",
-            "pose of the camera (its optical frame) in the map "
-            "frame, in metres and as a quaternion"},
+            "pose of the camera's optical frame in the map frame: "
+            "metres, then a quaternion"},
            [&](const std::string& text) { poses.push_back(readPose(text)); });
   line.addText({"--trajectory", "FILE",
                 "poses to render from: `stamp tx ty tz qx qy qz qw` per line, camera to map"},
@@ -127,7 +126,7 @@ void renderMap(const std::vector<std::string>& arguments) {
     poses = readTrajectory(trajectory_path, "give a file of poses").poses();
   if (poses.empty()) throw std::runtime_error("'" + trajectory_path + "' has no poses");
   const RenderCamera camera = camera_path.empty() ? RenderCamera() : loadCameraInfo(camera_path);
-  // Views do not depend on space.
+  // Views do not depend on free space.
   const auto mapper = loadMapOf(options, "space/enabled=false").second;
   const std::vector<double> times_ms = renderInto(options.out_path, camera, poses, *mapper);
   std::printf("%zu views of %d x %d pixels, median %.2f ms: %s\n", times_ms.size(), camera.width,

@@ -29,12 +29,12 @@ namespace {
 /// with a border between them for bilinear interpolation.
 struct Chart {
   int32_t x, y, side;  ///< The square.
-  bool is_second;      ///< Whether it is the half with the last texel.
+  bool is_second;      ///< Whether the triangle is in the half with the last texel.
 };
 
 constexpr int32_t kBorder = 3, kMaxTexels = 253, kPageSide = 4096;
 
-/// Length of the triangle's edges at corner 0, in texels.
+/// Length, in texels, of the triangle's two edges at corner 0.
 int32_t texelsAlong(const Chart& chart) { return chart.side - kBorder; }
 
 /// A texture page.
@@ -108,8 +108,8 @@ class Atlas {
   }
 
   /// Calls visit(texel, s, t) for the texels of a triangle, and of the border at its edge from
-  /// corner 1 to corner 2. `texel` is an index in its page; it lies at corner 0 plus s and t times
-  /// the edges to corners 1 and 2.
+  /// corner 1 to corner 2. `texel` is the index of a texel in its page. The texel lies at corner 0
+  /// plus s times the edge to corner 1 plus t times the edge to corner 2.
   template <class Visit>
   void visitTexels(size_t triangle, const Visit& visit) const {
     const Chart& chart = charts_[triangle];
@@ -126,8 +126,8 @@ class Atlas {
   }
 
  private:
-  /// Packs squares into rows, the largest first. Of two triangles that share a square, the smaller
-  /// has more texels than it needs.
+  /// Packs squares into rows, largest first. If two triangles that share a square differ in size,
+  /// the smaller one gets more texels than it needs.
   void addPage(size_t begin, size_t end, const std::vector<int32_t>& sides) {
     std::vector<size_t> order(end - begin);
     std::iota(order.begin(), order.end(), begin);
@@ -159,7 +159,7 @@ class Atlas {
 /// An image, and the map rendered from its pose.
 class SeenImage {
  public:
-  /// @param before Exposure of the previous image; is set to that of this image.
+  /// @param before In: exposure of the previous image. Out: exposure of this image.
   SeenImage(const ColourFrame& frame, Mapper& mapper, const PaintSettings& settings,
             float voxel_size_m, Exposure& before)
       : frame_(frame),
@@ -291,7 +291,8 @@ void visitImages(const RunOptions& options, const std::optional<Eigen::Isometry3
   }
 }
 
-/// Begins with the map's colours, or grey, at a negligible weight, for texels that no image shows.
+/// The initial texels of a page: the map's colours, or grey, at a negligible weight, so that they
+/// only remain where no image shows the texel.
 std::vector<Texel> beginPage(const Atlas& atlas, const Page& page) {
   constexpr float kTinyWeight = 1e-30f;
   std::vector<Texel> texels(static_cast<size_t>(page.height) * kPageSide, Texel{});
@@ -325,8 +326,8 @@ std::string pngOf(const std::vector<Texel>& texels, int32_t height) {
   return encodeColourPng(image);
 }
 
-/// Paints a page from all images, one by one. @param painted Is increased by the texels that images
-/// show. @return the page as PNG.
+/// Paints a page from all images, one by one. @param painted Increased by the number of texels that
+/// images show. @return the page as PNG.
 template <class VisitImages>
 std::string paintPage(const Atlas& atlas, const Page& page, const VisitImages& visit_images,
                       const RunSettings& settings, float texel_m, Mapper& mapper, size_t& painted) {
@@ -370,7 +371,7 @@ void textureMap(const std::vector<std::string>& arguments) {
                    "a journal.");
   line.addText({"RECORDING", "", "a folder, a bag or a journal, as for reconstruct"},
                input.recording.path);
-  line.addText({"MAP", "", "the map file that was made from it"}, options.map_path);
+  line.addText({"MAP", "", "the map file that was built from it"}, options.map_path);
   line.addText({"--mesh", "OUT", "the mesh: .obj, with .mtl and .png next to it, or .glb"},
                options.out_path);
   line.require("--mesh");
@@ -406,7 +407,7 @@ void textureMap(const std::vector<std::string>& arguments) {
   }
   if (painted == 0) {
     throw std::runtime_error(
-        "no image shows the map; give the recording and --poses that it was made from");
+        "no image shows the map; give the recording and --poses that it was built from");
   }
   saveTexturedMesh(textured, options.out_path);
   std::printf("%zu triangles, %zu textures of %d texels across, %.1f MB: %s\n",

@@ -1,4 +1,4 @@
-/// reconstruct: makes a map and a mesh from the frames of a recording, reproducibly.
+/// reconstruct: builds a map and a mesh from the frames of a recording, reproducibly.
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -29,8 +29,9 @@
 namespace dtsdf {
 namespace {
 
-/// The settings of a run, with those that the loaded map is bound to. @throws std::runtime_error if
-/// given settings conflict with the map, or the map is in another frame.
+/// The settings of a run that resumes from a map, which determines some of them. @throws
+/// std::runtime_error if explicitly given settings conflict with the map, or if it is in another
+/// frame.
 MapperParams settingsWith(const MapContents& loaded, const RunSettings& settings) {
   const MapperParams params = withSettingsOf(loaded, settings.params.mapper);
   ParamTree tree = toTree(params);
@@ -44,9 +45,9 @@ MapperParams settingsWith(const MapContents& loaded, const RunSettings& settings
   return params;
 }
 
-/// The origin of a run's map. A loaded map keeps the name of its frame and, if it has frames, its
-/// level.
-/// @param loaded Null: the run begins with an empty map.
+/// The origin of a run's map. A loaded map keeps the name of its frame and, if frames were fused
+/// into it, its level.
+/// @param loaded Null if the run begins with an empty map.
 MapOrigin originOf(const ReconstructOptions& options, const RunSettings& settings,
                    const MapContents* loaded) {
   const bool is_named = loaded != nullptr && !loaded->map_frame.empty();
@@ -113,7 +114,7 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
   }
 }
 
-/// Refuses an empty mesh if no surface was seen in mesh/min_support frames.
+/// Rejects a mesh that is empty because no surface was seen in mesh/min_support frames.
 /// @throws std::runtime_error
 void checkSupport(const ReconstructionResult& result, const MapperParams& params) {
   const int min_support = params.mesh.min_support;
@@ -157,7 +158,7 @@ void checkLosses(const ReconstructionResult& result, const Mapper& mapper) {
   throw std::runtime_error(std::to_string(pages.lost) + " blocks of the map were lost" +
                            (lacks_meshes ? ", and parts of the mesh cannot be read" : "") + ": " +
                            (pages.lost > 0 ? pages.problem : result.meshes->stats().problem) +
-                           "; they are missing from what was saved");
+                           "; the saved files lack them");
 }
 
 /// Checks that at least half of the images are usable, unless gaps are allowed.
@@ -208,7 +209,7 @@ void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
   checkLosses(result, mapper);
 }
 
-/// Refuses options that are for recordings only. @throws UsageError
+/// Rejects options that apply to recordings only. @throws UsageError
 void checkJournalOptions(const ReconstructOptions& options) {
   if (!options.load_map_path.empty() || !options.only.empty()) {
     throw UsageError("--load-map and --only are for recordings; a journal contains its own map");
@@ -222,7 +223,7 @@ void checkJournalOptions(const ReconstructOptions& options) {
   }
 }
 
-/// Corrects a journal with --poses, which are in --poses-frame.
+/// Corrects the poses of a journal by those of --poses, given in --poses-frame.
 /// @throws UsageError for an unknown frame.
 void correct(JournalReplay& journal, const ReconstructOptions& options) {
   const std::string& path = options.recording.poses_path;
@@ -269,15 +270,16 @@ ParamTree defaultsFor(const ReconstructOptions& options) {
 }
 
 /// Narrows the selected images to those that the box needs.
-/// @param loaded Null: the run begins with an empty map. @return none: the run makes the whole map.
+/// @param loaded Null if the run begins with an empty map.
+/// @return nullopt if the run builds the whole map.
 std::optional<BoxRun> prepareBox(ReconstructOptions& options, const RunSettings& settings,
                                  const MapChunks* loaded, const MapParams& map,
                                  const MapOrigin& origin) {
   const std::optional<MapBox> before = loaded != nullptr ? loaded->box() : std::nullopt;
   if (options.only.empty() && before) {
     throw std::runtime_error(
-        "the map of --load-map is a box of a larger one; give the same --only, "
-        "or a map that map_tool join made");
+        "the map of --load-map is a box of a larger map; give the same --only, "
+        "or load a map from map_tool join");
   }
   if (options.only.empty()) return std::nullopt;
   const BlockExtent box =
@@ -301,11 +303,11 @@ std::optional<BoxRun> prepareBox(ReconstructOptions& options, const RunSettings&
   return run;
 }
 
-/// Refuses an incomplete box, which must not be joined. @throws std::runtime_error
+/// Rejects an incomplete box, which must not be joined. @throws std::runtime_error
 void checkBox(const ReconstructionResult& result) {
   if (result.map.refused_blocks == 0 && result.map.refused_cubes == 0) return;
   throw std::runtime_error(
-      "the box takes more than map/max_memory_mb; raise it, make smaller boxes, or give "
+      "the box takes more than map/max_memory_mb; raise it, use smaller boxes, or set "
       "map/page_folder");
 }
 
@@ -336,7 +338,7 @@ void run(ReconstructOptions options) {
   if (!options.recording.first_pose_only) colours = levelled(std::move(colours), origin.T_W_M);
   const auto mapper = loaded ? makeProbedMapper(params, settings.rules, partsOf(loaded))
                              : makeProbedMapper(params, settings.rules);
-  // imagesFor() has applied the rate already to the images of a box.
+  // imagesFor() has already applied this rate to the images of a box.
   RecordedInput input(*source, colours.get(), box ? 0.0 : settings.params.max_colour_rate_hz);
   if (loaded) input.map_stamp_s = loaded->head().stamp_s;
   loaded.reset();  // the mapper has copied it

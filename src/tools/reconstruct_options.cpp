@@ -66,7 +66,7 @@ void addMapOptions(CommandLine& line, ReconstructOptions& options) {
   addSaveMapOption(line, "map to write", options.save_map_path);
   line.addText(
       {"--only", "BOX",
-       "make only one box of the map, as map_tool boxes prints it: x=FROM..TO,y=..,z=.. in "
+       "build only one box of the map, as map_tool boxes prints it: x=FROM..TO,y=..,z=.. in "
        "metres; map_tool join joins boxes"},
       options.only);
 }

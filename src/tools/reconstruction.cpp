@@ -41,7 +41,7 @@ class Reconstruction {
     result_.paint_ms.push_back(timeMs([&] { painting = mapper_.paint(image); }));
     if (painting.status == FrameStatus::kFused) {
       ++result_.images;
-      result_.stamp_s = std::max(result_.stamp_s, source.stamp_s);  // may precede a frame's
+      result_.stamp_s = std::max(result_.stamp_s, source.stamp_s);  // may be older than a frame
     } else {
       ++result_.skipped[std::string("colour images: ") + toString(painting.status)];
     }
@@ -172,7 +172,7 @@ class Reconstruction {
 
   Mapper& mapper_;
   std::shared_ptr<PagedMeshes> meshes_;
-  BoxRun* box_ = nullptr;  ///< Null: the run makes the whole map.
+  BoxRun* box_ = nullptr;  ///< Null if the run builds the whole map.
   std::function<uint64_t()> supporting_;
   // Neither is set if poses are used as given.
   std::optional<PoseRefiner> refiner_;

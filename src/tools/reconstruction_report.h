@@ -13,7 +13,7 @@ struct Summary {
 };
 
 /// Median: the middle value, or the mean of the two middle ones. p95: the smallest value that at
-/// least 95 % of the values do not exceed. All are 0 without values.
+/// least 95 % of the values do not exceed. All are 0 if there are no values.
 Summary summarise(std::vector<double> values);
 
 /// @param backend_name From Mapper::backendName().

@@ -19,10 +19,10 @@
 namespace dtsdf {
 namespace {
 
-/// Number of images that are inspected, and the grid of pixels in each.
+/// Number of images that are inspected, and the grid of pixels sampled in each.
 constexpr size_t kInspectedFrames = 5;
 constexpr int kColumns = 64, kRows = 48;
-/// Minimum fraction of measured pixels; with fewer, the images probably do not show depth.
+/// Minimum fraction of measured pixels; with fewer, the images are probably not depth images.
 constexpr double kMinMeasuredShare = 0.05;
 
 BagOptions bagOptions(const RunOptions& options, const NodeParams& node) {
@@ -73,7 +73,7 @@ std::unique_ptr<FrameSource> openFrames(const RunOptions& options, const NodePar
 
 namespace {
 
-/// Prints what the first images of a source show, and warns if it is implausible.
+/// Prints statistics of the first images of a source, and warns if they are implausible.
 void reportOn(const std::deque<SourceFrame>& frames, const FrameSource& source,
               const RecordingOptions& recording, const FusionParams& fusion) {
   std::vector<double> depths_m;
@@ -107,7 +107,7 @@ void reportOn(const std::deque<SourceFrame>& frames, const FrameSource& source,
   } else if (median_m < min_m || median_m > max_m) {
     warn(formatted(
         "median depth %.4g m is outside the mapped range, %g to %g m (fusion/min_depth_m, "
-        "fusion/max_depth_m): are %.6g units per metre the right scale?",
+        "fusion/max_depth_m): is %.6g units per metre the right scale?",
         median_m, min_m, max_m, 1.0 / double{first.unit_m}));
   }
 }

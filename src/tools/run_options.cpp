@@ -67,7 +67,7 @@ FrameSelection parseFrameSelection(const std::string& text) {
     *numbers[count] = static_cast<size_t>(readWhole(part, {count == 2 ? 1.0 : 0.0, kUnbounded}));
   }
   if (count > 3 || text.find(':') == std::string::npos) {
-    throw UsageError("'" + text + "' is not of the form FIRST:LAST:STEP; one image is N:N");
+    throw UsageError("'" + text + "' is not of the form FIRST:LAST:STEP; use N:N for one image");
   }
   if (selection.first <= selection.last) return selection;
   throw UsageError("LAST comes before FIRST in '" + text + "'");
@@ -91,8 +91,8 @@ void addFolderOptions(CommandLine& line, RunOptions& options) {
              options.recording.units_per_metre = readNumber(value, {kAboveZero, kUnbounded});
            });
   line.addNumber({"--pose-tolerance", "SECONDS",
-                  "largest time between an image and the nearest pose; images without one are "
-                  "skipped, others get an interpolated pose"},
+                  "maximum time between an image and the nearest pose; images without such a pose "
+                  "are skipped, others get an interpolated pose"},
                  options.recording.pose_tolerance_s, {kAboveZero, kUnbounded});
 }
 
@@ -115,7 +115,7 @@ void addMapperOptions(CommandLine& line, RunOptions& options) {
                       [] { return listSettings(); });
   line.addTextRequest("--list-rules", "print the keys under rules/ with their defaults and ranges",
                       [] { return listRules(); });
-  addSettingOption(line, {"--backend", "auto|cpu|cuda", "where to compute"}, "backend", options);
+  addSettingOption(line, {"--backend", "auto|cpu|cuda", "what to compute on"}, "backend", options);
   addSettingOption(line, {"--threads", "N", "CPU threads (0: all cores)"}, "threads", options);
 }
 
@@ -192,15 +192,15 @@ void addFormatOption(CommandLine& line, RunOptions& options) {
 void addReadingOptions(CommandLine& line, RunOptions& options) {
   BagOptions& recording = options.recording;
   line.add({"--intrinsics", "FX,FY,CX,CY",
-            "camera in pixels, instead of the recording's; a negative FY flips the rows of a "
+            "intrinsics in pixels, instead of the recording's; a negative FY flips the rows of a "
             "folder's images, for cameras whose y axis points up"},
            [&](const std::string& value) { recording.intrinsics = parseIntrinsics(value); });
   line.addText(
       {"--poses", "FILE",
        "poses to use instead of the recording's, in metres: lines `stamp tx ty tz qx qy qz qw` "
        "(TUM); for folders also lines of 12 (KITTI) or 16 numbers, Open3D's "
-       "trajectory.log, COLMAP's images.txt, transforms.json, or a folder with 4 x 4 "
-       "numbers in each .txt. For a journal: corrected poses of some of its images; "
+       "trajectory.log, COLMAP's images.txt, transforms.json, or a folder of .txt "
+       "files with 4 x 4 numbers each. For a journal: corrected poses of some of its images; "
        "the others move with them"},
       recording.poses_path);
   line.add(
@@ -220,7 +220,7 @@ void addReadingOptions(CommandLine& line, RunOptions& options) {
   line.addText({"--info-topic", "T", "their camera_info (default: next to the depth topic)"},
                recording.info_topic);
   line.addText({"--mask-topic", "T",
-                "a bag's masks: mono8, not 0 for pixels to leave out, such as people or the robot "
+                "a bag's masks: mono8, nonzero for pixels to ignore, such as people or the robot "
                 "(default: none)"},
                recording.mask_topic);
   line.addText({"--color-topic", "T",

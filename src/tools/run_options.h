@@ -55,13 +55,13 @@ struct RunSettings {
 };
 
 /// Reads the settings of a command line. Files may also have settings that only the node uses.
-/// @throws ParamError with every violation, std::runtime_error for a file that cannot be read.
+/// @throws ParamError that lists every violation, std::runtime_error if the file cannot be read.
 RunSettings readSettings(const RunOptions& options);
 
 /// Reads the settings of a command line, which override `defaults`.
 RunSettings readSettings(const RunOptions& options, ParamTree defaults);
 
-/// Reads settings from a tree. @throws ParamError with every violation.
+/// Reads settings from a tree. @throws ParamError that lists every violation.
 RunSettings readSettings(ParamTree tree);
 
 // Each adds some of the options to a command line.

@@ -5,12 +5,12 @@ check.py MAP_TOOL [--reconstruct RECONSTRUCT] [--backend cpu|cuda] [--write]
 
 Each file in maps/ has these figures:
 - "hash", the content hash, after map_tool has verified the file;
-- "mesh", the first half of the sha256 of the mesh that map_tool makes;
+- "mesh", the first half of the sha256 of the mesh that map_tool saves;
 - "sums", the first half of the sha256 of what examples/python/read_map.py prints, if numpy and
   zstandard are installed.
 If the Python module can be imported, loading and saving with it must keep the content hash. Differences
-from conformance.txt are printed, and the exit code is 1. With --reconstruct, and if numpy is installed,
-the maps that make_maps makes with that program must also have the listed content hashes and meshes.
+from conformance.txt are printed, and the exit code is 1. If --reconstruct is given and numpy is
+installed, the maps that make_maps builds with that program must also have the listed content hashes and meshes.
 --write rewrites conformance.txt; use it only after an intended change of the format, fusion or meshes.
 """
 import argparse
@@ -50,7 +50,7 @@ def figures(tool, backend, path, folder):
 
 
 def figures_of_readers(tool, backend, path, folder):
-    """The figures of those Python readers whose modules are installed."""
+    """The figures from the Python readers whose modules are installed."""
     found = {}
     read = subprocess.run([sys.executable, "-B", str(READ_MAP), str(path)], capture_output=True)
     if read.returncode == 0:

@@ -1,7 +1,7 @@
-// A library to preload into a program, which makes the program's N-th call of one kind fail.
-// DTSDF_FAULT is CALL:N, where CALL is allocate, read, write, rename, fsync or open. Counting
-// starts at main() or, if DTSDF_FAULT_FROM is set, when a file is opened whose path contains its
-// value. When the call fails, the file DTSDF_FAULT_MET is created.
+// A library that is preloaded into a program and makes its N-th call of one kind fail. DTSDF_FAULT
+// is CALL:N, where CALL is allocate, read, write, rename, fsync or open. Counting starts at main()
+// or, if DTSDF_FAULT_FROM is set, when a file whose path contains that value is opened. When the
+// call fails, the file named by DTSDF_FAULT_MET is created.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/syscall.h>
@@ -23,7 +23,7 @@ void* __libc_memalign(size_t, size_t);
 
 namespace {
 
-std::atomic<long> calls_left{0};  ///< At 1, the next chosen call fails; at 0, none.
+std::atomic<long> calls_left{0};  ///< At 1, the next chosen call fails; at 0, none fails.
 char chosen[16] = "";
 
 bool fails(const char* call) {

@@ -4,7 +4,7 @@
 unchanged.
 
 Calls are counted from the opening of the recording, or of the map that is loaded. Before that, while
-the program starts, a lack of memory may end it silently."""
+the program starts, it may end silently if memory runs out."""
 
 import argparse
 import concurrent.futures
@@ -77,7 +77,7 @@ class Reconstruction:
             os.remove(os.path.join(self.out, left))
 
     def run(self, call, number):
-        """The problem after this fault ("" for none), and whether the fault occurred."""
+        """Returns the problem after this fault ("" for none), and whether the fault occurred."""
         self.clear_outputs()
         for name in self.case.outputs:
             with open(os.path.join(self.out, name), "wb") as output:
@@ -127,7 +127,7 @@ def numbers(first, sampled, most):
 
 
 def count_calls(reconstruction, call):
-    """The number of calls, found by bisection for the first fault that does not occur."""
+    """The number of calls: a bisection finds the first fault that does not occur."""
     low, high = 0, 1
     while reconstruction.run(call, high)[1]:
         low, high = high, 2 * high
@@ -138,7 +138,7 @@ def count_calls(reconstruction, call):
 
 
 def run_each(reconstructions, call, tried):
-    """Yields (number, problem, whether it occurred), with one run at a time per folder."""
+    """Yields (number, problem, whether the fault occurred), with one run at a time per folder."""
     free = queue.SimpleQueue()
     for reconstruction in reconstructions:
         free.put(reconstruction)
@@ -181,7 +181,7 @@ def main():
     parser.add_argument("--library", required=True, help="library built from faults.cpp")
     parser.add_argument("--first", type=int, default=1000, help="fail each of the first FIRST calls")
     parser.add_argument("--sampled", type=int, default=300, help="fail a sample of SAMPLED later calls")
-    parser.add_argument("--jobs", type=int, default=1, help="parallel runs (1)")
+    parser.add_argument("--jobs", type=int, default=1, help="parallel runs (default: 1)")
     arguments = parser.parse_args()
     problems = 0
     with tempfile.TemporaryDirectory() as folder:

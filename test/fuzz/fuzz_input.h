@@ -1,4 +1,4 @@
-/// Shared by the fuzz targets: bytes as a file, bytes as numbers, and the errors that are expected.
+/// Shared by the fuzz targets: reading the input as a file or as numbers, and the expected errors.
 #pragma once
 
 #include <sys/mman.h>
@@ -25,14 +25,14 @@ void expectAnswer(const Read& read) {
   }
 }
 
-/// Ends the program if an invariant does not hold.
+/// Aborts the program if an invariant does not hold.
 inline void require(bool holds, const char* what) {
   if (holds) return;
   std::fprintf(stderr, "expected: %s\n", what);
   std::abort();
 }
 
-/// A file in memory with these bytes.
+/// An in-memory file with the given bytes.
 class InputFile {
  public:
   InputFile(const uint8_t* data, size_t size) : descriptor_(memfd_create("input", MFD_CLOEXEC)) {
@@ -49,7 +49,7 @@ class InputFile {
   int descriptor_;
 };
 
-/// Reads numbers from the start of the bytes; after their end, zeros.
+/// Reads numbers from the bytes in order, and zeros after their end.
 class InputBytes {
  public:
   InputBytes(const uint8_t* data, size_t size) : data_(data), left_(size) {}

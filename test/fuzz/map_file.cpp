@@ -30,7 +30,7 @@ MapperParams paramsOf(const MapContents& contents) {
     params.space.max_range_m = 20.0f * params.map.voxel_size_m;
     params.space.max_distance_m = 3.0f * params.map.voxel_size_m;
   }
-  // With space, a part of the budget is for free cells.
+  // With space, a part of the budget is reserved for free cells.
   params.map.max_memory_mb = std::max(kMax_mb, minMemoryMb(contents, params));
   return params;
 }
@@ -75,7 +75,7 @@ void fuseWall(Mapper& mapper) {
   require(mapper.integrate(frame).status == FrameStatus::kFused, "a fused frame");
 }
 
-/// Checks that a mapper keeps the given contents, makes a mesh of them, and continues.
+/// Checks that a mapper keeps the given contents, extracts their mesh, and continues from them.
 void continueFrom(const MapContents& contents) {
   const auto mapper = makeMapper(paramsOf(contents), contents);
   const MapContents held = mapper->contents();

@@ -1,4 +1,4 @@
-/// Makes map files from short recipes, with correct sizes and checksums unless the recipe asks for
+/// Builds map files from short recipes, with correct sizes and checksums unless the recipe asks for
 /// wrong ones, so that fuzzed files pass the first checks of a reader.
 #pragma once
 
@@ -31,7 +31,7 @@ class MapRecipe {
     makeConsistent();
   }
 
-  /// The file: the records of the recipe; an end record gets correct content.
+  /// The map file with the records of the recipe. An end record gets correct content.
   Bytes file() {
     Bytes file = fileHead(map_format::kPurpose);
     RecordWriter out([&](const void* data, size_t bytes) {
@@ -88,7 +88,7 @@ class MapRecipe {
 
   // ---- Consistency between records ----
 
-  /// With more blocks, an input takes too long under a sanitizer, and finds nothing new.
+  /// With more blocks, an input takes too long under a sanitizer, and exposes nothing new.
   static constexpr size_t kMaxBlocks = 12;
 
   void makeConsistent() {

@@ -1,4 +1,4 @@
-/// Invariants of every mesh, whatever map it was made from.
+/// Invariants of every mesh, whatever map it was extracted from.
 #pragma once
 
 #include <cmath>

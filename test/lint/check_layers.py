@@ -82,7 +82,7 @@ def find_circle(table):
 
 
 def strip_comments_and_texts(code):
-    """Replaces comments and string literals by spaces; keeps line breaks and #include lines."""
+    """Replaces comments and string literals with spaces; keeps line breaks and #include lines."""
     def blank(match):
         text = match.group(0)
         return text if text.startswith("#") else re.sub(r"[^\n]", " ", text)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Finds external text that is shown unchanged in logs, messages and answers: names from messages and
-files, and texts of exceptions. It must pass through printable(), printableMessage() or errorText()
+"""Finds external text that is shown unchanged in logs, messages and responses: names from messages and
+files, and texts of exceptions. Such text must pass through printable(), printableMessage() or errorText()
 (src/params/printable.h). Also finds numbers whose format depends on the locale of the host program: use
 formatted() and parseNumber() (src/params/text.h). Prints file:line of each violation.
 
@@ -27,7 +27,7 @@ RETHROWN = re.compile(r"\bthrow|\bUsageError\(|\bproblem = |\breturn error\.what
 BY_LOCALE = re.compile(r"\b(strto[dfl]d?|ato[fil]|sto[dfl]d?|v?sn?printf|v?f?scanf|vsscanf|setlocale)\("
                        r"|\bto_string\(\w*(_m|_s|_deg|_mb|_hz|seconds)\)")
 STREAM = re.compile(r"std::o?stringstream (\w+)$")
-# These files clean texts where the texts are shown.
+# These files clean texts at the point where they are shown.
 CLEANERS = {"src/program/run_program.cpp", "src/ros/common/node_start.h"}
 
 

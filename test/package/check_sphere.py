@@ -19,7 +19,7 @@ def main(path):
     mean_m = sum(errors) / max(1, len(errors))
     worst_m = max(errors, default=math.inf)
     print(f"{len(triangles)} triangles, error {1000 * mean_m:.2f} mm, worst {1000 * worst_m:.1f} mm")
-    # At least half a triangle per voxel-sized square of the sphere; its poles are not seen.
+    # At least half a triangle per voxel-sized square of the sphere; its poles are not in view.
     least = 2 * math.pi * RADIUS_M ** 2 / VOXEL_M ** 2
     return 0 if len(triangles) > least and mean_m < 0.1 * VOXEL_M and worst_m < VOXEL_M else 1
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""deb_test.py BUILD: makes the Debian package of a build folder, unpacks it elsewhere, and runs
+"""deb_test.py BUILD: builds the Debian package of a build folder, unpacks it elsewhere, and runs
 reconstruct and roslaunch from there."""
 import glob
 import os
@@ -19,7 +19,7 @@ class Deb(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
-        # Inside the build folder, roslaunch would find each launch file twice.
+        # Not inside the build folder, where roslaunch would find each launch file twice.
         packed, root = os.path.join(cls.folder.name, "deb"), os.path.join(cls.folder.name, "root")
         cls.run_quietly(["cpack", "-G", "DEB", "-B", packed], cwd=BUILD,
                         env=dict(os.environ, DTSDF_PACKAGING="1"))

@@ -25,15 +25,15 @@ class BackendPair {
   /// Also checks the backend of each mapper.
   BackendPair(const MapperParams& params, Candidate candidate, const Rules& rules = Rules());
 
-  /// Compares the result and the map's counts.
+  /// Compares the results, and the statistics of both maps.
   void integrate(const DepthFrame& frame);
-  /// Compares the result only, since reading the map would make a GPU finish the frame.
+  /// Compares only the results, since reading the map would make a GPU finish the frame.
   void integrateUnchecked(const DepthFrame& frame);
-  /// Compares like integrate().
+  /// Compares as integrate() does.
   void paint(const ColourFrame& frame);
   /// Compares views of both maps, pixel by pixel.
   void compareViews(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C);
-  /// Compares like integrate(). @return the candidate's result.
+  /// Compares as integrate() does. @return the candidate's result.
   ClearedRegion clearRegion(const Region& region);
   void updateMesh();
   void beginMeshUpdate();
@@ -44,7 +44,8 @@ class BackendPair {
   /// Meshes start from scratch.
   void swapContents();
 
-  /// Compares all voxels and colours, the meshes assembled from all updates, and spaces.
+  /// Compares all voxels and colours, the meshes assembled from all updates, and the spaces if
+  /// there are any.
   void compareMaps();
 
   /// Compares the cells and, after updating them, the distances.
@@ -72,8 +73,8 @@ size_t countCells(Mapper& mapper, CellState state);
 /// Checks that free cells and surface cells exist, so that two empty spaces cannot pass as equal.
 void expectSpace(Mapper& mapper);
 
-/// Whether the failed call allocates memory. Tests also make calls fail that do not run out of
-/// memory in practice; the state after such a failure is not compared.
+/// Whether the failed call allocates memory. Tests also make other calls fail, which cannot run out
+/// of memory in practice. The state after such a failure is not compared.
 bool isAllocation(const std::string& message);
 
 }  // namespace dtsdf

@@ -1,5 +1,5 @@
-// Every candidate (the CPU on two threads, the GPU) gives the results of the CPU on one thread: the
-// same counts after every frame, the same mesh updates, the same voxels.
+// Checks that every candidate (the CPU on two threads, the GPU) gives the same results as the CPU
+// on one thread: the same statistics after every frame, the same mesh updates and the same voxels.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ MapperParams makeParams(FusionMode mode, bool directional, float voxel_size_m) {
   return params;
 }
 
-/// Adds space with cells of four voxels.
+/// Enables space, with cells four voxels wide.
 MapperParams withSpace(MapperParams params) {
   params.mesh.min_support = 1;
   params.space.enabled = true;
@@ -44,7 +44,7 @@ void integrateAll(BackendPair& pair, const std::vector<TestFrame>& frames, int m
   }
 }
 
-/// Feeds depth and colour alternately.
+/// Integrates depth images and paints colour images alternately.
 void feedAll(BackendPair& pair, const std::vector<TestFrame>& frames,
              const std::vector<TestColours>& images, int mesh_every) {
   for (size_t i = 0; i < frames.size(); ++i) {
@@ -370,8 +370,8 @@ TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
   }
 }
 
-/// A tile of a painted map. The blocks around it are mapped and can hide others, but are not
-/// painted.
+/// A tile of a painted map. The blocks around it are mapped and can hide blocks of the tile, but
+/// are not painted.
 TEST_P(BackendParity, PaintedTileOfAMap) {
   MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.03f);
   params.adapt_exposure = false;
@@ -447,14 +447,14 @@ TEST_P(BackendParity, ClearForgetsEverything) {
   EXPECT_EQ(pair.candidate().stats().blocks, 0u);
   EXPECT_TRUE(pair.candidate().finishMeshUpdate().blocks.empty());
   EXPECT_TRUE(space->cells().empty());
-  EXPECT_EQ(pair.candidate().space(), space) << "space does not live as long as the mapper";
+  EXPECT_EQ(pair.candidate().space(), space) << "space must live as long as the mapper";
   ASSERT_NO_FATAL_FAILURE(integrateAll(pair, after, 2));
   expectSpace(pair.candidate());
   pair.compareMaps();
 }
 
-/// Clears boxes and balls of a painted map, some while a frame or an extraction is unfinished.
-/// Freed arrays are reused, and cleared space is not free.
+/// Clears boxes and spheres in a painted map, some while a frame or an extraction is unfinished.
+/// Freed arrays are reused, and cleared space does not count as free.
 TEST_P(BackendParity, RegionsAreCleared) {
   BackendPair pair(withSpace(makeParams(FusionMode::kNormalRayCasting, true, 0.03f)), GetParam());
   TestFrameSettings settings;
@@ -547,7 +547,7 @@ TEST_P(BackendParity, FarFromTheOrigin) {
   pair.compareMaps();
 }
 
-/// Images from a single pixel to more rows than a CUDA grid can have, and bad frames.
+/// Image sizes from a single pixel to more rows than a CUDA grid can have, and invalid frames.
 TEST_P(BackendParity, FramesOfChangingSizeAndBadFrames) {
   BackendPair pair(withSpace(makeParams(FusionMode::kRayCasting, true, 0.03f)), GetParam());
   std::vector<TestFrame> frames;
@@ -583,7 +583,7 @@ TEST_P(BackendParity, FramesOfChangingSizeAndBadFrames) {
 }
 
 /// All pixels are out of range: the frame touches no block, but clears voxels. The first such frame
-/// meets an empty map; later ones clear most of a room.
+/// finds an empty map; the later ones clear most of a room.
 TEST_P(BackendParity, FramesWithNothingInRange) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;

@@ -1,5 +1,6 @@
-// Each CUDA call of some frames, colour images and a mesh fails once: the mapper recovers, refuses
-// blocks, drops the frame, or throws. After clear() it maps as if nothing had happened.
+// Makes each CUDA call fail once while frames are fused, colour images are painted and a mesh is
+// extracted. The mapper must recover, refuse blocks, drop the frame, or throw. After clear(), it
+// must map as if nothing had happened.
 #include <gtest/gtest.h>
 
 #include <stdexcept>
@@ -58,8 +59,8 @@ class CudaFaults : public testing::Test {
 TEST_F(CudaFaults, ClearRecoversFromOutOfMemory) {
   BackendPair pair(params_, Candidate::kCuda);
   int met = 0, refused = 0;
-  // The mapper recovers from some failures without a report, so only 30 runs in a row without a
-  // report mean that all calls have failed once.
+  // The mapper recovers from some failures without a report, so the loop ends only after 30 runs in
+  // a row without a report. By then, each call has failed once.
   for (uint64_t n = 1, unreported = 0; unreported < 30; ++n) {
     SCOPED_TRACE("call " + std::to_string(n));
     pair.clear();

@@ -1,5 +1,5 @@
-// Each allocation of a frame whose blocks page out and in fails once: a frame that is not fused
-// leaves the map unchanged, and the next one continues from there.
+// Makes each allocation fail once during a frame that pages blocks out and in. If that frame is not
+// fused, it must leave the map unchanged, and mapping must continue from there.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// Each key occurs once, in ascending order.
+/// Checks that the keys are in ascending order, without duplicates.
 void expectAscendingKeys(const MapContents& contents) {
   for (size_t i = 1; i < contents.blocks.size(); ++i) {
     ASSERT_LT(packKey(contents.blocks[i - 1].key), packKey(contents.blocks[i].key));
@@ -96,7 +96,7 @@ class CudaPagingFaults : public testing::Test {
 
   TemporaryFolder folder_;
   std::vector<TestFrame> rooms_;
-  std::vector<TestFrame> large_;  ///< Frames of these rooms that need more memory.
+  std::vector<TestFrame> large_;  ///< Larger frames of the same rooms, which need more memory.
   MapperParams params_;
 };
 

@@ -1,6 +1,6 @@
-// Blocks for which the GPU has no memory are refused, like blocks beyond the budget; a frame
-// without memory is dropped completely. The map stays, and mapping continues. Fills the GPU's
-// memory, so it runs only if DTSDF_TEST_OUT_OF_MEMORY is set.
+// Blocks for which the GPU has no memory are refused, like blocks beyond the budget; a frame for
+// which memory is lacking is dropped completely. The map is kept, and mapping continues. Fills the
+// GPU's memory, so it runs only if DTSDF_TEST_OUT_OF_MEMORY is set.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// Takes the device's free memory in ever smaller pieces, down to 64 KiB.
+/// Allocates the device's free memory in ever smaller pieces, down to 64 KiB.
 std::vector<gpu::DeviceBuffer<char>> takeDeviceMemory() {
   std::vector<gpu::DeviceBuffer<char>> pieces;
   for (size_t bytes = size_t(1) << 36; bytes >= (size_t(1) << 16); bytes /= 2) {

@@ -1,5 +1,5 @@
-// On every backend, a map that pages to disk equals, bit for bit, the map of the CPU on one thread
-// without paging.
+// Checks that, on every backend, a map that pages to disk equals, bit for bit, the map that the CPU
+// builds on one thread without paging.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,12 +13,12 @@
 namespace dtsdf {
 namespace {
 
-/// Settings, and operations besides fusing.
+/// The settings of a case, and its operations besides fusing.
 struct Scenario {
   FusionMode mode = FusionMode::kNormalRayCasting;
   bool directional = true;
   int budget_mb = 4;
-  int mesh_every = 3;  ///< In frames; 0: once, at the end.
+  int mesh_every = 3;  ///< Interval in frames; 0 for once, at the end.
   bool painted = false, aligned = false, cleared = false, space = false, refined = false;
   bool alternates = false;  ///< Alternates between rooms; see BlocksRemovedWithinAFrame.
   float keep_radius_m = 0.0f;
@@ -77,8 +77,8 @@ class ScenarioRun {
     if (scenario_.mesh_every > 0 && count_ % scenario_.mesh_every == 0) updateMesh();
     if (scenario_.alternates) meshWithoutSome();
   }
-  /// Clears a part of the next room and begins a mesh update. The next image, which sees that part,
-  /// arrives during the update.
+  /// Clears a part of the next room and begins a mesh update. The next image, which shows that
+  /// part, arrives during the update.
   void meshWithoutSome() {
     if (count_ > 1) mesh_.apply(mapper_->finishMeshUpdate());
     mapper_->clearRegion(
@@ -99,7 +99,7 @@ class ScenarioRun {
   std::unique_ptr<ProbedMapper> mapper_;
   MeshStore mesh_;
   int count_ = 0;
-  size_t max_ = 0;  ///< Most bytes of the map so far.
+  size_t max_ = 0;  ///< Maximum size of the map so far, in bytes.
 };
 
 class PagingParity : public testing::TestWithParam<Candidate> {
@@ -158,7 +158,7 @@ TEST_P(PagingParity, OtherModes) {
   }
 }
 
-/// Single images exceed the budget, and meshes are made in parts.
+/// Single images exceed the budget, and meshes are extracted in parts.
 TEST_P(PagingParity, SmallBudgets) {
   for (const int mesh_every : {0, 2}) {
     Scenario scenario;
@@ -205,9 +205,9 @@ TEST_P(PagingParity, FarBlocksAreDropped) {
   }
 }
 
-/// A room, then two others alternately. Before each extraction, a part of the next room is emptied.
-/// The next image meets blocks without arrays, which are removed as soon as their neighbours are
-/// paged in.
+/// Maps a room, then two others alternately. Before each extraction, a part of the next room is
+/// cleared. So the next image touches blocks without arrays, which are removed as soon as their
+/// neighbours are paged in.
 TEST_P(PagingParity, BlocksRemovedWithinAFrame) {
   Scenario scenario;
   scenario.mesh_every = 0;

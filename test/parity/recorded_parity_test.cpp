@@ -1,6 +1,6 @@
-// The GPU gives the CPU's mesh on recorded frames, byte for byte. DTSDF_PARITY_FRAMES names the
-// folder of recordings (written by pack_frames), DTSDF_PARITY_VOXELS the voxel sizes in metres, by
-// default "0.02 0.01".
+// Checks that, on recorded frames, the GPU and the CPU give the same map and mesh, byte for byte.
+// DTSDF_PARITY_FRAMES names the folder of recordings (written by pack_frames), DTSDF_PARITY_VOXELS
+// the voxel sizes in metres, by default "0.02 0.01".
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// On every backend, space has the same cells and distances.
+// Checks that space has the same cells and distances on every backend.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ class SpaceCellParity : public testing::TestWithParam<CellCase> {
   void SetUp() override { skipWithout(std::get<0>(GetParam())); }
 };
 
-/// Frames are not read back, so the query of space itself must make the GPU finish them.
+/// Nothing else is read after a frame, so the query of space itself must make the GPU finish it.
 TEST_P(SpaceCellParity, MovingCamera) {
   const auto [candidate, cell_voxels, clearing] = GetParam();
   MapperParams params = spaceParams();
@@ -153,7 +153,7 @@ void expectExactDistances(const Space& space, int reach) {
   }
 }
 
-/// Distances within a sector, over many sectors, and beyond the reach.
+/// Distances within a sector, across many sectors, and beyond the reach.
 TEST_P(SpaceParity, DistancesAreExactAtAnyReach) {
   for (const int reach : {1, 25, 33, 130}) {
     SCOPED_TRACE(reach);

@@ -1,4 +1,4 @@
-/// Frames for comparing backends: an analytic room seen by a moving camera, with the defects of
+/// Frames for comparing backends: an analytic room viewed by a moving camera, with the defects of
 /// real depth images.
 #pragma once
 

@@ -149,8 +149,8 @@ TEST_P(RandomScenes, MeshesAreSound) {
   EXPECT_EQ(in_pieces.triangles, mesh.triangles);
 }
 
-/// Every voxel has a distance up to the truncation distance, and weight and evidence that five
-/// frames can give. An empty voxel has the distance 0.
+/// Every voxel has a distance up to the truncation distance, and at most the weight and evidence
+/// that five frames can give. An empty voxel has the distance 0.
 TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());
@@ -173,8 +173,8 @@ TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   }
 }
 
-/// Regions are cleared between frames. Updating the mesh throughout gives the same mesh as updating
-/// it once. Clearing everything leaves nothing.
+/// Regions are cleared between frames. Updating the mesh after each one gives the same mesh as
+/// updating it once. Clearing everything empties the map.
 TEST_P(RandomScenes, RegionsMayBeClearedAtAnyTime) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests that errors about wrong arguments name what is expected, and that the map stays unchanged."""
+"""Tests that errors about wrong arguments say what is expected, and that the map stays unchanged."""
 import copy
 import pickle
 import sys

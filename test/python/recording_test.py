@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""recording_test.py RECONSTRUCT: tests that Python and `reconstruct` make the same map of a recording."""
+"""recording_test.py RECONSTRUCT: tests that Python and `reconstruct` build the same map from a recording."""
 import os
 import subprocess
 import sys

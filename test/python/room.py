@@ -1,4 +1,4 @@
-"""An analytic scene: a wall at z = 2 m, seen from the origin along z."""
+"""An analytic scene: a wall at z = 2 m, viewed from the origin along z."""
 import numpy
 
 K = numpy.array([[130.0, 0.0, 79.5], [0.0, 130.0, 59.5], [0.0, 0.0, 1.0]])

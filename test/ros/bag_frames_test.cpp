@@ -286,7 +286,7 @@ class ColourBag : public CompressedBag {
 
   static cv::Mat pixels() { return cv::Mat(4, 10, CV_8UC3, cv::Scalar(30, 20, 10)); }
 
-  /// `recorded`: when the bag received the image.
+  /// `recorded` is the time at which the bag received the image.
   void writeRaw(double stamp_s, const ros::Time& recorded, const std::string& encoding = "bgr8") {
     bag_.write("/color/image_rect", recorded, imageAt(stamp_s, encoding));
   }

@@ -1,5 +1,5 @@
-/// Two cameras share a map: frames are fused in the order of their stamps, whatever their order of
-/// arrival, and give the same mesh as offline.
+/// Tests two cameras that share a map: frames are fused in the order of their stamps, whatever
+/// their order of arrival, and give the same mesh as offline.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ SentFrame makeFrame(const std::string& camera, const ros::Time& stamp, double la
           makeTransform("map", camera, T_W_C, stamp)};
 }
 
-/// The mesh file of the frames, fused in this order without a node.
+/// The mesh file of the frames, fused in the given order without a node.
 std::string bytesOffline(const std::vector<SentFrame>& frames) {
   const NodeParams params = nodeParams();
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
@@ -130,7 +130,7 @@ TEST_F(Cameras, FramesAreFusedInStampOrder) {
   EXPECT_TRUE(bytes == bytesOffline(in_order));
   std::swap(in_order[0], in_order[1]);
   EXPECT_FALSE(bytes == bytesOffline(in_order))
-      << "the order of these frames does not matter, so nothing is tested";
+      << "the order of these frames must matter, otherwise nothing is tested";
   removeOutputFolder();
 }
 

@@ -13,8 +13,8 @@ namespace dtsdf {
 
 using Bytes = std::vector<uint8_t>;
 
-/// Appends values: numbers, strings, and the members that fields(io, value) lists for other types.
-/// ByteReader reads them through the same function.
+/// Appends numbers, strings, and values of other types member by member, as fields(io, value) lists
+/// them. ByteReader uses the same function.
 class ByteWriter {
  public:
   template <class Value>
@@ -39,7 +39,7 @@ class ByteWriter {
   void operator()(const Values&... values) {
     (put(values), ...);
   }
-  /// Appends `count` values with their layout in memory.
+  /// Appends `count` values exactly as they are laid out in memory.
   template <class T>
   void array(const T* values, size_t count) {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -54,7 +54,7 @@ class ByteWriter {
   Bytes bytes;
 };
 
-/// Reads what ByteWriter wrote. @throws std::out_of_range at the end of the bytes.
+/// Reads what ByteWriter wrote. @throws std::out_of_range if too few bytes are left.
 class ByteReader {
  public:
   ByteReader(const uint8_t* data, size_t size) : next_(data), end_(data + size) {}
@@ -81,7 +81,7 @@ class ByteReader {
     values.resize(count);
     array(values.data(), count);
   }
-  /// Reads `count` raw bytes.
+  /// Skips `count` bytes. @return a pointer to the first of them.
   const uint8_t* takeBytes(size_t count) {
     if (left() < count) throw std::out_of_range("a record is too short");
     next_ += count;

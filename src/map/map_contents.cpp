@@ -24,7 +24,7 @@ constexpr uint64_t kBricksOfArray = (uint64_t{1} << kBricksPerArray) - 1u;
   throw std::runtime_error("the map's content is invalid: " + why);
 }
 
-/// The bricks that voxel arrays of these directions can have.
+/// The bricks that can exist in the voxel arrays of these directions.
 uint64_t bricksOf(uint32_t directions) {
   uint64_t bricks = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
@@ -41,9 +41,9 @@ void checkFreeCubes(const MapContents& contents) {
   if (cell == 0 && !contents.free_cubes.empty()) refuse("it has free cells, but no cell size");
   const MapFreeCube* before = nullptr;
   for (const MapFreeCube& cube : contents.free_cubes) {
-    if (!isRepresentable(cube.key)) refuse("a free cell lies outside the coordinates of a map");
+    if (!isRepresentable(cube.key)) refuse("a free cell is out of range");
     if (before != nullptr && packKey(before->key) >= packKey(cube.key)) {
-      refuse("free cells are not in the order of their keys");
+      refuse("free cells are not sorted by key");
     }
     if (std::all_of(cube.cells.begin(), cube.cells.end(), [](uint64_t w) { return w == 0; })) {
       refuse("a cube of free cells is empty");
@@ -54,7 +54,7 @@ void checkFreeCubes(const MapContents& contents) {
 
 int countBits(uint64_t bits) { return __builtin_popcountll(bits); }
 
-/// Whether a mapper resumes with the free cells.
+/// Whether a mapper with these parameters takes over the free cells.
 bool takesOverFreeCells(const MapContents& contents, const MapperParams& params) {
   return params.space.enabled && contents.cell_voxels != 0;
 }
@@ -67,7 +67,7 @@ bool isRigid(const Eigen::Isometry3d& T) {
          R.determinant() > 0.0;
 }
 
-/// Size of the part of the contents that a mapper uses.
+/// Size of the part of the contents that a mapper with these parameters takes over.
 MapSize sizeTakenOver(const MapContents& contents, const MapperParams& params) {
   MapSize size = sizeOf(contents);
   if (!takesOverFreeCells(contents, params)) size.free_cubes = 0;
@@ -105,9 +105,9 @@ MapSize sizeOf(const std::vector<MapBlock>& blocks) {
   size.blocks = blocks.size();
   const MapBlock* before = nullptr;
   for (const MapBlock& block : blocks) {
-    if (!isRepresentable(block.key)) refuse("a block lies outside the coordinates of a map");
+    if (!isRepresentable(block.key)) refuse("a block is out of range");
     if (before != nullptr && packKey(before->key) >= packKey(block.key)) {
-      refuse("blocks are not in the order of their keys");
+      refuse("blocks are not sorted by key");
     }
     if (block.directions == 0 || (block.directions & ~kAllDirections) != 0) {
       refuse("a block has an invalid set of directions");
@@ -135,7 +135,7 @@ void checkContents(const MapContents& contents) {
 void checkHead(const MapContents& contents) {
   const MapSize size = sizeOf(contents.blocks);
   if (contents.supporting_frames > contents.frames) refuse("the frame counts are inconsistent");
-  if (!std::isfinite(contents.stamp_s)) refuse("the stamp of the newest frame is not a number");
+  if (!std::isfinite(contents.stamp_s)) refuse("the stamp of the newest frame is not finite");
   if (size.bricks > 0 && !contents.painted) refuse("it has colours, but was never painted");
   for (const float gain : contents.exposure) {
     if (!std::isfinite(gain) || gain < 0.001f || gain > 1000.0f) {
@@ -171,10 +171,11 @@ void checkFrame(const MapContents& contents, const std::string& map_frame) {
 void checkLevel(const MapContents& contents, bool is_levelled) {
   if (contents.frames == 0 || contents.T_W_M.has_value() == is_levelled) return;
   throw std::runtime_error(
-      is_levelled ? "the saved map is not levelled, but map/level is floor or imu; set "
-                    "map/level to none, or start a new map"
-                  : "the saved map was levelled; set map/level to floor or imu: it keeps the level "
-                    "that it was saved with");
+      is_levelled
+          ? "the saved map is not levelled, but map/level is floor or imu; set "
+            "map/level to none, or start a new map"
+          : "the saved map was levelled; set map/level to floor or imu: the map keeps the level "
+            "that it was saved with");
 }
 
 size_t maxMapBytes(const MapperParams& params) {

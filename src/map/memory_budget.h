@@ -7,11 +7,11 @@
 
 namespace dtsdf {
 
-/// Bytes of the budget that a cube with free cells takes: its bits for free cells and surfaces, in
-/// an array that may be half empty.
+/// Bytes charged to the budget for a cube with free cells: its bits for free cells and for
+/// surfaces, in an array that may be half empty.
 constexpr size_t kFreeCubeBudgetBytes = 256;
 
-/// Limit of a file in map/page_folder, in bytes; 0 without the folder.
+/// Maximum size of a file in map/page_folder, in bytes; 0 if no folder is set.
 inline size_t pageBytesOf(const MapParams& params) {
   if (params.page_folder.empty()) return 0;
   return static_cast<size_t>(static_cast<double>(params.page_max_gb) * (size_t{1} << 30));

@@ -24,7 +24,7 @@ struct MarkedSlot {
 /// Meshing state of a block, without the labels of its units.
 struct MeshState {
   MeshMarks marks;
-  bool has_mesh = false;    ///< Its last delivered mesh has triangles.
+  bool has_mesh = false;    ///< The mesh last delivered has triangles.
   bool has_labels = false;  ///< The labels of its units are stored.
 };
 

@@ -11,20 +11,20 @@ Vec3d scaled(const Eigen::Vector3d& v, double factor) {
 
 std::string findBoxProblem(const BoxRegion& box) {
   if (!box.T_W_B.matrix().allFinite() || !box.size_m.allFinite()) {
-    return "the box contains a number that is not finite";
+    return "the box's pose or size is not finite";
   }
   if (!(box.size_m.minCoeff() > 0.0)) return "the box needs a size above 0 along each axis";
   const Eigen::Matrix3d R = box.T_W_B.linear();
   constexpr double kRotationTolerance = 1e-3;
   if (!(R * R.transpose()).isIdentity(kRotationTolerance) || R.determinant() < 0.0) {
-    return "the box's pose is not a rotation and a translation";
+    return "the box's pose is not a rigid transform";
   }
   return "";
 }
 
 std::string findSphereProblem(const SphereRegion& sphere) {
   if (!sphere.center_W.allFinite() || !std::isfinite(sphere.radius_m)) {
-    return "the sphere contains a number that is not finite";
+    return "the sphere's centre or radius is not finite";
   }
   return sphere.radius_m > 0.0 ? "" : "the sphere needs a radius above 0";
 }

@@ -1,5 +1,5 @@
-/// Slots of blocks by key: a hash table of cubes of blocks. Neighbouring keys are close in memory,
-/// and the table is so small that growing it does not delay a frame.
+/// Maps the keys of blocks to slots: a hash table of cubes of blocks. Neighbouring keys are close
+/// in memory, and the table is small enough that growing it does not delay a frame.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace dtsdf {
 
 class SlotIndex {
  public:
-  /// Slot of a key, or -1.
+  /// Slot of a key, or -1 if the key is absent.
   int32_t find(PackedKey key) const {
     if (table_.empty()) return -1;
     const int32_t* marks = table_[placeOf(nameOf(key))].marks.get();
@@ -66,15 +66,16 @@ class SlotIndex {
   }
 
  private:
-  /// Binary logarithm of the blocks along each edge of a cube. A surface through a cube meets about
-  /// 75 of its blocks.
+  /// Binary logarithm of the blocks along each edge of a cube. A surface that passes through a cube
+  /// intersects about 75 of its blocks.
   static constexpr int kSideLog2 = 3;
   static constexpr size_t kBlocksPerCube = size_t{1} << 3 * kSideLog2;
 
   struct Cube {
-    PackedKey name = 0;                ///< nameOf() of its keys; 0 if never used.
-    size_t held = 0;                   ///< Number of keys present.
-    std::unique_ptr<int32_t[]> marks;  ///< Slot + 1, or 0 for an absent key; null: all are absent.
+    PackedKey name = 0;  ///< nameOf() of its keys; 0 if never used.
+    size_t held = 0;     ///< Number of keys present.
+    std::unique_ptr<int32_t[]>
+        marks;  ///< Slot + 1, or 0 for an absent key; null if all are absent.
   };
 
   static constexpr PackedKey kSide = PackedKey{1} << kSideLog2;
@@ -87,7 +88,8 @@ class SlotIndex {
            (kBlocksPerCube - 1);
   }
 
-  /// Table position of a cube, or the empty one where it belongs. @pre The table is not empty.
+  /// Position of a cube in the table, or the empty position where it belongs. @pre The table is not
+  /// empty.
   size_t placeOf(PackedKey name) const {
     const size_t last = table_.size() - 1;
     size_t at = static_cast<size_t>(hashKey(name)) & last;
@@ -108,7 +110,7 @@ class SlotIndex {
   }
 
   std::vector<Cube> table_;  ///< Open addressing; the size is a power of two, or 0.
-  size_t used_ = 0;          ///< Positions with a name, including cubes that lost all keys.
+  size_t used_ = 0;          ///< Positions with a name, including those of removed cubes.
   size_t cubes_ = 0;         ///< Cubes that hold keys.
   size_t size_ = 0;
 };

@@ -1,5 +1,5 @@
-/// Sorts the requests of a frame by packed key, in a few passes, since the blocks of a frame are
-/// close together.
+/// Sorts the requests of a frame by packed key. Few passes are needed, since the blocks of a frame
+/// are close together.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-/// Radix sort of numbers below 2^bits, stored above 32 bits of payload.
+/// Radix sort of numbers below 2^bits, each stored in the bits above a 32-bit payload.
 inline void sortByDigits(std::vector<uint64_t>& numbers, int bits) {
   constexpr int kDigitBits = 8, kBelow = 32;
   constexpr uint64_t kMask = (1u << kDigitBits) - 1u;
@@ -26,9 +26,9 @@ inline void sortByDigits(std::vector<uint64_t>& numbers, int bits) {
   }
 }
 
-/// Sorts records by their `key`, stably. Packed keys are shortened to small numbers first:
-/// coordinates relative to the smallest ones, in as few bits as they need. A short or widely spread
-/// list is sorted by comparison.
+/// Stable sort of records by their `key`. Packed keys are first shortened to coordinates relative
+/// to the smallest ones, in as few bits as possible. A short or widely spread list is sorted by
+/// comparison.
 template <class Record>
 void sortByKey(std::vector<Record>& records) {
   constexpr size_t kFew = 32;

@@ -1,5 +1,5 @@
-/// Makes mappers for benchmarks, experiments and tests, and reports the memory of the GPU, also in
-/// builds without CUDA.
+/// Makes mappers for benchmarks, experiments and tests, and reports how much GPU memory is in use.
+/// Also available in builds without CUDA.
 #pragma once
 
 #include <memory>
@@ -15,14 +15,14 @@ namespace dtsdf {
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params,
                                                const Rules& rules = Rules());
 
-/// Makes a mapper that resumes from the contents of another.
+/// Makes a mapper that continues from the contents of another one.
 /// @throws std::runtime_error like makeMapper().
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
                                                const MapContents& contents);
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
                                                const MapParts& parts);
 
-/// GPU memory in bytes now in use by all processes; 0 without CUDA.
+/// GPU memory currently in use by all processes, in bytes; 0 without CUDA.
 size_t gpuMemoryTaken();
 
 /// Increase of gpuMemoryTaken() since `before`; 0 if it fell.

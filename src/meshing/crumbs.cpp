@@ -7,28 +7,29 @@
 namespace dtsdf {
 namespace {
 
-/// Pieces of more triangles are not crumbs. In a refined mesh, the limit is four times as large.
+/// Pieces with more triangles are not crumbs. In a refined mesh, the limit is four times as large.
 constexpr size_t kMaxCrumb = 16;
-/// A small piece stays if no larger piece is this near along each axis, in voxels.
+/// A small piece is kept unless a larger piece lies within this distance along each axis, in
+/// voxels.
 constexpr float kCrumbReach = 4.0f;
-/// A small piece also stays if it is too large for a crumb together with the small pieces that are
-/// this near, in voxels, as along a narrow slat.
+/// A small piece is also kept if it is too large for a crumb when counted together with the small
+/// pieces within this distance (in voxels), as along a narrow slat.
 constexpr float kNextPiece = 1.5f;
 
 constexpr uint32_t kNoPiece = UINT32_MAX;
 
-/// A piece of few triangles.
+/// A piece with few triangles.
 struct Piece {
-  std::vector<uint32_t> vertices;  ///< The first is the lowest on an outline.
+  std::vector<uint32_t> vertices;  ///< The first has the lowest number of those on an outline.
   size_t triangles = 0, max_triangles = 0;
-  Vec3f low = {}, high = {};  ///< Bounds of what is within reach.
+  Vec3f low = {}, high = {};  ///< Bounds of the piece, enlarged by the reach.
   bool is_near_larger = false;
-  std::set<uint32_t> next_to;  ///< Small pieces near it.
+  std::set<uint32_t> next_to;  ///< Numbers of the small pieces near it.
 };
 
-/// Lists the vertices of a piece, from the lowest on an outline, and marks them with the piece's
-/// number. @return whether the piece is small. Each side of a small piece has an end with a rim,
-/// which lists the triangles at that end.
+/// Lists the vertices of a piece, starting from its lowest vertex on an outline, and marks them
+/// with the piece's number. @return whether the piece is small. In a small piece, every side has at
+/// least one end with a rim, and the rim lists the triangles at that end.
 bool grow(const Outline& outline, uint32_t number, std::vector<uint32_t>& piece_of, Piece& piece) {
   const uint32_t first = outline.first(), lowest = piece.vertices[0];
   const auto isPossible = [&](uint32_t v) {
@@ -45,7 +46,7 @@ bool grow(const Outline& outline, uint32_t number, std::vector<uint32_t>& piece_
       if (!isPossible(a) || !isPossible(b)) return false;
       const bool has_rim[] = {outline.hasRim(a), outline.hasRim(b)};
       if (!has_rim[0] && !has_rim[1]) return false;
-      // Each triangle counts at its lowest vertex with a rim.
+      // Each triangle is counted at its lowest vertex that has a rim.
       if ((!has_rim[0] || a > v) && (!has_rim[1] || b > v)) ++piece.triangles;
       for (const uint32_t other : {a, b}) {
         if (piece_of[other - first] == number) continue;
@@ -91,7 +92,7 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
   std::vector<Piece> pieces = findSmallPieces(outline, piece_of);
   const float reach = kCrumbReach * voxel, cell_side = 2.0f * reach;
   const Vec3f margin{reach, reach, reach};
-  std::unordered_map<PackedKey, std::vector<uint32_t>> pieces_at;  // by the cells within reach
+  std::unordered_map<PackedKey, std::vector<uint32_t>> pieces_at;  // by cell within their reach
   for (uint32_t n = 0; n < pieces.size(); ++n) {
     Piece& piece = pieces[n];
     if (piece.vertices[0] < first || piece.vertices[0] >= end) continue;
@@ -112,10 +113,10 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
   auto found = pieces_at.find(packKey(cell));
   for (uint32_t i = first_kept; i < outline.end(); ++i) {
     const uint32_t own = piece_of[i - first_kept];
-    if (own == kNoPiece && outline.isUnused(i)) continue;  // but removed crumbs count
+    if (own == kNoPiece && outline.isUnused(i)) continue;  // removed crumbs still count
     const Vec3f& p = positions[i - first_kept];
     const Vec3i next = cellOf(p, cell_side);
-    if (next != cell) found = pieces_at.find(packKey(next));  // rare, since neighbours share cells
+    if (next != cell) found = pieces_at.find(packKey(next));  // rare: neighbours share cells
     cell = next;
     if (found == pieces_at.end()) continue;
     for (const uint32_t n : found->second) {

@@ -7,10 +7,10 @@
 namespace dtsdf {
 namespace {
 
-/// Holes with more edges, which are over two voxels across, stay open.
+/// Holes with more edges are over two voxels across, and stay open.
 constexpr int kMaxEdgesOfHole = 8;
 
-/// Length of a bridge over a crack, in voxels. Wider gaps are usually real.
+/// Maximum length of a bridge across a crack, in voxels. Wider gaps are usually real.
 constexpr float kMaxBridge = 1.5f;
 
 constexpr uint32_t kNone = Outline::kNone;
@@ -23,10 +23,10 @@ struct BridgeEnd {
   }
 
   uint32_t vertex;
-  Vec3f position, inwards;  ///< `inwards`: sum of the vectors to its neighbours.
+  Vec3f position, inwards;  ///< `inwards`: sum of the vectors to the vertex's neighbours.
   float shortest;           ///< Squared length of the shortest bridge.
   uint32_t nearest;         ///< The vertex at the other end of that bridge.
-  int is_on_hole;           ///< Negative: unknown.
+  int is_on_hole;           ///< Negative if not yet known.
 };
 
 class HoleCloser {
@@ -37,32 +37,32 @@ class HoleCloser {
     findBridges();
   }
 
-  /// Closes the holes whose first vertex is the vertex of a rim.
+  /// Closes the holes whose lowest vertex is the vertex of this rim.
   template <class Add>
   void closeFrom(const Outline::Rim& rim, const Add& add) {
     for (uint32_t k = 0; k < rim.fan_count; ++k) {
       close(rim.vertex, rim.vertex, rim.fans[k][kBackwards], add);
     }
-    // The first step of a loop from its lowest vertex may be a bridge.
+    // The first step from a loop's lowest vertex may also be across a bridge.
     const uint32_t across = bridgeFrom(rim.vertex);
     if (across == kNone || across < rim.vertex) return;
     close(rim.vertex, across, outline_.rimOf(across).fans[0][kBackwards], add);
   }
 
  private:
-  using Cell = std::pair<PackedKey, uint32_t>;  ///< Key of a cell, and a vertex in it.
+  using Cell = std::pair<PackedKey, uint32_t>;  ///< The key of a cell, and a vertex in the cell.
 
   const Vec3f& position(uint32_t vertex) const { return positions_[vertex - outline_.first()]; }
   const Vec3f& normal(uint32_t vertex) const { return normals_[vertex - outline_.first()]; }
 
-  /// 2 for an edge; 1 for half an edge, which begins or ends at a midpoint.
+  /// Length of an edge in halves: 2, or 1 if it begins or ends at a midpoint.
   int halvesOf(uint32_t vertex, uint32_t next) const {
     const auto isMiddle = [this](uint32_t v) { return outline_.kind(v) == Outline::Kind::kMiddle; };
     return isMiddle(vertex) || isMiddle(next) ? 1 : 2;
   }
 
-  /// Whether an outline leads from a vertex with one fan to another, or back to it, within some
-  /// edges.
+  /// Whether the outline through `from`, a vertex with one fan, leads to the vertex `to` (which may
+  /// be `from` itself) within `max_edges` edges.
   bool leads(uint32_t from, uint32_t to, size_t way, int max_edges) const {
     uint32_t before = from, next = outline_.rimOf(from).fans[0][way];
     for (int halves = 0; next != kNone && next >= outline_.first();) {
@@ -74,15 +74,16 @@ class HoleCloser {
     return false;
   }
 
-  /// Key of the cell of a position, as wide as the longest bridge. Keys repeat every 2^20 cells.
+  /// Key of the cell that contains a position. Cells are as wide as the longest bridge, and keys
+  /// repeat every 2^20 cells.
   PackedKey cellKey(const Vec3f& p) const {
     constexpr int32_t kHalf = 1 << 19, kMask = 2 * kHalf - 1;
     const Vec3i cell = cellOf(p, max_bridge_);
     return packKey({(cell.x + kHalf) & kMask, (cell.y + kHalf) & kMask, (cell.z + kHalf) & kMask});
   }
 
-  /// The plain vertices in one fan, sorted by cells as wide as the longest bridge. A last entry
-  /// without a vertex marks the end.
+  /// The plain vertices with exactly one fan, sorted by cell. An entry without a vertex marks the
+  /// end.
   std::vector<Cell> sortedCells() const {
     std::vector<Cell> cells;
     for (const Outline::Rim& rim : outline_.rims()) {
@@ -115,7 +116,7 @@ class HoleCloser {
   }
 
   /// Whether a bridge may join two vertices that face each other: neither is on a hole, and they
-  /// are not so close on an outline that both might be on one hole.
+  /// are not so close along one outline that both might be on the same hole.
   bool isBridge(BridgeEnd& end, BridgeEnd& other) const {
     if (dot(normal(end.vertex), normal(other.vertex)) <= 0.0f) return false;
     if (isOnHole(end) || isOnHole(other) || outline_.hasEdge(end.vertex, other.vertex))
@@ -127,8 +128,8 @@ class HoleCloser {
   void consider(BridgeEnd& a, BridgeEnd& b) const {
     const Vec3f bridge = b.position - a.position;
     const float length = dot(bridge, bridge);
-    // Whether each vertex lies outside the surface around the other. This is rarely so, and a
-    // single branch is fast.
+    // Whether each vertex lies outside the surface around the other. This is rare, so a single
+    // branch is fast.
     const int is_facing = static_cast<int>(dot(bridge, a.inwards) < 0.0f) &
                           static_cast<int>(dot(bridge, b.inwards) > 0.0f) &
                           static_cast<int>(length <= std::max(a.shortest, b.shortest));
@@ -139,7 +140,7 @@ class HoleCloser {
     if (is_closer[1]) b.shortest = length, b.nearest = a.vertex;
   }
 
-  /// Finds the vertex nearest to each where a bridge may end.
+  /// For each vertex where a bridge may end, finds the nearest other one.
   void findBridges() {
     const std::vector<Cell> cells = sortedCells();
     std::vector<BridgeEnd> ends(cells.size() - 1);
@@ -161,7 +162,7 @@ class HoleCloser {
     for (const BridgeEnd& end : ends) nearest_[outline_.rimNumber(end.vertex)] = end.nearest;
   }
 
-  /// The other end of the bridge at a vertex; kNone: it has none.
+  /// The other end of the bridge at a vertex; kNone if there is no bridge.
   uint32_t bridgeFrom(uint32_t vertex) const {
     const auto nearest = [this](uint32_t v) {
       return outline_.hasRim(v) ? nearest_[outline_.rimNumber(v)] : kNone;
@@ -170,8 +171,8 @@ class HoleCloser {
     return other != kNone && nearest(other) == vertex ? other : kNone;
   }
 
-  /// Follows the loop around a hole that begins with the edge from `vertex` to `next` and crosses
-  /// bridges. @return false if it is too long for a hole or has a vertex below `lowest`.
+  /// Follows the loop around a hole, across bridges, starting with the edge from `vertex` to
+  /// `next`. @return false if it is too long for a hole or has a vertex below `lowest`.
   bool followLoop(uint32_t lowest, uint32_t vertex, uint32_t next) {
     loop_.assign(1, vertex);
     int halves = 0;
@@ -222,7 +223,7 @@ class HoleCloser {
     return true;
   }
 
-  /// Closes the loop of followLoop(), if triangles can fill it.
+  /// Fills the loop found by followLoop() with triangles, if that is possible.
   template <class Add>
   void close(uint32_t lowest, uint32_t vertex, uint32_t next, const Add& add) {
     if (next < lowest || !followLoop(lowest, vertex, next)) return;
@@ -239,7 +240,7 @@ class HoleCloser {
   const std::vector<Vec3f>& positions_;
   const std::vector<Vec3f>& normals_;
   const float max_bridge_;
-  std::vector<uint32_t> nearest_;  ///< The nearest vertex across a crack, by rim.
+  std::vector<uint32_t> nearest_;  ///< The nearest vertex across a crack, for each rim.
   std::vector<uint32_t> loop_;
   std::vector<Outline::Triangle> triangles_;  ///< Triangles that fill the loop.
 };

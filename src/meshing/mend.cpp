@@ -24,7 +24,7 @@ Vec3f shiftOf(const Outline& outline, uint32_t vertex, const std::vector<Vec3f>&
   const Vec3f p = position(vertex);
   Vec3f ends[2] = {p, p};
   uint32_t at[2] = {vertex, vertex};
-  Vec3f from_vertex[kStepsAlong] = {};  // sum over both ways
+  Vec3f from_vertex[kStepsAlong] = {};  // per step, summed over both ways
   float length = 0.0f;
   for (Vec3f& sum : from_vertex) {
     for (const size_t way : kWays) at[way] = nextOnEdge(outline, at[way], way);

@@ -1,20 +1,19 @@
 /// Mends a mesh at its outlines.
 ///
 /// - A **crumb** is a piece of a few triangles near a larger piece, mostly noise. It is left out.
-/// - A **hole** has a short outline. It is left by units in which no direction is active, and is
+/// - A **hole** has a short outline, and is due to units in which no direction is active. It is
 ///   closed.
 /// - A **crack** lies between two outlines, or two parts of one, that face each other. Bridges from
 ///   vertex to vertex divide it into holes.
-/// - A mesh ends with whole units, so outlines have teeth of a voxel where images disagree about
-///   the last units. Vertices are smoothed along the outlines with the weights (-1 4 10 4 -1) / 16,
-///   which remove the teeth but keep straight and evenly curved lines.
+/// - A mesh ends at whole units, so outlines have teeth one voxel high where images disagree about
+///   the outermost units. Vertices are smoothed along the outlines with the weights (-1 4 10 4 -1)
+///   / 16, which remove the teeth but keep straight and evenly curved lines.
 ///
 /// mendMesh() does all of this. For a mesh in pieces, call Outline::link(), removeCrumbs(),
-/// closeHoles() and smoothed() in this order, each for any number of vertices at a time. A step
-/// reads what the previous step did to vertices up to a block's length away; removeCrumbs() and
-/// closeHoles() read up to two blocks away. Below, `positions` and `normals` start at the first
-/// vertex that the outline has not forgotten, and `voxel` is the edge of a voxel in units of
-/// `positions`.
+/// closeHoles() and smoothed() in this order, each for any number of vertices at a time. Each step
+/// depends on what the previous step did to vertices up to one block away, or up to two blocks away
+/// for removeCrumbs() and closeHoles(). Below, `positions` and `normals` start at the first vertex
+/// that the outline has not forgotten, and `voxel` is the edge of a voxel in units of `positions`.
 #pragma once
 
 #include <cstdint>
@@ -44,8 +43,9 @@ inline bool isCrumb(const Outline& outline, const Outline::Triangle& t) {
 
 /// Closes the holes and the parts of cracks whose first vertex is in [first, end): loops of at most
 /// eight edges, not counting midpoints, that can be filled with triangles facing the same way as
-/// their vertices. (So the rim of a small piece is not a hole.)
-/// @param normals One per vertex, of any length. @param add Receives the new triangles.
+/// their vertices. The rim of a small piece therefore does not count as a hole.
+/// @param normals One per vertex, not necessarily of unit length. @param add Receives the new
+/// triangles.
 void closeHoles(Outline& outline, uint32_t first, uint32_t end, const std::vector<Vec3f>& positions,
                 const std::vector<Vec3f>& normals, float voxel,
                 const std::function<void(const Outline::Triangle&)>& add);
@@ -53,11 +53,11 @@ void closeHoles(Outline& outline, uint32_t first, uint32_t end, const std::vecto
 /// The smoothed position of a vertex. @param positions One per vertex, before smoothing.
 Vec3f smoothed(const Outline& outline, uint32_t vertex, const std::vector<Vec3f>& positions);
 
-/// Drops the vertices whose mark is 0, and the triangles with such a vertex.
+/// Drops the vertices for which `is_kept` is 0, and all triangles that use them.
 void keepVertices(Mesh& mesh, const std::vector<uint8_t>& is_kept);
 
-/// Mends a mesh whose vertices and triangles were added to the outline; its normals may have any
-/// length. Drops vertices without triangles.
+/// Mends a mesh whose vertices and triangles have been added to the outline. Its normals need not
+/// be of unit length. Drops vertices without triangles.
 void mendMesh(Mesh& mesh, Outline& outline, float voxel);
 
 }  // namespace dtsdf

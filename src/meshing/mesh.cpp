@@ -11,7 +11,7 @@
 namespace dtsdf {
 namespace {
 
-/// Drops triangles with a corner outside the region, which is in metres, and unused vertices.
+/// Drops triangles with a corner outside the region, and unused vertices. The region is in metres.
 void crop(const RegionView& region, Mesh& mesh) {
   std::vector<uint8_t> is_inside(mesh.vertices_m.size());
   for (size_t i = 0; i < is_inside.size(); ++i) {
@@ -97,10 +97,10 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
   std::optional<BlockJoiner> joiner(std::in_place);
   Outline outline;
   mesh.origin_m = originOf(bounds, voxel_size_m_);
-  // Reserves enough that nothing is reallocated. Memory that is never touched costs nothing.
+  // Reserves enough to avoid reallocation. Memory that is never touched costs nothing.
   mesh.vertices_m.reserve(vertices);
   mesh.normals.reserve(vertices);
-  mesh.triangles.reserve(triangles + vertices);  // a hole of n vertices adds n - 2
+  mesh.triangles.reserve(triangles + vertices);  // closing a hole of n vertices adds n - 2
   outline.reserve(vertices);
   for (const BlockMesh* block : blocks) {
     const JoinedBlock& joined = joiner->add(*block);
@@ -122,7 +122,7 @@ Mesh MeshStore::join(const std::vector<const BlockMesh*>& blocks) const {
       outline.addTriangle(mesh.triangles.back());
     }
   }
-  joiner.reset();  // mending takes memory, too
+  joiner.reset();  // frees memory for mending
   if (!mesh.colours.empty()) mesh.colours.resize(mesh.vertices_m.size());
   mendMesh(mesh, outline, voxel_size_m_);
   makeUnit(mesh.normals);

@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-constexpr int kInside = -1;  ///< The voxel of corners whose edges only one block lists.
+constexpr int kInside = -1;  ///< Marks corners whose edges only one block lists.
 
 std::array<CornerSource, kGridCorners> cornerSources() {
   std::array<CornerSource, kGridCorners> sources;
@@ -21,7 +21,7 @@ std::array<CornerSource, kGridCorners> cornerSources() {
   return sources;
 }
 
-/// Advances the tables of this and the next row (or layer) by `steps` rows (or layers).
+/// Advances the tables for the current and the next row (or layer) by `steps` rows (or layers).
 void advance(std::array<NumberTable, 2>& tables, int64_t steps) {
   if (steps == 0) return;
   std::swap(tables[0], tables[1]);
@@ -93,9 +93,9 @@ void makeUnit(std::vector<Vec3f>& normals) {
 
 namespace {
 
-/// Removes blocks from the front of a list while all within `distance` along each axis, up to the
-/// block `last`, come before `key`. @return the number of vertices up to the end of the last
-/// removed block; `before` if there is none.
+/// Removes blocks from the front of a list for as long as all blocks within `distance` of them
+/// along each axis (and not beyond the block `last`) come before `key`. @return the number of
+/// vertices up to the end of the last removed block; `before` if none was removed.
 template <class Blocks>
 uint32_t dropPassedBlocks(Blocks& blocks, int32_t distance, const Vec3i& last, PackedKey key,
                           uint32_t before) {
@@ -139,7 +139,7 @@ void MeshStream::add(const BlockMesh& block) {
     outline_.addTriangle(triangle);
     triangles_.push_back(triangle);
   }
-  PackedKey next = packKey(block.key);  // the first block that the step before has not passed
+  PackedKey next = packKey(block.key);  // the first block that the previous step has not passed
   for (size_t i = 0; i < kSteps; ++i) {
     ahead_[i].emplace_back(block.key, end());
     passed_[i] = dropPassedBlocks(ahead_[i], kBlocksBehind[i], last_block_, next, passed_[i]);
@@ -168,8 +168,8 @@ void MeshStream::addVertex(const BlockMesh& block, size_t i) {
   }
 }
 
-/// Removes triangles from the front of a list, up to the first that has a vertex not yet written.
-/// Passes each to `take`, except crumbs, with its vertices' numbers in the output.
+/// Removes triangles from the front of a list, up to the first with a vertex that is not yet
+/// written. Passes them, except crumbs, to `take`, with output vertex numbers.
 template <class Take>
 void MeshStream::takeWritten(Triangles& triangles, const Take& take) {
   size_t count = 0;
@@ -182,7 +182,7 @@ void MeshStream::takeWritten(Triangles& triangles, const Take& take) {
   dropFirst(triangles, count);
 }
 
-/// Continues each step up to this vertex.
+/// Advances each step up to the vertex given for it in `ends`.
 void MeshStream::process(const std::array<uint32_t, kSteps>& ends) {
   outline_.link(done_[0], ends[0], triangles_);
   removeCrumbs(outline_, done_[1], ends[1], window_.vertices_m, positions_.voxelSize());

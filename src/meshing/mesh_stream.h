@@ -20,8 +20,8 @@
 
 namespace dtsdf {
 
-/// Mesh::origin_m of a mesh with these bounds: W's origin if they lie within 64 m of it, else their
-/// middle, rounded to whole metres.
+/// Mesh::origin_m of a mesh with these bounds: the origin of W if they lie within 64 m of it,
+/// otherwise their centre, rounded to whole metres.
 inline std::array<double, 3> originOf(const BlockExtent& bounds, double voxel_size_m) {
   constexpr double kNear_m = 64.0;  // floats are 0.008 mm apart at this distance
   const double block_m = kBlockSide * voxel_size_m;
@@ -45,11 +45,11 @@ inline Vec3f positionFrom(const std::array<double, 3>& origin_m, const std::arra
 /// A block's vertices in the joined mesh.
 struct JoinedBlock {
   std::vector<uint32_t> number;  ///< Number of each vertex in the joined mesh.
-  std::vector<uint32_t> fresh;   ///< Vertices that no earlier block has, by number.
+  std::vector<uint32_t> fresh;   ///< Indices of the vertices that no earlier block has.
   std::vector<Vec3f> faced;      ///< The facing of each vertex's edge; see facingSteps().
 };
 
-/// Numbers by name: a hash table with open addressing.
+/// A hash table from names to numbers, with open addressing.
 class NumberTable {
  public:
   /// The number of a name; a new name gets `number`.
@@ -100,9 +100,9 @@ class BlockJoiner {
 
   uint32_t next_ = 0;  ///< Number of the next new vertex.
   JoinedBlock joined_;
-  BlockKey last_{0, INT32_MIN, INT32_MIN};  ///< The last block.
-  /// Vertices that may be listed again: midpoints inside the block, and the vertices that blocks of
-  /// this or the next row, or of this or the next layer, may list.
+  BlockKey last_{0, INT32_MIN, INT32_MIN};  ///< The block added last.
+  /// Vertices that may be listed again: midpoints inside the current block (inside_), and vertices
+  /// that other blocks in this or the next row or layer may list.
   NumberTable inside_;
   std::array<NumberTable, 2> rows_, layers_;
   std::array<PackedKey, kCornerBlocks> owners_ = {};      ///< See cornerBlockOffset().
@@ -132,20 +132,20 @@ Outline::Kind outlineKind(const BlockVertex& vertex);
 void makeUnit(std::vector<Vec3f>& normals);
 
 /// Joins blocks that are added in order of their packed keys. Keeps only vertices that later blocks
-/// may share, or that outlines through later blocks may reach. Outputs the same vertices and
+/// may share, or that lie on outlines that later blocks may change. Outputs the same vertices and
 /// triangles as MeshStore::assemble(), in the same order.
 class MeshStream {
  public:
   struct Sink {
     std::function<void(const Mesh& piece)> vertices;  ///< Receives the next vertices.
-    /// Receives the vertex numbers of a triangle, after these vertices.
+    /// Receives the vertex numbers of a triangle. Its vertices were output before.
     std::function<void(const std::array<uint32_t, 3>&)> triangle;
   };
 
   /// @param is_painted Whether any of the blocks has colours.
   /// @param bounds Bounds of the blocks.
-  /// @param vertices_at_once Vertices are output and dropped at least this many at a time, and at
-  /// least a quarter of the vertices in memory.
+  /// @param vertices_at_once Vertices are output and dropped in batches of at least this many, and
+  /// of at least a quarter of the vertices in memory.
   MeshStream(float voxel_size_m, bool is_painted, const BlockExtent& bounds, Sink sink,
              uint32_t vertices_at_once = 65536);
 
@@ -158,13 +158,14 @@ class MeshStream {
   /// Steps through which each vertex goes, see meshing/mend.h: linked, cleaned of crumbs, closed,
   /// written and forgotten.
   static constexpr size_t kSteps = 5;
-  /// A step processes a block's vertices once all blocks up to this many beyond were added (first
-  /// step), or processed by the step before. Neighbouring blocks may list its vertices, and each
-  /// step reads what the previous step did up to one or two blocks away. Triangles over holes may
-  /// wait two blocks longer for vertices to be written.
+  /// A step processes a block's vertices once all blocks up to this many blocks further on have
+  /// been added (first step) or processed by the previous step. Neighbouring blocks may list the
+  /// same vertices, and each step depends on the results of the previous step up to one or two
+  /// blocks away. Triangles over holes may have to wait two more blocks until all their vertices
+  /// are written.
   static constexpr std::array<int32_t, kSteps> kBlocksBehind = {1, 2, 2, 1, 2};
 
-  /// A block, and the number of vertices up to its end.
+  /// A block, and the number of vertices up to the end of the block.
   using AddedBlock = std::pair<BlockKey, uint32_t>;
   using Triangles = std::vector<Outline::Triangle>;
 
@@ -187,7 +188,7 @@ class MeshStream {
   Outline outline_;
   Triangles triangles_;         ///< Triangles not yet output.
   Triangles patches_;           ///< Triangles over holes, with vertices not yet written.
-  Triangles numbered_patches_;  ///< Triangles over holes, by numbers in the output; output last.
+  Triangles numbered_patches_;  ///< Triangles over holes, with output vertex numbers; output last.
   uint32_t first_ = 0, next_number_ = 0;
   std::array<std::deque<AddedBlock>, kSteps> ahead_;  ///< Blocks that each step has not passed.
   std::array<uint32_t, kSteps> passed_ = {};  ///< Number of vertices that each step has passed.

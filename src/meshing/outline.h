@@ -18,8 +18,8 @@ class Outline {
 
   enum class Kind : uint8_t {
     kPlain,
-    kMiddle,  ///< The midpoint of a side of a refined mesh: it moves with the side's ends.
-    kFixed,   ///< It stays in place and has no rim, since some triangles around it are missing.
+    kMiddle,  ///< The midpoint of a side of a refined mesh: moves with the side's ends.
+    kFixed,   ///< Stays in place and has no rim, since some triangles around it are missing.
   };
 
   /// A triangle at a vertex: its other two vertices, counter-clockwise.
@@ -27,19 +27,19 @@ class Outline {
     uint32_t next, previous;
   };
 
-  /// What surrounds a vertex: links and the fans that they form. The outline comes from the last
-  /// vertex of a fan and goes on to its first vertex; a gap lies between the last vertex of a fan
-  /// and the first of the next. Patches change only `links` and `beside`.
+  /// What surrounds a vertex: links and the fans that they form. The outline arrives from the last
+  /// vertex of a fan and continues to its first vertex. A gap lies between the last vertex of a fan
+  /// and the first of the next. Patches change only the links and `beside`.
   struct Rim {
     using Fan = std::array<uint32_t, 2>;  ///< First and last vertex.
 
     uint32_t vertex;
     uint32_t first_link;
-    uint32_t own = 0;              ///< Number of links, without links of patches.
-    uint32_t links = 0;            ///< Number of all links; links of patches come last.
-    uint32_t fan_count = 0;        ///< 0: none, or more than two.
-    std::array<Fan, 2> fans = {};  ///< Without patches.
-    Fan beside = {kNone, kNone};   ///< With patches: the fan, if there is exactly one.
+    uint32_t own = 0;              ///< Number of links, not counting those of patches.
+    uint32_t links = 0;            ///< Number of all links; those of patches come last.
+    uint32_t fan_count = 0;        ///< 0 if there is none, or more than two.
+    std::array<Fan, 2> fans = {};  ///< The fans, ignoring patches.
+    Fan beside = {kNone, kNone};   ///< The fan including patches, if there is exactly one.
   };
 
   void reserve(size_t vertices) { vertices_.reserve(vertices); }
@@ -49,17 +49,17 @@ class Outline {
   /// Forgets the vertices before number `first`.
   void forget(uint32_t first);
 
-  /// Makes the rims of the vertices [first, end). @pre All triangles around these vertices were
-  /// added.
+  /// Makes the rims of the vertices [first, end). @pre All triangles around these vertices have
+  /// been added.
   /// @param triangles Must include all triangles around these vertices.
   void link(uint32_t first, uint32_t end, const std::vector<Triangle>& triangles);
 
-  /// Removes all triangles around a vertex, except from its links.
+  /// Marks a vertex as unused, without fans. Its links are kept.
   void clear(uint32_t vertex);
   /// Adds a triangle that closes a part of a hole. @pre Its vertices have rims.
   void patch(const Triangle& triangle);
 
-  /// The first vertex that is not forgotten, and the end of all vertices.
+  /// The first vertex that is not forgotten, and the number after the last vertex.
   uint32_t first() const { return first_; }
   uint32_t end() const { return first_ + static_cast<uint32_t>(vertices_.size()); }
   Kind kind(uint32_t vertex) const { return at(vertex).kind; }
@@ -68,19 +68,20 @@ class Outline {
   bool isUnused(uint32_t vertex) const { return at(vertex).triangles == 0; }
   bool hasRim(uint32_t vertex) const { return at(vertex).rim != kNone; }
 
-  const std::vector<Rim>& rims() const { return rims_; }  ///< In order of their vertices.
-  /// Number of the first rim whose vertex has at least this number.
+  const std::vector<Rim>& rims() const { return rims_; }  ///< Sorted by vertex.
+  /// Position in rims() of the first rim whose vertex is `vertex` or a later one.
   size_t rimFrom(uint32_t vertex) const;
-  /// Number in rims() of a vertex's rim. @pre It has one.
+  /// Position in rims() of a vertex's rim. @pre The vertex has a rim.
   size_t rimNumber(uint32_t vertex) const { return at(vertex).rim - first_rim_; }
   const Rim& rimOf(uint32_t vertex) const { return rims_[rimNumber(vertex)]; }
   const Link* linksOf(const Rim& rim) const { return &links_[rim.first_link]; }
 
-  /// Whether a triangle, but no patch, has an edge between two vertices. @pre `a` has a rim.
+  /// Whether a triangle has an edge between two vertices; patches do not count. @pre `a` has a rim.
   bool hasEdge(uint32_t a, uint32_t b) const;
 
-  /// The vertex after `vertex` around a hole, without patches, coming from `before`. Where two fans
-  /// meet, a hole lies between them. kNone: the vertex is fixed, or more than two fans meet.
+  /// The vertex that follows `vertex` around a hole when coming from `before`, ignoring patches.
+  /// Where two fans meet, a hole lies between them. kNone if the vertex is fixed or more than two
+  /// fans meet.
   uint32_t alongHole(uint32_t before, uint32_t vertex, size_t way) const {
     if (vertex < first_ || !hasRim(vertex)) return kNone;
     const Rim& rim = rimOf(vertex);
@@ -90,8 +91,8 @@ class Outline {
     return kNone;
   }
 
-  /// The next vertex on the outline, with patches. kNone: the outline ends there, or meets another
-  /// outline.
+  /// The next vertex on the outline, including patches. kNone if the outline ends there or meets
+  /// another outline.
   uint32_t beside(uint32_t vertex, size_t way) const {
     return vertex < first_ || !hasRim(vertex) ? kNone : rimOf(vertex).beside[way];
   }
@@ -100,8 +101,8 @@ class Outline {
   struct Vertex {
     /// Sum over triangles of hash(next) - hash(previous): 0 if they surround the vertex.
     uint32_t sum;
-    uint32_t rim;        ///< Number of its rim; kNone: it has none.
-    uint16_t triangles;  ///< Number of triangles around it, without patches.
+    uint32_t rim;        ///< Number of its rim; kNone if it has none.
+    uint16_t triangles;  ///< Number of triangles around it, not counting patches.
     Kind kind;
   };
 

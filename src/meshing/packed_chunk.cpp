@@ -16,7 +16,7 @@ namespace dtsdf {
 namespace {
 
 constexpr int kMaxStepsPerVoxel = 512;
-/// A block's vertices lie at most this many voxels below or above it (BlockVertex).
+/// Vertices of a block lie at most this many voxels outside it along each axis (see BlockVertex).
 constexpr int kVoxelsBeyond = 2;
 constexpr int kMaxLatticeSteps = 65535;
 constexpr size_t kMaxVertices16 = 65536;
@@ -103,9 +103,9 @@ class ChunkPacker {
   }
 
  private:
-  /// Rounds relative to the block, so that a vertex gets the same result from all its blocks: its
-  /// positions in them differ by whole voxels, which are added exactly. In double, a position in
-  /// steps is exact, too; kVoxelsBeyond makes it positive.
+  /// Rounds relative to the block, so that all blocks that share a vertex give the same result: its
+  /// positions in them differ by whole voxels, which are added exactly. In double precision, a
+  /// position in steps is exact, too; adding kVoxelsBeyond makes it positive.
   float stepsOf(int voxel, float position) const {
     const double steps = (static_cast<double>(position) + kVoxelsBeyond) * steps_per_voxel_;
     return static_cast<float>(voxel * steps_per_voxel_ + static_cast<int>(steps + 0.5));
@@ -195,7 +195,7 @@ void checkChunk(const PackedChunk& chunk) {
     throw std::runtime_error("positions, normals and colours differ in their number of vertices");
   }
   if (!chunk.triangles16.empty() && !chunk.triangles32.empty()) {
-    throw std::runtime_error("it has triangles with 16-bit and with 32-bit indices");
+    throw std::runtime_error("it has both 16-bit and 32-bit triangle indices");
   }
   if (!chunk.triangles16.empty() && vertices > kMaxVertices16) {
     throw std::runtime_error("it has more vertices than 16-bit indices can address");
@@ -268,7 +268,7 @@ Mesh unpackChunk(const PackedChunk& chunk, double step_m) {
 
 namespace {
 
-/// The axis that a normal is closest to, and its sign: 2 axis + (1 if negative).
+/// The signed axis that a normal is closest to, as 2 * axis + (1 if negative).
 int facedDirectionOf(const Vec3f& normal) {
   const float x = std::abs(normal.x), y = std::abs(normal.y), z = std::abs(normal.z);
   if (x >= y && x >= z) return normal.x < 0.0f ? 1 : 0;

@@ -15,8 +15,8 @@ namespace dtsdf {
 /// The positions that chunk vertices may have: multiples of a step along each axis of W. The edge
 /// of a voxel is 2^n steps long.
 struct ChunkLattice {
-  /// A voxel has 512 steps, or fewer if 16 bits could not span the chunk and two voxels more on
-  /// each side, by which vertices may lie beyond it.
+  /// A voxel has 512 steps, or fewer if 16 bits could not span the chunk with a margin of two
+  /// voxels on each side, in which its vertices may also lie.
   /// @param chunk_blocks Number of blocks along each edge of a chunk.
   ChunkLattice(float voxel_size_m, int chunk_blocks);
 
@@ -65,11 +65,11 @@ Vec3f normalOfPacked(int16_t u, int16_t v);
 /// Unpacks a chunk. Positions become floats relative to the chunk's origin.
 Mesh unpackChunk(const PackedChunk& chunk, double step_m);
 
-/// Merges vertices that lie in one cell and whose normals are closest to the same one of the
-/// directions +-x, +-y and +-z, so both sides of a thin object stay apart. Cells are cubes of
-/// 2^cell_log2 steps on the map's lattice. Merged vertices lie at the middle of their cell, shifted
-/// by a quarter of a cell in their direction, so that neighbouring chunks still meet. The steps of
-/// the result, and of its origin, are quarters of a cell. Triangles that collapse are dropped.
+/// Merges vertices in the same cell whose normals are closest to the same direction (+-x, +-y or
+/// +-z), so that the two sides of a thin object stay apart. Cells are cubes of 2^cell_log2 steps on
+/// the map's lattice. Merged vertices lie at the middle of their cell, shifted by a quarter of a
+/// cell in their direction, so that neighbouring chunks still meet. The steps of the result, and of
+/// its origin, are quarters of a cell. Triangles that collapse are dropped.
 PackedChunk coarsen(const PackedChunk& chunk, int cell_log2);
 
 }  // namespace dtsdf

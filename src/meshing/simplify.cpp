@@ -41,17 +41,17 @@ struct Quadric {
   }
 };
 
-/// Vertices between two reports of progress.
+/// Number of vertices between two progress reports.
 constexpr size_t kReportEach = 4096;
 
 /// Each of two opposing surfaces may move by this fraction of the gap between them.
 constexpr double kShareBetween = 0.45;
 
-/// Most errors are below this number of mean edges, so at first, gaps are measured only as far as
+/// Most errors are below this many mean edge lengths, so gaps are at first measured only as far as
 /// such errors require.
 constexpr double kNearEdges = 2.0;
 
-/// Surfaces whose normals have a cosine below this (about 105 degrees) face each other.
+/// Surfaces face each other if the cosine between their normals is below this (about 105 degrees).
 constexpr float kOpposite = -0.25f;
 
 /// How far each vertex may move before surfaces that face each other could meet: almost half its
@@ -91,7 +91,7 @@ class Tolerances {
   const Mesh& mesh_;
   const double near_m_, max_error_m_;
   const SurfaceTree tree_;
-  SurfaceTree::Hint hint_ = SurfaceTree::kNoHint;  ///< From the last vertex, often a neighbour.
+  SurfaceTree::Hint hint_ = SurfaceTree::kNoHint;  ///< From the previous vertex, often a neighbour.
   /// Tolerance of each vertex. Infinite: not measured yet; negative: no gap is narrow enough to
   /// limit errors up to near_m_.
   std::vector<float> tolerance_m_;
@@ -136,8 +136,8 @@ class TriangleFans {
     }
   }
 
-  /// Whether these triangles of one vertex form closed fans: each neighbour is in two of the
-  /// triangles.
+  /// Whether these triangles of one vertex form closed fans: each neighbour is in exactly two of
+  /// the triangles.
   bool isClosed(const std::vector<Wing>& wings) {
     for (const Wing& wing : wings) mark_[wing.from] = mark_[wing.to] = 0;
     for (const Wing& wing : wings) {
@@ -153,7 +153,7 @@ class TriangleFans {
   }
 
   /// Whether the surface stays manifold if u, with these wings, merges into v: u and v must share
-  /// two triangles, and no neighbours outside these triangles.
+  /// exactly two triangles, and no neighbours outside them.
   bool keepsManifold(uint32_t u, const std::vector<Wing>& wings, uint32_t v) {
     list(v, wings_);
     ++stamp_;
@@ -167,7 +167,7 @@ class TriangleFans {
     return common == 2 && between == 2;
   }
 
-  /// Removes the triangles between u and v, and assigns u's other triangles to v.
+  /// Removes the triangles that u and v share, and assigns u's other triangles to v.
   void merge(uint32_t u, const std::vector<Wing>& wings, uint32_t v) {
     for (const Wing& wing : wings) {
       Triangle& corners = faces_[wing.triangle].corners;
@@ -247,7 +247,7 @@ class Collapser {
 
   /// The neighbour into which a vertex merges at the lowest cost; the vertex itself if that costs
   /// too much or has already failed. Costs are computed again only if the triangles at the vertex
-  /// have changed, or that neighbour was removed.
+  /// have changed, or if the cheapest neighbour was removed.
   uint32_t cheapest(uint32_t vertex, double error_m) {
     State& state = states_[vertex];
     if (state.tried == state.changes) return vertex;  // nothing has changed since
@@ -296,7 +296,7 @@ class Collapser {
   }
 
   /// The largest distance of a removed vertex from the simplified mesh. Point::off_m is an upper
-  /// bound of each distance, so only a few have to be measured.
+  /// bound for each distance, so only a few have to be measured.
   double largestDistance_m(const Mesh& simple) const {
     const SurfaceTree tree(simple.vertices_m, simple.triangles);
     double largest_m = 0.0;
@@ -378,8 +378,8 @@ class Collapser {
     return true;
   }
 
-  /// Finds triangles, as they would be after the merge, for u and the removed vertices assigned to
-  /// its triangles. @return false if one of these has no triangle close enough.
+  /// Assigns u, and the removed vertices assigned to its triangles, to triangles as they would be
+  /// after the merge. @return false if no triangle is close enough to one of these vertices.
   bool reassignVertices(uint32_t u, uint32_t v, double error_m) {
     moves_.clear();
     new_wings_.clear();
@@ -443,11 +443,11 @@ class Collapser {
   std::vector<std::tuple<uint32_t, uint32_t, float>> moves_;
 };
 
-/// Errors in each decade. A mesh is simplified with one error after another, up to the requested
-/// error, so that a larger error continues from the result of a smaller one.
+/// The errors used in each decade. A mesh is simplified with one error after another, up to the
+/// requested error, so that a larger error continues from the result of a smaller one.
 constexpr double kStepsOfDecade[] = {1.0, 1.5, 2.0, 3.0, 5.0, 7.0};
 
-/// Errors below this fraction of the mean edge remove hardly any vertex.
+/// Errors below this fraction of the mean edge length remove hardly any vertices.
 constexpr double kFirstShareOfEdge = 0.06;
 
 /// Maximum number of passes for one error, and the fraction of vertices that a pass must remove for
@@ -458,11 +458,11 @@ constexpr double kMinGain = 0.1;
 /// If one error removes no more than this fraction of the vertices, larger ones are not tried.
 constexpr double kEndGain = 1e-3;
 
-/// Errors are limited to this number of mean edges.
+/// Errors are limited to this many mean edge lengths.
 constexpr double kMaxEdges = 24.0;
 
-/// Errors below this number of mean edges may be too small to remove anything, so kEndGain does not
-/// apply to them.
+/// Errors below this many mean edge lengths may be too small to remove anything, so kEndGain does
+/// not apply to them.
 constexpr double kSmallShareOfEdge = 3.0;
 
 double meanEdge_m(const Mesh& mesh) {
@@ -493,9 +493,9 @@ std::vector<double> errorsUpTo(double max_error_m, double mean_edge_m) {
   }
 }
 
-/// Merges vertices within an error. Each pass chooses all merges before it makes the first one;
-/// otherwise planes would become slivers. Merges are made in the order of the vertices, since
-/// neighbours are close in memory.
+/// Merges vertices with errors of up to `error_m`. Each pass chooses all merges before it makes the
+/// first one; otherwise planes would become slivers. Merges are made in the order of the vertices,
+/// since neighbours are close in memory.
 /// @param live Vertices that may still be removed.
 template <class Report>
 void simplifyWithin(double error_m, Collapser& collapser, std::vector<uint32_t>& live,
@@ -539,7 +539,7 @@ SimplifiedMesh simplifyMesh(const Mesh& mesh, double max_error_m,
   const double diagonal_m = diagonalOf(mesh);
   if (max_error_m > diagonal_m) {
     throw std::invalid_argument("an error of " + shortestText(max_error_m) +
-                                " m is more than the whole mesh, which is " +
+                                " m is larger than the whole mesh, which is " +
                                 shortestText(diagonal_m) + " m across; use a smaller one");
   }
   const double mean_edge_m = meanEdge_m(mesh);

@@ -40,7 +40,7 @@ class SurfaceTree {
     Vec3f low, high;
     Vec3f min_normal, greatest_normal;  ///< Bounds of the triangles' normals, per component.
     uint32_t first;
-    uint32_t triangles;  ///< 0: an inner node.
+    uint32_t triangles;  ///< 0 for an inner node.
   };
 
   using Triangle = std::array<uint32_t, 3>;

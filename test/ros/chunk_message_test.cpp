@@ -48,7 +48,7 @@ TEST(ChunkMessage, IsRefusedIfInconsistent) {
   expectRefused("number of vertices", [](MeshBlock& block) { block.colours.pop_back(); });
   expectRefused("not a multiple of 3", [](MeshBlock& block) { block.triangles.push_back(0); });
   expectRefused("vertex 3, but there are only 3", [](MeshBlock& block) { block.triangles[1] = 3; });
-  expectRefused("16-bit and with 32-bit", [](MeshBlock& block) { block.triangles32 = {0, 1, 2}; });
+  expectRefused("both 16-bit and 32-bit", [](MeshBlock& block) { block.triangles32 = {0, 1, 2}; });
   expectRefused("vertex 4000000000, but there are only 3", [](MeshBlock& block) {
     block.triangles.clear();
     block.triangles32 = {0, 1, 4000000000u};

@@ -283,7 +283,7 @@ TEST_F(MeshTest, SavesASimplifiedMeshWithItsError) {
   call.request.simplify_error_m = 1e308;
   ASSERT_TRUE(callService("/mapping/save_mesh", call));
   EXPECT_FALSE(call.response.success);
-  EXPECT_NE(call.response.message.find("more than the whole mesh"), std::string::npos);
+  EXPECT_NE(call.response.message.find("larger than the whole mesh"), std::string::npos);
   for (const double error_m : {-1.0, std::nan("")}) {
     call.request.simplify_error_m = error_m;
     ASSERT_TRUE(callService("/mapping/save_mesh", call));

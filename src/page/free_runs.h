@@ -1,5 +1,5 @@
-/// Allocates the space of a file in runs of units. A run is taken from the shortest free run that
-/// is long enough (the first, if several are equally short); if there is none, the file grows.
+/// Allocates space in a file as runs of units. A run is taken from the shortest free run that is
+/// long enough (the first, if several are equally short); if there is none, the file grows.
 #pragma once
 
 #include <cstddef>
@@ -15,11 +15,11 @@ namespace dtsdf {
 
 class FreeRuns {
  public:
-  /// @param max_units Limit of the file's length, in units.
+  /// @param max_units Maximum length of the file, in units.
   explicit FreeRuns(uint64_t max_units) : max_units_(max_units) {}
 
   /// Takes a run. @return its first unit; none if the file would get too long. If memory runs out,
-  /// the rest of a longer free run stays in use.
+  /// the rest of a longer free run is marked as in use.
   std::optional<uint64_t> take(uint64_t units) {
     const auto shortest = by_length_.lower_bound({units, 0});
     if (shortest == by_length_.end()) {
@@ -35,7 +35,7 @@ class FreeRuns {
     return first;
   }
 
-  /// Gives a run back. If memory runs out, it stays in use until clear(). @pre It was taken.
+  /// Gives a run back. If memory runs out, it stays in use until clear(). @pre The run was taken.
   void give(uint64_t first, uint64_t units) noexcept {
     uint64_t begin = first, end = first + units;
     auto after = free_.lower_bound(first);

@@ -20,7 +20,7 @@ namespace dtsdf {
 struct PagedBlock {
   MapBlock block;
   uint32_t extractions;      ///< As in BlockEntry.
-  MeshState mesh;            ///< Labels follow voxels and colours in the record.
+  MeshState mesh;            ///< The labels are in the record, after voxels and colours.
   StoredRecord record = {};  ///< Place of the block's contents, set by put().
 };
 
@@ -37,7 +37,7 @@ class PagedBlocks {
   bool put(const PagedBlock& block, RecordBytes record) try {
     if (free_numbers_.empty()) {
       if (free_numbers_.capacity() <= blocks_.size()) {
-        free_numbers_.reserve(2 * blocks_.size() + 1);  // enough for erase() never to allocate
+        free_numbers_.reserve(2 * blocks_.size() + 1);  // so that erase() never allocates
       }
       blocks_.emplace_back();
       free_numbers_.push_back(static_cast<int32_t>(blocks_.size() - 1));
@@ -61,7 +61,7 @@ class PagedBlocks {
     return false;
   }
 
-  /// Several threads may call this at once, while none changes the blocks.
+  /// Several threads may call this at once, as long as none of them changes the blocks.
   RecordStore::Reading read(int32_t number, std::vector<char>& record) {
     return store_.read(block(number).record, record);
   }
@@ -116,7 +116,8 @@ class PagedBlocks {
     return keys;
   }
 
-  /// Keys of all blocks in coarse cells that a frame may see and that `takes` accepts.
+  /// Keys of all blocks in those coarse cells that may be in view of a frame and that `takes`
+  /// accepts.
   template <class CellTest>
   std::vector<PackedKey> keysInView(const FrameView& view, float radius,
                                     const CellTest& takes) const {

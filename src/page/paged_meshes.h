@@ -1,5 +1,5 @@
 /// The latest mesh of every block, like MeshStore, but for maps of any size: recently used meshes
-/// are in memory, the others in a file.
+/// are kept in memory, the others in a file.
 #pragma once
 
 #include <algorithm>
@@ -34,8 +34,8 @@ void visitRecord(Io& io, BlockMesh& mesh) {
   io.array(mesh.colours, sizes[2]);
 }
 
-/// With map/page_folder, meshes may take 1 / kMeshShare of map/max_memory_mb, in addition to it,
-/// but at most kMaxMeshBytes.
+/// With map/page_folder, meshes may take up to 1 / kMeshShare of map/max_memory_mb and at most
+/// kMaxMeshBytes. This memory comes on top of map/max_memory_mb.
 constexpr size_t kMeshShare = 8, kMaxMeshBytes = size_t{64} << 20;
 
 inline size_t meshBudgetOf(const MapParams& params) {
@@ -43,7 +43,7 @@ inline size_t meshBudgetOf(const MapParams& params) {
   return std::min((static_cast<size_t>(params.max_memory_mb) << 20) / kMeshShare, kMaxMeshBytes);
 }
 
-/// Meshes of blocks. Only one thread may use it at a time.
+/// Meshes of blocks. Not thread-safe.
 class PagedMeshes {
  public:
   using Stats = PageStats;  ///< Counts for meshes on disk since the start or the last clear().
@@ -60,8 +60,8 @@ class PagedMeshes {
 
   float voxelSize() const { return voxel_size_m_; }
 
-  /// Replaces the mesh of a block; one without triangles removes it. If the disk fails or is full,
-  /// more meshes stay in memory.
+  /// Replaces the mesh of a block; a mesh without triangles removes it. If the disk fails or is
+  /// full, more meshes stay in memory.
   void put(const SharedBlockMesh& block) {
     const PackedKey key = packedKeyOf(block->key);
     forget(key);
@@ -74,7 +74,7 @@ class PagedMeshes {
     painted_ += kept.is_painted ? 1 : 0;
   }
 
-  /// Applies the changes of a mapper's mesh, part by part.
+  /// Applies a mapper's mesh update, part by part.
   void update(Mapper& mapper) {
     for (bool is_part = true; is_part;) {
       mapper.beginMeshUpdate();
@@ -138,11 +138,11 @@ class PagedMeshes {
   bool isPaged() const { return stats().bytes > 0; }
   bool isPainted() const { return painted_ > 0; }
   size_t triangleCount() const { return triangles_; }
-  uint64_t missed() const { return missed_; }  ///< How often a mesh could not be read.
-  /// Whether the disk responded to the last read; if not, it may be gone.
+  uint64_t missed() const { return missed_; }  ///< Number of failed reads.
+  /// Whether the disk responded to the last read; if not, it may have been removed.
   bool diskResponds() const { return pages_ == nullptr || pages_->diskResponds(); }
   size_t bytes() const { return pages_ == nullptr ? bytes_ : pages_->bytes(); }  ///< Used memory.
-  size_t maxBytes() const { return max_bytes_; }  ///< Limit of the memory; 0: no limit.
+  size_t maxBytes() const { return max_bytes_; }  ///< Maximum memory; 0 if unlimited.
   Stats stats() const { return pages_ == nullptr ? Stats() : pages_->stats(); }
 
  private:

@@ -5,8 +5,8 @@
 namespace dtsdf {
 namespace {
 
-/// Making room frees 1 / kFreedShare of the memory more than necessary, so that the next values
-/// need not make room.
+/// Making room frees more than necessary, by 1 / kFreedShare of the memory, so that the next values
+/// fit without making room again.
 constexpr size_t kFreedShare = 8;
 
 /// After a failure, the number of values that are added or read back before the disk is tried
@@ -81,7 +81,7 @@ void PagedValues::removeFromDisk(Entry& entry) {
   entry.record.reset();
 }
 
-/// Reads a value from the disk. @return null if it is lost, or cannot be read now.
+/// Reads a value from the disk. @return null if it is lost or cannot be read at the moment.
 std::shared_ptr<const void> PagedValues::load(Entry& entry) {
   if (entry.is_lost) return nullptr;
   const auto start = std::chrono::steady_clock::now();

@@ -1,5 +1,5 @@
-/// Values that never change, such as the sectors of a table: recently used ones are in memory, the
-/// others in a file.
+/// Values that never change, such as the sectors of a table: recently used ones are kept in memory,
+/// the others in a file.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ namespace dtsdf {
 
 /// How values of a type are written as records and read back.
 struct ValueKind {
-  size_t (*bytes)(const void* value);  ///< Memory of a value.
+  size_t (*bytes)(const void* value);  ///< Memory of a value, in bytes.
   void (*write)(const void* value, ByteWriter& out);
   std::shared_ptr<const void> (*read)(ByteReader in);
 };
@@ -32,7 +32,8 @@ void visitRecord(Io& io, T& value) {
   value.visitRecord(io);
 }
 
-/// The kind of a type with bytesOf() and visitRecord(), which both writes and reads the members.
+/// The kind of a type that has bytesOf() and visitRecord(). The latter both writes and reads its
+/// members.
 template <class T>
 const ValueKind& kindOf() {
   static const ValueKind kind{
@@ -48,7 +49,7 @@ const ValueKind& kindOf() {
   return kind;
 }
 
-/// The memory and the file that values share. Any thread may use it.
+/// The memory and the file that values share. Thread-safe.
 class PagedValues : public std::enable_shared_from_this<PagedValues> {
  public:
   using Stats = PageStats;  ///< Counts for values since the start or resetCounts().
@@ -62,21 +63,22 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
 
     const std::shared_ptr<PagedValues> pages;
     const ValueKind* kind = nullptr;
-    std::shared_ptr<const void> value;  ///< Null: it is only on disk.
-    std::list<Entry*>::iterator place;  ///< In order_, if it has a value.
-    size_t bytes = 0;                   ///< Memory of the value, if it has one.
+    std::shared_ptr<const void> value;  ///< Null if it is only on disk.
+    std::list<Entry*>::iterator place;  ///< In order_, if the value is in memory.
+    size_t bytes = 0;                   ///< Size of the value, if it is in memory.
     std::optional<StoredRecord> record;
     bool is_lost = false;
   };
 
-  /// @param max_file_bytes Limit of the file's size.
-  /// @param max_bytes Limit of the memory.
+  /// @param max_file_bytes Maximum size of the file.
+  /// @param max_bytes Maximum memory of all values, in bytes.
   /// @throws std::runtime_error if the folder cannot be written.
   PagedValues(const std::string& folder, uint64_t max_file_bytes, size_t max_bytes);
 
   std::shared_ptr<Entry> keep(std::shared_ptr<const void> value, const ValueKind& kind);
 
-  /// The value, which is loaded into memory. @return null if it is lost, or cannot be read now.
+  /// Returns the value, after loading it into memory if necessary; null if it is lost or cannot be
+  /// read at the moment.
   std::shared_ptr<const void> get(Entry& entry);
 
   /// Like get(), but removes the value from the entry. A value that cannot be read is lost.
@@ -88,7 +90,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   /// Whether memory is over its limit because the disk refuses values.
   bool isFull() const;
 
-  size_t bytes() const;  ///< Memory of the values, with those that wait to be written.
+  size_t bytes() const;  ///< Memory of the values, including those waiting to be written.
   Stats stats() const;
   void resetCounts();
 
@@ -116,7 +118,7 @@ template <class T>
 class Paged {
  public:
   Paged() = default;
-  /// @param pages Null: the value stays in memory.
+  /// @param pages If null, the value stays in memory.
   Paged(std::shared_ptr<const T> value, const SharedPagedValues& pages) {
     if (pages == nullptr) {
       value_ = std::move(value);
@@ -125,7 +127,7 @@ class Paged {
     }
   }
 
-  /// The value; null if it is lost, or cannot be read now.
+  /// The value; null if it is lost or cannot be read at the moment.
   std::shared_ptr<const T> get() const {
     if (entry_ == nullptr) return value_;
     return std::static_pointer_cast<const T>(entry_->pages->get(*entry_));
@@ -142,7 +144,7 @@ class Paged {
   }
 
  private:
-  std::shared_ptr<const T> value_;  ///< Used without pages.
+  std::shared_ptr<const T> value_;  ///< Used if there are no pages.
   std::shared_ptr<PagedValues::Entry> entry_;
 };
 

@@ -22,16 +22,16 @@ namespace {
 
 constexpr uint64_t kUnitBytes = StoredRecord::kUnitBytes;
 
-/// The file is truncated once this much of its end is free.
+/// The file is truncated once this much is free at its end.
 constexpr uint64_t kShrinkBytes = uint64_t{1} << 20;
 
 /// Number of attempts to read a record, with pauses of 1, 2, 4 and 8 ms, so that a temporary
-/// failure loses nothing. If the disk did not respond to the last read, there is one attempt.
+/// failure loses nothing. If the disk did not respond to the last read, there is only one attempt.
 constexpr int kTries = 5;
 
 constexpr double kMinWait_ms = 1.0;
 
-/// A batch ends after this time, since erase() of one of its records has to wait for it.
+/// Maximum duration of a batch, since erase() of one of its records has to wait for its end.
 constexpr std::chrono::milliseconds kMaxBatchTime{1};
 
 /// Size of the checksum after each record.
@@ -107,7 +107,7 @@ RecordStore::~RecordStore() {
 
 std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
   const size_t bytes = record.size();
-  std::map<uint64_t, Waiting> made;  // before space is taken, since memory may run out
+  std::map<uint64_t, Waiting> made;  // allocated first, since memory may run out
   made.emplace(0, Waiting{std::move(record), 0});
   Lock lock(mutex_);
   if (disk_refuses_) startWriting();
@@ -187,7 +187,7 @@ size_t RecordStore::findWaiting(uint64_t after, Batch& batch) const {
   return count;
 }
 
-/// Removes written records from those that wait. @pre The mutex is locked.
+/// Removes written records from waiting_. @pre The mutex is locked.
 /// @param batch Its pointers are null for records that the disk refused.
 void RecordStore::forgetWritten(const Batch& batch, size_t count) {
   for (size_t i = 0; i < count; ++i) {
@@ -253,8 +253,8 @@ RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<c
   return Reading::kDamaged;
 }
 
-/// Reads a record. If the file ends too early, the rest is 0: such a record is damaged, and is not
-/// tried again.
+/// Reads a record. If the file ends too early, the rest is filled with zeros: the record then
+/// counts as damaged, and reading it is not retried.
 /// @return the error; empty on success.
 std::string RecordStore::transfer(const StoredRecord& record, std::vector<char>& to) const {
   std::fill(to.begin(), to.end(), 0);

@@ -1,5 +1,5 @@
-/// Records in a file without a name: the system frees its space even if the process crashes. A
-/// helper thread writes them, so that callers wait only if it falls behind. A checksum detects
+/// Stores records in an unnamed file, whose space the system frees even if the process crashes. A
+/// helper thread writes the records, so callers wait only if it falls behind. A checksum detects
 /// damaged records.
 #pragma once
 
@@ -28,7 +28,7 @@ namespace dtsdf {
 struct StoredRecord {
   static constexpr uint64_t kUnitBytes = 256;  ///< A record takes a whole number of these units.
 
-  uint64_t number;  ///< Number of the write. The checksum includes it, to detect older records.
+  uint64_t number;  ///< Number of the write. Included in the checksum to detect stale records.
   uint32_t unit;    ///< First unit in the file.
   uint32_t bytes;
 
@@ -44,7 +44,7 @@ struct RecordBytes {
   void copyTo(std::vector<char>& to) const;
 };
 
-/// Any thread may use a store.
+/// Thread-safe.
 class RecordStore {
  public:
   enum class Reading {
@@ -53,17 +53,19 @@ class RecordStore {
     kUnreadable,  ///< The disk did not respond; a later read may succeed.
   };
 
-  /// Makes the folder if it is missing.
-  /// @param max_waiting Bytes that may wait to be written; a single record always may.
+  /// Creates the folder if it is missing.
+  /// @param max_waiting Maximum number of bytes that may wait to be written. A single record is
+  /// always accepted.
   /// @throws std::runtime_error if no file can be created there.
   RecordStore(const std::string& folder, uint64_t max_bytes, size_t max_waiting);
   ~RecordStore();
   RecordStore(const RecordStore&) = delete;
   RecordStore& operator=(const RecordStore&) = delete;
 
-  /// Takes a record, which can be read from now on. If the disk refuses it, it stays in memory,
-  /// counts as a failure, and is tried again by the next call.
-  /// @return none if too much waits for a disk that refuses records, or the file is full.
+  /// Accepts a record, which can then be read. If the disk refuses the record, it stays in memory,
+  /// a failure is counted, and the next call tries to write it again.
+  /// @return none if the disk refuses records and too many bytes are waiting, or if the file is
+  /// full.
   /// @throws std::bad_alloc
   std::optional<StoredRecord> write(RecordBytes record);
   Reading read(const StoredRecord& record, std::vector<char>& to);
@@ -77,9 +79,9 @@ class RecordStore {
   void erase(const StoredRecord& record) noexcept;
   void clear() noexcept;
 
-  size_t waitingBytes() const;  ///< Bytes that wait to be written.
+  size_t waitingBytes() const;  ///< Bytes waiting to be written.
 
-  /// Count a failure of the caller, or a lost record.
+  /// Count a failure in the caller, or a lost record.
   void fail(std::string problem);
   void countLost();
   /// Counts a wait for the disk since `start`, if it took at least a millisecond.
@@ -95,7 +97,7 @@ class RecordStore {
     uint64_t offset;
   };
 
-  /// Records are written in batches, since locking takes as long as writing one.
+  /// Records are written in batches, since locking the mutex takes as long as writing a record.
   static constexpr size_t kWrittenAtOnce = 64;
   using Batch = std::array<std::pair<uint64_t, const Waiting*>, kWrittenAtOnce>;
 
@@ -113,17 +115,17 @@ class RecordStore {
   int file_ = -1;
   std::atomic<bool> disk_responds_{true};
   std::atomic<uint64_t> written_{0};  ///< Every waiting record has a larger number.
-  mutable std::mutex mutex_;          ///< Guards what follows.
+  mutable std::mutex mutex_;          ///< Guards the members below.
   std::condition_variable changed_;
   FreeRuns runs_;
   uint64_t file_end_ = 0;
   PageStats stats_;
   uint64_t last_number_ = 0;
-  std::map<uint64_t, Waiting> waiting_;  ///< Records that wait, by number.
+  std::map<uint64_t, Waiting> waiting_;  ///< Records waiting to be written, by number.
   size_t waiting_bytes_ = 0;
-  uint64_t writing_ = 0;     ///< Records up to this one are being written; 0: none.
+  uint64_t writing_ = 0;     ///< Records up to this number are being written; 0 if none are.
   bool is_writing_ = false;  ///< Whether the helper is writing.
-  bool is_clearing_ = false, disk_refuses_ = false;  ///< The helper must stop; its last try failed.
+  bool is_clearing_ = false, disk_refuses_ = false;  ///< Stop the helper; its last try failed.
   Helper helper_;  ///< Last, so that it ends before the members it uses.
 };
 

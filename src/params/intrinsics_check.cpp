@@ -7,7 +7,8 @@
 namespace dtsdf {
 namespace {
 
-/// Smallest focal length, as a fraction of the image's width or height: 175 degrees are in view.
+/// Minimum focal length, as a fraction of the image's width or height. It corresponds to a field of
+/// view of 175 degrees.
 constexpr double kShortestFocalLength = 0.02;
 /// Smaller images may have the principal point in the first pixel.
 constexpr int kSmallImage = 16;
@@ -32,7 +33,7 @@ std::string findProblem(const Intrinsics& K, int width, int height) {
       std::isfinite(K.fx) && std::isfinite(K.fy) && std::isfinite(K.cx) && std::isfinite(K.cy);
   if (!is_finite || !(K.fx > 0.0f && K.fy > 0.0f)) {
     return "the intrinsics are " + inWords(K) +
-           "; they need finite values and positive focal lengths: is the camera calibrated?";
+           "; all must be finite, and the focal lengths positive: is the camera calibrated?";
   }
   const bool is_short = K.fx < kShortestFocalLength * width || K.fy < kShortestFocalLength * height;
   const bool is_share =

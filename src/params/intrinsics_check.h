@@ -13,7 +13,7 @@ std::string inWords(const Intrinsics& K);
 /// Why images of this size cannot have these intrinsics; empty if they can.
 std::string findProblem(const Intrinsics& K, int width, int height);
 
-/// Why images of this size are unlikely to have these intrinsics; empty if they may.
+/// Why images of this size are unlikely to have these intrinsics; empty if they are plausible.
 /// @pre findProblem() is empty.
 std::string doubtAbout(const Intrinsics& K, int width, int height);
 

@@ -10,7 +10,7 @@ void checkSpace(const MapperParams& params, ParamReader& reader) {
   if (cell != 1 && cell != 2 && cell != 4 && cell != 8) {
     reader.addViolation("space/cell_voxels", "must be 1, 2, 4 or 8");
   }
-  if (!params.space.enabled) return;  // the limits below do not matter then
+  if (!params.space.enabled) return;  // the limits below then do not matter
   const float cell_m = params.map.voxel_size_m * static_cast<float>(cell);
   constexpr float kMaxCellsInView = 1024.0f;
   if (params.space.max_range_m > kMaxCellsInView * cell_m) {

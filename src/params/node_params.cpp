@@ -34,12 +34,12 @@ void checkCameras(const NodeParams& node, ParamReader& reader) {
   }
   if (node.cameras.size() > 1 && !node.input.camera_frame.empty()) {
     reader.addViolation("input/camera_frame",
-                        "works with a single camera only; leave it empty: several cameras "
-                        "use the frames of their images");
+                        "works with a single camera only; leave it empty: with several cameras, "
+                        "the frames of their images are used");
   }
 }
 
-/// Checks that the frames differ, since a frame in TF has one parent.
+/// Checks that the frames differ, since a frame in TF has only one parent.
 void checkPoseFrames(const NodeParams& node, ParamReader& reader) {
   const std::string& odom = node.odom_frame;
   const std::string& base = node.base_frame;
@@ -61,8 +61,8 @@ void checkPoses(const NodeParams& node, ParamReader& reader) {
   if (node.poses.mode != PoseMode::kTrack) return;
   if (node.cameras.size() > 1) {
     reader.addViolation("poses/mode",
-                        "is track, which follows a single camera, but the setting "
-                        "`cameras` has several; use refine, or one camera");
+                        "is track, which follows a single camera, but "
+                        "`cameras` lists several; use refine, or one camera");
   }
   if (node.level == LevelChoice::kImu) {
     reader.addViolation("map/level",
@@ -75,7 +75,7 @@ void checkPoses(const NodeParams& node, ParamReader& reader) {
 
 void resolveMemoryFrames(const PoseParams& poses, FusionParams& fusion) {
   // With 20, a removed surface could take more than 28 frames to vanish, since uncovered voxels are
-  // checked only in every fourth frame.
+  // checked only every fourth frame.
   constexpr int kFramesOfAlignedPoses = 19;
   if (fusion.memory_frames > 0 || poses.mode == PoseMode::kTf) return;
   fusion.memory_frames = kFramesOfAlignedPoses;

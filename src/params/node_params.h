@@ -19,30 +19,30 @@ enum class Usage {
 };
 
 struct InputParams {
-  double merge_wait_s = 0.1;      ///< Longest wait for an earlier frame of another camera.
-  std::string camera_frame;       ///< Camera's optical frame; empty: the frame_id of the images.
-  int queue_size = 30;            ///< Largest number of waiting images, per camera and kind.
-  int queue_mb = 256;             ///< Maximum memory of all waiting images.
-  double tf_timeout_s = 1.0;      ///< Longest wait of a frame for its transform.
-  float unit_16uc1_m = 0.001f;    ///< Metres per unit of a 16UC1 image.
-  float unit_32fc1_m = 1.0f;      ///< Metres per unit of a 32FC1 image.
-  bool depth_along_ray = false;   ///< Depth is along the ray (some simulators), not the axis.
-  double max_speed_m_s = 10.0;    ///< Faster motion counts as a jump of the pose; 0: no limit.
+  double merge_wait_s = 0.1;     ///< Maximum wait for an earlier frame from another camera.
+  std::string camera_frame;      ///< The camera's optical frame; empty: the frame_id of the images.
+  int queue_size = 30;           ///< Maximum number of waiting images, per camera and kind.
+  int queue_mb = 256;            ///< Maximum memory of all waiting images.
+  double tf_timeout_s = 1.0;     ///< Maximum time that a frame waits for its transform.
+  float unit_16uc1_m = 0.001f;   ///< Metres per unit of a 16UC1 image.
+  float unit_32fc1_m = 1.0f;     ///< Metres per unit of a 32FC1 image.
+  bool depth_along_ray = false;  ///< Depth along the ray (some simulators), not the axis.
+  double max_speed_m_s = 10.0;   ///< Faster motion counts as a jump of the pose; 0: no limit.
   double max_turn_deg_s = 720.0;  ///< Faster turns count as a jump of the pose; 0: no limit.
-  /// Uses the newest camera_info, not the one with the image's stamp, for drivers that rarely send
-  /// it.
+  /// Uses the newest camera_info, not the one with the image's stamp, for drivers that send it
+  /// rarely.
   bool latest_camera_info = false;
   /// Whether to rectify distorted images. kAuto: unless the topic's name says that they are
   /// rectified.
   Usage rectify = Usage::kAuto;
-  bool mask = false;  ///< Each image has a mask with its stamp, on `mask/image`.
+  bool mask = false;  ///< Each image has a mask with the same stamp on `mask/image`.
 };
 
 /// How a map is levelled, if the map frame is not level.
 enum class LevelChoice {
   kNone,   ///< The map is not levelled: it is in map_frame.
-  kFloor,  ///< The floor that the first images show.
-  kImu,    ///< An inertial sensor at rest.
+  kFloor,  ///< From the floor in the first images.
+  kImu,    ///< With an inertial sensor at rest.
 };
 
 /// All settings of the node.
@@ -52,9 +52,9 @@ struct NodeParams {
   std::string map_frame = "map";  ///< Frame of the poses, and of a map that is not levelled.
   LevelChoice level = LevelChoice::kNone;
   std::string level_frame;  ///< Frame of a levelled map; empty: map_frame and "_level".
-  std::string load_file;    ///< Map to load at the start, as in load_map; empty: none.
+  std::string load_file;    ///< Map to load at startup, named as in load_map; empty: none.
   std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files.
-  std::vector<std::string> cameras;  ///< Namespaces of cameras; empty: one camera, in the node's.
+  std::vector<std::string> cameras;  ///< Namespaces; empty: one camera in the node's namespace.
   std::string keep_frame;  ///< Frame at the centre of map/keep_radius_m; empty: the camera.
   PoseParams poses;
   /// With refine, the frame of the poses in TF; its transform to map_frame is published. With
@@ -63,7 +63,7 @@ struct NodeParams {
   std::string base_frame;  ///< Frame whose pose is published; empty: the depth camera's frame.
   InputParams input;
   Usage colour = Usage::kAuto;      ///< Whether to use colour images; kAlways: they are required.
-  double max_colour_rate_hz = 0.0;  ///< Colour images per second, by their stamps; 0: all.
+  double max_colour_rate_hz = 0.0;  ///< Maximum rate of colour images by their stamps; 0: all.
 
   int chunk_blocks = 4;          ///< Edge of a chunk of the published mesh, in blocks.
   double mesh_rate_hz = 2.0;     ///< Maximum rate of `mesh`, in wall time.
@@ -71,20 +71,20 @@ struct NodeParams {
   double status_rate_hz = 1.0;   ///< Rate of `status` and the diagnostics, in wall time.
   double space_rate_hz = 1.0;    ///< Maximum rate of grid updates and the slice, in wall time.
   double mesh_refresh_s = 60.0;  ///< Interval at which the whole mesh is published again; 0: never.
-  double stale_s = 5.0;  ///< Longest time without a fused depth image before a warning; an error
-                         ///< after three times that.
+  double stale_s = 5.0;          ///< Time without a fused depth image before a warning; an error
+                                 ///< after three times that.
 
-  // What is published of space. Heights are along z of the map frame, which must be level.
-  double min_height_m = 0.1;     ///< Lower end of a column of the grid.
-  double max_height_m = 1.5;     ///< Upper end of a column of the grid.
-  double grid_seen_share = 1.0;  ///< Share of cells that must be free in a free column.
-  double slice_height_m = 0.5;   ///< Height of the published distances.
+  // How space is published. Heights are along z of the map frame, which must be level.
+  double min_height_m = 0.1;     ///< Lower end of the grid's columns.
+  double max_height_m = 1.5;     ///< Upper end of the grid's columns.
+  double grid_seen_share = 1.0;  ///< Share of a free column's cells that must be free.
+  double slice_height_m = 0.5;   ///< Height of the published slice of distances.
 
   std::string journal_folder;    ///< Folder of the journals; empty: no journal.
-  double journal_max_gb = 16.0;  ///< Largest size of all journals in the folder, in 10^9 bytes.
+  double journal_max_gb = 16.0;  ///< Maximum total size of the journals, in 10^9 bytes.
 
   // Corrections of poses from a SLAM system.
-  std::string path_frame;  ///< Frame whose poses are in corrected_path; empty: the depth camera's.
+  std::string path_frame;  ///< Frame whose poses corrected_path holds; empty: the depth camera's.
   double min_correction_m = 0.01;  ///< Paths that move no frame by this much, in metres or
                                    ///< radians, are ignored.
 };
@@ -156,8 +156,8 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("space/slice_height_m", p.slice_height_m, Range{-1e4, 1e4});
 }
 
-/// Strips the leading slash of old tf from the frames' names, and checks the map's frames. All
-/// readers of settings must call it, since a map's frame is compared by name.
+/// Strips the leading slash, which old tf used, from frame names, and checks the map's frames.
+/// Whatever reads settings must call it, since map frames are compared by name.
 void readFrames(NodeParams& node, ParamReader& reader);
 
 /// Replaces a fusion/memory_frames of 0 if poses are aligned.
@@ -166,7 +166,7 @@ void resolveMemoryFrames(const PoseParams& poses, FusionParams& fusion);
 /// A key and the rule it breaks.
 using ParamViolation = std::pair<std::string, std::string>;
 
-/// Reads the node's settings strictly. `violations` were found earlier.
+/// Reads the node's settings strictly. `violations` were found earlier, and are reported, too.
 /// @throws ParamError with every violation.
 NodeParams readNodeParams(const ParamTree& tree,
                           const std::vector<ParamViolation>& violations = {});

@@ -6,7 +6,8 @@
 namespace dtsdf {
 
 /// Copies a tree without the copy constructor of std::variant. In libstdc++ 12 that constructor
-/// ends the process if it has no memory for a string: it destroys an object that does not exist.
+/// terminates the process if memory for a string runs out: it destroys an object that does not
+/// exist.
 inline ParamTree copyOf(const ParamTree& tree) {
   ParamTree copy;
   for (const auto& [key, value] : tree) {

@@ -14,8 +14,9 @@ namespace {
 
 constexpr int kDigits = 7;
 
-/// Suggests keys for an unknown key, as in "; known: map/voxel_size_m": those in any section whose
-/// names begin with its name, or else all keys of its section.
+/// Suggests alternatives to an unknown key, as in "; known: map/voxel_size_m": the keys in any
+/// section whose last part begins with that of the unknown key; if there are none, all keys in its
+/// section.
 std::string suggestionsFor(const std::string& key, const std::set<std::string>& known) {
   const auto nameIn = [](const std::string& of) { return of.rfind('/') + 1; };
   const std::string section = key.substr(0, nameIn(key)), name = key.substr(nameIn(key));
@@ -96,7 +97,7 @@ bool ParamReader::readNumber(const std::string& key, double& number, bool whole,
     addViolation(key, whole ? "must be a whole number" : "must be a number");
     return false;
   }
-  // A float that became a double may exceed a bound by its rounding.
+  // A float converted to double may exceed a bound by its rounding error.
   const double slack = 1e-6 * std::abs(number);
   if (!std::isfinite(number) || number < range.min - slack || number > range.max + slack) {
     const std::string unit = unitOf(key);

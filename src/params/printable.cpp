@@ -45,7 +45,7 @@ std::string printable(const std::string& text, size_t max_characters) {
     auto end = begin;
     const utf::code_point code = utf::utf_traits<char>::decode(end, text.end());
     const bool is_valid = code != utf::illegal && code != utf::incomplete;
-    // Each byte that is not UTF-8 counts as a character.
+    // Each byte that is not valid UTF-8 counts as a character.
     const size_t bytes = is_valid ? static_cast<size_t>(end - begin) : 1;
     shown += is_valid && !isControl(code) ? text.substr(at, bytes) : inHex(text, at, bytes);
     at += bytes;
@@ -64,12 +64,12 @@ std::string errorText(const std::exception& error) {
   if (file_error == nullptr) {
     std::string text = error.what();
     std::replace(text.begin(), text.end(), '\n',
-                 ' ');  // libraries' messages may have several lines
+                 ' ');  // messages from libraries may have several lines
     return printableMessage(text);
   }
   const std::string path = "'" + printable(file_error->path1().string()) + "'";
   if (file_error->code() == std::errc::too_many_symbolic_link_levels) {
-    return path + " is a link to itself; give the path of the file or folder meant";
+    return path + " is a link that leads to itself; give the path of the actual file or folder";
   }
   return "cannot use " + path + ": " + file_error->code().message() +
          "; choose another file name or folder";

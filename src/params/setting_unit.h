@@ -1,4 +1,4 @@
-/// Unit of a setting, from the end of its key.
+/// Derives the unit of a setting from the end of its key.
 #pragma once
 
 #include <algorithm>

@@ -14,18 +14,18 @@
 
 namespace dtsdf {
 
-/// Whether a name ends with, or is, an ending.
+/// Whether a name ends with or equals `ending`.
 inline bool endsWith(std::string_view name, std::string_view ending) {
   return name.size() >= ending.size() &&
          name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
 }
 
-/// Whether a name has an ending, and something before it.
+/// Whether a name ends with `ending` and has something before it.
 inline bool hasEnding(std::string_view name, std::string_view ending) {
   return name.size() > ending.size() && endsWith(name, ending);
 }
 
-/// Strips a frame's leading slash, as in old tf, which tf2 does not support.
+/// Strips a frame's leading slash, which old tf used and tf2 does not support.
 inline std::string stripLeadingSlash(const std::string& frame) {
   return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
 }
@@ -84,8 +84,8 @@ inline std::string shortestText(double number, int digits = 6) {
   return formatted("%.*g", digits, number);
 }
 
-/// Parses a text that holds nothing but a number. @return false if it holds anything else, or the
-/// number is too large.
+/// Parses text that consists of a number only. @return false if it contains anything else, or if
+/// the number is too large.
 template <class Number>
 bool parseNumber(const std::string& text, Number& number) {
   std::istringstream in(text);

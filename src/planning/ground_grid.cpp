@@ -88,7 +88,7 @@ GridBox GroundGrid::put(const SpaceCube& cube) {
 }
 
 GridBox GroundGrid::evaluate(int32_t stack_x, int32_t stack_y, Stack& stack) const {
-  std::array<int, kSide * kSide> free{};  // cells of each column
+  std::array<int, kSide * kSide> free{};  // free cells in each column
   uint64_t surface = 0;
   for (const SpaceCube& part : stack.parts) {
     for (uint64_t word : part.free) {
@@ -134,7 +134,7 @@ std::vector<int8_t> GroundGrid::values(const GridBox& box) const {
   return values;
 }
 
-/// Smallest box with all free and occupied columns.
+/// Smallest box that contains all free and occupied columns.
 GridBox GroundGrid::known() const {
   GridBox known;
   for (const auto& [key, stack] : stacks_) {
@@ -156,7 +156,7 @@ size_t GroundGrid::bytes() const {
 
 void GroundGrid::beginAnew(double cell_size_m) {
   if (window_ && cell_size_m != cell_size_m_) {
-    // Subscribers hold a grid whose cells have another size.
+    // Subscribers hold a grid with a different cell size.
     window_.reset();
     changed_ = {};
     is_outgrown_ = is_outdated_ = true;

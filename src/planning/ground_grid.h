@@ -13,8 +13,8 @@
 
 namespace dtsdf {
 
-/// For each known cell that a horizontal plane cuts: x, y, z of the middle of the cut and the
-/// distance there, in metres; in no particular order.
+/// For each known cell that a horizontal plane intersects: x, y and z of the centre of the
+/// intersection, and the distance there, in metres. In no particular order.
 /// @param height_m Height of the plane along z of the map frame, which must be level.
 std::vector<Eigen::Vector4f> sliceAt(const KnownSpace& space, double height_m);
 
@@ -26,20 +26,21 @@ inline Eigen::Vector2i sizeOf(const GridBox& box) { return box.sizes() + Eigen::
 
 /// Values of columns, as in nav_msgs/OccupancyGrid.
 constexpr int8_t kColumnOccupied = 100;  ///< The column contains a surface.
-constexpr int8_t kColumnFree = 0;        ///< No surface, and enough of its cells are free.
-constexpr int8_t kColumnUnknown = -1;    ///< Neither occupied nor free.
+constexpr int8_t kColumnFree = 0;  ///< It contains no surface, and enough of its cells are free.
+constexpr int8_t kColumnUnknown = -1;  ///< Neither occupied nor free.
 
 /// A grid for a robot on level ground: whether each column of cells between two heights is free or
 /// occupied. The grid also keeps track of what to publish.
 ///
-/// Subscribers have a window of columns, the last whole grid. Its edges lie on multiples of kStep
-/// cells; when columns outside the window become known, a whole grid of a new window is sent. Other
-/// changes are sent as updates: boxes inside the window, with all changes since the window was
-/// first sent. So a subscriber that reads only the last of several updates misses nothing.
+/// Subscribers hold a window of columns, the last whole grid that was sent. Its edges lie on
+/// multiples of kStep cells; when columns outside the window become known, a whole grid with a new
+/// window is sent. Other changes are sent as updates: boxes inside the window, with all changes
+/// since the window was first sent. So a subscriber that reads only the last of several updates
+/// misses nothing.
 class GroundGrid {
  public:
   static constexpr int32_t kStep = 256;
-  /// Largest number of columns in a grid: 256 MiB.
+  /// Maximum number of columns in a grid, which then takes 256 MiB.
   static constexpr size_t kMaxColumns = size_t{1} << 28;
 
   /// @param min_m, max_m Heights along z of the map frame, which must be level, in metres.
@@ -52,14 +53,14 @@ class GroundGrid {
 
   enum class Pending {
     kNothing,
-    kGrid,    ///< All of a new window.
+    kGrid,    ///< A whole grid, with a new window.
     kUpdate,  ///< The changes in the window.
   };
   /// Returns what to send to subscribers now. Send it before the next call.
   Pending next();
 
-  /// The window of all known columns, if next() found it larger than kMaxColumns. Subscribers then
-  /// keep their window and still get its updates.
+  /// The window of all known columns, if next() found that it has more than kMaxColumns columns.
+  /// Subscribers then keep their window and still get its updates.
   const std::optional<GridBox>& tooLarge() const { return too_large_; }
 
   /// The subscribers' window; none before the first whole grid.
@@ -68,7 +69,7 @@ class GroundGrid {
   /// Box of all changes in the window since it was first sent.
   const GridBox& changed() const { return changed_; }
 
-  /// Values of the columns of a box, in row-major order, x fastest.
+  /// Values of the columns in a box, in row-major order, x fastest.
   std::vector<int8_t> values(const GridBox& box) const;
 
   double cellSize_m() const { return cell_size_m_; }
@@ -95,11 +96,11 @@ class GroundGrid {
   double min_m_, max_m_, seen_share_;
   double cell_size_m_ = 0.0;                  ///< 0 before the first apply().
   int32_t first_layer_ = 0, last_layer_ = 0;  ///< Layers of cells between the heights.
-  int min_free_ = 0;                          ///< Number of cells of a column that must be free.
+  int min_free_ = 0;                          ///< Number of cells in a column that must be free.
   std::unordered_map<uint64_t, Stack> stacks_;
   std::optional<GridBox> window_, too_large_;
   GridBox changed_;
-  bool is_outdated_ = false;  ///< Columns changed since the last call of next().
+  bool is_outdated_ = false;  ///< Columns have changed since the last call to next().
   bool is_outgrown_ = false;  ///< Columns outside the window may be known.
 };
 

@@ -1,4 +1,5 @@
-/// The step between two poses, poses in between, and how much of an image an alignment explains.
+/// The step between two poses, interpolation between them, and how much of an image an alignment
+/// explains.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -7,8 +8,8 @@
 
 namespace dtsdf {
 
-/// Errors of more standard deviations do not count as random: only 3 in 1000 of a normal
-/// distribution are larger.
+/// Errors larger than this many standard deviations are not considered random: in a normal
+/// distribution, only 3 in 1000 are larger.
 constexpr double kMaxDeviations = 3.0;
 
 /// Share of the image's points that lie on surfaces of the map; 0 unless the image was aligned.
@@ -28,7 +29,8 @@ inline Eigen::Matrix<double, 6, 1> stepBetween(const Eigen::Isometry3d& from,
   return step;
 }
 
-/// The pose at a fraction of the way from `a` to `b`: positions linearly, rotations by slerp.
+/// The pose at a fraction of the way from `a` to `b`: positions are interpolated linearly,
+/// rotations by slerp.
 inline Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
                                  double share) {
   const Eigen::Quaterniond from(a.linear()), to(b.linear());

@@ -29,28 +29,28 @@ using Eigen::Vector3i;
 /// Maximum number of standpoints; larger maps get larger cells.
 constexpr double kMaxStandpoints = 200000.0;
 
-/// Edge of a cell, in voxels: an alignment can correct a pose that is one cell off.
+/// Edge of a cell, in voxels. An alignment can correct a pose that is off by one cell.
 constexpr double kCell_voxels = 3.0;
 
 /// Distance between standpoints, in cells.
 constexpr double kStep_cells = 4.0;
 
-/// How far outside the mapped blocks a camera may stand, in cells.
+/// How far outside the mapped blocks a camera may be, in cells.
 constexpr int kMargin_cells = 16;
 
 /// Number of evenly spread orientations, some twenty degrees apart.
 constexpr int kOrientations = 2048;
 
-/// Numbers of image points: compared from a standpoint, and used to fit a pose.
+/// Numbers of image points that are compared at a standpoint, and that are used to fit a pose.
 constexpr int kMatchedPoints = 64, kFitPoints = 512;
 
-/// Poses that are fitted to the coarse map; of these, the poses that are aligned; and of these, the
-/// poses from which the map is rendered.
+/// Numbers of poses that are fitted to the coarse map, that are then aligned, and from which the
+/// map is finally rendered.
 constexpr int kMovedPoses = 5000, kAlignedPoses = 224, kRenderedPoses = 48;
 
 /// A pose is accepted if its alignment is held and at least kPlaceShare of the image matches the
-/// map there. In any other place, more of the image must mismatch: by the factor kClearlyMore, plus
-/// kClearlyMoreShare.
+/// map there. At any other place, clearly more of the image must fail to match: at least
+/// kClearlyMore times as much, plus kClearlyMoreShare.
 constexpr double kPlaceShare = 0.7, kClearlyMore = 1.5, kClearlyMoreShare = 0.01;
 
 /// Larger depths are too noisy to use.
@@ -59,7 +59,7 @@ constexpr float kMaxDepth_m = 10.0f;
 /// Larger distances to the nearest surface are set to this, in cells.
 constexpr float kFarthest_cells = 64.0f;
 
-/// Rays along an edge of the cube around a standpoint, and on all its faces.
+/// Number of rays along an edge of the cube around a standpoint, and through all its faces.
 constexpr int kFaceSide = 14, kRays = 6 * kFaceSide * kFaceSide;
 
 /// Index of the ray nearest to a direction: a cell on a face of the cube.
@@ -98,7 +98,8 @@ Matrix3f orientation(int i) {
   return q.normalized().toRotationMatrix().cast<float>();
 }
 
-/// A distance along a ray in sixteenths of an octave, at most 253; 254 and 255 have other meanings.
+/// A distance along a ray in sixteenths of an octave, at most 253; 254 and 255 have special
+/// meanings.
 using Octaves = uint8_t;
 constexpr Octaves kNothing = 255, kBackSide = 254;
 
@@ -107,12 +108,13 @@ Octaves octavesOf(float distance_cells) {
   return static_cast<Octaves>(std::min(octaves, 253.0f));
 }
 
-/// The score of an image point for a standpoint, from the distance in the map and the measured one.
+/// The score of an image point at a standpoint, from its distance in the map and its measured
+/// distance.
 int agreement(Octaves in_map, Octaves measured) {
   if (in_map == kNothing) return 0;
   if (in_map == kBackSide) return -4;
   const int apart = in_map - measured;
-  if (apart < -6) return -4;  // the camera looked through it
+  if (apart < -6) return -4;  // the camera looked through the surface
   if (apart > 6) return -2;
   return std::abs(apart) <= 3 ? 4 : 2;
 }
@@ -126,8 +128,8 @@ bool isImage(const DepthFrame& frame) {
          K.fy > 0.0f && std::isfinite(K.fx + K.fy + K.cx + K.cy);
 }
 
-/// Points of the image, in cells, in the camera's optical frame. The first n are spread over the
-/// image, for any n. Skips depth edges.
+/// Points of the image, in cells, in the camera's optical frame. For any n, the first n are spread
+/// over the whole image. Skips depth edges.
 std::vector<Vector3f> imagePoints(const DepthFrame& frame, double cell_m) {
   const Intrinsics& K = frame.intrinsics;
   const int aside = std::max(1, frame.width / 160);
@@ -167,8 +169,8 @@ Vector3f slopeIn(const uint64_t* array, const Vector3i& at) {
   return slope;
 }
 
-/// The larger of the shift between two poses, and the shift due to their turn at a distance of
-/// `lever`.
+/// The larger of the shift between two poses, and the shift that their relative rotation causes at
+/// a distance of `lever`.
 double apart(const Isometry3d& a, const Isometry3d& b, double lever) {
   const double turn = Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
   return std::max((a.translation() - b.translation()).norm(), lever * turn);
@@ -199,8 +201,8 @@ double matchingShare(Mapper& mapper, const DepthFrame& frame, const Isometry3d& 
   return measured == 0 ? 0.0 : static_cast<double>(same) / static_cast<double>(measured);
 }
 
-/// Another pose that fits, if the image does not constrain its pose, as along a corridor; else
-/// none.
+/// Another pose that also fits, if the image does not constrain the position, as along a corridor;
+/// otherwise none.
 std::optional<Isometry3d> slidPose(const Alignment& alignment) {
   constexpr double kHeld_m = 0.05;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
@@ -215,7 +217,8 @@ std::optional<Isometry3d> slidPose(const Alignment& alignment) {
 /// Alignments of an image, sorted by the share of its depths that match the map.
 using Matches = std::multimap<double, const Alignment*, std::greater<>>;
 
-/// Chooses the place that looks most like the image, and reports another that looks as good.
+/// Chooses the place that matches the image best, and reports another place that matches about as
+/// well.
 FoundPlace choose(const Matches& matches, double same_place_m) {
   const auto& [best_share, first] = *matches.begin();
   const Isometry3d there = first->T_W_C;
@@ -369,7 +372,7 @@ void CoarseMap::addBlocks(const MapContents& part, bool directional) {
   }
 }
 
-/// Adds a point of a surface, in voxels.
+/// Adds a surface point, given in voxels.
 void CoarseMap::addPoint(const Vector3d& p_voxels, const Vector3f& normal, unsigned faces) {
   const Vector3f p = (p_voxels * (voxel_m / cell_m) - first.cast<double>()).cast<float>();
   const Vector3i cell = p.array().floor().cast<int>();
@@ -420,8 +423,8 @@ void CoarseMap::measureDistances() {
   }
 }
 
-/// Interpolates between the centres of cells; beyond the outermost centres, returns the largest
-/// distance.
+/// Interpolates between the centres of cells; beyond the outermost centres, returns
+/// kFarthest_cells.
 float CoarseMap::distanceAt(const Vector3f& p, Vector3f& gradient) const {
   const Vector3f q = p.array() - 0.5f;
   const Vector3i cell = q.array().floor().cast<int>();
@@ -444,7 +447,7 @@ float CoarseMap::distanceAt(const Vector3f& p, Vector3f& gradient) const {
   return mix(y0, y1, f.z());
 }
 
-/// Whether a ray sees the front of a surface that faces these directions.
+/// Whether a ray hits the front of a surface that faces these directions.
 bool CoarseMap::isSeenFrom(const Vector3f& way, uint8_t facing) const {
   for (int axis = 0; axis < 3; ++axis) {
     if ((facing >> (2 * axis) & 1) != 0 && way[axis] < 0.1f) return true;
@@ -454,7 +457,7 @@ bool CoarseMap::isSeenFrom(const Vector3f& way, uint8_t facing) const {
 }
 
 /// Sphere tracing: each step is at most the distance to the nearest surface. @return the distance
-/// to the surface that is seen, in cells.
+/// to the surface that the ray hits, in cells; 0 if there is none.
 float CoarseMap::castRay(const Vector3f& from, const Vector3f& way, Octaves& seen) const {
   constexpr float kShortest = 0.7f;
   float along = 0.0f;
@@ -485,8 +488,8 @@ float CoarseMap::castRay(const Vector3f& from, const Vector3f& way, Octaves& see
   return 0.0f;
 }
 
-/// The view from a standpoint. @return false if it shows hardly anything, or mostly the backs of
-/// surfaces, as from outside a building.
+/// Computes the view from a standpoint. @return false if it shows hardly anything, or mostly the
+/// backs of surfaces, as from outside a building.
 bool CoarseMap::castRays(const Vector3f& from, std::array<Octaves, kRays>& view) const {
   static const std::vector<Vector3f> ways = [] {
     std::vector<Vector3f> all(kRays);
@@ -525,7 +528,7 @@ CoarseMap::RayTable CoarseMap::makeRayTable(const std::vector<Vector3f>& points)
   return table;
 }
 
-/// Finds the best orientations at a standpoint, the best first.
+/// Finds the best orientations at a standpoint, best first.
 void CoarseMap::matchFrom(const Vector3f& from, const RayTable& table, BestMatches& best) const {
   const Vector3i cell = from.array().floor().cast<int>();
   constexpr float kMinRoom_cells = 1.5f;

@@ -47,7 +47,7 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   prior.compared_T_W_C = expected.T_W_C;
   Alignment alignment = align(mapper, expected, prior);
   if (alignment.status != AlignmentStatus::kAligned) {
-    // The image that begins a map defines W, so its correction is exact.
+    // The first image of a map defines W, so its correction is exact.
     const bool begins_map = alignment.status == AlignmentStatus::kUnmapped && !has_aligned_;
     if (begins_map) variance_m2_ = variance_rad2_ = 0.0;
     return alignment;
@@ -62,9 +62,10 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   return alignment;
 }
 
-/// An image may converge to a wrong pose that fits most of it. If the map explains less of it than
-/// of the previous image, it is also aligned from that image's pose. The better result is used,
-/// unless the prior makes it unlikely, since other places may look alike.
+/// Alignment may converge to a wrong pose that fits most of the image. If the map explains less of
+/// this image than of the previous one, the image is also aligned starting from the previous
+/// image's pose. The better result is used, unless the prior makes it unlikely, since other places
+/// may look alike.
 Alignment PoseRefiner::align(Mapper& mapper, const DepthFrame& expected, PosePrior prior) {
   Alignment found = mapper.align(expected, prior);
   if (found.status != AlignmentStatus::kAligned) {
@@ -98,8 +99,8 @@ void PoseRefiner::drift(const Eigen::Isometry3d& T_O_C) {
   last_T_O_C_ = T_O_C;
 }
 
-/// The update of the Kalman filter. An aligned pose measures the correction with the noise of a
-/// given pose, sigma; the error of the alignment is neglected.
+/// Kalman filter update. An aligned pose measures the correction with the noise of a given pose,
+/// sigma; the error of the alignment itself is neglected.
 void PoseRefiner::correct(const Eigen::Isometry3d& T_W_C, const Eigen::Isometry3d& expected_T_W_C) {
   const double gain_m = variance_m2_ / (variance_m2_ + square(params_.sigma_m));
   const double gain_rad = variance_rad2_ / (variance_rad2_ + square(params_.sigma_rad));

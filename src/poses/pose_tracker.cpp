@@ -13,11 +13,12 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// A pose found by search must explain this share of the image: less may match by chance.
+/// A pose found by search must explain this share of the image: a smaller share may match by
+/// chance.
 constexpr double kFoundShare = 0.5;
 
-/// Images in a row that must fit before a lost camera is trusted again: two give a motion, and the
-/// third confirms it.
+/// Number of consecutive images that must fit before a lost camera is trusted again: two give a
+/// motion, and the third confirms it.
 constexpr int kFitsToRecover = 3;
 
 /// Guesses per place: two rings of six turns and six shifts, and the place itself.
@@ -27,12 +28,13 @@ constexpr int kGuessesPerPlace = 1 + 4 * 6;
 /// hardly longer than aligning once and fusing, so a lost camera keeps its frame rate.
 constexpr int kGuessesPerImage = 6;
 
-/// Places to search around: at 30 images per second, all their guesses are tried in about two
-/// seconds.
+/// Maximum number of places to search around: at 30 images per second, all guesses are tried in
+/// about two seconds.
 constexpr size_t kMaxPlaces = 16;
 
-/// A camera that is lost for kLostTimeout_s may be anywhere: the whole map is searched, at most
-/// every kSearchInterval_s. For a camera that was never found in the map, this starts at once.
+/// A camera that has been lost for kLostTimeout_s may be anywhere, so the whole map is searched, at
+/// most every kSearchInterval_s. For a camera that was never found in the map, this search starts
+/// immediately.
 constexpr double kLostTimeout_s = 2.0, kSearchInterval_s = 1.0;
 
 double turnBetween(const Isometry3d& a, const Isometry3d& b) {
@@ -51,15 +53,16 @@ Isometry3d continued(const Isometry3d& from, const Isometry3d& to, double share)
   return T_W_C;
 }
 
-/// The larger of the shift in metres and the turn in radians, which is the shift of points at a
+/// The larger of the shift in metres and the turn in radians, which equals the shift of points at a
 /// distance of 1 m.
 double motionBetween(const Isometry3d& a, const Isometry3d& b) {
   return std::max((b.translation() - a.translation()).norm(), turnBetween(a, b));
 }
 
-/// A guess around a pose: turned about or moved along one of its axes, by one or two steps, or the
-/// pose itself. A step is as long as the reach of an alignment. That reach is short with fine
-/// voxels, so a shift is at least kMinShift_m. A turn is limited to what an alignment can correct.
+/// A guess near a pose: the pose turned about or shifted along one of its axes by one or two steps,
+/// or the pose itself. A step is as long as the reach of an alignment. That reach is short with
+/// fine voxels, so a shift is at least kMinShift_m. A turn is limited to what an alignment can
+/// correct.
 Isometry3d guessAround(const Isometry3d& T_W_C, double reach_m, size_t guess) {
   constexpr double kMinShift_m = 0.15, kMaxTurn_rad = 0.3;
   if (guess + 1 == kGuessesPerPlace) return T_W_C;
@@ -117,7 +120,7 @@ std::optional<Isometry3d> PoseTracker::poseAt(double stamp_s) const {
 
 Alignment PoseTracker::begin(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
   Alignment alignment = alignAt(mapper, frame, *given_T_W_C_);
-  // The given pose is kept until the map has voxels, since a frame that shows nothing does not
+  // The given pose is kept until the map has voxels, since a frame without measurements does not
   // begin the map.
   const bool map_is_empty = mapper.stats().voxel_arrays == 0;
   may_begin_ = map_is_empty || !last_;
@@ -169,7 +172,8 @@ Alignment PoseTracker::search(Mapper& mapper, const DepthFrame& frame, double st
   return found;
 }
 
-/// Searches the whole map if that is due. @return what it finds, or else `before`.
+/// Searches the whole map if a search is due. @return the result if it is conclusive, otherwise
+/// `before`.
 Alignment PoseTracker::searchWholeMap(Mapper& mapper, const DepthFrame& frame, double stamp_s,
                                       const Alignment& before) {
   const bool may_be_anywhere = !was_found_ || stamp_s - *lost_since_s_ >= kLostTimeout_s;
@@ -203,8 +207,8 @@ void PoseTracker::keep(const Isometry3d& T_W_C, double stamp_s) {
   last_ = StampedPose{stamp_s, T_W_C};
 }
 
-/// Moves the newest place along with the camera. Once the camera is twice the reach of an alignment
-/// away from the place before it, adds a place.
+/// Moves the newest place along with the camera. Adds a place once the camera is twice the reach of
+/// an alignment away from the second newest place.
 void PoseTracker::rememberPlace(const Isometry3d& T_W_C) {
   const size_t count = places_T_W_C_.size();
   if (count > 1 && motionBetween(places_T_W_C_[count - 2], T_W_C) < 2.0 * reach_m_) {
@@ -235,7 +239,7 @@ Isometry3d PoseTracker::predict(double stamp_s) const {
   return share > kOneMissing && is_far ? last_->T_W_C : ahead;
 }
 
-/// Begins with all guesses around the newest place.
+/// The next guess to try; those around the newest place come first.
 Isometry3d PoseTracker::nextGuess() {
   if (places_T_W_C_.empty()) return last_->T_W_C;
   const size_t guess = guesses_made_++ % (places_T_W_C_.size() * kGuessesPerPlace);

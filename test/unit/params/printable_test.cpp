@@ -62,7 +62,7 @@ TEST(ErrorText, IsOneReadableLine) {
   const std::filesystem::filesystem_error loop(
       "status", "loop", std::make_error_code(std::errc::too_many_symbolic_link_levels));
   EXPECT_EQ(errorText(loop),
-            "'loop' is a link to itself; give the path of the file or folder meant");
+            "'loop' is a link that leads to itself; give the path of the actual file or folder");
 }
 
 }  // namespace

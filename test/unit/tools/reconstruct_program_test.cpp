@@ -213,7 +213,7 @@ TEST_F(ReconstructProgram, ErrorsExitWith1AndKeepTheOldMesh) {
   expectError("--tum /nowhere " + mesh, 1, "/nowhere");
   expectError(tum_option_ + mesh + "--config /nowhere.yaml", 1, "/nowhere.yaml");
   std::filesystem::create_symlink("loop", out_ / "loop");
-  expectError((out_ / "loop") + " " + mesh, 1, "is a link to itself");
+  expectError((out_ / "loop") + " " + mesh, 1, "is a link that leads to itself");
   expectError(tum_option_ + mesh + "--frames 6:", 1, "there are 6, numbered 0 to 5");
   expectError(tum_option_ + "--mesh /dev/null/mesh.ply", 1, "/dev/null");
   writeBytes(tum_ / "depth/3.png", "damaged");
@@ -235,7 +235,7 @@ TEST_F(ReconstructProgram, SimplifiesOnRequest) {
   ASSERT_EQ(run(arguments + " --simplify-error 0").exit_code, 0);
   EXPECT_EQ(triangles(readBytes(out_ / "mesh.ply")), before) << "an error of 0 simplified the mesh";
   expectError(arguments + " --simplify-error -0.1", 2, "--simplify-error");
-  expectError(arguments + " --simplify-error 1000", 2, "more than the whole mesh");
+  expectError(arguments + " --simplify-error 1000", 2, "larger than the whole mesh");
 }
 
 /// A recording of a corner of a room with a slowly moving camera. All poses but the first are 45 mm

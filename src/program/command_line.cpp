@@ -14,7 +14,8 @@ namespace {
 
 std::string describe(Range range) {
   const std::string max = shortestText(range.max);
-  if (range.min == kAboveZero) return " above 0" + (range.max < kUnbounded ? " up to " + max : "");
+  if (range.min == kAboveZero)
+    return " above 0" + (range.max < kUnbounded ? " and up to " + max : "");
   if (range.max < kUnbounded) return " from " + shortestText(range.min) + " to " + max;
   return range.min > -kUnbounded ? " of " + shortestText(range.min) + " or more" : "";
 }
@@ -26,7 +27,7 @@ std::string keyOf(const ProgramOption& option) {
   return isOption(option.name) ? option.name.substr(2) : option.name;
 }
 
-/// Wraps a text into indented lines for a terminal.
+/// Wraps text into indented lines for a terminal.
 std::string wrap(const std::string& text, size_t indent) {
   constexpr size_t kColumns = 80;
   const std::string margin(indent, ' ');
@@ -74,7 +75,7 @@ double readWhole(const std::string& text, Range range) {
 
 std::vector<double> readNumbers(const std::string& text) {
   std::vector<double> numbers;
-  std::istringstream parts(text + ",");  // so that an empty last part counts
+  std::istringstream parts(text + ",");  // so that an empty last part is not overlooked
   for (std::string part; std::getline(parts, part, ',');) {
     numbers.push_back(readNumber(part, {-kUnbounded, kUnbounded}));
   }
@@ -141,7 +142,7 @@ void CommandLine::checkRules() {
   for (const std::vector<std::string>& names : choices_) {
     size_t given = 0;
     for (const std::string& name : names) given += get(name).values.empty() ? 0 : 1;
-    if (given != 1) throw UsageError("give one of " + joined(names, ", ", " and "));
+    if (given != 1) throw UsageError("give exactly one of " + joined(names, ", ", " and "));
   }
   for (const ProgramOption& option : options_) {
     if (option.is_required && option.values.empty()) {

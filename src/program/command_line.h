@@ -1,4 +1,4 @@
-/// Command lines of the programs: Boost.Program_options, and checks of numbers, ranges and
+/// Parses the programs' command lines with Boost.Program_options, and checks numbers, ranges and
 /// dependencies between options.
 #pragma once
 
@@ -21,11 +21,11 @@ class UsageError : public std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-/// Bounds of a Range: the smallest number above 0, and no bound.
+/// Special bounds of a Range: the smallest number above 0, and no bound.
 constexpr double kAboveZero = std::numeric_limits<double>::min();
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
-/// Reads a number, or a whole number up to 1e15. @throws UsageError that names the range.
+/// Read a number, or a whole number up to 1e15. @throws UsageError that names the range.
 double readNumber(const std::string& text, Range range);
 double readWhole(const std::string& text, Range range);
 
@@ -33,7 +33,7 @@ double readWhole(const std::string& text, Range range);
 std::vector<double> readNumbers(const std::string& text);
 
 /// Last line of a program's help.
-constexpr char kExitCodes[] = "Exit code: 0 done, 1 an error, 2 a wrong command line or setting.";
+constexpr char kExitCodes[] = "Exit code: 0 success, 1 error, 2 invalid command line or setting.";
 
 /// Thrown by options such as --help, to print a text and end the program.
 class TextRequest : public std::runtime_error {
@@ -45,16 +45,16 @@ class TextRequest : public std::runtime_error {
 /// Callers of CommandLine may set the first four members.
 struct ProgramOption {
   std::string name;
-  std::string value;  ///< Placeholder of the value in the help.
+  std::string value;  ///< Placeholder for the value in the help.
   std::string help;
-  std::string default_value = {};  ///< Shown if the option is not required; empty: none.
+  std::string default_value = {};  ///< Shown unless the option is required; may be empty.
 
   std::string group = {};
   bool is_list = false, is_required = false;
   std::function<void(const std::string&)> read = nullptr;  ///< Reads each value; null for a flag.
   std::function<void()> set = nullptr;                     ///< Called for a flag.
-  std::string needs = {};                                  ///< Option that this requires, or empty.
-  std::vector<std::string> values = {};  ///< Values given; for a flag, an empty string.
+  std::string needs = {};                ///< Option that this one requires, if any.
+  std::vector<std::string> values = {};  ///< Values given; for a flag, one empty string.
 };
 
 /// The options of one program. An option may be bound to a variable, whose initial value is the
@@ -64,7 +64,7 @@ class CommandLine {
   /// `usage` follows the program's name in the help, `about` says what the program does.
   CommandLine(const std::string& program, const std::string& usage, const std::string& about);
 
-  /// Sets the headline in the help for the options added next.
+  /// Sets the headline under which the help lists the options added next.
   void beginGroup(const std::string& headline);
 
   /// Adds an option whose value is passed to `read`. A std::invalid_argument from `read` becomes a
@@ -105,8 +105,9 @@ class CommandLine {
 
   const std::string program_, usage_, about_;
   std::string headline_ = "Options";
-  std::vector<ProgramOption> options_;             ///< In the order of the help.
-  std::vector<std::vector<std::string>> choices_;  ///< Exactly one of each must be given.
+  std::vector<ProgramOption> options_;  ///< In the order in which they were added.
+  std::vector<std::vector<std::string>>
+      choices_;  ///< Exactly one option of each list must be given.
 };
 
 template <class Number>

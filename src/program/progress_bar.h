@@ -10,13 +10,13 @@ namespace dtsdf {
 
 class ProgressBar {
  public:
-  /// @param what What is counted, such as "frames". @param total Unknown for some recordings.
+  /// @param what What is counted, such as "frames". @param total Final count; none if unknown.
   ProgressBar(const std::string& what, std::optional<size_t> total);
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Shows the number done; redraws at most ten times a second.
+  /// Updates the bar to the count `done`. Redraws at most ten times a second.
   void show(size_t done);
 
  private:
@@ -30,7 +30,7 @@ class ProgressBar {
   size_t drawn_length_ = 0;
 };
 
-/// One line: bar, counts, rate and time left; only count and rate if the total is unknown.
+/// The line to draw: bar, counts, rate and time left; only count and rate if the total is unknown.
 std::string progressLine(const std::string& what, size_t done, std::optional<size_t> total,
                          double elapsed_s);
 

@@ -19,7 +19,7 @@ int reportError(const std::string& name, std::string text, int exit_code) {
   return exit_code;
 }
 
-/// Flushes standard output and reports if any print has failed, for example on a full disk.
+/// Flushes standard output. Reports an error if any output has failed, for example on a full disk.
 int flushOutput(const std::string& name) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
   return reportError(name, "cannot write to standard output; is the disk full?", 1);

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kSide = kBlockSide;
 
-/// One value of each voxel, (A, 8, 8, 8), decoded without the GIL.
+/// One value of each voxel, (A, 8, 8, 8), decoded without holding the GIL.
 template <class T, class Get>
 py::array decoded(const Blocks& blocks, const Get& get) {
   std::vector<T> values;
@@ -83,13 +83,13 @@ void bindBlocks(py::module& m) {
                 self, [&](const VoxelValues& v) { return v.distance_voxels * self.voxel_size_m; });
           },
           "(A, 8, 8, 8) float32: signed distance in metres, positive in front of\n"
-          "the surface; undefined where weight is 0. Decoded at each call.")
+          "the surface; undefined where weight is 0. Decoded on each call.")
       .def_property_readonly(
           "weight",
           [](const Blocks& self) {
             return decoded<float>(self, [](const VoxelValues& v) { return v.weight; });
           },
-          "(A, 8, 8, 8) float32: weight of the average, in frames; 0: no distance.")
+          "(A, 8, 8, 8) float32: weight of the distance, in frames; 0 if there is none.")
       .def_property_readonly(
           "evidence",
           [](const Blocks& self) {

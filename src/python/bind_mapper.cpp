@@ -13,7 +13,7 @@
 namespace dtsdf::python {
 namespace {
 
-/// Calls `action` with the mapper, without the GIL, and returns its result.
+/// Calls `action` with the mapper, without holding the GIL, and returns its result.
 template <class Action>
 auto withMapper(MapperSession& self, const Action& action) {
   return withoutGil([&] { return self.withMapper(action); });
@@ -35,7 +35,7 @@ Session makeSession(const std::string& backend, const py::object& settings,
   return std::make_shared<MapperSession>(params);
 }
 
-/// The settings that a map is bound to come from its file; given settings must be equal.
+/// Settings that are bound to the map come from its file; if also given here, they must be equal.
 Session loadSession(const py::object& path, const std::string& backend, const py::object& settings,
                     const py::kwargs& kwargs) {
   const ParamTree given = treeOf(backend, settings, kwargs);
@@ -161,7 +161,7 @@ void bindResult(py::module& m) {
       .def_readonly("message", &IntegrationResult::message,
                     "Why the frame was not fused; or a warning.")
       .def_readonly("refused_blocks", &IntegrationResult::refused_blocks,
-                    "Blocks, arrays and bricks of colours refused for lack of memory\n"
+                    "Number of blocks, arrays and colour bricks refused for lack of memory\n"
                     "(map/max_memory_mb).")
       .def_readonly("duration_ms", &IntegrationResult::duration_ms, "Wall time, in milliseconds.")
       .def("__bool__",
@@ -179,43 +179,46 @@ void bindMapper(py::module& m) {
   bindResult(m);
   py::class_<MapperSession, Session> mapper(
       m, "Mapper",
-      "A map: fuses depth images, paints surfaces from colour images, and makes meshes.\n"
-      "Threads may share it: calls wait for each other. They release the GIL.");
+      "A map: fuses depth images, paints surfaces from colour images, and extracts meshes.\n"
+      "Thread-safe: concurrent calls wait for each other. Calls release the GIL.");
   mapper
       .def(
           py::init(&makeSession), py::arg("backend") = "", py::arg("settings") = py::none(),
           "backend: \"auto\" (CUDA where there is a usable GPU), \"cuda\" or \"cpu\". settings: a "
           "dict,\n"
-          "flat or nested, or the path of a YAML file, whose settings for the node are ignored;\n"
+          "flat or nested, or the path of a YAML file, in which settings of the node are ignored;\n"
           "keywords override them, as in\n"
-          "Mapper(**{\"map/voxel_size_m\": 0.01}). docs/ros.md lists them. Raises ValueError with\n"
-          "every setting that is wrong, RuntimeError if CUDA is requested but cannot be used.")
+          "Mapper(**{\"map/voxel_size_m\": 0.01}). docs/ros.md lists them. Raises ValueError "
+          "listing\n"
+          "every wrong setting, or RuntimeError if CUDA is requested but cannot be used.")
       .def_static(
           "load", &loadSession, py::arg("path"), py::arg("backend") = "",
           py::arg("settings") = py::none(),
-          "Continues from a map that save() or the node saved. Voxel size, truncation, mode and\n"
-          "directions are the map's; free space is kept with space/enabled. Raises\n"
+          "Continues a map saved by save() or by the node. Voxel size, truncation, mode and\n"
+          "directions are those of the map; free space is kept with space/enabled. Raises\n"
           "RuntimeError for a file that is not a map, or for settings that conflict with it.")
       .def("integrate", &integrate, py::arg("depth"), py::arg("K"), py::arg("T_W_C"),
            py::arg("stamp_s") = 0.0, py::arg("unit_m") = 0.0, py::arg("keep_center_W") = py::none(),
            "Fuses a rectified depth image. depth: (H, W), distance along the optical axis; uint16 "
            "in\n"
-           "unit_m (0.001 by default), 0 and 65535 are no measurement; or float32 in unit_m (1 by\n"
-           "default), NaN, infinity and values up to 0 are none. K: 3 x 3 or (fx, fy, cx, cy), in\n"
+           "unit_m (0.001 by default), 0 and 65535: not measured; or float32 in unit_m (1 by\n"
+           "default), NaN, infinity and values up to 0: not measured. K: 3 x 3 or (fx, fy, cx, "
+           "cy), in\n"
            "pixels. T_W_C: 4 x 4, from the optical frame (x right, y down, z forward) to the map\n"
-           "frame, in metres. stamp_s: the image's, kept for save(). keep_center_W: (3,), centre\n"
+           "frame, in metres. stamp_s: time of the image, stored by save(). keep_center_W: (3,), "
+           "centre\n"
            "of map/keep_radius_m in W, in metres.\n"
            "Raises ValueError or TypeError for wrong arguments; the map is unchanged then.")
       .def("paint", &paint, py::arg("colour"), py::arg("K"), py::arg("T_W_C"),
            py::arg("encoding") = "",
-           "Paints the surfaces that a rectified colour image sees. colour: uint8, (H, W, 3),\n"
+           "Paints the surfaces visible in a rectified colour image. colour: uint8, (H, W, 3),\n"
            "(H, W, 4) or (H, W). encoding: rgb8, bgr8, rgba8, bgra8 or mono8; by shape if not "
            "given\n"
            "(rgb8, rgba8, mono8). K, T_W_C: those of the colour camera, as for integrate().")
       .def(
           "render", &render, py::arg("K"), py::arg("T_W_C"), py::arg("width") = 640,
           py::arg("height") = 480,
-          "What a camera would see of the map: depth (H, W) in metres, normals (H, W, 3) in the\n"
+          "Renders the map from a camera: depth (H, W) in metres, normals (H, W, 3) in the\n"
           "camera's frame, and colours (H, W, 4), red, green, blue and 255 where painted, or None\n"
           "if the map was never painted. 0 where there is no surface. K, T_W_C: as for\n"
           "integrate().")
@@ -226,7 +229,7 @@ void bindMapper(py::module& m) {
           "explained, the share of the image that lies on surfaces at the best pose; other_T_W_C,\n"
           "another pose that also fits, or None. depth, K, unit_m: as for integrate().")
       .def("mesh", &mesh, py::arg("box") = py::none(),
-           "A new mesh of the map, or of its triangles in a Box.")
+           "Returns a mesh of the map, or of its triangles in a Box.")
       .def("clear", &MapperSession::clear, py::call_guard<py::gil_scoped_release>(),
            "Empties the map.")
       .def(
@@ -243,7 +246,7 @@ void bindMapper(py::module& m) {
           },
           py::call_guard<py::gil_scoped_release>(), "A copy of the voxels, as arrays.")
       .def("save", &saveSession, py::arg("path"), py::arg("map_frame") = py::none(),
-           "Saves the map as a .dtsdf file. map_frame: name of W, for programs that compare it.\n"
+           "Saves the map as a .dtsdf file. map_frame: name of W, for programs that check it.\n"
            "Returns a dict: blocks, file_bytes, content_hash (equal for equal maps).")
       .def_property_readonly("space", &spaceOf,
                              "The map's Space. Raises RuntimeError unless space/enabled.")
@@ -253,7 +256,7 @@ void bindMapper(py::module& m) {
       .def_property_readonly("stats", &statsOf, "Sizes of the map, as a dict; memory in bytes.")
       .def_property_readonly(
           "T_W_M", [](const MapperSession& self) { return matrixOf(self.levelPose()); },
-          "4 x 4, in metres: frame of the poses to level frame of the map. Apply it to\n"
+          "4 x 4, in metres: from the poses' frame to the map's level frame. Apply it to\n"
           "the poses of later frames. None if the map was not levelled.")
       .def_property_readonly(
           "backend",

@@ -100,7 +100,7 @@ void save(const SharedMesh& mesh, const py::object& path, const std::string& col
   saveMesh(*mesh, mode, name);
 }
 
-/// Lets Python handle signals during the work. An exception, as from Ctrl-C, cancels it.
+/// Lets Python handle signals while simplifying. An exception, as from Ctrl-C, cancels it.
 py::tuple simplify(const SharedMesh& mesh, double max_error_m) {
   SimplifiedMesh simplified;
   {
@@ -126,27 +126,27 @@ void bindMesh(py::module& m) {
           "origin_m",
           [](const SharedMesh& self) { return py::array_t<double>(3, self->origin_m.data()); },
           "(3,) float64: origin of the vertices in W, in metres; 0 unless the\n"
-          "mesh reaches beyond 64 m.")
+          "mesh extends beyond 64 m from W's origin.")
       .def_property_readonly("vertices", &verticesOf,
                              "(N, 3) float32: positions in W minus origin_m, in metres.")
       .def_property_readonly("normals", &normalsOf,
-                             "(N, 3) float32: unit normals in W, towards free space.")
+                             "(N, 3) float32: unit normals in W, pointing towards free space.")
       .def_property_readonly("triangles", &trianglesOf,
                              "(M, 3) uint32: indices of vertices, counter-clockwise seen from\n"
                              "free space.")
       .def_property_readonly("colours", &coloursOf,
                              "(N, 3) uint8: red, green, blue; None if the map was never painted.")
-      .def_property_readonly(
-          "painted", &paintedOf,
-          "(N,) bool: whether a colour image saw the vertex; None if colours is.")
+      .def_property_readonly("painted", &paintedOf,
+                             "(N,) bool: whether the vertex was painted; None if colours is None.")
       .def("save", &save, py::arg("path"), py::arg("colour") = "auto",
-           "Saves as .ply, .obj, .stl or .glb, by the extension. colour: auto (image if painted,\n"
+           "Saves as .ply, .obj, .stl or .glb, chosen by extension. colour: auto (image if "
+           "painted,\n"
            "else normal), image, normal, height or plain. Raises RuntimeError for an empty mesh, "
            "or\n"
            "if the file cannot be written; an old file is then unchanged.")
       .def(
           "simplify", &simplify, py::arg("max_error_m"),
-          "Returns (mesh, error_m): a mesh of fewer triangles, and the largest distance of this\n"
+          "Returns (mesh, error_m): a mesh with fewer triangles, and the largest distance of this\n"
           "mesh's vertices from it, at most max_error_m. Raises ValueError for a max_error_m that\n"
           "is not finite, below 0 or above the diagonal of the mesh.")
       .def("__repr__", [](const SharedMesh& self) {

@@ -61,12 +61,12 @@ void bindCommon(py::class_<Image>& image, Frame Image::*frame) {
           "T_W_C",
           [frame](const Image& self) { return matrixOf(std::optional((self.*frame).T_W_C)); },
           "(4, 4) float64: optical frame to map frame, in metres.")
-      .def_readonly("stamp_s", &Image::stamp_s, "In seconds.")
+      .def_readonly("stamp_s", &Image::stamp_s, "Time stamp, in seconds.")
       .def_readonly("index", &Image::index, "Index in the recording, from 0.");
 }
 
 void bindFrames(py::module& m) {
-  py::class_<SourceFrame> depth(m, "DepthImage", "A depth image of a recording.");
+  py::class_<SourceFrame> depth(m, "DepthImage", "A depth image from a recording.");
   depth
       .def_property_readonly("depth", &depthOf,
                              "(H, W) uint16 in unit_m, or float32 in metres; a view.")
@@ -74,7 +74,7 @@ void bindFrames(py::module& m) {
           "unit_m", [](const SourceFrame& f) { return f.depth.unit_m; },
           "Metres per unit of depth.");
   bindCommon(depth, &SourceFrame::depth);
-  py::class_<SourceColour> colour(m, "ColourImage", "A colour image of a recording.");
+  py::class_<SourceColour> colour(m, "ColourImage", "A colour image from a recording.");
   colour.def_property_readonly("colour", &colourOf, "(H, W, C) or (H, W) uint8; a view.")
       .def_property_readonly(
           "encoding", [](const SourceColour& c) { return encodingName(c.colour.encoding); },
@@ -112,7 +112,7 @@ void bindRecording(py::module& m) {
   bindSource<SourceFrame>(m, "DepthImages")
       .def_property_readonly("size", [](const FrameSource& self) { return self.size(); });
   bindSource<SourceColour>(m, "ColourImages");
-  m.def("recording_formats", &recordingFormats, "Names of the formats of recordings.");
+  m.def("recording_formats", &recordingFormats, "Names of the recording formats.");
 }
 
 }  // namespace dtsdf::python

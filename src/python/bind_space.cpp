@@ -7,7 +7,7 @@ namespace {
 
 using Points = Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>;
 
-/// Calls `ask` with the space and each of N points, without the GIL.
+/// Calls `ask` with the space and each of N points, without holding the GIL.
 template <class Ask>
 void askAt(const SpaceView& view, const Points& points_W, const Ask& ask) {
   const py::gil_scoped_release release;
@@ -39,7 +39,7 @@ py::tuple query(const SpaceView& view, const Points& points_W) {
 py::array states(const SpaceView& view, const Points& points_W) {
   std::vector<uint8_t> state(static_cast<size_t>(points_W.rows()));
   askAt(view, points_W, [&](const Space& space, size_t i, const Eigen::Vector3d& p_W) {
-    // distanceAt() checks that the point may be in a map, as cellAt() requires.
+    // distanceAt() checks that the point is in the range of map coordinates, as cellAt() requires.
     state[i] = space.distanceAt(p_W).known ? static_cast<uint8_t>(space.stateOf(space.cellAt(p_W)))
                                            : uint8_t{0};
   });
@@ -79,14 +79,14 @@ void update(const SpaceView& view) {
 void bindSpace(py::module& m) {
   py::class_<SpaceView> space(m, "Space",
                               "Free space of a map, its surfaces as of the last mesh() or\n"
-                              "update(), and distances as of the last update(). Points are\n"
-                              "(N, 3), x, y, z in the map frame W, in metres; those that are not\n"
+                              "update(), and its distances as of the last update(). Points are\n"
+                              "(N, 3), x, y, z in the map frame W, in metres; points that are not\n"
                               "finite are unknown.");
   space.def_property_readonly("cell_size_m", &cellSize, "Edge of a cell, in metres.")
       .def("update", &update,
-           "Updates surfaces and distances with what was integrated since the last call.")
+           "Brings surfaces and distances up to date with the integrated images.")
       .def("states", &states, py::arg("points_W"),
-           "(N,) uint8: 0 unknown, 1 free (an image saw through the whole cell), 2 surface.")
+           "(N,) uint8: 0 unknown, 1 free (an image showed the whole cell empty), 2 surface.")
       .def("query", &query, py::arg("points_W"),
            "(known, distance_m, gradient): (N,) bool, (N,) float32, (N, 3) float32. Distance to\n"
            "the nearest surface in metres, at most space/max_distance_m, rounded up to whole\n"
@@ -95,7 +95,7 @@ void bindSpace(py::module& m) {
       .def("cells", &cells,
            "(cells, states) of all free and surface cells: (N, 3) int32 and (N,) uint8. A cell\n"
            "extends from cell to cell + 1, times cell_size_m, in W.");
-  refusePickle(space, "Space", "save() its mapper, and load that in the other process");
+  refusePickle(space, "Space", "save() its mapper, and load the map in the other process");
 }
 
 }  // namespace dtsdf::python

@@ -38,7 +38,7 @@ MapperSession::~MapperSession() {
 }
 
 std::unique_lock<std::mutex> MapperSession::enter() {
-  refuseFork();  // before the lock, which a thread of the parent may have held
+  refuseFork();  // before locking: the parent may have forked with the mutex locked
   return std::unique_lock<std::mutex>(mutex_);
 }
 

@@ -1,4 +1,4 @@
-/// A mapper with its mesh and origin, and the objects that Python gets from it.
+/// A mapper with its mesh and origin, and the objects that it hands to Python.
 #pragma once
 
 #include <cstdint>
@@ -16,14 +16,14 @@
 
 namespace dtsdf::python {
 
-/// Thread safe: calls wait for each other. Call without the GIL. Threads and GPUs do not survive
-/// fork(): in a process that was forked after the first session was created, every call throws
-/// except the destructor, params() and levelPose().
+/// Thread-safe: concurrent calls wait for each other. Call without holding the GIL. Threads and
+/// GPUs do not survive fork(): in a process that was forked after the first session was created,
+/// every call throws except the destructor, params() and levelPose().
 class MapperSession {
  public:
   /// Begins with an empty map. @throws as makeMapper() does.
   explicit MapperSession(const MapperParams& params);
-  /// Continues from contents. @throws as makeMapper() does.
+  /// Continues from the contents of a map. @throws as makeMapper() does.
   MapperSession(const MapperParams& params, const MapContents& contents);
   ~MapperSession();
 

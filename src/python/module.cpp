@@ -10,7 +10,7 @@ namespace py = pybind11;
 
 namespace {
 
-/// The arrays of numpy 2 have another layout in memory.
+/// Arrays of numpy 2 have a different memory layout.
 void checkNumpy() {
 #if PYBIND11_VERSION_HEX < 0x020C0000
   const auto version = py::module::import("numpy").attr("__version__").cast<std::string>();

@@ -12,7 +12,7 @@ void bindSpace(pybind11::module& m);
 void bindMapper(pybind11::module& m);
 void bindRecording(pybind11::module& m);
 
-/// Makes pickle and copy refuse a class, with an error that says what to do instead.
+/// Makes pickling and copying a class fail, with an error that says what to do instead.
 template <class Class>
 void refusePickle(Class& bound, const char* name, const char* instead) {
   const std::string text = std::string("a ") + name + " cannot be pickled or copied: " + instead;

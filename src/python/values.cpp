@@ -16,7 +16,7 @@ std::string describe(const py::array& array) {
          py::str(array.attr("shape")).cast<std::string>();
 }
 
-/// Checks that rows are in order and pixels adjacent.
+/// Checks that rows are in order and pixels are adjacent in memory.
 void checkLayout(const py::array& image, const std::string& name) {
   const py::ssize_t pixel =
       image.ndim() == 3 ? image.shape(2) * image.itemsize() : image.itemsize();
@@ -26,7 +26,7 @@ void checkLayout(const py::array& image, const std::string& name) {
   const bool is_aligned = image.attr("flags").attr("aligned").cast<bool>();
   if (image.size() > 0 && (!is_dense || !is_aligned)) {
     throw py::value_error(name +
-                          " must have adjacent pixels and rows in order in memory; "
+                          " must have its rows in order and its pixels adjacent in memory; "
                           "pass numpy.ascontiguousarray(" +
                           name + ")");
   }
@@ -36,7 +36,7 @@ void checkLayout(const py::array& image, const std::string& name) {
 template <class Frame>
 Frame frameOf(const py::array& image, py::ssize_t pixel_bytes, const std::string& name) {
   if (py::hasattr(image, "mask")) {
-    throw py::type_error(name + " is a masked array: pass its filled(0)");
+    throw py::type_error(name + " is a masked array; pass its filled(0) instead");
   }
   checkLayout(image, name);
   Frame frame;

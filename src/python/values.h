@@ -21,14 +21,14 @@ namespace dtsdf::python {
 
 namespace py = pybind11;
 
-/// Does work without the GIL.
+/// Runs `work` without holding the GIL.
 template <class Work>
 auto withoutGil(const Work& work) {
   const py::gil_scoped_release release;
   return work();
 }
 
-/// A read-only array in the memory of `owner`, which it keeps alive.
+/// A read-only array that uses the memory of `owner` and keeps it alive.
 template <class T>
 py::array viewOf(const T* data, std::vector<py::ssize_t> shape, py::handle owner,
                  std::vector<py::ssize_t> strides = {}) {
@@ -37,7 +37,8 @@ py::array viewOf(const T* data, std::vector<py::ssize_t> shape, py::handle owner
   return view;
 }
 
-/// Moves a vector into an array, without copying. @tparam T Type in the array, if different.
+/// Moves a vector into an array, without copying. @tparam T Type of the array's elements, if
+/// different.
 template <class T = void, class Value>
 py::array takeOver(std::vector<Value>&& values, std::vector<py::ssize_t> shape) {
   using Number = std::conditional_t<std::is_void_v<T>, Value, T>;
@@ -50,15 +51,16 @@ py::array takeOver(std::vector<Value>&& values, std::vector<py::ssize_t> shape) 
 /// The text of a path, from str, bytes or os.PathLike. @throws py::type_error for other types.
 std::string pathOf(const py::object& path);
 
-/// A depth image without camera and pose, in the memory of the array. `unit_m` 0: 0.001 for uint16,
-/// 1 for float32. @throws py::value_error, py::type_error if it is not a depth image.
+/// A depth image without camera and pose, which uses the memory of the array. `unit_m` is 0.001 for
+/// uint16 and 1 for float32 if given as 0. @throws py::value_error, py::type_error if it is not a
+/// depth image.
 DepthFrame depthImageOf(const py::array& depth, double unit_m);
 
-/// The names of ColourEncoding's values, in their order.
+/// The names of the ColourEncoding values, in the same order.
 constexpr const char* kEncodings[] = {"rgb8", "bgr8", "rgba8", "bgra8", "mono8"};
 
-/// A colour image without camera and pose, in the memory of the array: (H, W, 3), (H, W, 4) or
-/// (H, W). `encoding` empty: by shape. @throws as depthImageOf()
+/// A colour image without camera and pose, which uses the memory of the array: (H, W, 3), (H, W, 4)
+/// or (H, W). If `encoding` is empty, it is chosen by shape. @throws as depthImageOf()
 ColourFrame colourImageOf(const py::array& colour, const std::string& encoding);
 
 /// Matrices in numpy's layout.

@@ -1,7 +1,7 @@
 # The ROS side of the build: dependencies, messages and the exported package. Included by the
 # top-level CMakeLists.txt, because catkin looks for msg/, srv/ and package.xml in the same folder.
 
-# catkin needs a Python with catkin_pkg. A Python of conda or pyenv, which may come first on PATH,
+# catkin needs a Python with catkin_pkg. A Python from conda or pyenv, which may come first on PATH,
 # often lacks it.
 if(NOT PYTHON_EXECUTABLE)
   execute_process(COMMAND python3 -c "import catkin_pkg" RESULT_VARIABLE catkin_pkg_missing
@@ -68,7 +68,7 @@ catkin_package(
   DEPENDS EIGEN3
   CFG_EXTRAS dtsdf_mapping-extras.cmake)
 
-# Limits catkin's definitions and include folders to the folders that use ROS. Everything else
+# Limits catkin's definitions and include directories to the folders that use ROS. Everything else
 # compiles as it does without ROS, so ccache can share it between the builds of scripts/test.
 get_directory_property(DTSDF_ROS_DEFINITIONS COMPILE_DEFINITIONS)
 get_directory_property(DTSDF_ROS_INCLUDES INCLUDE_DIRECTORIES)

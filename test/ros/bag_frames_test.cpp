@@ -421,7 +421,7 @@ TEST_F(InertialBag, GivesTheUpDirection) {
 
 TEST_F(InertialBag, FailsWithoutAnImu) {
   writeTransform();
-  EXPECT_TRUE(errorHas("no topic with messages of an IMU"));
+  EXPECT_TRUE(errorHas("no topic with IMU messages"));
 }
 
 TEST_F(InertialBag, FailsIfNeverAtRest) {

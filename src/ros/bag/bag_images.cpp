@@ -56,8 +56,8 @@ std::string topicsOf(const rosbag::Bag& bag) {
   return "; its topics are " + joined({topics.begin(), topics.end()});
 }
 
-/// @throws std::runtime_error if the topic has no messages. Its text lists the bag's topics and
-/// ends with `help`.
+/// @throws std::runtime_error if the topic has no messages. The error text lists the bag's topics
+/// and ends with `help`.
 void requireMessages(const rosbag::Bag& bag, const std::string& topic,
                      const std::string& help = "") {
   if (hasMessages(bag, topic)) return;
@@ -90,7 +90,7 @@ std::string onlyOneOf(const std::set<std::string>& topics, const rosbag::Bag& ba
                            topicsOf(bag) + "; choose one with " + option);
 }
 
-/// Calls `read`, and turns exceptions of rosbag into std::runtime_error.
+/// Calls `read`, and turns exceptions from rosbag into std::runtime_error.
 template <class Read>
 auto readingBag(const std::string& path, const Read& read) {
   try {
@@ -106,7 +106,7 @@ class BagPoses {
  public:
   /// @throws std::runtime_error if the trajectory cannot be read.
   BagPoses(const rosbag::Bag& bag, const BagOptions& options) : options_(options) {
-    ros::Time::init();  // the log needs the time
+    ros::Time::init();  // needed by the ROS log
     for (std::string* frame : {&options_.map_frame, &options_.input.camera_frame}) {
       *frame = stripLeadingSlash(*frame);
     }
@@ -167,7 +167,8 @@ class BagPoses {
   std::optional<Trajectory> trajectory_;  ///< If set, replaces the transforms.
 };
 
-/// Null if the message is not an image, or is damaged; if damaged, sets `problem`.
+/// The image in a message; null if the message is not an image or is damaged. If it is damaged,
+/// sets `problem`.
 sensor_msgs::ImageConstPtr imageOf(const ImageKind& kind, const rosbag::MessageInstance& message,
                                    std::string& problem) {
   const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
@@ -188,8 +189,8 @@ std_msgs::Header headerOf(const rosbag::MessageInstance& message) {
   return compressed ? compressed->header : std_msgs::Header();
 }
 
-/// The topic `named`, raw or compressed; if none is named, the only topic with images of the kind
-/// or, for depth, with organised clouds. Colour: empty if there are none or several.
+/// The topic `named`, raw or compressed. If `named` is empty, the only topic with images of this
+/// kind or, for depth, with organised clouds; for colour, empty if there are none or several.
 /// @throws std::runtime_error if `named` has no messages, or if there are no depth topics or
 /// several.
 std::string topicOf(const ImageKind& kind, const rosbag::Bag& bag, const std::string& named) {
@@ -223,7 +224,7 @@ std::string topicOf(const ImageKind& kind, const rosbag::Bag& bag, const std::st
   return "";
 }
 
-/// Images of one kind from a bag: depth in the order of recording, colour in the order of stamps.
+/// Images of one kind from a bag: depth in recording order, colour in the order of stamps.
 template <class Frame>
 class BagImages : public ImageSource<Frame> {
  public:
@@ -286,7 +287,7 @@ class BagImages : public ImageSource<Frame> {
   static constexpr bool kIsColour = std::is_same_v<Frame, SourceColour>;
   static constexpr const ImageKind& kKind = kIsColour ? kColourImages : kDepthImages;
 
-  /// Adapts the options to colour images, which use the frame of their own header. With
+  /// Adapts the options to colour images, which use the frame in their own header. With
   /// first_pose_only, the depth camera's frame replaces the map frame: camera_frame, or the frame
   /// of the first depth image.
   void chooseForColour() {
@@ -448,8 +449,7 @@ std::string chooseTopic(const rosbag::Bag& bag, const BagOptions& options) {
     return options.imu_topic;
   }
   return onlyOneOf(findImageTopics(bag, isInertial), bag,
-                   "messages of an IMU (sensor_msgs/Imu), which map/level: imu needs",
-                   "--imu-topic");
+                   "IMU messages (sensor_msgs/Imu), which map/level: imu needs", "--imu-topic");
 }
 
 Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {
@@ -468,7 +468,7 @@ Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {
     if (const auto T_M_I = poses.of(imu->header).T_W_C) return T_M_I->linear() * *up_I;
   }
   throw std::runtime_error(
-      "map/level is imu, but '" + printable(topic) + "' of '" + options.path + "' " +
+      "map/level is imu, but '" + printable(topic) + "' in '" + options.path + "' " +
       (was_still ? "has no transform to '" + printable(options.map_frame) + "' while at rest"
                  : std::string("is never at rest (9.8 m/s^2) for a second")) +
       "; set map/level to floor or none");

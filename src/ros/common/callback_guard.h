@@ -1,4 +1,4 @@
-/// Catches exceptions in ROS callbacks: an exception that escapes ends every nodelet of the
+/// Catches exceptions in ROS callbacks: an exception that escapes terminates every nodelet in the
 /// process.
 #pragma once
 
@@ -10,7 +10,8 @@
 
 namespace dtsdf {
 
-/// Runs `body` and logs its exception with the callback's name. @return true if nothing was thrown.
+/// Runs `body`. If it throws, logs the exception with the callback's name. @return true if nothing
+/// was thrown.
 template <class Body>
 bool guarded(const char* callback, Body&& body) noexcept {
   try {

@@ -15,8 +15,8 @@
 namespace dtsdf {
 namespace {
 
-/// Whether image_transport, its plugins, diagnostic_updater or a standalone nodelet manager reads
-/// the key.
+/// Whether the key is read by image_transport, its plugins, diagnostic_updater or a standalone
+/// nodelet manager.
 bool belongsToRos(const std::string& key) {
   const std::string name = key.substr(0, key.find('/'));
   for (const char* of_ros : {"image_transport", "color_image_transport", "diagnostic_period",
@@ -85,7 +85,7 @@ int runNode(int argc, char** argv, const std::string& node_name, const std::stri
   try {
     ros::init(argc, argv, node_name);
   } catch (const ros::Exception& error) {
-    std::fprintf(stderr, "%s: error: %s; arguments are TOPIC:=OTHER_TOPIC or _SETTING:=VALUE\n",
+    std::fprintf(stderr, "%s: error: %s; arguments must be TOPIC:=OTHER_TOPIC or _SETTING:=VALUE\n",
                  node_name.c_str(), errorText(error).c_str());
     return 2;
   }

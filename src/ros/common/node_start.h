@@ -1,4 +1,4 @@
-/// Starts a node: help, settings from the parameter server, errors.
+/// Starts a node: prints help, reads settings from the parameter server and reports errors.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -33,7 +33,7 @@ ParamTree readParamServer(const ros::NodeHandle& private_nh,
 inline std::string startErrorText(const std::exception& error) {
   if (dynamic_cast<const ParamError*>(&error) == nullptr) return errorText(error);
   return error.what() +
-         std::string("\n  (ROS keeps settings of earlier runs; rosparam delete removes them)");
+         std::string("\n  (ROS keeps settings from earlier runs; rosparam delete removes them)");
 }
 
 }  // namespace dtsdf

@@ -71,8 +71,8 @@ class Pace {
   void beginInStep(SteadyTime now) {
     next_ = now - next_ < period_ ? next_ + period_ : now + period_;
   }
-  /// Call this after work that began at `begun`: the next start waits at least `rests` times as
-  /// long as the work took.
+  /// Call this after work that began at `begun`. The next start is delayed by at least `rests`
+  /// times the duration of the work.
   void end(SteadyTime begun, int rests = 1) {
     const SteadyTime now = std::chrono::steady_clock::now();
     begin(begun);

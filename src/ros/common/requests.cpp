@@ -21,7 +21,7 @@ Eigen::Quaterniond readOrientation(const geometry_msgs::Quaternion& q) {
   if (!(std::abs(length - 1.0) < kTolerance)) {
     throw std::runtime_error(
         "the orientation is not a quaternion of length 1; leave it out for a "
-        "pose along the frame's axes");
+        "pose aligned with the frame's axes");
   }
   return orientation.normalized();
 }
@@ -49,7 +49,7 @@ Region readRegion(const dtsdf_mapping::Box& box_message, const dtsdf_mapping::Sp
   const std::optional<BoxRegion> box = readBox(box_message, T_W_F);
   const bool has_sphere = sphere.radius != 0.0;
   if (box && !has_sphere) return *box;
-  if (box) throw std::runtime_error("both a box and a sphere are given; give one of them");
+  if (box) throw std::runtime_error("both a box and a sphere are given; give only one of them");
   if (!has_sphere) {
     throw std::runtime_error(
         "neither a box nor a sphere is given; give box.size, or sphere.radius, in metres");

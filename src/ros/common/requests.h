@@ -14,11 +14,11 @@
 
 namespace dtsdf {
 
-/// An orientation of zeros is the identity.
+/// Reads a pose. An orientation of zeros means the identity.
 /// @throws std::runtime_error if the orientation is not a rotation or the position is not finite.
 Eigen::Isometry3d readPose(const geometry_msgs::Pose& pose);
 
-/// Converts a box from frame F to the map's frame; nothing if its size is zero.
+/// Converts a box from frame F to the map's frame; none if its size is zero.
 /// @throws std::runtime_error if the box is invalid.
 std::optional<BoxRegion> readBox(const dtsdf_mapping::Box& box, const Eigen::Isometry3d& T_W_F);
 
@@ -28,14 +28,14 @@ Region readRegion(const dtsdf_mapping::Box& box, const dtsdf_mapping::Sphere& sp
                   const Eigen::Isometry3d& T_W_F);
 
 /// Replaces "~" at the start of a path with the home folder.
-/// @throws std::runtime_error if HOME is not set; its text names the setting, `name`.
+/// @throws std::runtime_error if HOME is not set; the error text names the setting `name`.
 std::string expandHome(const std::string& path, const std::string& name);
 
 /// The absolute path of a file under `output_directory`; both may start with "~/". `extensions`
 /// lists the allowed extensions in lower case, such as {".ply", ".obj"}; the name may have them in
-/// upper case. If `is_read`, the file may lie anywhere.
-/// @throws std::runtime_error if the name is empty, has control characters or another extension, or
-/// if the file lies outside the directory, even through a symbolic link.
+/// upper case. If `is_read`, the file may be anywhere.
+/// @throws std::runtime_error if the name is empty, has control characters or an extension that is
+/// not allowed, or if the file lies outside the directory, even through a symbolic link.
 std::string resolveOutputPath(const std::string& output_directory, const std::string& file_name,
                               const std::vector<std::string>& extensions, bool is_read = false);
 

@@ -19,8 +19,8 @@ using ServiceWork =
     std::function<void(const typename Service::Request&, typename Service::Response&)>;
 
 /// Advertises a service. `work` fills the response except `success`; its `message` says what was
-/// done. If `work` throws, the response holds only the error text. Both texts are logged, unless
-/// the message is empty; failures at most every five seconds.
+/// done. If `work` throws, the response holds only the error text. Error texts, and messages that
+/// are not empty, are logged; errors at most every five seconds.
 template <class Service>
 ros::ServiceServer serve(ros::NodeHandle nh, const std::string& name, ServiceWork<Service> work) {
   using Request = typename Service::Request;
@@ -37,7 +37,7 @@ ros::ServiceServer serve(ros::NodeHandle nh, const std::string& name, ServiceWor
           return true;
         } catch (const std::exception& error) {
           problem = errorText(error);
-        } catch (...) {  // if it escaped the callback, it would end every nodelet
+        } catch (...) {  // escaping would terminate every nodelet
         }
         response = Response();
         response.message = problem;

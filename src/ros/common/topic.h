@@ -14,7 +14,7 @@
 
 namespace dtsdf {
 
-/// Thread safe once advertised, except that only one thread may call publish().
+/// Thread-safe once advertised, except that only one thread may call publish().
 class Topic {
  public:
   /// Publishes to a subscriber that has just connected.
@@ -31,7 +31,7 @@ class Topic {
   }
 
   bool hasSubscribers() const { return publisher_.getNumSubscribers() > 0; }
-  /// Whether somebody has connected since the last call.
+  /// Whether a subscriber has connected since the last call.
   bool takeNewSubscriber() { return has_new_subscriber_.exchange(false); }
 
   template <class Message>

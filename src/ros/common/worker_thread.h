@@ -39,7 +39,7 @@ class WorkerThread {
     return nh;
   }
 
-  /// Starts to serve the queue and to repeat the step, which must not throw. Use several threads if
+  /// Starts serving the queue and repeating the step, which must not throw. Use several threads if
   /// tasks may block.
   void start(ThreadStep step, int threads = 1) {
     step_ = std::move(step);
@@ -51,7 +51,7 @@ class WorkerThread {
     run([] {});
   }
 
-  /// Runs `task` on a thread between two steps. The future gets its result or exception.
+  /// Runs `task` on a thread between two steps. The future receives the task's result or exception.
   template <class Task>
   auto run(Task task) -> std::future<decltype(task())> {
     using Result = decltype(task());
@@ -69,7 +69,8 @@ class WorkerThread {
     return result;
   }
 
-  /// Waits for the running call. Queued tasks fail with std::future_error; callbacks are dropped.
+  /// Stops the threads, after waiting for the calls in progress. Queued tasks fail with
+  /// std::future_error; callbacks are dropped.
   void stop() {
     is_stopping_ = true;
     queue_.disable();

@@ -58,7 +58,7 @@ std::optional<Rejection> checkRows(const sensor_msgs::PointCloud2& cloud) {
   if (cloud.height <= 1) {
     return Rejection{
         drop::kUnorganised,
-        formatted("the cloud is not organised (%u x %u), so its points belong to no pixels; make "
+        formatted("the cloud is not organised (%u x %u), so its points match no pixels; make "
                   "the driver publish depth images, or organised clouds, with one point per pixel",
                   cloud.width, cloud.height)};
   }
@@ -75,8 +75,8 @@ std::optional<Rejection> checkRows(const sensor_msgs::PointCloud2& cloud) {
 /// Sums of outer products of (1, slope of the ray, pixel coordinate), for u and for v.
 using Sums = std::array<Eigen::Matrix3d, 2>;
 
-/// Fits the line from slopes of rays to pixel coordinates. @return focal length, centre, variance
-/// of the coordinates, residual variance.
+/// Fits a line that maps the slopes of rays to pixel coordinates. @return focal length, centre,
+/// variance of the coordinates, residual variance.
 std::array<double, 4> fitLine(const Eigen::Matrix3d& sums) {
   const Eigen::Vector3d mean = sums.col(0) / sums(0, 0);
   const Eigen::Matrix3d covariance = sums / sums(0, 0) - mean * mean.transpose();
@@ -127,7 +127,7 @@ std::variant<CameraImage, Rejection> CloudImages::convert(const sensor_msgs::Poi
   const auto [fx, cx, variance_u, rest_u] = fitLine(sums[0]);
   const auto [fy, cy, variance_v, rest_v] = fitLine(sums[1]);
   // Whether the measured pixels are spread widely enough. If all are measured, the standard
-  // deviation of u is 0.29 of the width.
+  // deviation of u is 0.29 times the width.
   constexpr double kMinPoints = 100.0, kMinShare = 0.05;
   const bool is_wide = sums[0](0, 0) >= kMinPoints &&
                        std::sqrt(variance_u) >= kMinShare * cloud.width &&

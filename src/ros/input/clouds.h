@@ -12,17 +12,18 @@
 
 namespace dtsdf {
 
-/// The value of image_transport that selects clouds.
+/// The value of the parameter image_transport that selects clouds.
 constexpr char kCloudTransport[] = "cloud";
 
 /// Converts the clouds of one topic to 32FC1 depth images. Fits a pinhole camera to the first cloud
-/// with enough points, and again if the size of the clouds changes. Not thread safe.
+/// with enough points, and again if the size of the clouds changes. Not thread-safe.
 class CloudImages {
  public:
   explicit CloudImages(std::string topic) : topic_(std::move(topic)) {}
 
-  /// The depth image, with the fitted camera unless `has_info`; or what is wrong with the cloud.
-  /// `max_bytes` is the size of the queue, as in checkArrival().
+  /// Returns the depth image or what is wrong with the cloud. The image comes with the fitted
+  /// camera, unless `has_info`: there is a camera_info. `max_bytes` is the size of the queue, as in
+  /// checkArrival().
   std::variant<CameraImage, Rejection> convert(const sensor_msgs::PointCloud2& cloud, bool has_info,
                                                size_t max_bytes);
 

@@ -27,7 +27,7 @@ inline ros::Time toTime(double stamp_s) {
                                 : ros::Time();
 }
 
-/// Largest length of a frame's name, in bytes, so that a few names cannot fill the memory.
+/// Maximum length of a frame's name, in bytes, so that a few names cannot fill the memory.
 constexpr size_t kLongestName = 200;
 
 /// Lists up to ten names: "'a', 'b'", or "'a', 'b' and more".
@@ -84,8 +84,8 @@ inline geometry_msgs::TransformStamped makeTransform(const std::string& parent,
   return transform;
 }
 
-/// None if the message has no acceleration or no stamp. In sensor_msgs/Imu, -1 as the first element
-/// of a covariance marks a quantity that is not measured.
+/// The sample in a message; none if the message has no acceleration or no stamp. In
+/// sensor_msgs/Imu, -1 as the first element of a covariance marks a quantity that is not measured.
 inline std::optional<InertialSample> sampleOf(const sensor_msgs::Imu& imu) {
   if (imu.linear_acceleration_covariance[0] == -1.0 || imu.header.stamp.isZero()) {
     return std::nullopt;

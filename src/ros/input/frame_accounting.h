@@ -1,4 +1,4 @@
-/// Counts fused frames, and dropped frames by reason, and warns of drops.
+/// Counts fused frames, and dropped frames by reason, and warns about drops.
 #pragma once
 
 #include <dtsdf_mapping/StreamStatus.h>
@@ -24,7 +24,7 @@ namespace dtsdf {
 
 struct DropReason {
   const char* name;         ///< Name in the status.
-  bool is_fault = true;     ///< Whether such drops are a problem; drops in a pause are not.
+  bool is_fault = true;     ///< Whether such drops are a problem; drops during a pause are not.
   const char* remedy = "";  ///< What to do; empty: see the text of the last drop.
 
   bool operator==(const DropReason& other) const { return name == std::string_view(other.name); }
@@ -40,7 +40,7 @@ inline constexpr DropReason kNoMask{"no_mask"};
 inline constexpr DropReason kBadEncoding{"bad_encoding"};
 /// More pixels than the map accepts, or more bytes than the queue holds.
 inline constexpr DropReason kTooLarge{"too_large", true, "lower the camera's resolution"};
-/// A cloud with a single row, whose points belong to no pixels.
+/// A cloud with a single row, whose points do not belong to pixels.
 inline constexpr DropReason kUnorganised{"unorganised"};
 /// No pixels, data that do not fit the size, or data that cannot be decoded.
 inline constexpr DropReason kBadImage{"bad_image"};
@@ -54,7 +54,7 @@ inline constexpr DropReason kNoStamp{"no_stamp"};
 inline constexpr DropReason kBadStamp{"bad_stamp"};
 /// Same stamp as the previous image, so one of the two would get a wrong pose.
 inline constexpr DropReason kRepeatedStamp{"repeated_stamp"};
-/// Name of frame or encoding longer than kLongestName.
+/// Name of a frame or an encoding longer than kLongestName.
 inline constexpr DropReason kLongName{"long_name"};
 /// No transform within the timeout, or no frame_id to look up.
 inline constexpr DropReason kNoTransform{
@@ -64,7 +64,7 @@ inline constexpr DropReason kBeforeTransforms{"before_transforms", false};
 /// The oldest waiting frame, dropped to make room or to shorten a backlog.
 inline constexpr DropReason kQueueFull{
     "queue_full", true, "use larger voxels (map/voxel_size_m), a GPU, or fewer frames"};
-/// With several cameras, older than a depth frame that the map has already taken.
+/// With several cameras: older than a depth frame that was already passed to the map.
 inline constexpr DropReason kOutOfOrder{"out_of_order", true, "raise input/merge_wait_s"};
 /// Waiting in the queue when stamps jumped back.
 inline constexpr DropReason kTimeJump{"time_jump", false};
@@ -113,7 +113,7 @@ struct Rejection {
   std::string text;
 };
 
-/// The status of one kind of image of one camera, and further facts for InputStatus.
+/// The status of one kind of image from one camera, and more details for InputStatus.
 struct StreamReport : dtsdf_mapping::StreamStatus {
   StreamReport() { received_age_s = camera_info_age_s = fused_age_s = -1.0f; }
 
@@ -133,10 +133,10 @@ struct StreamReport : dtsdf_mapping::StreamStatus {
   std::string warning;  ///< What is wrong with the images, even if they are fused.
 };
 
-/// Thread safe: the threads of the input, the map and the status use it.
+/// Thread-safe: used by the threads of the input, the map and the status.
 class FrameAccounting {
  public:
-  /// `name` begins the warnings, unless it is empty.
+  /// Warnings begin with `name`, unless it is empty.
   explicit FrameAccounting(std::string name = "",
                            SteadyClock clock = std::chrono::steady_clock::now)
       : name_(std::move(name)), clock_(std::move(clock)) {}
@@ -176,7 +176,7 @@ class FrameAccounting {
     }
   }
 
-  /// The counts, including the frames that wait: received, but neither fused nor dropped yet.
+  /// The counts, including waiting frames, which were received but neither fused nor dropped yet.
   StreamReport counts() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     StreamReport counts = counts_;

@@ -121,9 +121,10 @@ TEST_F(InputStatusTest, ReportsWhatIsMissingStepByStep) {
   drop(drop::kMisfit, 2);
   expect(MapStatus::OK, MapStatus::MAPPING, "mapping");
   fuse(88);
-  expect(MapStatus::WARN, MapStatus::SOME_DROPPED,
-         "3 % of the latest depth images were dropped, most as misfit: check the pose estimate, or "
-         "raise poses/sigma_m and poses/sigma_rad");
+  expect(
+      MapStatus::WARN, MapStatus::SOME_DROPPED,
+      "3 % of the latest depth images were dropped, mostly as misfit: check the pose estimate, or "
+      "raise poses/sigma_m and poses/sigma_rad");
   depth().warning = "'camera' is not an optical frame";
   expect(MapStatus::WARN, MapStatus::DOUBTFUL_INPUT, "'camera' is not an optical frame");
   restarts_ = 1;
@@ -132,8 +133,8 @@ TEST_F(InputStatusTest, ReportsWhatIsMissingStepByStep) {
   expect(
       MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
       "images found no pose although transforms are received: all transforms were discarded, and "
-      "new ones are collected; look for a publisher with a wrong clock, or two publishers of one "
-      "frame");
+      "new ones are collected; look for a publisher with a wrong clock, or two publishers of the "
+      "same frame");
   expect(MapStatus::OK, MapStatus::MAPPING, "mapping");
   paused_ = true;
   drop(drop::kPaused, 100);
@@ -159,7 +160,7 @@ TEST_F(InputStatusTest, UnexpectedDropsAreReportedForAWhile) {
   EXPECT_EQ(statusAfter(300, drop::kBeforeTransforms, 40), MapStatus::MAPPING);
   EXPECT_EQ(statusAfter(300, drop::kQueueFull, 3), MapStatus::MAPPING);
   EXPECT_EQ(statusAfter(237, drop::kQueueFull, 63), MapStatus::SOME_DROPPED);
-  EXPECT_NE(status_.message.find("most as queue_full: use larger voxels"), std::string::npos);
+  EXPECT_NE(status_.message.find("mostly as queue_full: use larger voxels"), std::string::npos);
   EXPECT_EQ(statusAfter(20, drop::kQueueFull, 80), MapStatus::SOME_DROPPED);
   EXPECT_EQ(statusAfter(300, drop::kPaused, 100), MapStatus::SOME_DROPPED)
       << "the drops are recent";

@@ -68,7 +68,7 @@ std::optional<Rejection> checkRows(const sensor_msgs::PointCloud2& cloud) {
     return std::nullopt;
   }
   return Rejection{drop::kBadImage,
-                   formatted("rows of %u bytes, %zu bytes in all, do not fit a cloud of %u x %u",
+                   formatted("rows of %u bytes, %zu bytes in total, do not fit a cloud of %u x %u",
                              cloud.row_step, cloud.data.size(), cloud.width, cloud.height)};
 }
 

@@ -40,7 +40,7 @@ struct PosedFrame {
   Eigen::Isometry3d given_T_W_C = Eigen::Isometry3d::Identity();
   std::string frame_id;                   ///< Frame of its camera.
   size_t camera = 0;                      ///< Index of the camera.
-  FrameAccounting* accounting = nullptr;  ///< Counts of its stream.
+  FrameAccounting* accounting = nullptr;  ///< Counts for its stream.
 
   const Eigen::Isometry3d& T_W_C() const {
     return std::visit([](const auto& of) -> const Eigen::Isometry3d& { return of.T_W_C; }, image);
@@ -51,21 +51,21 @@ struct PosedFrame {
   }
 };
 
-/// A stream is the depth or the colour of a camera. Frames of all streams are ordered by stamp,
-/// then depth before colour, then by name. A frame is incomplete until it has all messages of its
-/// stamp, then whole until it has a pose, then posed until its turn. Its turn comes when no other
-/// stream can bring an earlier frame, or after `merge_wait_s`.
+/// A stream consists of the depth or the colour images of one camera. Frames of all streams are
+/// ordered by stamp, then depth before colour, then by name. A frame is incomplete until all
+/// messages with its stamp have arrived, then whole until its pose is known, then posed until its
+/// turn. Its turn comes when no other stream can deliver an earlier frame, or after `merge_wait_s`.
 ///
 /// A limit in bytes applies to all streams together. Beyond it, the oldest frame of a random stream
 /// is dropped; streams with many frames are chosen more often. Every image is either dropped with a
-/// reason or returned by take(). Thread safe once all streams are added.
+/// reason or returned by take(). Thread-safe once all streams have been added.
 class FrameQueue {
  public:
   using Stream = size_t;
 
-  /// @param max_images Limit of waiting images of one stream.
-  /// @param max_bytes Limit of waiting bytes of all streams.
-  /// @param merge_wait_s How long a frame waits for earlier frames of other streams.
+  /// @param max_images Maximum number of waiting images per stream.
+  /// @param max_bytes Maximum number of waiting bytes in all streams together.
+  /// @param merge_wait_s How long a frame waits for earlier frames from other streams.
   /// @param on_ready Called by poseFirst() when there may be a frame to take.
   FrameQueue(size_t max_images, size_t max_bytes, double merge_wait_s,
              std::function<void()> on_ready, SteadyClock clock = waitingTime)
@@ -76,10 +76,10 @@ class FrameQueue {
         clock_(std::move(clock)) {}
 
   /// @param name Orders frames with the same stamp.
-  /// @param is_colour Other streams wait for colour only once it has had a posed frame, since
-  /// it may never come. Late colour is accepted.
-  /// @param no_info Text for an image without camera_info.
-  /// @param no_mask Text for an image without its mask; none: there are no masks.
+  /// @param is_colour Other streams wait for a colour stream only after its first posed frame,
+  /// since colour may never arrive. Late colour is accepted.
+  /// @param no_info Text for an image that has no camera_info.
+  /// @param no_mask Text for an image that has no mask; none if masks are not used.
   /// @param accounting Must outlive the queue.
   Stream addStream(std::string name, bool is_colour, std::string no_info,
                    std::optional<std::string> no_mask, FrameAccounting& accounting) {
@@ -90,8 +90,8 @@ class FrameQueue {
   }
 
   /// On the input thread: adds one message, or an image with a camera_info of any stamp. Messages
-  /// of one stamp form a frame, whatever their order. Once a frame is whole, incomplete frames of
-  /// its stream with earlier stamps that arrived before it are dropped.
+  /// with the same stamp form a frame, whatever their order. Once a frame is whole, incomplete
+  /// frames of its stream that arrived before it and have earlier stamps are dropped.
   void add(Stream stream, const CameraImage& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
     StreamState& state = streams_[stream];
@@ -102,7 +102,8 @@ class FrameQueue {
       return;
     }
     auto place = find(stream, State::kIncomplete, stamp);
-    if (place != entries_.end() && image && place->messages.image) {  // two images with one stamp
+    if (place != entries_.end() && image &&
+        place->messages.image) {  // two images with the same stamp
       dropIncomplete(place);
       place = entries_.end();
     }
@@ -128,11 +129,11 @@ class FrameQueue {
 
   /// What happens to a frame: it waits (the text says for what), is dropped, or gets its pose.
   using Decision = std::variant<std::string, Rejection, PosedFrame>;
-  /// Decides on a whole frame. `since` is when it became whole. `is_checked` is false at first; its
-  /// value is kept for the next call.
+  /// Decides on a whole frame. `since` is when it became whole. `is_checked` is false on the first
+  /// call; its value is kept for the next one.
   using Decide =
       std::function<Decision(const CameraImage& messages, SteadyTime since, bool& is_checked)>;
-  /// Calls `decide`, without the lock, for the first whole frame of a stream.
+  /// Calls `decide`, without holding the mutex, for the first whole frame of a stream.
   /// @return false if there is none, or it has to wait.
   bool poseFirst(Stream stream, const Decide& decide) {
     std::unique_lock<std::mutex> lock(mutex_);
@@ -158,7 +159,8 @@ class FrameQueue {
     return true;
   }
 
-  /// Starts a stream over after its stamps have jumped back to `stamp`: drops its later frames.
+  /// Starts a stream over after its stamps have jumped back to `stamp`: drops its frames with later
+  /// stamps.
   void restart(Stream stream, const ros::Time& stamp) {
     const std::lock_guard<std::mutex> lock(mutex_);
     StreamState& state = streams_[stream];
@@ -169,7 +171,7 @@ class FrameQueue {
             [&](const Entry& entry) { return entry.stream == stream && entry.stamp > stamp; });
   }
 
-  /// On the map thread: the first posed frame, if its turn has come.
+  /// On the map thread: takes the first posed frame, if its turn has come.
   std::optional<PosedFrame> take() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (timeToTurn() > SteadyDuration::zero()) return std::nullopt;
@@ -183,7 +185,8 @@ class FrameQueue {
   }
 
   bool hasTurn() const { return idleTime() == SteadyDuration::zero(); }
-  /// Time until the next frame's turn if no message arrives; the maximum if no frame has a pose.
+  /// Time until the next frame's turn if no message arrives; the maximum duration if no frame has a
+  /// pose.
   SteadyDuration idleTime() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return timeToTurn();
@@ -212,8 +215,8 @@ class FrameQueue {
   }
 
   size_t maxBytes() const { return max_bytes_; }
-  /// What the stream's first frame waits for, as text; empty if only for its turn, or if there is
-  /// none.
+  /// What the stream's first frame is waiting for; empty if only for its turn, or if there is no
+  /// frame.
   std::string waitingFor(Stream stream) const {
     const std::lock_guard<std::mutex> lock(mutex_);
     const StreamState& state = streams_[stream];
@@ -229,8 +232,8 @@ class FrameQueue {
   }
 
  private:
-  /// Limit of a stream's messages that wait for their image, which may be late on its own
-  /// connection.
+  /// Maximum number of a stream's messages that wait for their image, which may be late, since it
+  /// has its own connection.
   static constexpr size_t kMaxWithoutImage = 50;
   /// A backlog of up to this many frames is never shortened, so that the map does not run out of
   /// frames.
@@ -243,7 +246,7 @@ class FrameQueue {
     uint64_t number;  ///< Order of arrival.
     State state = State::kIncomplete;
     CameraImage messages = {};  ///< Empty once the frame has its pose.
-    SteadyTime since = {};      ///< When it entered its state.
+    SteadyTime since = {};      ///< When it entered its current state.
     bool is_checked = false;    ///< See Decide.
     PosedFrame posed = {};
 
@@ -261,8 +264,8 @@ class FrameQueue {
     std::string waiting_for = {};
     size_t taken = 0;
     size_t seen_waiting = 0, seen_taken = 0;  ///< Backlog and `taken` at the last check.
-    int behind = 0;              ///< Checks in a row in which the backlog had not shrunk.
-    bool is_overloaded = false;  ///< Whether frames are dropped until none waits.
+    int behind = 0;              ///< Consecutive checks at which the backlog had not shrunk.
+    bool is_overloaded = false;  ///< Whether frames are dropped until none is waiting.
 
     bool mustWaitFor() const { return !is_colour || has_posed_frame; }
   };
@@ -279,7 +282,7 @@ class FrameQueue {
         findFirst([&](const Entry& entry) { return orderKey(added) < orderKey(entry); }), added);
   }
 
-  /// The stream's first entry in this state; with this stamp, if one is given.
+  /// The stream's first entry in this state, and with this stamp if one is given.
   Entries::iterator find(Stream stream, State state,
                          std::optional<ros::Time> stamp = std::nullopt) {
     return findFirst([&](const Entry& entry) {
@@ -326,7 +329,8 @@ class FrameQueue {
     entry.since = clock_();
     for (auto it = entries_.begin(); it != place;) {
       const auto before = it++;
-      const bool came_before = before->number < entry.number;  // later ones may still become whole
+      const bool came_before =
+          before->number < entry.number;  // later arrivals may still become whole
       if (before->stream == entry.stream && came_before && before->state == State::kIncomplete) {
         dropIncomplete(before);
       }
@@ -362,8 +366,8 @@ class FrameQueue {
     return std::find_if(entries_.begin(), entries_.end(), wanted);
   }
 
-  /// The wanted entry that arrived first. If the order were by stamp, frames of a camera whose
-  /// clock was ahead would never be dropped.
+  /// The wanted entry that arrived first. If the order were by stamp, frames from a camera whose
+  /// clock is ahead would never be dropped.
   template <class Wanted>
   Entries::iterator findOldest(const Wanted& wanted) {
     auto first = entries_.end();
@@ -420,9 +424,9 @@ class FrameQueue {
   }
 
   /// Shortens a lasting backlog, so that the map stays up to date: drops one frame for each new
-  /// one. A backlog is lasting if two checks in a row show no decrease; the backlog is checked each
-  /// time the map has taken half of `max_images` frames. After a stall, such as saving a map, it
-  /// shrinks before the second check.
+  /// one. A backlog is lasting if two consecutive checks show no decrease; it is checked each time
+  /// the map has taken `max_images` / 2 frames. After a stall, such as saving a map, it shrinks
+  /// before the second check.
   void shorten(Stream stream) {
     StreamState& state = streams_[stream];
     const size_t waiting = countOf([&](const Entry& entry) {
@@ -440,7 +444,7 @@ class FrameQueue {
   }
 
   /// The stream of a random wanted image; `stream` if there are none. The choice is random, because
-  /// one stream could lose all its frames under a fixed rule.
+  /// under a fixed rule, one stream could lose all its frames.
   template <class Wanted>
   Stream streamToDropFrom(Stream stream, const Wanted& wanted) {
     std::vector<Stream> of_images;
@@ -466,7 +470,7 @@ class FrameQueue {
                           : "fusing takes longer than the time between images")});
   }
 
-  /// Whether a stream may still bring an earlier frame.
+  /// Whether a stream may still deliver an earlier frame.
   bool canComeBefore(const ros::Time& stamp) const {
     return std::any_of(streams_.begin(), streams_.end(), [&](const StreamState& stream) {
       return stream.mustWaitFor() && stream.complete_until < stamp;
@@ -505,7 +509,7 @@ class FrameQueue {
   uint64_t arrivals_ = 0;
   std::minstd_rand random_;
   ros::Time last_taken_;
-  std::optional<Rejection> refusal_;  ///< Why frames are refused; none: they are accepted.
+  std::optional<Rejection> refusal_;  ///< Why frames are refused; none if they are accepted.
 };
 
 }  // namespace dtsdf

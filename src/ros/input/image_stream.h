@@ -32,9 +32,9 @@
 
 namespace dtsdf {
 
-/// Subscribes to images, their camera_info and, if set, `mask/image`. Unless camera_info is
-/// remapped, it is the topic next to the (remapped) images. Clouds, and images of the
-/// transports compressed and (depth only) compressedDepth, are decoded here; other images come
+/// Subscribes to images, their camera_info and, if masks are used, `mask/image`. Unless camera_info
+/// is remapped, its topic is in the namespace of the (remapped) images. Clouds, and images sent by
+/// the transports compressed and (depth only) compressedDepth, are decoded here; other images come
 /// through image_transport. Used on the input thread only, except report().
 class ImageStream {
  public:
@@ -70,7 +70,7 @@ class ImageStream {
         cloud_images_(image_topic_),
         transport_(nh) {}
 
-  /// Starts to receive images.
+  /// Starts receiving images.
   void subscribe(const ros::NodeHandle& private_nh) {
     // The queue is long, because an overflow is silent: after a stall, roscpp reads everything from
     // one connection before the next, so all images sent during the stall wait at once.
@@ -320,7 +320,7 @@ class ImageStream {
   const size_t camera_;
   const bool is_needed_;
   ros::NodeHandle nh_;
-  const std::string mask_topic_;  ///< Empty: no masks are used.
+  const std::string mask_topic_;  ///< Empty if masks are not used.
   const std::string topic_;       ///< Topic of the images, before remapping.
   const std::string image_topic_, info_topic_;
   FrameAccounting accounting_;

@@ -18,7 +18,7 @@
 namespace dtsdf {
 namespace {
 
-/// More coefficients than OpenCV's distortion models have.
+/// More coefficients than any of OpenCV's distortion models has.
 constexpr size_t kMaxCoefficients = 64;
 /// Latest stamp of an image: an hour before ROS time ends, so that durations can be added to it.
 constexpr double kLatestStamp_s = kEndOfTime_s - 3600.0;
@@ -64,10 +64,11 @@ std::optional<Rejection> checkPixels(const sensor_msgs::Image& image, size_t pix
   if (image.width > 0 && image.height > 0 && image.step >= row && image.data.size() >= needed) {
     return std::nullopt;
   }
-  return Rejection{drop::kBadImage,
-                   formatted("rows of %u bytes, %zu bytes in all, do not fit an image of %u x %u, ",
-                             image.step, image.data.size(), image.width, image.height) +
-                       printable(image.encoding)};
+  return Rejection{
+      drop::kBadImage,
+      formatted("rows of %u bytes, %zu bytes in total, do not fit an image of %u x %u, ",
+                image.step, image.data.size(), image.width, image.height) +
+          printable(image.encoding)};
 }
 
 }  // namespace
@@ -105,9 +106,10 @@ std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t ma
                                image.width, image.height, maxImagePixels())};
   }
   if (image.data.size() > max_bytes) {
-    return Rejection{drop::kTooLarge,
-                     formatted("the image has %zu bytes; at most %zu may wait (input/queue_mb)",
-                               image.data.size(), max_bytes)};
+    return Rejection{
+        drop::kTooLarge,
+        formatted("the image has %zu bytes; the queue holds at most %zu (input/queue_mb)",
+                  image.data.size(), max_bytes)};
   }
   if (image.header.frame_id.size() > kLongestName || image.encoding.size() > kLongestName) {
     return Rejection{
@@ -132,7 +134,7 @@ std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
                                     const sensor_msgs::CameraInfo& info, size_t pixel_bytes) {
   if (image.header.stamp.isZero()) {
     return Rejection{drop::kNoStamp,
-                     "the image has no stamp, so its pose is unknown; drivers stamp 0 while "
+                     "the image has no stamp, so its pose is unknown; drivers send stamp 0 while "
                      "/use_sim_time is true and nothing publishes /clock"};
   }
   if (auto rejection = checkPixels(image, pixel_bytes)) return rejection;
@@ -176,8 +178,8 @@ DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
                           float unit_16uc1_m, float unit_32fc1_m) {
   pixels = cv_bridge::toCvShare(image);
   DepthFrame frame;
-  // Takes size and type from the message, since cv_bridge returns a matrix of bytes after swapping
-  // them.
+  // Takes size and type from the message, since after swapping bytes, cv_bridge returns a matrix of
+  // single bytes.
   frame.width = static_cast<int>(image->width);
   frame.height = static_cast<int>(image->height);
   frame.encoding = *depthEncodingOf(image->encoding);
@@ -193,7 +195,7 @@ namespace {
 /// Missing from the message headers of some ROS distributions.
 const std::string kYuy2 = "yuv422_yuy2";
 
-/// The mapper's name of an encoding that it takes unchanged.
+/// The mapper's value for an encoding that it accepts unchanged.
 std::optional<ColourEncoding> knownEncoding(const std::string& encoding) {
   if (encoding == enc::RGB8) return ColourEncoding::kRgb8;
   if (encoding == enc::BGR8) return ColourEncoding::kBgr8;
@@ -218,7 +220,7 @@ cv_bridge::CvImageConstPtr yuy2AsRgb(const sensor_msgs::Image& image) {
   return rgb;
 }
 
-/// Converts an image to an encoding that the mapper takes.
+/// Converts an image to an encoding that the mapper accepts.
 cv_bridge::CvImageConstPtr converted(const sensor_msgs::ImageConstPtr& image) {
   if (image->encoding == kYuy2) return yuy2AsRgb(*image);
   return cv_bridge::toCvCopy(image, image->encoding == enc::MONO16 ? enc::MONO8 : enc::RGB8);
@@ -285,7 +287,7 @@ sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,
   const auto masked = boost::make_shared<sensor_msgs::Image>(depth);
   const int type = depth.encoding == enc::TYPE_32FC1 ? CV_32FC1 : CV_16UC1;
   const cv::Mat hidden(size, CV_8UC1, const_cast<uint8_t*>(mask.data.data()), mask.step);
-  // In both encodings, 0 means no measurement, and its bytes are equal in either byte order.
+  // In both encodings, 0 means no measurement, and its bytes are the same in either byte order.
   cv::Mat(size, type, masked->data.data(), masked->step).setTo(0, hidden);
   return masked;
 }

@@ -1,4 +1,4 @@
-/// Checks images of sensor_msgs and converts them to the mapper's depth and colour frames.
+/// Checks sensor_msgs images and converts them to the mapper's depth and colour frames.
 #pragma once
 
 #include <cv_bridge/cv_bridge.h>
@@ -51,19 +51,19 @@ std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
                                          const sensor_msgs::CameraInfo& info);
 
 /// The frame of an image that passed checkDepthImage(), without its pose. `pixels` owns its data:
-/// shared with the message, or a copy if the byte order is not the machine's or rows do not hold
-/// whole pixels.
+/// shared with the message, or a copy if the byte order is not native or rows do not hold whole
+/// pixels.
 /// @throws cv_bridge::Exception or cv::Exception for images that the check should have refused.
 DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
                           const sensor_msgs::CameraInfo& info, cv_bridge::CvImageConstPtr& pixels,
                           float unit_16uc1_m = 0.001f, float unit_32fc1_m = 1.0f);
 
-/// Whether an encoding is rgb8, bgr8, rgba8, bgra8, mono8, mono16, Bayer of 8 or 16 bits, or YUV
+/// Whether an encoding is rgb8, bgr8, rgba8, bgra8, mono8, mono16, 8-bit or 16-bit Bayer, or YUV
 /// 4:2:2 (yuv422, yuv422_yuy2).
 bool isColourEncoding(const std::string& encoding);
 
-/// Whether images of this encoding must be from a colour camera. Images in mono8 may be infrared,
-/// and those in mono16 depth.
+/// Whether images with this encoding can only be from a colour camera. mono8 images may be
+/// infrared, and mono16 images may be depth.
 bool showsColour(const std::string& encoding);
 
 /// What is wrong with an image or its camera_info; nothing if both are usable.
@@ -71,9 +71,9 @@ std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
                                           const sensor_msgs::CameraInfo& info);
 
 /// The frame of an image that passed checkColourImage(), without its pose. `pixels` owns its data:
-/// shared with the message if the mapper knows the encoding, else a converted copy.
+/// shared with the message if the mapper supports the encoding, otherwise a converted copy.
 /// @throws cv_bridge::Exception or cv::Exception if the image cannot be converted, such as a Bayer
-/// image of one pixel.
+/// image with a single pixel.
 ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
                             const sensor_msgs::CameraInfo& info,
                             cv_bridge::CvImageConstPtr& pixels);
@@ -84,8 +84,8 @@ ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
 /// usable.
 std::optional<Rejection> checkMask(const sensor_msgs::Image& mask, const sensor_msgs::Image& depth);
 
-/// The depth image without measurements where the mask is not 0. @pre Both have passed their
-/// checks.
+/// A copy of the depth image, without measurements where the mask is not 0. @pre Both have passed
+/// their checks.
 sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,
                                      const sensor_msgs::Image& depth);
 
@@ -95,7 +95,7 @@ sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,
 constexpr char kCompressedDepthTopic[] = "/compressedDepth";
 constexpr char kCompressedTopic[] = "/compressed";
 
-/// The topic without the suffix of a compressed topic.
+/// The topic without its compressed suffix, if it has one.
 std::string withoutTransport(const std::string& topic);
 
 /// Whether a message holds depth, according to its format.
@@ -104,13 +104,13 @@ bool holdsDepth(const sensor_msgs::CompressedImage& message);
 /// Decodes without image_transport's plugins. @throws std::runtime_error that says what is wrong.
 sensor_msgs::ImageConstPtr decodeDepth(const sensor_msgs::CompressedImage& message);
 
-/// Whether a message holds a JPEG or PNG image of a colour camera.
+/// Whether a message holds a JPEG or PNG image from a colour camera.
 bool holdsColour(const sensor_msgs::CompressedImage& message);
 
 /// Decodes to rgb8. @throws std::runtime_error that says what is wrong with the message.
 sensor_msgs::ImageConstPtr decodeColour(const sensor_msgs::CompressedImage& message);
 
-// Texts of dropped images, for node and bags.
+// Texts for dropped images, used by the node and for bags.
 inline std::string noInfoText(const std::string& topic, bool any_stamp) {
   return std::string("no camera_info") + (any_stamp ? "" : " with the same stamp") + " on '" +
          topic + "'; publish it" +
@@ -128,7 +128,7 @@ struct ImageKind {
   const char* transport_param;   ///< Private parameter with the transport of the images.
   const char* compressed_topic;  ///< Suffix of topics whose images are decoded here.
   sensor_msgs::ImageConstPtr (*decode)(const sensor_msgs::CompressedImage&);
-  /// Whether an image in a bag is taken for one of this kind, by its encoding or format.
+  /// Whether an image in a bag counts as one of this kind, judging by its encoding or format.
   bool (*has_encoding)(const std::string&);
   bool (*has_format)(const sensor_msgs::CompressedImage&);
   /// What is wrong with an image; nothing if it is usable.

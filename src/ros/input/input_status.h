@@ -26,7 +26,7 @@
 
 namespace dtsdf {
 
-/// Types keyed by topic, without topics of mapping nodes that look like input.
+/// Message types keyed by topic, leaving out topics of mapping nodes that look like input.
 using PublishedTopics = std::map<std::string, std::string>;
 
 /// Asks the master, without retries; empty if it does not answer.
@@ -45,7 +45,7 @@ inline PublishedTopics findPublishedTopics() {
   return published;
 }
 
-/// Writes the input's part of the status, except transforms and memory. Not thread safe.
+/// Writes the input's part of the status, except transforms and memory. Not thread-safe.
 class InputStatus {
  public:
   /// @param stale_s See NodeParams.
@@ -53,8 +53,8 @@ class InputStatus {
   explicit InputStatus(double stale_s, PublishedTopics (*find_topics)() = findPublishedTopics)
       : stale_s_(stale_s), find_topics_(find_topics) {}
 
-  /// @pre `status` has the transforms' part.
-  /// @param streams For each camera, depth and then colour if wanted. @param now ROS time.
+  /// @pre The transforms' part of `status` is filled.
+  /// @param streams For each camera, depth and then colour if it is used. @param now ROS time.
   void fill(const std::vector<StreamReport>& streams, bool paused, SteadyTime at,
             const ros::Time& now, MapStatus& status) {
     updateClock(at, now, paused);
@@ -70,11 +70,10 @@ class InputStatus {
              "mapping; no new images: /clock is not advancing (the bag ended or is paused)");
     }
     if (std::exchange(restarts_, status.transform_restarts) < status.transform_restarts) {
-      report(
-          status, MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
-          "images found no pose although transforms are received: all transforms were "
-          "discarded, and new ones are collected; look for a publisher with a wrong clock, or two "
-          "publishers of one frame");
+      report(status, MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
+             "images found no pose although transforms are received: all transforms were "
+             "discarded, and new ones are collected; look for a publisher with a wrong clock, or "
+             "two publishers of the same frame");
     }
   }
 
@@ -114,7 +113,8 @@ class InputStatus {
     if (history_.empty() || now != now_) changed_at_ = at;
     now_ = now;
     // A slow simulator advances time in steps, which do not count as a standstill. Time is 0 until
-    // the first message on /clock, which never comes if /use_sim_time is left from an earlier bag.
+    // the first message on /clock, which never comes if /use_sim_time is still set from an earlier
+    // bag.
     is_time_stopped_ = !now.isZero() && at - changed_at_ >= std::chrono::seconds(1);
     if (history_.empty() || paused || is_time_stopped_) begun_ = at;
     expected_s_ = toSeconds(at - begun_);
@@ -158,7 +158,7 @@ class InputStatus {
       std::string remedy = most_common.remedy;
       if (remedy.empty() && depth.last_reason == most_common) remedy = depth.last_drop;
       warn(MapStatus::SOME_DROPPED, std::to_string(std::lround(100.0 * share)) +
-                                        " % of the latest depth images were dropped, most as " +
+                                        " % of the latest depth images were dropped, mostly as " +
                                         most_common.name + (remedy.empty() ? "" : ": " + remedy));
     }
     if (index + 1 == streams.size() || !streams[index + 1].isColour()) return;
@@ -257,8 +257,8 @@ class InputStatus {
                 : images);
   }
 
-  /// "; depth is published on '/a' and '/b'": topics whose types and names contain these parts,
-  /// without suffixes of transports; empty if there are none.
+  /// Text such as "; depth is published on '/a' and '/b'", which lists the topics whose type and
+  /// name contain these parts, without transport suffixes; empty if there are none.
   static std::string suggestTopics(const PublishedTopics& topics, const std::string& what,
                                    const char* part_of_type, const char* part_of_name = "") {
     std::set<std::string> names;
@@ -279,7 +279,7 @@ class InputStatus {
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
-  SteadyTime begun_{}, changed_at_{};  ///< When images became expected; when now_ changed.
+  SteadyTime begun_{}, changed_at_{};  ///< Since when images are expected; when now_ changed.
   ros::Time now_;
   bool is_time_stopped_ = false;
   double expected_s_ = 0.0;           ///< How long frames have been expected.

@@ -13,8 +13,9 @@
 namespace dtsdf {
 
 /// What is wrong with the motion from the last pose (with its stamp) to this one; nothing if it is
-/// within the limits, or if this stamp is earlier than the last. A limit of 0 is off. `last` may
-/// belong to a dropped frame: if the estimate jumps and stays there, only one frame is dropped.
+/// within the limits, or if this stamp is earlier than the last. A limit of 0 means no limit.
+/// `last` may belong to a dropped frame: if the estimate jumps and stays there, only one frame is
+/// dropped.
 inline std::optional<std::string> findJump(
     const std::optional<std::pair<double, Eigen::Isometry3d>>& last, double stamp_s,
     const Eigen::Isometry3d& T_W_C, double max_speed_m_s, double max_turn_deg_s) {

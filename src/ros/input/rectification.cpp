@@ -66,7 +66,7 @@ bool isMoved(const sensor_msgs::CameraInfo& info) {
                            cv::norm(rotationOf(info), Matrix::eye(), cv::NORM_INF) > kSameAxes);
 }
 
-/// Coordinates in the raw image of each pixel of the rectified one.
+/// For each pixel of the rectified image, its coordinates in the raw image.
 std::pair<cv::Mat, cv::Mat> rectificationMaps(const sensor_msgs::CameraInfo& info, cv::Size size) {
   const Matrix K = rawCamera(info), R = rotationOf(info), P = matrixOf(intrinsicsOf(info));
   std::pair<cv::Mat, cv::Mat> uv;
@@ -141,8 +141,8 @@ CameraImage Rectification::apply(const CameraImage& raw) {
   if (!needsRectification(*raw.info)) return raw;
   const std::string problem = obstacle(*raw.info);
   if (!problem.empty()) {
-    warning_ = "the images of '" + topic_ +
-               "' are distorted and not rectified, so the map will be bent: " + problem;
+    warning_ = "the images on '" + topic_ +
+               "' are distorted and not rectified, so the map will be warped: " + problem;
     if (std::exchange(logged_, warning_) != warning_) {
       ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning_);
     }
@@ -180,7 +180,8 @@ sensor_msgs::ImageConstPtr Rectification::rectified(const CameraImage& raw) cons
     source = pixels->image;
   } else {
     const DepthFrame frame = makeDepthFrame(raw.image, *raw.info, pixels);
-    // Does not use cv_bridge's matrix, which is a matrix of bytes if cv_bridge has swapped them.
+    // Does not use cv_bridge's matrix, which has single bytes as elements if cv_bridge has swapped
+    // bytes.
     source = cv::Mat(frame.height, frame.width,
                      frame.encoding == DepthEncoding::kUint16 ? CV_16UC1 : CV_32FC1,
                      const_cast<void*>(frame.data), frame.row_bytes);

@@ -1,4 +1,4 @@
-/// Receives transforms, keeps them in a tf2 buffer, and looks up poses with readable errors.
+/// Receives transforms, keeps them in a tf2 buffer, and looks up poses, with readable error texts.
 #pragma once
 
 #include <dtsdf_mapping/MapStatus.h>
@@ -32,14 +32,15 @@ namespace dtsdf {
 
 struct PoseAnswer {
   std::optional<Eigen::Isometry3d> T_W_C = std::nullopt;  ///< Nothing if unknown.
-  bool may_come = false;  ///< No known transform reaches the stamp, but one may still arrive.
+  bool may_come = false;  ///< The transform for the stamp may still arrive.
   std::string text = {};  ///< What is missing.
 };
 
 /// A tf2 buffer that recovers from wrong stamps: after a transform with a stamp far in the future,
-/// tf2 refuses all correct transforms of its frame. If images find no pose for a while although
-/// transforms arrive, the buffer is replaced by a new one with the static transforms. Static
-/// transforms of frames that are also on /tf are left out, and ignored from then on. Thread safe.
+/// tf2 refuses all correct transforms of the same frame. If no image finds its pose for a while
+/// although transforms arrive, the buffer is replaced by a new one with only the static transforms.
+/// Static transforms of frames that are also on /tf are left out, and ignored from then on.
+/// Thread-safe.
 class Transforms {
  public:
   /// Keeps transforms for `kept_s`; by default, for longer than frames normally wait.
@@ -80,7 +81,7 @@ class Transforms {
     ++refused_;
   }
 
-  /// The pose of `frame` in `parent` at a stamp; 0: the newest one.
+  /// The pose of `frame` in `parent` at a stamp; stamp 0 means the newest one.
   PoseAnswer find(const std::string& parent, const std::string& frame,
                   const ros::Time& stamp) const {
     PoseAnswer answer;
@@ -104,7 +105,8 @@ class Transforms {
     return answer;
   }
 
-  /// Notes whether an image found its pose; replaces the buffer if none has for a while.
+  /// Notes whether an image found its pose; replaces the buffer if no image has found one for a
+  /// while.
   void recordLookUp(bool is_found) {
     constexpr std::chrono::seconds kMissing{2};
     constexpr SteadyDuration kLongestWait = std::chrono::seconds(600);
@@ -119,7 +121,7 @@ class Transforms {
     restart();
   }
 
-  /// Forgets all but static transforms, after a jump of time.
+  /// Forgets all but static transforms, after a time jump.
   void clear() {
     const std::lock_guard<std::mutex> lock(mutex_);
     core_ = makeCore();
@@ -224,11 +226,11 @@ class Transforms {
   std::set<std::string> ignored_statics_;
   Core core_;
   std::optional<SteadyTime> received_at_;
-  std::optional<SteadyTime> missing_since_;  ///< When images stopped finding their poses.
+  std::optional<SteadyTime> missing_since_;  ///< Since when no image has found its pose.
   SteadyTime next_restart_;
   SteadyDuration wait_after_restart_ = std::chrono::seconds(5);
   bool is_any_accepted_ = false;
-  uint64_t refused_ = 0;   ///< Transforms without usable name, rotation or stamp.
+  uint64_t refused_ = 0;   ///< Transforms without a usable name, rotation or stamp.
   uint64_t restarts_ = 0;  ///< How often restart() replaced the buffer.
   ros::Time last_now_;
   ros::Subscriber tf_, tf_static_;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: rosrun dtsdf_mapping mapping_node [_SETTING:=VALUE...] [TOPIC:=OTHER_TOPIC...]\n\n"
-    "Maps depth images with a directional TSDF. Needs a ROS master. Most users start\n"
+    "Maps depth images with a directional TSDF. Needs a ROS master. Most users run\n"
     "roslaunch dtsdf_mapping mapping.launch, which reads config/default.yaml. docs/ros.md lists\n"
     "topics, services and settings.\n";
 

@@ -1,4 +1,4 @@
-/// The loop of the output thread: applies changes of the mesh and has the steps publish them.
+/// The loop of the output thread: applies mesh changes and lets the steps publish them.
 #pragma once
 
 #include <algorithm>
@@ -77,7 +77,7 @@ class Output {
     const bool is_wanted = std::any_of(steps_.begin(), steps_.end(),
                                        [](const auto& step) { return step->meshRate_hz(); });
     report(status, MapStatus::OK, is_wanted ? MapStatus::NO_SURFACE : MapStatus::NO_SUBSCRIBER,
-           is_wanted ? "mapping; no triangles yet: no surface has been seen by enough frames "
+           is_wanted ? "mapping; no triangles yet: no surface has been seen in enough frames "
                        "(mesh/min_support)"
                      : "mapping; no mesh yet, because nobody subscribes to it");
   }

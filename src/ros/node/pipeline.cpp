@@ -120,8 +120,8 @@ class Pipeline {
   }
 
   /// Each camera of the setting `cameras` has its own namespace; without the setting, a single
-  /// camera uses the namespace of the node. If stamps of colour go back, only that stream restarts,
-  /// since geometry does not depend on it.
+  /// camera uses the namespace of the node. If the stamps of a colour stream go back, only that
+  /// stream restarts, since geometry does not depend on it.
   void addStreams(const ros::NodeHandle& nh, const std::string& ns) {
     const std::vector<std::string>& names = params_.cameras;
     const auto restart = [this](const ros::Time& stamp) { restartStamps(stamp); };

@@ -34,7 +34,7 @@ class StatusPublisher {
       diagnostics.summary(status_.level, status_.message);
       addFields(status_, diagnostics);
     });
-    // Latched, so that new subscribers get the last status at once.
+    // Latched, so that new subscribers get the last status immediately.
     publisher_ = private_nh.advertise<MapStatus>("status", 1, true);
     publish();  // before the timer starts, because another thread may serve it
     timer_ = private_nh.createWallTimer(
@@ -104,7 +104,7 @@ class StatusPublisher {
   const std::function<void(MapStatus&)> fill_;
   MapStatus status_;
   SteadyTime problem_since_;
-  bool is_logged_ = false;  ///< Whether the present problem is logged.
+  bool is_logged_ = false;  ///< Whether the current problem has been logged.
   diagnostic_updater::Updater updater_;
   ros::Publisher publisher_;
   ros::WallTimer timer_;

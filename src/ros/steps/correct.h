@@ -1,5 +1,5 @@
-/// The step that corrects the poses of images in the map: makes a second map from the journal, then
-/// replaces the live one with it.
+/// The step that corrects the poses of images in the map: builds a second map from the journal,
+/// then replaces the live one with it.
 #pragma once
 
 #include <dtsdf_mapping/CorrectPoses.h>
@@ -47,7 +47,8 @@ using CorrectionResult = dtsdf_mapping::CorrectPoses::Response;
 /// Once the replay has caught up with the journal, its map replaces the live one, and the
 /// correction is written to the journal.
 ///
-/// A correction that arrives during another waits, unless a newer correction replaces it.
+/// A correction that arrives while another one runs has to wait. A newer correction replaces a
+/// waiting one.
 class CorrectStep : public Step {
  public:
   struct Request {
@@ -160,8 +161,8 @@ class CorrectStep : public Step {
   }
 
   /// On the map thread: queues a correction, with the poses that belong to frames fused so far. If
-  /// no correction is running, ignores a request that moves no frame by `min_move`, since SLAM may
-  /// publish an unchanged path every second.
+  /// no correction is running, ignores a request that moves no frame by at least `min_move`, since
+  /// SLAM may publish an unchanged path every second.
   void add(Request request) {
     try {
       host_.map.throwIfFailed();
@@ -313,8 +314,8 @@ class CorrectStep : public Step {
     updateProgress();
   }
 
-  /// Whether every record of the journal was replayed. Waits briefly for the last records to reach
-  /// the file.
+  /// Whether every record of the journal has been replayed. Waits briefly for the last records to
+  /// reach the file.
   bool hasCaughtUp() {
     std::future<bool> written = journal_->written();
     constexpr std::chrono::milliseconds kJournalWait{20};
@@ -397,13 +398,13 @@ class CorrectStep : public Step {
 
   /// Poses of the first camera's fused frames, by stamp; cleared if stamps jump back.
   std::vector<StampedPose> fused_;
-  GivenMotion given_;  ///< Of the first camera.
+  GivenMotion given_;  ///< Motion of the first camera.
   /// Moves given poses of all cameras to corrected poses; the identity once their source has
   /// adopted the correction.
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();
 
   mutable std::mutex mutex_;              ///< Guards the members below.
-  size_t fused_again_ = 0, to_fuse_ = 0;  ///< Depth images replayed, and all to replay.
+  size_t fused_again_ = 0, to_fuse_ = 0;  ///< Depth images replayed, and their total.
   size_t bytes_ = 0;                      ///< Size of the second map.
   std::string last_;                      ///< Outcome of the last correction; empty: none yet.
   std::string camera_frame_;              ///< Frame of the first camera's images.

@@ -1,4 +1,4 @@
-/// The step that writes and reads files: meshes and maps.
+/// The step that reads and writes the files of meshes and maps.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -105,7 +105,7 @@ class FilesStep : public Step {
         }));
   }
 
-  /// Brings the mesh up to date, part by part to save memory, and fuses no frame in between.
+  /// Brings the mesh up to date, part by part to save memory. No frame is fused in between.
   /// @return a note on how the mesh differs from the map; empty if it does not.
   std::string flushMesh() {
     const auto flush = [this] {
@@ -119,8 +119,8 @@ class FilesStep : public Step {
     return host_.map_loop.run(flush).get();
   }
 
-  /// Writes a copy of the mesh, which shares its blocks, so that the output can continue. With
-  /// map/page_folder, no copy is made, and no mesh is published until the file is written.
+  /// Writes a copy of the mesh, so that the output can continue; the copy shares the mesh's blocks.
+  /// With map/page_folder, no copy is made, and no mesh is published until the file is written.
   SavedMesh writeMesh(const std::string& path, const std::optional<BoxRegion>& region,
                       double simplify_error_m, const SimplifyProgress& progress) {
     const MeshColour colour = host_.params.mapper.mesh.colour;
@@ -150,7 +150,7 @@ class FilesStep : public Step {
     return contents ? dtsdf::saveMap(*contents, path) : saved;
   }
 
-  /// Replaces the map with the one in a file. An empty map takes the file's settings; otherwise,
+  /// Replaces the map with the one in a file. An empty map adopts the file's settings; otherwise,
   /// the settings must match.
   /// @return the number of blocks. @throws std::exception if the file cannot be read or does not
   /// fit. The map then stays as it was, or is empty if there was no room for both maps.

@@ -1,4 +1,4 @@
-/// The step that levels the map, and gives depth images the centre of map/keep_radius_m.
+/// The step that levels the map, and sets the centre of map/keep_radius_m for depth images.
 #pragma once
 
 #include <ros/console.h>
@@ -22,14 +22,14 @@
 
 namespace dtsdf {
 
-/// Levels the map as map/level says. Frames are dropped until the floor or gravity is known. The
+/// Levels the map as set by map/level. Frames are dropped until the floor or gravity is known. The
 /// level, published on /tf_static, then stays fixed until a map with its own level is loaded. Used
 /// on the map thread only, so that the IMU cannot overwrite the level of a map loaded meanwhile.
 class LevelStep : public Step {
  public:
   LevelStep(const NodeParams& params, const Transforms& transforms, MapFrame& frame)
       : params_(params), transforms_(transforms), frame_(frame) {
-    frame_.setLevelProblem(isByImu() ? "no message of the IMU received; remap the topic imu, "
+    frame_.setLevelProblem(isByImu() ? "no IMU message received; remap the topic imu, "
                                        "or set map/level to floor or none"
                                      : "looking for the floor in " +
                                            std::to_string(FloorSearch::kViews) + " images");
@@ -38,7 +38,7 @@ class LevelStep : public Step {
   /// If map/level is imu, subscribes to the IMU until the vertical is known.
   void advertise(const Handles& handles) override {
     if (!isByImu()) return;
-    constexpr uint32_t kImuQueue = 1000;  // a second of a fast sensor
+    constexpr uint32_t kImuQueue = 1000;  // a second of data from a fast sensor
     const boost::function<void(const sensor_msgs::Imu::ConstPtr&)> callback =
         [this](const sensor_msgs::Imu::ConstPtr& imu) {
           guarded("imu", [&] { add(*imu); });
@@ -64,7 +64,8 @@ class LevelStep : public Step {
     if (isKnown()) return;
     const std::optional<InertialSample> sample = sampleOf(imu);
     if (!sample || imu.header.frame_id.size() > kLongestName) {
-      return frame_.setLevelProblem("messages on imu have no stamp, no frame or no acceleration");
+      return frame_.setLevelProblem(
+          "messages on imu have no stamp, no acceleration or too long a frame_id");
     }
     if (const auto up_I = gravity_.add(*sample); up_I && !up_I_) {
       up_I_ = up_I;

@@ -149,8 +149,8 @@ class LiveMap {
   /// Size of the map in bytes, when last measured.
   size_t mapBytes() const { return report_.map_bytes; }
 
-  /// Brings the mesh up to date; if isMeshPart() is then true, call again. Works even after a
-  /// failure if the map is still usable; if it is not, the mesh stays as it was.
+  /// Brings the mesh up to date; if isMeshPart() is true afterwards, call it again. Works even
+  /// after a failure if the map is still usable; if it is not, the mesh stays as it was.
   /// @return a note on how the mesh differs from the map; empty if it does not.
   std::string flushMesh() {
     try {
@@ -202,7 +202,7 @@ class LiveMap {
 
   /// Whether nothing is mapped. A failed map does not count as empty.
   bool isEmpty() const {
-    if (hasFailed()) return false;  // asking could fail
+    if (hasFailed()) return false;  // querying the mapper could fail
     const MapStats stats = mapper_->stats();
     return stats.blocks + stats.pages.blocks == 0;
   }
@@ -255,7 +255,7 @@ class LiveMap {
     report(status, MapStatus::ERROR, MapStatus::BACKEND_FAILED, "the backend failed: " + failure_);
   }
 
-  /// On any thread. @throws std::runtime_error after a failure of the backend; its text says so.
+  /// On any thread. @throws std::runtime_error if the backend has failed.
   void throwIfFailed() const {
     const std::lock_guard<std::mutex> lock(report_mutex_);
     if (!hasFailed()) return;
@@ -414,8 +414,8 @@ class LiveMap {
     fused_since_mesh_ = report_outdated_ = true;
   }
 
-  /// After an extraction, waits until blocks have moved to disk. So step() calls it only while no
-  /// frame is ready, or after fusing a frame, which has already waited for the disk.
+  /// After an extraction, this waits until blocks have been moved to disk. So step() calls it only
+  /// while no frame is ready, or after fusing a frame, which has already waited for the disk.
   void updateReport() {
     report_outdated_ = false;
     const MapStats stats = mapper_->stats();

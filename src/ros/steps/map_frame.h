@@ -19,10 +19,10 @@
 
 namespace dtsdf {
 
-/// Thread safe.
+/// Thread-safe.
 class MapFrame {
  public:
-  /// Both must outlive it.
+  /// Both references must outlive it.
   MapFrame(const NodeParams& params, const Transforms& transforms)
       : params_(params), transforms_(transforms) {}
 
@@ -58,8 +58,8 @@ class MapFrame {
     throw std::runtime_error("the map is not level yet: " + levelProblem());
   }
 
-  /// Pose of a frame in the map at a stamp; 0: by the newest transform. An empty name is the map's
-  /// frame. If the transform for a stamp may still come, waits up to input/tf_timeout_s.
+  /// Pose of a frame in W at a stamp; stamp 0 means the newest transform. An empty name means W. If
+  /// the transform for a stamp may still arrive, waits for up to input/tf_timeout_s.
   /// @throws std::runtime_error if there is none.
   Eigen::Isometry3d find(const std::string& frame_id, const ros::Time& stamp = ros::Time(0)) const {
     const std::string frame = stripLeadingSlash(frame_id);
@@ -93,7 +93,7 @@ class MapFrame {
   }
 
  private:
-  /// Pose of W or M, which need no transform; none for other frames.
+  /// Pose in W of W or M, which need no transform; none for other frames.
   std::optional<Eigen::Isometry3d> poseOfFixed(const std::string& frame) const {
     if (frame == frameOfMap(params_)) return Eigen::Isometry3d::Identity();
     if (frame == params_.map_frame) return inMap(Eigen::Isometry3d::Identity());

@@ -16,7 +16,7 @@ constexpr double kSheet_m = 2.3 + kOff_m, kBehindSheet_m = 2.8 + kOff_m;
 constexpr double kSweep_m = 0.2;
 constexpr int kSights = 40;
 /// Centre of a sheet. It lies off the grid planes by a different length along each axis, so that no
-/// two sides of the sheet lie alike in the grid.
+/// two sides have the same position relative to the grid.
 const Vector2d kOffGrid_m(kOff_m, 0.0061);
 
 /// How far each side of a rectangle is displaced outwards, in metres.
@@ -131,8 +131,8 @@ Surface sweepPast(const SceneSetup& setup, const Sheet& sheet, double sweep_m,
   return map.surface();
 }
 
-/// Two areas, both divided by the length of the sheet's rim: of the mesh outside the sheet, and of
-/// the sheet missing from the mesh. Also the share of the slot that the mesh covers.
+/// The area of the mesh outside the sheet and the area of the sheet missing from the mesh, each
+/// divided by the length of the sheet's rim; and the share of the slot that the mesh covers.
 std::vector<Figure> measure(const SceneSetup& setup, const Sheet& sheet, double sweep_m,
                             const SightError& error) {
   constexpr double kNear_m = 0.1, kCell_m = 0.00025;

@@ -11,8 +11,9 @@
 
 namespace dtsdf {
 
-/// Samples a rectangle at one point in each cell of a grid. Its position in the cell varies by row
-/// and column, so that an edge parallel to the grid cuts off the right fraction of the points.
+/// Samples a rectangle at one point in each cell of a grid. The point's position in its cell varies
+/// by row and column, so that an edge parallel to the grid cuts off the right fraction of
+/// the points.
 class PlaneRaster {
  public:
   PlaneRaster(const Eigen::AlignedBox2d& area, double cell_m);

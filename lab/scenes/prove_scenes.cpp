@@ -30,7 +30,7 @@ ProveOptions parseOptions(const std::vector<std::string>& arguments) {
                    "table of measurements of the maps, each with its bound.");
   line.add({"--voxels", "MM,...", "voxel sizes in millimetres (default 20,10,5)"},
            [&](const std::string& text) { options.voxels_mm = readNumbers(text); });
-  line.addList({"--scene", "TEXT ...", "only cases with one of these in their \"scene: variant\""},
+  line.addList({"--scene", "TEXT ...", "only cases whose \"scene: variant\" contains a TEXT"},
                [&](const std::string& text) { options.scenes.push_back(text); });
   line.addFlag("--quick", "only the cases that the tests run", options.quick);
   line.addNumber({"--width", "PIXELS", "width of the room camera's images"}, options.image_width,

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 constexpr double kRemovedSide_m = 0.4;
 constexpr double kBoardFront_m = kOff_m - 0.11;  // 0.1 m of space between board and wall
 
-/// Area of the mesh away from the true scene, in percent of its former area `was_m2`.
+/// Area of the mesh away from the true scene, in percent of the former area `was_m2`.
 double leftPercent(const Scene& truth, const SceneSetup& setup, SceneMap& map, double was_m2) {
   return 100.0 * areaAwayFrom(truth, 2.0 * setup.voxel(), map.surface()) / was_m2;
 }

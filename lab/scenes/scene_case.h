@@ -1,4 +1,4 @@
-/// Tests of whether maps of analytic scenes contain what was seen, and nothing else: settings,
+/// Tests whether maps of analytic scenes contain what was seen, and nothing else: settings,
 /// cases, and figures with bounds.
 #pragma once
 

@@ -103,7 +103,7 @@ class SlatMesh {
 };
 
 /// Bounds: no slat has a gap longer than 1 mm, or is wider in the mesh than its own width or a
-/// voxel, whichever is greater. With voxels of up to 10 mm, its area is right, too.
+/// voxel, whichever is greater. With voxels of up to 10 mm, its area must be right, too.
 std::vector<Figure> measureStand(const SceneSetup& setup, const Stand& stand) {
   std::vector<Slat> slats;
   const double widths_mm[] = {5.0, 10.0, 20.0};
@@ -116,7 +116,7 @@ std::vector<Figure> measureStand(const SceneSetup& setup, const Stand& stand) {
   const bool fine = setup.voxel() < 0.0101;
   for (int i = 0; i < 3; ++i) {
     const SlatMesh mesh(slats[static_cast<size_t>(i)], surface);
-    const std::string of = " of " + std::to_string(static_cast<int>(widths_mm[i])) + " mm";
+    const std::string of = ", " + std::to_string(static_cast<int>(widths_mm[i])) + " mm slat";
     const double widest_mm = std::max(widths_mm[i], 1000.0 * setup.voxel());
     figures.push_back(fine ? within("area" + of, 85.0, 115.0, "%", mesh.areaPercent())
                            : reported("area" + of, "%", mesh.areaPercent()));
@@ -152,7 +152,8 @@ std::vector<Figure> measureChair(const SceneSetup& setup, double width_m) {
     if (std::abs(p.y()) > 0.5 * height_m || std::abs(p.x()) > (half + 0.5) * step_m) continue;
     (across_m > 0.5 * width_m + 0.5 * setup.voxel() ? in_gaps_m2 : on_slats_m2) += t.area();
   }
-  const double gaps_m2 = 2 * half * height_m * setup.voxel();  // without half a voxel at each slat
+  // Excludes half a voxel next to each slat.
+  const double gaps_m2 = 2 * half * height_m * setup.voxel();
   const double slats_m2 = (2 * half + 1) * height_m * width_m;
   const double widest = std::max(width_m, setup.voxel()) / width_m;
   return {atMost("area in the gaps", 2.0, "%", 100.0 * in_gaps_m2 / gaps_m2),

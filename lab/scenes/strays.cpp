@@ -91,7 +91,7 @@ std::vector<Figure> measureShiftedPose(const SceneSetup& setup, const Vector3d& 
   const Surface spoilt =
       fusePass(setup, scene, kOnce, [&](SceneView& view) { view.T_W_C.translate(shift_C); });
   const double more_cm2 = 1.0e4 * (areaAwayFrom(scene, away_m, spoilt) - clean_m2);
-  return {atMost("more area with the shifted frame", 1.0, "cm2", more_cm2)};
+  return {atMost("additional area due to the shifted frame", 1.0, "cm2", more_cm2)};
 }
 
 constexpr int kGlimpseFrames = 300, kGlimpse = 199;

@@ -1,6 +1,6 @@
-"""Shows that thin parts keep all sides: plates of 2 to 40 mm, or rods, at 20 mm voxels.
+"""Shows that thin parts keep all sides: plates of 2 to 40 mm, or rods, with 20 mm voxels.
 
-Renders syn_plates.ply (or --model syn_rods) from all around and reconstructs it with the directional and
+Renders syn_plates.ply (or --model syn_rods) from all sides and reconstructs it with the directional and
 the undirected map. Measures how complete and accurate the two faces of each plate, or the four quarters
 of each rod, are. Fills thin.md, with two pictures. Exits with 0 only if the directional map keeps every side
 of all parts of 10 mm or more, and the undirected map does not.

@@ -38,7 +38,7 @@ std::optional<IntegrationResult> findImageProblem(const Frame& frame, const char
   const size_t row = packedRowBytes(frame);
   if (frame.row_bytes < row) {
     return refuse(FrameStatus::kBadImage,
-                  formatted("rows of %zu bytes are too short for %d pixels, which take %zu",
+                  formatted("rows of %zu bytes are too short for %d pixels, which need %zu",
                             frame.row_bytes, frame.width, row));
   }
   return std::nullopt;
@@ -123,7 +123,7 @@ const char* toString(FrameStatus status) {
 std::optional<IntegrationResult> findProblem(const DepthFrame& frame, const MapperParams& params) {
   if (auto image_problem = findImageProblem(frame, "depth")) return image_problem;
   if (!(frame.unit_m > 0.0f) || !std::isfinite(frame.unit_m)) {
-    return refuse(FrameStatus::kBadImage, "the unit of depth is not a positive number");
+    return refuse(FrameStatus::kBadImage, "the depth unit is not a positive number");
   }
   if (auto found = findIntrinsicsProblem(frame.intrinsics, frame.width, frame.height)) return found;
   if (frame.keep_center_W && !frame.keep_center_W->allFinite()) {

@@ -51,8 +51,8 @@ PixelLayout layoutOf(ColourEncoding encoding);
 size_t packedRowBytes(const DepthFrame& frame);
 size_t packedRowBytes(const ColourFrame& frame);
 
-/// Whether a frame clears even if it touches no block: it has a measurement beyond the fused range,
-/// so the space in front of that is free.
+/// Whether a frame that touches no block clears nevertheless, because it has a measurement beyond
+/// the fused range, in front of which space is free.
 bool clearsBeyondRange(const DepthFrame& frame, const MapperParams& params);
 
 IntegrationResult refuse(FrameStatus status, const std::string& message);

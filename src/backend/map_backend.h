@@ -28,7 +28,7 @@ struct TouchedBlocks {
   size_t new_arrays = 0;               ///< Number of missing arrays.
 };
 
-/// Outcome of a depth image.
+/// Outcome of fusing a depth image.
 struct FrameOutcome {
   std::vector<EmptyBlock> empty;  ///< Blocks with arrays that are empty now.
   std::vector<CubeMask> free;     ///< Cells that the image shows to be free; cubes in the order
@@ -51,7 +51,7 @@ struct ViewRequest {
 
 /// Changes that the engine made to the table, which a backend may mirror.
 struct TableChanges {
-  const std::vector<int32_t>& slots;  ///< Changed slots, without duplicates; unused: released.
+  const std::vector<int32_t>& slots;  ///< Changed and released slots, without duplicates.
   bool dirty = false;                 ///< Whether to mesh the changed blocks again.
   const std::vector<int32_t>* new_arrays = nullptr;   ///< New arrays to zero.
   const std::vector<NewBrick>* new_bricks = nullptr;  ///< New bricks to zero.
@@ -88,10 +88,10 @@ struct BackendTraits {
   DistanceWork distance_work;   ///< Null if the host computes distances. May outlive the backend.
 };
 
-/// The loops and the memory of one kind of processor. The stages of an image are called in the
-/// order below, and each keeps its results for the next. A stage may return before its work is
-/// done. Stages mark the blocks that they change for the next extraction. The Engine decides what
-/// is admitted, counted and dropped.
+/// Runs the stages and owns the memory on one kind of processor. The stages of an image are called
+/// in the order below, and each keeps its results for the next. A stage may return before its work
+/// is done. Stages mark the blocks that they change for the next extraction. The Engine decides
+/// what is admitted, counted and dropped.
 class MapBackend {
  public:
   virtual ~MapBackend() = default;
@@ -144,7 +144,7 @@ class MapBackend {
 
   // ---- Stages of a colour image.
 
-  /// Takes the image, which the caller may discard afterwards. Does not use the map, so it may be
+  /// Copies the image, which the caller may discard afterwards. Does not use the map, so it may be
   /// called before the previous frame is finished.
   virtual void takeColours(const ColourFrame& frame) = 0;
 

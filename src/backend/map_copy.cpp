@@ -14,7 +14,7 @@ static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "maps are copied as lit
 static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof(uint32_t),
               "voxels and colours are one word each");
 
-/// Settings that are not stored: where a map is computed, its memory, and how it is shown.
+/// Settings that are not stored: where a map is computed, its memory limits, and how it is shown.
 constexpr const char* kUnstoredSettings[] = {
     "backend", "threads", "map/max_memory_mb", "map/page_folder", "map/page_max_gb", "mesh/colour"};
 

@@ -13,8 +13,8 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-// Unknowns of the normal equations: a rotation about the camera, along the axes of the map, then a
-// translation in voxels.
+// Unknowns of the normal equations: a rotation vector about the camera, then a translation in
+// voxels, both along the axes of the map.
 
 /// Smallest RMS residual to assume: the map's surfaces are no more accurate than this, and without
 /// noise they would outweigh any prior.

@@ -11,7 +11,7 @@ enum class Stage {
   kSense,        ///< Image noise, inverse depth, row fits and free depth.
   kMakeSurfels,  ///< Merged pixels, column fits and surfels.
   kFindBlocks,   ///< Blocks that surfels touch, and which blocks and arrays the map lacks.
-  kSeeFree,      ///< Cells of space that the image sees through.
+  kSeeFree,      ///< Cells of space that the image shows to be free.
   kAdmit,        ///< New blocks and arrays, and their memory.
   kCast,         ///< Casting; also folding and clearing of the touched blocks.
   kClear,        ///< Clearing of other blocks in view, and dropping of distant blocks.

@@ -177,7 +177,7 @@ void BlockMesher::indexBlocks(std::vector<int32_t> slots, bool with_vertices) {
     indexer.index(rules_, arrays, directional_, state.labels, state.vertices);
     if (!with_vertices) state.vertices.clear();
     if (refined_) state.normals = vertexNormals(arrays, state.vertices, directional_);
-    held_bytes_ += bytesOf(state.labels) - before;  // right even if the difference wraps around
+    held_bytes_ += bytesOf(state.labels) - before;  // correct even if the difference wraps around
     state.indexed = indexings_;
     state.min_evidence = min_evidence_;
   });
@@ -231,7 +231,7 @@ bool BlockMesher::isShownMeshOutdated(int32_t slot) const {
 
 void BlockMesher::show(int32_t slot, std::unique_ptr<const BlockMesh> mesh) {
   SlotState& state = state_[slot];
-  held_bytes_ += bytesOf(mesh.get()) - bytesOf(state.shown.get());  // right even if it wraps
+  held_bytes_ += bytesOf(mesh.get()) - bytesOf(state.shown.get());  // correct even if it wraps
   state.shown = std::move(mesh);
   state.made = indexings_;
 }

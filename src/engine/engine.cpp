@@ -148,7 +148,7 @@ std::vector<int32_t> Engine::prepareForFrame(const FrameView& view) {
 }
 
 /// Blocks in view, which a frame may clear without touching them; none without a clearing stage.
-/// The first call for a frame precedes applyPendingWork(), to overlap with the work of a device.
+/// The first call for a frame precedes applyPendingWork(), to overlap with the device's work.
 std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
   if (!clearsFreeSpace(params_)) return {};
   const StageTimer timer(profile_, Stage::kClear);
@@ -198,8 +198,8 @@ void Engine::admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view) 
   state_.refused += admission.refused;
 }
 
-/// Records the frame. On a device, its pending work is done when the map is next used, so that this
-/// call does not wait for the device.
+/// Records the frame. On a device, the frame's pending work is done when the map is next used, so
+/// that this call does not wait for the device.
 void Engine::keep(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks) {
   if (params_.map.keep_radius_m > 0.0f) state_.kept = keptBallOf(frame, params_.map);
   if (pager_) {

@@ -64,10 +64,10 @@ class Engine : public ProbedMapper {
     std::vector<int32_t> vacant;  ///< Blocks to release once all parts are fetched.
     bool was_viewed = false;      ///< Whether render() ran since the last extraction.
 
-    /// Views that contain all blocks marked for meshing; no value: these may be anywhere.
+    /// Views that contain all blocks marked for meshing; without a value, these may be anywhere.
     std::optional<std::vector<FrameView>> changed_in{std::in_place};
     std::vector<MarkedKey> waiting;        ///< Blocks left for the next part of an extraction.
-    std::vector<MarkedKey> undone;         ///< Blocks meshed while blocks around were on disk.
+    std::vector<MarkedKey> undone;         ///< Blocks meshed without some neighbours on disk.
     PackedKey next_turn = 0;               ///< First block of the next part.
     bool has_moved_in_background = false;  ///< Whether blocks moved since the last frame.
   };

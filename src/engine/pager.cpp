@@ -192,8 +192,8 @@ void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   }
 }
 
-/// Blocks to evict, at least `bytes` in total if possible, but none of the last require(). Takes
-/// the coarse cells in order of their last need, then of their keys.
+/// Blocks to evict, at least `bytes` in total if possible, but none of those in the last
+/// require(). Takes the coarse cells in order of their last need, then of their keys.
 std::vector<int32_t> Pager::leastRecentlyNeeded(size_t bytes, uint64_t before) const {
   std::vector<const BlockCells::Cell*> cells;
   for (const BlockCells::Cell& cell : table_.cells()) {

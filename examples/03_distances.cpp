@@ -1,4 +1,4 @@
-// Maps a wall with a box in front of it, and prints the distances of some points to the nearest
+// Maps a wall with a box in front of it, and prints the distances from some points to the nearest
 // surface: 03_distances
 #include <dtsdf_mapping/mapper.h>
 
@@ -7,7 +7,7 @@
 #include <iostream>
 #include <vector>
 
-/// Depth in metres of a wall at 2 m, and of the front of a box, 0.5 m wide, at 1.2 m.
+/// Depth in metres of a wall at 2 m and of the front of a box at 1.2 m, which is 0.5 m wide.
 std::vector<float> renderBoxAndWall(const dtsdf::DepthFrame& frame) {
   std::vector<float> depth_m;
   for (int v = 0; v < frame.height; ++v) {

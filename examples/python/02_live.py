@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""02_live.py MESH MAP: maps depth images and poses from your own code, and saves the mesh and the map."""
+"""02_live.py MESH MAP: fuses depth images with poses from your own code, and saves the mesh and the map."""
 import sys
 
 import numpy

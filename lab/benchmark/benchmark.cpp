@@ -1,4 +1,4 @@
-/// benchmark: measures a frame from its upload to the updated mesh, stage by stage.
+/// benchmark: measures the time and memory of a frame, from its upload to the updated mesh.
 #include <algorithm>
 #include <cstdio>
 

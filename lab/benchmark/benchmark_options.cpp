@@ -5,8 +5,8 @@ namespace {
 
 void addFlightOptions(CommandLine& line, BenchmarkOptions& options) {
   line.addFlag("--flight",
-               "a synthetic flight over hilly ground instead of a recording: does the time of a "
-               "frame stay constant while the map grows?",
+               "map a synthetic flight over hilly ground instead of a recording, to show whether "
+               "the time per frame stays constant while the map grows",
                options.flight);
   line.addNumber({"--grow-to-gib", "GIB", "size of the map at which the flight ends"},
                  options.grow_to_gib, {kAboveZero, kUnbounded});
@@ -37,8 +37,8 @@ BenchmarkOptions parseBenchmarkOptions(const std::vector<std::string>& arguments
   BenchmarkOptions options;
   CommandLine line(
       "benchmark", "(--tum DIR | --raw NAME | --flight) [options]",
-      "Measures the time and memory of a frame, from its upload to the updated mesh, stage by "
-      "stage. Reading and rendering of frames is not timed.");
+      "Measures the time and memory of a frame, from its upload to the updated mesh, and on a CPU "
+      "the time of each stage. Reading and rendering frames is not timed.");
   addInputOptions(line, options);
   line.beginGroup("Settings");
   addMapperOptions(line, options);

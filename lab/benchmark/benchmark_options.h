@@ -10,10 +10,10 @@ namespace dtsdf {
 
 struct BenchmarkOptions : RunOptions {
   std::string raw_name;      ///< Path of raw frames without suffix, as in raw_frames.h; or empty.
-  bool flight = false;       ///< A synthetic flight instead of recorded frames.
+  bool flight = false;       ///< Whether to map a synthetic flight instead of recorded frames.
   double grow_to_gib = 1.0;  ///< Mapped size at which the flight ends or turns back.
   double speed_m = 1.0;      ///< Distance flown per frame.
-  bool returns = false;      ///< Whether the flight also goes back.
+  bool returns = false;      ///< Whether the camera also flies back the same way.
 };
 
 /// @throws UsageError that names the option, TextRequest for --help.

@@ -79,8 +79,8 @@ json mapOf(const Measurement& m) {
           {"triangles", m.triangles}};
 }
 
-/// A row for each GiB of mapped size and each way (out, back), without the first frame, which
-/// allocates memory.
+/// One row per GiB of mapped size and direction of flight (out, back), excluding the first frame,
+/// which allocates memory.
 json flightByGib(const std::vector<FrameTime>& times) {
   constexpr double kGiB = 1024.0 * kMiB;
   json rows = json::array();

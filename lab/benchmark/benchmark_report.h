@@ -8,8 +8,8 @@
 
 namespace dtsdf {
 
-/// Median, p95 and worst exclude the first frame, which allocates memory, except in `fusion_ms` or
-/// if there is no other frame.
+/// `median`, `p95` and `worst` exclude the first frame, which allocates memory, except in
+/// `fusion_ms` or if there is only one frame.
 std::string reportMeasurement(const Measurement& measurement);
 
 /// Frame times by GiB of mapped data, to show whether they stay constant.

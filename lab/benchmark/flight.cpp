@@ -27,8 +27,8 @@ double depthOf(double x_m, double slope_x, double slope_y) {
   return depth_m;
 }
 
-/// Bytes mapped so far: in memory, on disk and dropped. A dropped block counts as a block of mean
-/// size.
+/// Bytes mapped so far: in memory, on disk and dropped. Each dropped block counts as a block of
+/// mean size.
 size_t mappedBytes(const MapStats& map) {
   if (map.blocks == 0) return 0;
   return map.map_bytes + map.pages.bytes +

@@ -98,7 +98,7 @@ FrameTime timeFrame(ProbedMapper& mapper, const DepthFrame& frame,
 
 Measurement measure(const std::vector<SourceFrame>& frames, const MapperParams& params,
                     const Rules& rules, const std::function<void(size_t)>& show_progress) {
-  if (frames.empty()) throw std::runtime_error("no frame to measure");
+  if (frames.empty()) throw std::runtime_error("there are no frames to measure");
   Measurement result;
   measureTotals(frames, params, rules, show_progress, result);
   const auto measure_rest = result.memory.on_gpu ? measureFusion : measureStages;

@@ -13,19 +13,19 @@ namespace dtsdf {
 struct FrameTime {
   double call_ms = 0.0;       ///< integrate() alone; a GPU does most of the work later.
   double total_ms = 0.0;      ///< From the call until the device has updated the mesh.
-  double processor_ms = 0.0;  ///< CPU time of all threads during total_ms.
-  double fetch_ms = 0.0;      ///< After total_ms, until the changed meshes are fetched.
+  double processor_ms = 0.0;  ///< CPU time of all threads within total_ms.
+  double fetch_ms = 0.0;      ///< From the end of total_ms until the changed meshes are fetched.
   double distances_ms = 0.0;  ///< Update of distances after fetching; 0 without space.
   size_t map_bytes = 0;       ///< Size of the map after the frame.
   size_t mapped_bytes = 0;    ///< In a flight: map_bytes plus paged and dropped blocks.
-  bool on_return = false;     ///< Whether the camera flies back; mapped_bytes is then the value at
-                              ///< this place on the way out.
+  bool on_return = false;  ///< Whether the camera is flying back; mapped_bytes is then the value at
+                           ///< this place on the way out.
   size_t resident_bytes = 0;  ///< In a flight: resident memory of the process.
 };
 
 struct Measurement {
   std::string backend_name;
-  std::vector<FrameTime> frames;  ///< Without a profile.
+  std::vector<FrameTime> frames;  ///< Measured without profiling.
   std::vector<double> fusion_ms;  ///< On a GPU: one per frame, from a separate run without meshes.
   std::vector<Profile> stages;    ///< On a CPU: one per frame, from a separate run.
   MapStats map;
@@ -39,7 +39,7 @@ struct Measurement {
 FrameTime timeFrame(ProbedMapper& mapper, const DepthFrame& frame,
                     const std::function<void(const MeshUpdate&)>& use);
 
-/// Measures frames that are in memory. Each run has its own map.
+/// Measures frames that are already in memory. Each run has its own map.
 /// @throws std::runtime_error if there are no frames, one cannot be fused, or the map is full.
 Measurement measure(const std::vector<SourceFrame>& frames, const MapperParams& params,
                     const Rules& rules, const std::function<void(size_t)>& show_progress);

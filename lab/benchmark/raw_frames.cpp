@@ -26,7 +26,7 @@ class RawFrames : public FrameSource {
     Intrinsics& K = frame_.intrinsics;
     list_ >> frame_.width >> frame_.height >> K.fx >> K.fy >> K.cx >> K.cy >> frame_.unit_m;
     if (!list_ || !images_ || frame_.width <= 0 || frame_.height <= 0) {
-      throw std::runtime_error("cannot read " + name + ".txt and .raw");
+      throw std::runtime_error("cannot read " + name + ".txt or .raw");
     }
     frame_.row_bytes = frame_.width * sizeof(uint16_t);
   }
@@ -59,7 +59,7 @@ class RawFrames : public FrameSource {
   std::string name_;
   FrameSelection selection_;
   std::ifstream list_, images_;
-  DepthFrame frame_;  ///< Members that all frames share, and the last pose.
+  DepthFrame frame_;  ///< Members common to all frames, and the last pose.
   size_t index_ = 0;
 };
 

@@ -1,7 +1,8 @@
 /// Recorded depth frames as raw images, for machines without the package's image libraries.
 ///
 /// NAME.raw holds the 16-bit images. NAME.txt holds a line `width height fx fy cx cy unit_m`, then
-/// one line per frame with the first three rows of T_W_C. The test program pack_frames writes them.
+/// one line per frame with the first three rows of T_W_C. The test program pack_frames writes both
+/// files.
 #pragma once
 
 #include <memory>
@@ -11,8 +12,8 @@
 
 namespace dtsdf {
 
-/// @throws std::runtime_error if the files cannot be read. next() throws it if NAME.raw is too
-/// short, or a line is not a pose.
+/// @throws std::runtime_error if the files cannot be read. next() throws std::runtime_error if
+/// NAME.raw is too short or a line is not a pose.
 std::unique_ptr<FrameSource> openRawFrames(const std::string& path_without_suffix,
                                            const FrameSelection& selection);
 

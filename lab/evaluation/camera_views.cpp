@@ -13,7 +13,7 @@ namespace dtsdf {
 
 namespace {
 
-/// Azimuth about y and elevation above the plane y = 0 of a view, in radians.
+/// Azimuth of a view about y, and its elevation above the plane y = 0, in radians.
 struct ViewAngles {
   double azimuth, elevation;
 };

@@ -22,7 +22,7 @@ struct ViewCamera {
   }
 };
 
-/// A camera whose principal point is the middle of its image.
+/// A camera whose principal point is the image centre.
 ViewCamera centredCamera(int width, int height, double focal_px);
 
 /// Direction of a pixel's ray in the optical frame, with z = 1.
@@ -32,7 +32,7 @@ enum class OrbitShape {
   kCircle,  ///< In the plane y = 0 (the paper's set-up).
   kHelix,   ///< Five turns from 60 degrees below the plane y = 0 to 60 above it.
   kSphere,  ///< A spiral from pole to pole with views spread evenly over the sphere.
-  kHand,    ///< Carried around the circle by hand (hand_path.h).
+  kHand,    ///< Hand-held, along the circle (hand_path.h).
 };
 
 /// @throws std::invalid_argument for an unknown name.
@@ -53,9 +53,9 @@ struct Views {
 /// @throws std::runtime_error with the file and the problem, or if no image has a pose.
 Views readViews(const std::string& tum_folder);
 
-/// Reads a depth image with 5000 units per metre. @return depths in metres, row-major; 0: no
+/// Reads a depth image with 5000 units per metre. @return Depths in metres, row-major; 0: no
 /// measurement.
-/// @throws std::runtime_error if it is not a 16-bit image of the camera's size.
+/// @throws std::runtime_error if the file is not a 16-bit image of the camera's size.
 std::vector<float> readTumDepth(const std::string& path, const ViewCamera& camera);
 
 }  // namespace dtsdf

@@ -17,7 +17,7 @@ struct ColourEvaluation {
 
 /// Compares with the ground truth, coloured by `texture`; ignores samples farther than 50 mm from
 /// the ground truth.
-/// @throws std::runtime_error if a mesh does not have the colours that are compared.
+/// @throws std::runtime_error if a mesh lacks the colours to compare.
 ColourEvaluation evaluateColours(const TriangleMesh& reconstruction,
                                  const TriangleMesh& ground_truth, Texture texture, size_t samples);
 

@@ -1,4 +1,5 @@
-/// Compares depth images with a mesh: how well it predicts measurements that it was not made from.
+/// Compares depth images with a mesh: how well the mesh predicts measurements that were not used to
+/// make it.
 #pragma once
 
 #include <string>
@@ -24,9 +25,9 @@ class DepthComparison {
   void merge(const DepthComparison& other);
 
   /// The figures as a JSON object: shares of the measured pixels, and distances over the measured
-  /// pixels that the mesh covers, in millimetres. Skirts and floaters of the mesh give depths in
-  /// front of the measured depths. Through a hole in the mesh, a ray meets a surface behind, or
-  /// none.
+  /// pixels that the mesh covers, in millimetres. Skirts and floaters of the mesh show as depths in
+  /// front of the measured depths. Through a hole in the mesh, a ray hits a surface farther away,
+  /// or none.
   std::string toJson() const;
 
  private:

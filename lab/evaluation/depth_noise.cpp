@@ -34,7 +34,8 @@ class NoisySensor {
       : view_(view), camera_(camera), noise_(noise) {}
 
   float measure(int u, int v, Random& random) const {
-    // Every pixel draws the same number of values, so that its noise depends on no other pixel.
+    // Every pixel draws the same number of values, so that its noise does not depend on other
+    // pixels.
     const double step_u = random.normal(), step_v = random.normal(), along = random.normal();
     const double loss_draw = random.uniform();
     if (noise_ == DepthNoise::kKinect) {

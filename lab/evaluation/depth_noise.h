@@ -2,18 +2,18 @@
 ///
 /// `kinect`, the first Kinect: axial and lateral noise after Nguyen, Izadi and Lovell, "Modeling
 /// Kinect sensor noise for improved 3D reconstruction and tracking", 3DIMPVT 2012, Sec. 3;
-/// quantisation of the disparity after Khoshelham and Oude Elberink, "Accuracy and resolution of
-/// Kinect depth data for indoor mapping applications", Sensors 2012. Pixels are lost at random on
-/// surfaces at grazing angles and next to depth edges. Unlike real noise of such a sensor, this
-/// noise is not correlated between neighbours.
+/// disparity quantisation after Khoshelham and Oude Elberink, "Accuracy and resolution of Kinect
+/// depth data for indoor mapping applications", Sensors 2012. Pixels are lost at random on surfaces
+/// at grazing angles and next to depth edges. Unlike real noise of such a sensor, this noise is not
+/// correlated between neighbours.
 ///
 /// `tof`, a time-of-flight camera: axial noise of the second Kinect after Fankhauser, Bloesch,
 /// Rodriguez, Kaestner, Hutter and Siegwart, "Kinect v2 for mobile robot navigation: evaluation and
 /// modeling", ICAR 2015, and mixed pixels (mixed_pixels.h).
 ///
-/// `stereo`, an active stereo camera: correlated and quantised disparity noise, loss of what one of
-/// the two cameras does not see or what lacks texture (stereo_noise.h), and random loss as for
-/// `kinect`.
+/// `stereo`, an active stereo camera: correlated and quantised disparity noise, loss of pixels that
+/// are visible to only one of the two cameras or lack texture (stereo_noise.h), and random loss as
+/// for `kinect`.
 #pragma once
 
 #include <cstdint>

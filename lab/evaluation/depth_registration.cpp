@@ -10,9 +10,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStride_px = 6;  // some 8500 points of an image of 640 x 480
+constexpr int kStride_px = 6;  // some 8500 points in a 640 x 480 image
 constexpr double kFarthestShare = 0.05, kFarthest_m = 0.1;
-/// The first bound is wider by this factor: an image may be far from the mesh at its recorded pose.
+/// Factor by which the first bound is wider: at its recorded pose, an image may be far from the
+/// mesh.
 constexpr double kFirstReach = 4.0;
 constexpr size_t kFewestPoints = 50;
 
@@ -26,7 +27,7 @@ struct PointToPlane {
   double weight;
 };
 
-/// A Gauss-Newton step for all points, without motion in directions that the planes hardly
+/// A Gauss-Newton step over all points, without motion in directions that the planes hardly
 /// constrain.
 /// @pre `pairs` is not empty.
 Eigen::Isometry3d motionOf(const std::vector<PointToPlane>& pairs) {
@@ -35,7 +36,8 @@ Eigen::Isometry3d motionOf(const std::vector<PointToPlane>& pairs) {
   centre_W /= static_cast<double>(pairs.size());
   double squares = 0.0;
   for (const PointToPlane& pair : pairs) squares += (pair.p_W - centre_W).squaredNorm();
-  // Turns are measured, like shifts, by how far they move a point at this distance.
+  // Rotations are measured by how far they move a point at this distance, so that they are
+  // comparable to shifts.
   const double radius_m = std::max(1e-6, std::sqrt(squares / static_cast<double>(pairs.size())));
   Matrix6d A = Matrix6d::Zero();
   Vector6d b = Vector6d::Zero();
@@ -56,14 +58,14 @@ Eigen::Isometry3d motionOf(const std::vector<PointToPlane>& pairs) {
   return motion;
 }
 
-/// Tukey's biweight: 1 for no difference, 0 from `reach` on.
+/// Tukey's biweight: 1 for no difference, 0 for differences of `reach` or more.
 double biweight(double difference, double reach) {
   const double ratio = difference / reach;
   const double rest = std::max(0.0, 1.0 - ratio * ratio);
   return rest * rest;
 }
 
-/// Differences of this size or more do not count.
+/// Differences of this size or more are ignored.
 double reachAt(double depth_m, double reach) {
   return reach * std::min(kFarthestShare * depth_m, kFarthest_m);
 }

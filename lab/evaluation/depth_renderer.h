@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-/// What a camera sees, row-major.
+/// Rendered depth image with viewing angles, row-major.
 struct DepthView {
   std::vector<float> depth_m;           ///< z in the optical frame; 0: no surface.
   std::vector<float> incidence_cosine;  ///< |cos| between view ray and surface normal.
@@ -18,7 +18,8 @@ struct DepthView {
 DepthView renderView(const MeshScene& scene, const ViewCamera& camera,
                      const Eigen::Isometry3d& T_W_C);
 
-/// What a colour camera sees, row-major. Each pixel is the mean of 2 x 2 rays; grey: no surface.
+/// Renders a colour image, row-major. Each pixel is the mean of 2 x 2 rays; grey where there is no
+/// surface.
 std::vector<Rgb8> renderColours(const MeshScene& scene, Texture texture, const ViewCamera& camera,
                                 const Eigen::Isometry3d& T_W_C);
 
@@ -26,12 +27,12 @@ std::vector<Rgb8> renderColours(const MeshScene& scene, Texture texture, const V
 std::vector<uint16_t> toTumDepth(const std::vector<float>& depth_m);
 
 /// Writes a TUM folder image by image; finish() writes the lists, the trajectory and the camera.
-/// Several threads may call write() and writeColours() at once.
+/// Several threads may call write() and writeColours() concurrently.
 class TumWriter {
  public:
   /// Creates the folder, for images at `rate_hz`. Each colour pose adds a colour image, taken half
-  /// a period after the depth image of the same index.
-  /// @throws std::runtime_error if it cannot be created.
+  /// a period after the depth image with the same index.
+  /// @throws std::runtime_error if the folder cannot be created.
   TumWriter(const std::string& directory, const ViewCamera& camera,
             const std::vector<Eigen::Isometry3d>& poses_W_C, double rate_hz = 10.0,
             const std::vector<Eigen::Isometry3d>& colour_poses_W_C = {});

@@ -25,9 +25,9 @@ EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
   EvaluateDepthOptions options;
   CommandLine line("evaluate_depth", "MESH.ply TUM_DIR [options]",
                    "Renders the mesh from the poses of a TUM folder and compares it with the "
-                   "measured depth: the share of measured pixels that the mesh covers, and the "
-                   "differences there, as JSON. Use frames that the mesh was not made from: "
-                   "reconstruct --frames ::2, evaluate_depth --first 1 --step 2.");
+                   "measured depth. Prints, as JSON, the share of measured pixels that the mesh "
+                   "covers, and the differences there. Use frames that were not used to make the "
+                   "mesh: reconstruct --frames ::2, evaluate_depth --first 1 --step 2.");
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
   line.addNumber({"--first", "N", "first image to use"}, options.frames.first, {0, kUnbounded});
@@ -43,18 +43,18 @@ EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
   return options;
 }
 
-/// The indices of the chosen images out of `count`.
+/// Indices of the selected images, out of `count`.
 std::vector<size_t> selectViews(const FrameSelection& frames, size_t count) {
   std::vector<size_t> chosen;
   for (size_t i = frames.first; i < count; i += frames.step) {
     chosen.push_back(i);
   }
   if (chosen.empty())
-    throw UsageError("the selection contains no image; there are " + std::to_string(count));
+    throw UsageError("--first: only " + std::to_string(count) + " images have a pose");
   return chosen;
 }
 
-/// Figures of the images at their recorded poses, and at the poses that fit best.
+/// Comparison of the images at their recorded poses, and at the poses that fit best.
 struct Results {
   explicit Results(int stride) : recorded(stride), registered(stride) {}
 

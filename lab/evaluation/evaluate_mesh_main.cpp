@@ -22,9 +22,9 @@ struct EvaluateMeshOptions {
 };
 
 void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
-  line.addText(
-      {"--views", "DIR", "count only the ground truth that some view of this TUM folder sees"},
-      options.views_folder);
+  line.addText({"--views", "DIR",
+                "count only the ground truth that is visible in a view of this TUM folder"},
+               options.views_folder);
   line.addNumber({"--samples", "N", "samples of each surface"}, options.evaluation.samples,
                  {1, 1e9});
   line.add(

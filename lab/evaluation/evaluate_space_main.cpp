@@ -19,8 +19,8 @@ EvaluateSpaceOptions readOptions(const std::vector<std::string>& arguments) {
   EvaluateSpaceOptions options;
   CommandLine line("evaluate_space", "[options]",
                    "Maps rendered images of a room with shapes and compares the map's free space "
-                   "and distances with the truth: errors of distances, cells that are called free "
-                   "but are not, and how many truly free cells were found, as JSON.");
+                   "and distances with the truth. Prints, as JSON, errors in distances, cells that "
+                   "are wrongly reported free, and how many truly free cells were found.");
   line.addList({"--set", "KEY=VALUE ...", "settings of the map, as in config/default.yaml"},
                [&](const std::string& text) {
                  try {

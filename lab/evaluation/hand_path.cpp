@@ -21,7 +21,7 @@ struct Swing {
   double amplitude, frequency_hz;
 };
 
-/// Shifts in metres: circles of the hand, steps, tremor.
+/// Shifts in metres: circular hand motion, steps, tremor.
 constexpr Swing kSways_m[] = {{0, 0.12, 0.31},  {1, 0.12, 0.31}, {2, 0.06, 0.23},
                               {1, 0.012, 1.8},  {0, 0.008, 0.9}, {0, 0.0008, 6.1},
                               {1, 0.0008, 7.3}, {2, 0.0008, 5.2}};
@@ -66,7 +66,7 @@ class Loop {
       ends_m_.push_back(ends_m_.back() +
                         (pose(i + 1).translation() - pose(i).translation()).norm());
     }
-    if (!(ends_m_.back() > 0.0)) throw std::invalid_argument("all poses lie in one place");
+    if (!(ends_m_.back() > 0.0)) throw std::invalid_argument("all poses have the same position");
   }
 
   Isometry3d at(double way_m) const {
@@ -90,7 +90,8 @@ class Loop {
   const Isometry3d& pose(size_t i) const { return poses_[i % poses_.size()]; }
 
   std::vector<Isometry3d> poses_;
-  std::vector<double> ends_m_;  ///< Total length of the chords before each pose, and of all.
+  std::vector<double> ends_m_;  ///< Total length of the chords before each pose; then that of all
+                                ///< chords.
 };
 
 }  // namespace

@@ -16,8 +16,8 @@ struct HandPath {
 };
 
 /// Poses of a camera that is carried along a closed loop through the given poses at 0.5 m/s, with
-/// steps, tremor, roll and circles of the hand, while it looks around.
-/// @throws std::invalid_argument for fewer than two poses, or if all are in one place.
+/// steps, tremor, roll and circular hand motion, while it looks around.
+/// @throws std::invalid_argument for fewer than two poses, or if all poses have the same position.
 std::vector<Eigen::Isometry3d> handPoses(const std::vector<Eigen::Isometry3d>& through_T_W_C,
                                          const HandPath& path);
 

@@ -70,8 +70,8 @@ std::vector<Eigen::Vector3f> select(const std::vector<Eigen::Vector3f>& points,
   return result;
 }
 
-/// 0 .. count-1 in steps of about count divided by the golden ratio, so that the first few views
-/// look from all sides and leave few samples for the other views to test.
+/// 0 .. count-1 in steps of about `count` divided by the golden ratio: the first few views then
+/// show the surface from all sides and leave few samples for the other views to test.
 std::vector<size_t> spreadOrder(size_t count) {
   size_t step = std::max<size_t>(1, static_cast<size_t>(0.618034 * static_cast<double>(count)));
   while (std::gcd(step, count) != 1) ++step;
@@ -94,7 +94,8 @@ class View {
 
   bool sees(const MeshScene& surface, const Eigen::Vector3f& p_W,
             const Eigen::Vector3f& normal_W) const {
-    // Rays end this fraction of their length before the point, so that it does not hide itself.
+    // Rays end this fraction of their length before the point, so that its own surface does not
+    // hide it.
     constexpr float kMargin = 5.0e-5f;
     constexpr float kFlattestCosine = 0.05f;
     const Eigen::Vector3f view_W = eye_W_ - p_W;
@@ -103,7 +104,7 @@ class View {
   }
 
  private:
-  /// Whether the point lies in the image, and on a pixel of about its own depth.
+  /// Whether the point lies in the image, on a pixel of about the same depth.
   bool isMeasured(const Eigen::Vector3f& p_C) const {
     // Wide enough for noise and for the slant within a pixel; the ray tests for occlusion.
     constexpr float kDepthShare = 0.05f;

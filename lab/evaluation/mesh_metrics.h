@@ -49,18 +49,18 @@ struct Evaluation {
   DistanceStats vertices;      ///< Vertices of the reconstruction to the ground truth.
   DistanceStats surface;       ///< Area-uniform samples of the reconstruction to the ground truth.
   DistanceStats completeness;  ///< Samples of the seen ground truth to the reconstruction.
-  double seen_share = 1.0;     ///< Share of the ground truth's area that any view sees.
+  double seen_share = 1.0;     ///< Share of the ground truth's area that is visible in some view.
   std::vector<FScore> f_scores;
   MeshTopology topology;
 };
 
-/// Distances of points to a surface, in metres, on all cores.
+/// Distances from points to a surface, in metres. Runs on all cores.
 std::vector<double> distancesTo(const MeshScene& surface,
                                 const std::vector<Eigen::Vector3f>& points);
 
-/// Whether each sample of the surface lies in some view with nothing in front of it and, if there
-/// are depth images, on a pixel of about its own depth: what is out of the sensor's range or lost
-/// in every view is not seen. A surface at less than 3 degrees to the view ray does not count.
+/// Whether each sample of the surface is visible in some view: unoccluded, with the surface at 3
+/// degrees or more to the view ray, and, if there are depth images, on a pixel of about the same
+/// depth. Samples that are out of the sensor's range or lost in every view are not seen.
 std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
                               const Views& views);
 
@@ -69,7 +69,7 @@ std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& sa
 Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& ground_truth,
                         const Views* views, const EvaluationOptions& options);
 
-/// The figures as a JSON object; distances in millimetres, as the keys say.
+/// The figures as a JSON object, with distances in millimetres.
 std::string toJson(const Evaluation& evaluation);
 
 }  // namespace dtsdf

@@ -57,7 +57,7 @@ MeshScene::MeshScene(const TriangleMesh& mesh)
       device_(rtcNewDevice(nullptr), rtcReleaseDevice),
       scene_(nullptr, rtcReleaseScene) {
   if (mesh.triangles.empty()) throw std::runtime_error("the mesh has no triangles");
-  if (device_ == nullptr) throw std::runtime_error("Embree found no device");
+  if (device_ == nullptr) throw std::runtime_error("Embree cannot create a device");
   for (const Eigen::Vector3f& p : mesh.vertices) bounds_.extend(p);
   scene_.reset(rtcNewScene(device_.get()));
   // Robust: no ray passes between two adjacent triangles.
@@ -77,7 +77,7 @@ MeshScene::MeshScene(const TriangleMesh& mesh)
   rtcReleaseGeometry(geometry);
   rtcCommitScene(scene_.get());
   if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) {
-    throw std::runtime_error("Embree cannot build its tree over the mesh");
+    throw std::runtime_error("Embree cannot build its tree for the mesh");
   }
 }
 

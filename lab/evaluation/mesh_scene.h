@@ -1,4 +1,4 @@
-/// Ray casting and closest-point queries on a triangle mesh, with Embree.
+/// Ray casting and closest-point queries on a triangle mesh, using Embree.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -15,7 +15,7 @@ namespace dtsdf {
 struct RayHit {
   float distance;  ///< In multiples of the direction's length.
   uint32_t triangle;
-  Eigen::Vector3f normal;       ///< Unit normal by the winding order; zero without area.
+  Eigen::Vector3f normal;  ///< Unit normal by the winding order; zero for a triangle without area.
   Eigen::Vector2f barycentric;  ///< Weights of the triangle's second and third corner.
 };
 
@@ -40,8 +40,8 @@ class MeshScene {
   std::optional<RayHit> intersect(const Eigen::Vector3f& origin,
                                   const Eigen::Vector3f& direction) const;
 
-  /// Whether no surface crosses the open segment between two points; `margin` is the fraction of
-  /// its length that is ignored at its end.
+  /// Whether no surface crosses the open segment between two points, ignoring the fraction `margin`
+  /// of its length at the end.
   bool isFree(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float margin) const;
 
   ClosestPoint closestPoint(const Eigen::Vector3f& p) const;

@@ -12,7 +12,7 @@ namespace {
 /// Separates this random stream from those of other parts.
 constexpr uint64_t kStream = 0x6d69786564ULL;
 
-/// Visits a pixel's neighbours in the image.
+/// Visits the four neighbours of a pixel that lie in the image.
 template <class Visit>
 void forNeighbours(const ViewCamera& camera, int u, int v, Visit visit) {
   if (u > 0) visit(u - 1, v);

@@ -1,13 +1,13 @@
-/// Mixed (flying) pixels of a time-of-flight camera: at a depth edge a pixel receives light of both
-/// surfaces and returns a depth between them.
+/// Mixed (flying) pixels of a time-of-flight camera: at a depth edge, a pixel receives light from
+/// both surfaces and returns a depth between them.
 ///
 /// The phase of the sum of both signals gives, for depths well within the unambiguous range, the
 /// mean of the two depths weighted by amplitude, which falls with the square of the distance
 /// (Sarbolandi, Lefloch and Kolb, "Kinect range sensing: structured-light versus time-of-flight
 /// Kinect", CVIU 2015, on inhomogeneous depth; Toelgyessy et al., "Evaluation of the Azure Kinect
 /// and its comparison to Kinect V1 and Kinect V2", Sensors 2021, show the pixels of a newer
-/// sensor). How much of a pixel lies beyond the edge is drawn uniformly, since a rendered image
-/// does not show it.
+/// sensor). The share of a pixel that lies beyond the edge is drawn uniformly, since it cannot be
+/// known from a rendered image.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,13 @@
 
 namespace dtsdf {
 
-/// Mean of two depths weighted by the amplitudes that they reflect, if `other_share` of the pixel's
-/// area sees the second.
+/// Mean of the depths of two surfaces, weighted by the amplitudes that they reflect, if
+/// `other_share` of the pixel's area shows the second surface.
 float mixDepths(float own_m, float other_m, float other_share);
 
-/// The depth image with mixed pixels: up to half of each pixel at an edge sees the one of its four
-/// neighbours whose depth differs most. Pixels without a surface do not mix with others, since they
-/// return no light.
+/// The depth image with mixed pixels: up to half of each pixel at an edge shows the surface of the
+/// neighbour, out of four, whose depth differs most. Pixels without a surface are not mixed with
+/// others, since they return no light.
 std::vector<float> mixPixels(const std::vector<float>& depth_m, const ViewCamera& camera,
                              uint64_t seed);
 

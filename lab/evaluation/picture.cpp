@@ -75,8 +75,7 @@ class Shader {
     return interpolate(hit, colour(t[0]), colour(t[1]), colour(t[2]));
   }
 
-  /// Brightness with a lamp at the camera and another above it to the left, so that edges stand
-  /// out.
+  /// Brightness with one lamp at the camera and another to its upper left, so that edges stand out.
   float light(const Eigen::Vector3f& normal_W, const Eigen::Vector3f& direction_W) const {
     const Eigen::Vector3f lamp_W =
         options_.T_W_C.linear().cast<float>() * Eigen::Vector3f(-0.5f, -0.7f, -0.5f).normalized();

@@ -22,12 +22,13 @@ struct PictureOptions {
   bool own_colours = true;  ///< Whether to use the mesh's colours, if it has any.
 };
 
-/// A pose with the whole mesh in view, from an azimuth about y, which points up, and an elevation.
+/// A pose with the whole mesh in view, from the given azimuth about y, which points up, and
+/// elevation.
 Eigen::Isometry3d framingPose(const Eigen::AlignedBox3f& bounds, const ViewCamera& camera,
                               double azimuth_deg, double elevation_deg);
 
-/// Writes a .png of the mesh on white. The backs of triangles are brown, so that a missing side
-/// shows. @throws std::runtime_error if it cannot be written.
+/// Writes a .png of the mesh on a white background. The backs of triangles are brown, so that
+/// missing sides are visible. @throws std::runtime_error if the file cannot be written.
 void writePicture(const std::string& path, const MeshScene& scene, const PictureOptions& options);
 
 }  // namespace dtsdf

@@ -67,7 +67,7 @@ void readProperty(std::istringstream& words, const std::string& element, Header&
   std::string count_type;
   if (type == "list") words >> count_type >> type >> name;
   if (name != "vertex_indices" && name != "vertex_index") {
-    throw std::runtime_error("its faces have a property other than the list vertex_indices");
+    throw std::runtime_error("the faces have a property other than the list vertex_indices");
   }
   header.corner_count = numberType(count_type);
   header.corner = numberType(type);
@@ -116,10 +116,10 @@ class NumberReader {
  private:
   double text() {
     char* after = nullptr;
-    // std::string ends with a null character, so the conversion never runs past it.
+    // std::string ends with a null character, so the conversion never reads past its end.
     const double number = std::strtod(position_, &after);
     if (after == position_) {
-      throw std::runtime_error("it ends too early or contains something that is not a number");
+      throw std::runtime_error("the file is too short or contains an invalid number");
     }
     position_ = after;
     return number;
@@ -127,7 +127,7 @@ class NumberReader {
 
   double binary(const NumberType& type) {
     if (static_cast<size_t>(end_ - position_) < type.bytes) {
-      throw std::runtime_error("it ends too early");
+      throw std::runtime_error("the file is too short");
     }
     const double number = type.read(position_);
     position_ += type.bytes;
@@ -151,7 +151,7 @@ void readVertices(const Header& header, NumberReader& reader, TriangleMesh& mesh
   std::map<std::string, double> row;
   for (const Property& property : header.vertex_properties) row[property.name] = 0.0;
   for (const char* name : {"x", "y", "z"}) {
-    if (row.count(name) == 0) throw std::runtime_error("its vertices have no x, y and z");
+    if (row.count(name) == 0) throw std::runtime_error("the vertices have no x, y and z");
   }
   const bool is_coloured = row.count("red") > 0 && row.count("green") > 0 && row.count("blue") > 0;
   std::vector<double*> cells;
@@ -174,7 +174,7 @@ void readVertices(const Header& header, NumberReader& reader, TriangleMesh& mesh
 
 void readFaces(const Header& header, NumberReader& reader, TriangleMesh& mesh) {
   if (header.faces > 0 && header.corner.read == nullptr) {
-    throw std::runtime_error("its faces have no list vertex_indices");
+    throw std::runtime_error("the faces have no list vertex_indices");
   }
   std::vector<double> polygon;
   for (size_t i = 0; i < header.faces; ++i) {

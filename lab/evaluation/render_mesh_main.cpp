@@ -32,11 +32,11 @@ RenderMeshOptions readOptions(const std::vector<std::string>& arguments) {
   return options;
 }
 
-/// Sets the camera and the pose of an image.
+/// Sets the picture's camera and pose to those of an image.
 void viewFrom(const std::string& folder, size_t image, PictureOptions& picture) {
   const Views views = readViews(folder);
   if (image >= views.poses_W_C.size()) {
-    throw UsageError("--image: there are " + std::to_string(views.poses_W_C.size()) + " images");
+    throw UsageError("--image: only " + std::to_string(views.poses_W_C.size()) + " have a pose");
   }
   picture.camera = views.camera;
   picture.T_W_C = views.poses_W_C[image];

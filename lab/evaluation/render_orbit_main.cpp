@@ -19,7 +19,8 @@ struct RenderOrbitOptions {
   double radius_m = 2.0;
   OrbitShape trajectory = OrbitShape::kCircle;
   double longest_side_m = 1.0;  ///< 0: the model is not scaled.
-  std::string views_folder;     ///< Folder with poses to use instead of a trajectory; or empty.
+  std::string views_folder;  ///< Folder with poses to use instead of a trajectory; empty: use the
+                             ///< trajectory.
   int width = 640, height = 480;
   double focal_px = 525.0;
   DepthNoise noise = DepthNoise::kNone;
@@ -48,7 +49,7 @@ void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
 void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.addNumber({"--width", "PIXELS", "width of the images"}, options.width, {2, 4096});
   line.addNumber({"--height", "PIXELS", "height of the images"}, options.height, {2, 4096});
-  line.addNumber({"--focal", "PIXELS", "focal length; the principal point is the image's middle"},
+  line.addNumber({"--focal", "PIXELS", "focal length; the principal point is the image centre"},
                  options.focal_px, {1.0, 1e5});
   line.add(
       {"--noise", "NAME", "none, or the noise of a camera: kinect, tof or stereo (default none)"},
@@ -60,7 +61,7 @@ void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
 void addColourOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.add({"--colour", "NAME",
             "also render colour images, half a period after each depth image: vertices (the mesh's "
-            "own colours), checker (cubes of 50 mm) or gradient (waves of 0.4 m)"},
+            "own colours), checker (50 mm cubes) or gradient (waves of 0.4 m)"},
            [&](const std::string& text) { options.texture = textureFromName(text); });
 }
 
@@ -92,7 +93,7 @@ std::vector<Eigen::Isometry3d> everyNth(const std::vector<Eigen::Isometry3d>& al
   return poses_W_C;
 }
 
-/// A hand-held path: each colour image is taken half a period after its depth image, from the pose
+/// A hand-held path. Each colour image is taken half a period after its depth image, from the pose
 /// at that time.
 CameraPath handPath(const RenderOrbitOptions& options) {
   constexpr double kRate_hz = 30.0;

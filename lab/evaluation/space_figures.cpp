@@ -14,7 +14,7 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-/// Test points along an edge of a box, to check whether a view sees through it.
+/// Test points along each edge of a box, for checking whether a view looks through it.
 constexpr int kPointsAlong = 4;
 
 Vector3d gridPoint(const AlignedBox3d& box, int i) {
@@ -45,7 +45,7 @@ std::vector<SpaceCell> thinned(const std::vector<SpaceCell>& all, size_t most) {
   return chosen;
 }
 
-/// A random point of a box; the same number gives the same point.
+/// A random point in a box; the same number gives the same point.
 Vector3d randomPoint(const AlignedBox3d& box, size_t number) {
   std::mt19937_64 random(number);
   std::uniform_real_distribution<double> share(0.0, 1.0);
@@ -53,7 +53,7 @@ Vector3d randomPoint(const AlignedBox3d& box, size_t number) {
   return box.min() + box.sizes().cwiseProduct(Vector3d(x, y, z));
 }
 
-/// How many of the numbers below `count` fulfil a condition.
+/// How many of the numbers below `count` meet a condition.
 template <class Condition>
 size_t countIf(size_t count, const Condition& condition) {
   std::vector<char> holds(count);
@@ -88,8 +88,8 @@ double distanceFromMiddle(const Space& space, const Vec3i& cell) {
 void compareDistances(const Space& space, const SpaceTruth& truth, double max_distance_m,
                       const std::vector<SpaceCell>& cells, SpaceFigures& figures) {
   std::vector<double> at_middles(cells.size()), at_points(cells.size());
-  // Distances beyond max_distance_m count as max_distance_m; if both distances are, they are not
-  // compared.
+  // Distances beyond max_distance_m count as max_distance_m; if both distances are that large, they
+  // are not compared.
   const auto error = [&](double distance_m, const Vector3d& p_W) {
     const std::optional<double> true_m = truth.distanceFrom(p_W);
     if (!true_m || (distance_m >= max_distance_m && *true_m >= max_distance_m)) {
@@ -164,7 +164,7 @@ bool SpaceTruth::isClear(const Vector3d& from_W, const Vector3d& to_W) const {
   return !(viewed_.scene.intersect(from_W, to_W - from_W) < 1.0);
 }
 
-/// Subdivides the box until the distance at the middle decides or the part is tiny.
+/// Subdivides the box until the distance at the centre of a part is conclusive or the part is tiny.
 bool SpaceTruth::isTaken(const AlignedBox3d& box_W) const {
   constexpr double kFine_m = 1e-4;
   const double at_middle = viewed_.scene.signedDistance(box_W.center()),

@@ -10,20 +10,20 @@
 
 namespace dtsdf {
 
-/// The truth about a scene that cameras see. A surface point counts as seen if it lies in some
-/// image, at least 3 pixels from its border, with nothing in front of it.
+/// The truth about a scene that is viewed by cameras. A surface point counts as seen if it is
+/// unoccluded in some image and at least 3 pixels from its border.
 class SpaceTruth {
  public:
   explicit SpaceTruth(ViewedScene viewed) : viewed_(std::move(viewed)) {}
 
-  /// Distance to the nearest surface; none if no image shows the nearest point.
+  /// Distance to the nearest surface; empty if no image shows the nearest point.
   std::optional<double> distanceFrom(const Eigen::Vector3d& p_W) const;
 
-  /// Whether any solid reaches into a box.
+  /// Whether any solid extends into a box.
   bool isTaken(const Eigen::AlignedBox3d& box_W) const;
 
-  /// Whether some view sees through a whole box, to its far end and within `max_range_m`; tested at
-  /// a grid of points that includes the corners.
+  /// Whether some view looks through a whole box, to its far end and within `max_range_m`; tested
+  /// on a grid of points that includes the corners.
   bool isSeenThrough(const Eigen::AlignedBox3d& box_W, double max_range_m) const;
 
  private:
@@ -33,7 +33,7 @@ class SpaceTruth {
   ViewedScene viewed_;
 };
 
-/// Errors of distances: the map's minus the true one.
+/// Errors in distances: the map's distance minus the true distance.
 struct DistanceErrors {
   size_t count = 0;
   double rmse_m = 0.0, mean_m = 0.0, least_m = 0.0, greatest_m = 0.0;
@@ -43,17 +43,17 @@ struct DistanceErrors {
 struct SpaceFigures {
   double cell_m = 0.0;
   size_t free_cells = 0, surface_cells = 0;
-  DistanceErrors at_middles;  ///< Errors at the middles of known cells.
+  DistanceErrors at_middles;  ///< Errors at the centres of known cells.
   DistanceErrors at_points;   ///< Errors of distanceAt() at a random point of each known cell.
-  size_t looked_at = 0;       ///< Cells that the map calls free, among the compared cells.
-  size_t taken = 0;           ///< Cells called free that a solid reaches into.
-  size_t unseen = 0;          ///< Cells called free that no view sees through as a whole.
-  size_t truly_free = 0;      ///< Random cells without solids that a view sees through.
-  size_t found_free = 0;      ///< Truly free cells that the map calls free.
+  size_t looked_at = 0;       ///< Free cells of the map that were checked.
+  size_t taken = 0;           ///< Checked cells into which a solid extends.
+  size_t unseen = 0;          ///< Checked cells that no view looks through completely.
+  size_t truly_free = 0;      ///< Random cells without solids that some view looks through.
+  size_t found_free = 0;      ///< Truly free cells that are free in the map.
 };
 
 struct SpaceQuestions {
-  double max_distance_m;    ///< Distances are compared up to here.
+  double max_distance_m;    ///< Distances are compared up to this value.
   double max_range_m;       ///< Range within which a view shows free space.
   size_t samples = 100000;  ///< Maximum number of cells for each figure.
 };

@@ -1,4 +1,4 @@
-/// Analytic scenes for the space around surfaces, and their images.
+/// Analytic scenes for measuring free space and distances, and images of these scenes.
 #pragma once
 
 #include "dtsdf_mapping/mapper.h"
@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// A scene with the cameras that look at it.
+/// A scene and the cameras that view it.
 struct ViewedScene {
   Scene scene;
   Views views;
@@ -16,7 +16,7 @@ struct ViewedScene {
 /// A closed room with a ball, a tilted block and a thin tilted plate in it, seen from all sides.
 ViewedScene viewedShapes();
 
-/// Fuses all images of a scene. @throws std::runtime_error if one is refused.
+/// Fuses all images of a scene. @throws std::runtime_error if an image is refused.
 void fuseScene(const ViewedScene& viewed, Mapper& mapper);
 
 }  // namespace dtsdf

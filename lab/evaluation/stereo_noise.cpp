@@ -20,7 +20,7 @@ constexpr double kMinTexture = -1.9;  // standard normal: 2.9 % lie below
 /// Two points whose disparities differ by less than this lie on one slanted surface.
 constexpr double kSameSurface_px = 1.0;
 
-/// Separate these random streams from those of other parts.
+/// Separates these random streams from those of other parts.
 constexpr uint64_t kDisparityStream = 0x64697370ULL, kTextureStream = 0x74657874ULL;
 
 double disparityScale(const ViewCamera& camera) {
@@ -40,9 +40,9 @@ void sumAlong(const std::vector<double>& values, size_t start, size_t stride, si
   }
 }
 
-/// One row of seenByBoth: marks what the right camera does not see. From right to left, the pixels
-/// of one surface have falling columns in the right image. A pixel whose column was already passed
-/// is hidden behind the surface there.
+/// One row of seenByBoth(): marks the pixels that the right camera does not see. From right to
+/// left, the pixels of one surface have decreasing columns in the right image. A pixel whose column
+/// was already passed is hidden behind the surface there.
 void hideRow(const std::vector<float>& depth_m, size_t begin, int width, double scale,
              std::vector<bool>& seen) {
   double leftmost_px = std::numeric_limits<double>::infinity(), disparity_there_px = 0.0;

@@ -16,7 +16,7 @@ using Rgb8 = std::array<uint8_t, 3>;
 enum class Texture {
   kVertices,  ///< The mesh's own, interpolated between vertices.
   kChecker,   ///< Cubes of 50 mm in two colours: edges as sharp as an image can show.
-  kGradient,  ///< Waves of 0.4 m in each channel, which blur hardly changes.
+  kGradient,  ///< Waves of 0.4 m in each channel, which are hardly changed by blur.
 };
 
 /// @throws std::invalid_argument for an unknown name.

@@ -1,4 +1,4 @@
-/// A plain triangle mesh that the evaluation programs read, scale and write.
+/// A plain triangle mesh, which the evaluation programs read, scale and write.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,20 +25,21 @@ TriangleMesh readPly(const std::string& path);
 /// @throws std::runtime_error if the file cannot be written.
 void writePly(const std::string& path, const TriangleMesh& mesh);
 
-/// Moves the centre of the bounding box to the origin, and scales its longest side to this length.
+/// Moves the centre of the bounding box to the origin, and scales the longest side of the box to
+/// this length.
 void centreAndScale(TriangleMesh& mesh, float longest_side_m);
 
 /// Area of each triangle in m^2.
 std::vector<double> triangleAreas(const TriangleMesh& mesh);
 
-/// Points drawn uniformly by area, with the triangle each lies in.
+/// Points drawn uniformly by area, and the triangle in which each point lies.
 struct SurfaceSamples {
   std::vector<Eigen::Vector3f> points;
   std::vector<uint32_t> triangles;
 };
 
-/// Samples a mesh; a seed gives the same samples on every machine. Returns none if the mesh has no
-/// area.
+/// Samples a mesh. The same seed gives the same samples on every machine. Returns no samples if the
+/// mesh has no area.
 SurfaceSamples sampleSurface(const TriangleMesh& mesh, size_t count, uint64_t seed);
 
 }  // namespace dtsdf

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 constexpr double kWall_m = 0.0037, kEye_m = -3.0;
 constexpr double kSide_m = 0.25;
 
-/// A board is put where 60 frames saw free space, and then seen in a few frames.
+/// A board is placed where 60 frames showed free space, and then appears in a few frames.
 std::vector<Figure> measure(const SceneSetup& setup, double front_m, int frames) {
   Scene scene;
   scene.add(wallAt(kWall_m));

@@ -1,17 +1,17 @@
-/// The scenes, one file each; each function adds the variants of one scene.
+/// The scenes, each in its own file. Each function adds the variants of one scene.
 #pragma once
 
 #include "scenes/scene_case.h"
 
 namespace dtsdf {
 
-/// A wall has no gap between the part seen only from far away and the part also seen from close by.
+/// A wall has no gap between the part seen only from far away and the part also seen from nearby.
 void addNearAfterFarCases(std::vector<SceneCase>& cases);
 
-/// A removed object is gone, however close and however long it was seen before.
+/// A removed object vanishes, however near and however long it was seen before.
 void addRemovedCases(std::vector<SceneCase>& cases);
 
-/// An object that is put into free space appears soon.
+/// An object placed in free space soon appears.
 void addAppearingCases(std::vector<SceneCase>& cases);
 
 /// Thin slats, seen from the front only, are complete and not too wide; gaps between them stay
@@ -24,8 +24,8 @@ void addUncontradictedCases(std::vector<SceneCase>& cases);
 /// Clearing removes no surface if poses are slightly wrong.
 void addDriftCases(std::vector<SceneCase>& cases);
 
-/// Wrong depths or a wrong pose in single frames leave no surface; a single look at a corner leaves
-/// one.
+/// Wrong depths or a wrong pose in single frames leave no surface. With mesh/min_support 1, a
+/// corner seen in a single frame is kept.
 void addStrayCases(std::vector<SceneCase>& cases);
 
 /// Mixed pixels between two surfaces build no bridge, and a real side is not removed as a bridge.

@@ -28,7 +28,7 @@ Eigen::Isometry3d passBy(int i) {
   return lookFrom(eye + sway(i, 0.01), Vector3d(-0.1, 0.3, 0.7));
 }
 
-/// Errors of poses: standard deviation of each axis in each frame, and the drift over the run.
+/// Pose errors: standard deviation on each axis in each frame, and the total drift over the run.
 struct PoseError {
   double jitter_m, jitter_rad, drift_m;
 };
@@ -54,7 +54,7 @@ Surface fuseCorner(SceneSetup setup, const std::vector<SceneView>& views, bool c
   return map.surface();
 }
 
-/// How much of the seen surface clearing removes.
+/// Measures how much of the visible surface clearing removes.
 std::vector<Figure> measure(const SceneSetup& setup, const PoseError& error) {
   const Scene scene = makeCorner();
   const SceneCamera camera = coarseCamera();

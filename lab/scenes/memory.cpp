@@ -9,11 +9,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Small images, since only the number of frames matters.
+/// Its images are small, since only the number of frames matters.
 SceneCamera watchingCamera() { return {80, 60, 65.0}; }
 
-/// A path through the room that stays in view: surfaces that no later frame looks through would
-/// rightly stay.
+/// A path through the room that stays in view, since surfaces that no later frame looks through
+/// would rightly stay.
 Vector3d placeOf(int i) {
   return {0.3 + 0.45 * std::sin(0.0311 * i), 0.15 + 0.2 * std::sin(0.0173 * i),
           0.3 + 0.4 * std::sin(0.0233 * i)};

@@ -24,12 +24,13 @@ struct Step {
   double sigma_m() const { return kNoise * (distance_m + gap_m) * (distance_m + gap_m); }
 };
 
-/// Pixels of about 4 mm at 1 m, 5 mm at 2.5 m and 10 mm at 5 m: the board fits into the image.
+/// Camera with pixels of about 4 mm at 1 m, 5 mm at 2.5 m and 10 mm at 5 m, so that the board fits
+/// into the image.
 SceneCamera stepCamera(const Step& step) {
   return {240, 180, step.distance_m < 2.0 ? 262.5 : 525.0};
 }
 
-/// Gives each pixel of the far side that touches an edge a random depth between both sides.
+/// Gives each pixel on the far side of an edge a random depth between both sides.
 void mixPixels(SceneView& view, double gap_m, Random& random) {
   const SceneView clean = view;
   for (int v = 1; v + 1 < view.camera.height; ++v) {
@@ -56,7 +57,7 @@ Eigen::Isometry3d viewOf(const Step& step, int i) {
   return lookFrom(step.distance_m * towards, Vector3d::Zero());
 }
 
-/// The area between the board and the wall, relative to a complete skirt.
+/// Measures the area of bridges between the board and the wall, relative to a complete skirt.
 std::vector<Figure> measureBridge(const SceneSetup& setup, const Step& step) {
   const double front_m = kOff_m, wall_m = kOff_m + step.gap_m;
   Scene scene;
@@ -79,7 +80,8 @@ std::vector<Figure> measureBridge(const SceneSetup& setup, const Step& step) {
                  100.0 * areaOf(bridge) / skirt_m2)};
 }
 
-/// Whether any point between board and wall is far enough from both to count as a bridge.
+/// Whether any point between the board and the wall is far enough from both to count as part of a
+/// bridge.
 bool hasMiddle(const SceneSetup& setup, const Step& step) {
   const double noise_m = step.noisy ? 6.0 * step.sigma_m() : 0.0;
   return step.gap_m > 4.0 * setup.voxel() + noise_m + 1e-9;
@@ -118,8 +120,8 @@ struct Side {
   }
 };
 
-/// Real sides between board and wall, where bridges would be. The camera moves along their edges,
-/// so that their width in the image hardly changes.
+/// Measures real sides between the board and the wall, where bridges would be. The camera moves
+/// along their edges, so that their width in the image hardly changes.
 std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, double width_px) {
   const Side sides[] = {Side::make(step, width_px, -1.0), Side::make(step, width_px, 1.0)};
   Scene scene;
@@ -137,7 +139,7 @@ std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, doub
     map.fuse(view);
   }
   const double inner_m = 0.5 * kBoardSide_m - 2.0 * setup.voxel();
-  Points between;  // points far from both board and wall
+  Points between;  // points far from both the board and the wall
   for (const Side& side : sides) {
     for (const Vector3d& p : side.points(0.25 * setup.voxel())) {
       const double depth_m = p.z() - kOff_m;

@@ -10,8 +10,8 @@ class Recording:
 
     path: the folder.
     format: one of recording_formats(); by default guessed from the files.
-    K: intrinsics in pixels, 3 x 3 or (fx, fy, cx, cy); by default those of the format.
-    units_per_metre: scale of 16-bit depth; by default that of the format.
+    K: intrinsics in pixels, 3 x 3 or (fx, fy, cx, cy); by default those of the recording.
+    units_per_metre: scale of 16-bit depth; by default that of the recording.
     poses: a file or folder with poses to use instead of the recording's own.
     pose_tolerance_s: largest difference between the stamps of an image and of its pose.
     first, last, step: select depth images by index; last is included.

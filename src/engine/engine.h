@@ -67,7 +67,7 @@ class Engine : public ProbedMapper {
     /// Views that contain all blocks marked for meshing; without a value, these may be anywhere.
     std::optional<std::vector<FrameView>> changed_in{std::in_place};
     std::vector<MarkedKey> waiting;        ///< Blocks left for the next part of an extraction.
-    std::vector<MarkedKey> undone;         ///< Blocks meshed without some neighbours on disk.
+    std::vector<MarkedKey> undone;         ///< Blocks to mesh again, as not all could be loaded.
     PackedKey next_turn = 0;               ///< First block of the next part.
     bool has_moved_in_background = false;  ///< Whether blocks moved since the last frame.
   };

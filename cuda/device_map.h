@@ -15,11 +15,11 @@
 namespace dtsdf {
 namespace gpu {
 
-/// A key that no block can have. It marks empty entries of hash tables.
+/// A key that no block can have. It marks empty entries in hash tables.
 constexpr PackedKey kNoKey = ~PackedKey{0};
 
-/// A slab has 512 voxel arrays of 4 KiB, 4096 bricks of colours of 256 bytes, or 1024 sets of unit
-/// labels of 1 KiB.
+/// A slab holds 512 voxel arrays (4 KiB each), 4096 colour bricks (256 bytes each) or 1024 sets of
+/// unit labels (1 KiB each).
 using VoxelPool = SlabPool<Voxel, kVoxelsPerBlock, 9>;
 using ColourPool = SlabPool<VoxelColour, kVoxelsPerBrick, 12>;
 using LabelPool = SlabPool<UnitLabels, kVoxelsPerBlock, 10>;
@@ -163,8 +163,8 @@ class DeviceMap {
   Event updates_sent_;
   PinnedBuffer<SlotUpdate> updates_;
   PinnedBuffer<int32_t> new_arrays_;
-  /// Recorded after kernels that read changes_. An admission waits for it only if it has changes to
-  /// send or blocks to bring back.
+  /// Recorded after kernels that read changes_. An admission waits for this event only if there are
+  /// changes to send or blocks to read back from disk.
   Event changes_sent_;
   PinnedBuffer<SlotUpdate> changes_;
   std::vector<SlotUpdate> noted_;  ///< Changes not yet sent.

@@ -58,7 +58,7 @@ class DistanceComputer {
   ~DistanceComputer() { stream_.drain(); }
 
   /// Implements DistanceWork on its own stream. @return false if the limit would be exceeded.
-  /// @throws BackendError
+  /// @throws BackendError if CUDA fails.
   bool make(const DistanceTask& task, std::vector<std::shared_ptr<uint16_t[]>>& squares);
 
   void addMemory(MapperMemory& memory) const;

@@ -40,7 +40,7 @@ __device__ void touchBlock(const TouchedView& touched, PackedKey key, uint32_t d
       }
     }
     if (found == key) {
-      // Most surfels find their directions already set, and reading is far cheaper than an atomic.
+      // Usually the directions are already set, and reading is far cheaper than an atomic.
       if (directions & ~readShared(&touched.directions[at])) {
         atomicOr(&touched.directions[at], directions);
       }

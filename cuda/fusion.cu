@@ -103,7 +103,8 @@ __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, MapView m
   if (threadIdx.x == 0 && empty) atomicOr(&block.empty, 1u << direction);
 }
 
-/// One thread block per touched block. A voxel uses a single pixel, so its sums need no memory.
+/// One thread block per touched block. A voxel uses a single pixel, so its sums are local to a
+/// thread.
 __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, const Surfel* surfels,
                                     MapView map, TouchedView touched) {
   __shared__ uint32_t observed;

@@ -72,7 +72,7 @@ __global__ void __launch_bounds__(kRowThreads, 8)
     const size_t patch =
         static_cast<size_t>(v / kPatchSide) * patchesAlong(frame.width) + u / kPatchSide;
     const int side = u < frame.width ? mergedSide(patches[patch], {u, v}) : 0;
-    Surfel merged = noSurfel();  // of a square that starts at the pixel
+    Surfel merged = noSurfel();  // from a square that starts at the pixel
     PixelMeasurement single{};
     uint32_t found = 0;
     if (side > 1) {

@@ -23,7 +23,7 @@ struct MeshTotals {
   uint32_t finished;  ///< Thread blocks that have made their meshes.
 };
 
-/// Where the mesh of a block is.
+/// Location of a block's mesh in the buffers of an extraction.
 struct MeshRecord {
   PackedKey key;
   int32_t slot;

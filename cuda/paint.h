@@ -90,7 +90,7 @@ class Painter {
   DeviceBuffer<ColourPixel> pixels_;
   DeviceBuffer<float> hiding_m_;
   DeviceBuffer<FoundSample> samples_;
-  bool is_finding_ = false;  ///< Whether findColours() has enqueued work and not waited for it.
+  bool is_finding_ = false;  ///< Whether findColours() has enqueued work without waiting for it.
   uint32_t candidate_count_ = 0;
   PinnedBuffer<int32_t> candidates_;  ///< Read in place by kernels.
   DeviceBuffer<int32_t> arrays_;

@@ -47,7 +47,7 @@ constexpr CellMask kAllCells{{~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}, ~uint64_
 /// The cubes of a sector that contain known cells, indexed by number.
 class CellSector {
  public:
-  /// The cells of a cube; all zeros if none is known.
+  /// The cells of a cube; all zeros if none of them is known.
   CubeCells at(int number) const { return has(number) ? cubes_[placeOf(number)] : CubeCells{}; }
 
   /// The cube, added if it is missing. The reference is valid until a cube is added or removed.

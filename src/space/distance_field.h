@@ -1,5 +1,6 @@
 /// Exact Euclidean distances to the nearest surface cell, up to a reach, updated where surfaces
-/// change. Squared distances are whole numbers, so the order of work does not affect the result.
+/// change. Squared distances are whole numbers, so the result does not depend on the order of the
+/// computation.
 #pragma once
 
 #include <Eigen/Core>

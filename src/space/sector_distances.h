@@ -146,7 +146,8 @@ class SectorDistances {
     return squares;
   }
 
-  /// Lowers a line's values to the squared distances by way of another line, `aside` cells away.
+  /// Lowers a line's values to the squared distances that follow from a line `aside` cells away,
+  /// where these are smaller.
   void lower(Line& line, const Line& other, int32_t aside) const {
     if (std::abs(aside) > reach_) return;
     const auto added = static_cast<Value>(aside * aside);

@@ -1,4 +1,4 @@
-/// Values indexed by sector of cells, in memory or, with pages, partly on disk.
+/// One value per sector of cells, in memory or, with pages, partly on disk.
 #pragma once
 
 #include <cstddef>

@@ -29,8 +29,8 @@ template <class Scratch, size_t kGrain = 1, class Body>
 void parallelFor(size_t count, int threads, const Body& body) {
   std::exception_ptr error;
   std::mutex mutex;
-  // Indices that one thread takes first, so that successive loops give a thread the same indices.
-  // Once they are done, the thread takes indices from other stretches.
+  // The indices that one thread takes first, so that it gets the same ones in successive loops.
+  // After that, the thread helps with the other stretches.
   struct alignas(64) Stretch {
     std::atomic<size_t> next{0};
     size_t end = 0;

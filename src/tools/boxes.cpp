@@ -54,7 +54,7 @@ void checkSettings(const RunSettings& settings) {
   }
   if (settings.params.poses.mode != PoseMode::kTf) {
     throw std::runtime_error(
-        "--only fuses images at the poses given: poses/mode must be tf, since "
+        "--only fuses images at the given poses: poses/mode must be tf, since "
         "other modes need the whole map");
   }
 }

@@ -26,7 +26,7 @@ BlockExtent parseBox(const std::string& text, double block_m);
 struct BoxRun {
   MapBox box;        ///< The box; its frames are added during the run.
   MapExtent extent;  ///< The blocks to fuse, the blocks to paint, and the cubes of cells.
-  std::shared_ptr<const std::vector<size_t>> frames, images;  ///< Indices of images to read.
+  std::shared_ptr<const std::vector<size_t>> frames, images;  ///< Indices of the images to read.
   double last_stamp_s = 0.0;  ///< Stamp of the last frame; colour images after it are not painted.
 };
 

@@ -163,7 +163,7 @@ void joinBoxes(const std::vector<std::string>& arguments) {
       "that are missing.");
   line.addList({"BOXES", "", "maps of boxes"},
                [&](const std::string& path) { paths.push_back(path); });
-  addSaveMapOption(line, "map of all of them", map_path);
+  addSaveMapOption(line, "the joined map to write", map_path);
   line.require("--save-map");
   line.parse(arguments);
   prepareOutputFile(map_path);
@@ -172,7 +172,7 @@ void joinBoxes(const std::vector<std::string>& arguments) {
   for (const std::string& path : paths) joiner.add(path);
   joiner.checkComplete();
   const MapInfo saved = joiner.save(map_path);
-  std::printf("%zu blocks of %zu boxes, %.1f MB, content hash %016llx: %s\n", saved.size.blocks,
+  std::printf("%zu blocks from %zu boxes, %.1f MB, content hash %016llx: %s\n", saved.size.blocks,
               paths.size(), static_cast<double>(saved.file_bytes) / 1e6,
               static_cast<unsigned long long>(saved.content_hash), map_path.c_str());
 }

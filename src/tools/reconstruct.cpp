@@ -223,7 +223,7 @@ void checkJournalOptions(const ReconstructOptions& options) {
   }
 }
 
-/// Corrects the poses of a journal by those of --poses, given in --poses-frame.
+/// Corrects the poses of a journal with those of --poses, which are in --poses-frame.
 /// @throws UsageError for an unknown frame.
 void correct(JournalReplay& journal, const ReconstructOptions& options) {
   const std::string& path = options.recording.poses_path;
@@ -231,13 +231,13 @@ void correct(JournalReplay& journal, const ReconstructOptions& options) {
   const std::string& frame = options.poses_frame;
   const bool is_level = !frame.empty() && frame == begin.level_frame;
   if (!frame.empty() && !is_level && frame != begin.map_frame) {
-    throw UsageError("--poses-frame '" + printable(frame) + "': the journal has the frames '" +
+    throw UsageError("--poses-frame '" + printable(frame) + "': the journal's frames are '" +
                      printable(begin.map_frame) + "' and '" + printable(begin.level_frame) + "'");
   }
   std::vector<StampedPose> poses = readTrajectory(path, "poses are expected there").poses();
   const CorrectionEffect effect = is_level ? journal.correct({journal.count(), std::move(poses)})
                                            : journal.correctGiven(std::move(poses));
-  std::printf("journal: corrected %zu of %zu depth images by the poses in %s\n", effect.moved,
+  std::printf("journal: corrected %zu of %zu depth images with the poses in %s\n", effect.moved,
               journal.depthImages(), path.c_str());
 }
 

@@ -41,7 +41,7 @@ class Reconstruction {
     result_.paint_ms.push_back(timeMs([&] { painting = mapper_.paint(image); }));
     if (painting.status == FrameStatus::kFused) {
       ++result_.images;
-      result_.stamp_s = std::max(result_.stamp_s, source.stamp_s);  // may be older than a frame
+      result_.stamp_s = std::max(result_.stamp_s, source.stamp_s);  // a frame may be newer
     } else {
       ++result_.skipped[std::string("colour images: ") + toString(painting.status)];
     }

@@ -30,12 +30,12 @@ struct RunOptions {
 };
 
 /// Parses FIRST:LAST:STEP; each part, and the second colon, may be left out.
-/// @throws UsageError
+/// @throws UsageError if the text has another form.
 FrameSelection parseFrameSelection(const std::string& text);
 
-// Each adds some of the options to a command line.
+// Each of these functions adds options to a command line.
 void addTumOption(CommandLine& line, RunOptions& options);
-void addFolderOptions(CommandLine& line, RunOptions& options);  ///< How a folder is read.
+void addFolderOptions(CommandLine& line, RunOptions& options);  ///< How to read a folder.
 void addFrameOptions(CommandLine& line, RunOptions& options);
 void addMapperOptions(CommandLine& line, RunOptions& options);
 void addReportOptions(CommandLine& line, RunOptions& options);
@@ -64,9 +64,9 @@ RunSettings readSettings(const RunOptions& options, ParamTree defaults);
 /// Reads settings from a tree. @throws ParamError that lists every violation.
 RunSettings readSettings(ParamTree tree);
 
-// Each adds some of the options to a command line.
+// Each of these functions adds options to a command line.
 void addFormatOption(CommandLine& line, RunOptions& options);
-void addReadingOptions(CommandLine& line, RunOptions& options);  ///< How a recording is read.
+void addReadingOptions(CommandLine& line, RunOptions& options);  ///< How to read a recording.
 
 /// Checks that the options suit the format of the input, once it is known.
 /// @throws UsageError that names the option.

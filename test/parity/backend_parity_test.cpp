@@ -329,8 +329,8 @@ TEST_P(BackendParity, RenderedViews) {
   }
 }
 
-/// A mesh without colours exists first; then images of any size, down to a single pixel, are
-/// painted during a mesh update.
+/// First extracts a mesh without colours, then paints images of any size, down to a single pixel,
+/// during mesh updates.
 TEST_P(BackendParity, PaintedLaterWithImagesOfAnySize) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;

@@ -166,7 +166,8 @@ TEST_F(CompressedBag, ErrorsListTheAvailableNames) {
   EXPECT_NE(error().find("TF has 'camera', 'map'"), std::string::npos) << error();
 }
 
-/// Errors about missing inputs name the option that helps; skipped images are explained in words.
+/// Errors about missing inputs name the option that helps, and the reasons for skipping images are
+/// explained.
 TEST_F(CompressedBag, ErrorsNameTheOptionThatHelps) {
   const auto error = [&] { return errorOf([&] { read(); }); };
   bag_.write("/d64", headerOf(0).stamp,

@@ -92,7 +92,7 @@ class MeshQueue {
 /// each that only `store` has.
 inline std::vector<SharedBlockMesh> differences(const MeshStore& store,
                                                 std::vector<SharedBlockMesh> mesh) {
-  const auto isSame = [](const auto& a, const auto& b) {  // the types have no padding
+  const auto isSame = [](const auto& a, const auto& b) {  // no padding to compare
     return a.size() == b.size() &&
            (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0);
   };

@@ -30,7 +30,7 @@ constexpr size_t kPieceBytes = 1 << 20;
 /// to about 40 MB/s.
 constexpr int kPiecesPerRound = 4;
 constexpr double kRoundRate_hz = 10.0;
-/// Interval at which another part of the mesh is published again.
+/// Interval between refreshes, each of which publishes another part of the mesh again.
 constexpr double kRefreshPeriod_s = 1.0;
 
 std_msgs::ColorRGBA toColour(const std::array<uint8_t, 3>& rgb) {
@@ -121,7 +121,8 @@ class ChunkTopic {
   bool hasSubscribers() const { return topic_.hasSubscribers(); }
   bool isBehind() const { return !pending_.empty(); }
 
-  /// Marks chunks as pending: all of them for a new listener, none without listeners.
+  /// Marks changed and refreshed chunks as pending, and all chunks if a listener is new. Without
+  /// listeners, no chunk stays pending.
   void addPending(const MeshChunks& chunks, bool with_changes,
                   const std::vector<PackedKey>& refreshed) {
     const auto add = [this](const auto& keys) { pending_.insert(keys.begin(), keys.end()); };

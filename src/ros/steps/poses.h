@@ -92,7 +92,7 @@ class PosesStep : public Step {
     return std::nullopt;
   }
 
-  /// Replaces a frame's expected pose in W by the pose to fuse or paint it at. @throws
+  /// Replaces a frame's expected pose in W with the pose to fuse or paint it at. @throws
   /// std::exception if the backend fails.
   std::optional<Rejection> place(PosedFrame& frame) override {
     if (!isOn()) return std::nullopt;
@@ -162,7 +162,8 @@ class PosesStep : public Step {
     given_T_W_B_ = T_W_B;
   }
 
-  /// Poses of the first camera's frames in the map, in the order of fusing: the newest kMaxPoses.
+  /// Poses at which frames of the first camera were fused, in that order; at most the newest
+  /// kMaxPoses.
   const std::deque<StampedPose>& fusedPoses() const { return fused_; }
   /// The latest odometry, set even without listeners.
   const std::optional<nav_msgs::Odometry>& published() const { return published_; }
@@ -180,7 +181,7 @@ class PosesStep : public Step {
   void requireOn() const {
     if (isOn()) return;
     throw std::runtime_error(
-        "poses come from TF unchanged; start the node with poses/mode: track, or refine");
+        "poses come from TF unchanged; start the node with poses/mode: track or refine");
   }
 
   static std::string parentOfBase(const NodeParams& params) {
@@ -336,7 +337,7 @@ class PosesStep : public Step {
     return path;
   }
 
-  /// Sends a transform, unless another publisher gives the child a different parent.
+  /// Broadcasts a transform, unless another publisher gives the child a different parent.
   void sendTransform(const std::string& parent, const std::string& child,
                      const Eigen::Isometry3d& T, const ros::Time& stamp) {
     const std::string other = host_.transforms.otherParentOf(child, parent, stamp);

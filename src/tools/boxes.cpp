@@ -23,8 +23,8 @@ constexpr int32_t kMax = kMaxBlockCoordinate;
 constexpr int32_t BlockKey::*kAxes[] = {&BlockKey::x, &BlockKey::y, &BlockKey::z};
 constexpr char kAxisNames[] = "xyz";
 
-/// planBoxes() samples every n-th image, with the largest n that gives at least this many. If there
-/// are fewer, it samples all.
+/// planBoxes() samples every n-th image, with n chosen so that it samples at least this many, or
+/// all images if there are fewer.
 constexpr size_t kSampledImages = 256;
 constexpr int kSampledPixels = 64;  ///< Pixels sampled along each axis of an image.
 

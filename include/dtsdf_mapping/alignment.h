@@ -28,7 +28,7 @@ enum class AlignmentStatus {
   kAligned,    ///< The image fits the map at `T_W_C`.
   kUnmapped,   ///< The map contains too little of what the image shows.
   kMisfit,     ///< The image does not fit the map: wrong place, or a pose too far off.
-  kAmbiguous,  ///< Several places in the map look like the image (place_search.h).
+  kAmbiguous,  ///< Several places in the map match the image (place_search.h).
   kUnsure,     ///< The image fits, but too few in a row have fitted since tracking was lost.
 };
 

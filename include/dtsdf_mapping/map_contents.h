@@ -96,8 +96,8 @@ struct MapHead : MapOrigin {
 struct MapContents : MapHead {
   std::vector<MapBlock> blocks;  ///< Sorted by packed key, without duplicates; each has voxels.
   /// 512 words per voxel array, x fastest, in the order of blocks, then of directions. Bits 0 to 15
-  /// are the signed distance in 2^-11 voxels (two's complement), 16 to 31 the anchor, 32 to 39 the
-  /// evidence, 40 to 63 the weight in 2^-16.
+  /// are the signed distance in units of 2^-11 voxels (two's complement), 16 to 31 the anchor, 32
+  /// to 39 the evidence, 40 to 63 the weight in units of 2^-16.
   PlainArray<uint64_t> voxels;
   /// 64 words per brick of 4 x 4 x 4 voxels, x fastest, in the order of blocks, directions and
   /// bricks. Bits 0 to 7 are red, 8 to 15 green, 16 to 23 blue, 24 to 31 the encoded weight. A word
@@ -135,7 +135,7 @@ void checkContents(const MapContents& contents);
 /// @throws std::runtime_error if the contents lack one of them or have an invalid value for it.
 MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
 
-/// Checks the map's frame; an empty name matches any.
+/// Checks that the map is in the frame `map_frame`. An empty name, here or in the map, matches any.
 /// @throws std::runtime_error if the map is in another frame.
 void checkFrame(const MapContents& contents, const std::string& map_frame);
 

@@ -85,11 +85,12 @@ struct MapStats {
 /// Memory that a mapper has allocated, in bytes, in addition to MapStats::map_bytes. It does not
 /// count towards the budget: which blocks are refused depends on map_bytes and the budget only.
 struct MapperMemory {
-  bool on_gpu = false;  ///< Whether the map and all but `staging` and `space` are on a GPU.
+  bool on_gpu = false;  ///< Whether the map, and everything here but `staging` and `space`, is on a
+                        ///< GPU.
   size_t spare = 0;     ///< Room for future voxels and colours.
   size_t indices = 0;   ///< Tables of blocks and mesh units, except what map_bytes includes.
   size_t meshes = 0;    ///< On a GPU: the meshes extracted last.
-  size_t scratch = 0;   ///< Buffers of a frame, kept for the next one.
+  size_t scratch = 0;   ///< Buffers for processing a frame, kept for the next one.
   size_t staging = 0;   ///< With a GPU: buffers on the host.
   size_t space = 0;     ///< Cells and distances of space(), always on the host.
 };

@@ -1,5 +1,5 @@
-/// Space for planners: whether a cell is free, is unknown or contains a surface, and the distance
-/// to the nearest surface.
+/// Space for planners: whether a cell is free, unknown or contains a surface, and the distance to
+/// the nearest surface.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,7 @@ namespace dtsdf {
 
 /// State of a cell.
 enum class CellState : unsigned char {
-  kUnknown,  ///< Neither free nor with a surface.
+  kUnknown,  ///< Neither free nor a surface cell.
   kFree,     ///< An image looked through all of it, and it contains no surface.
   kSurface,  ///< A surface of the mesh passes through it, facing either way.
 };
@@ -36,7 +36,8 @@ struct SpaceCell {
   CellState state;  ///< Never kUnknown.
 };
 
-/// States of 8 x 8 x 8 cells. Bit x + 8 y of word z of a mask is the cell `first` + (x, y, z).
+/// States of 8 x 8 x 8 cells. Bit x + 8 y of word z of a mask stands for the cell `first` + (x, y,
+/// z).
 struct SpaceCube {
   static constexpr int kSideLog2 = 3;           ///< Binary logarithm of kSide.
   static constexpr int kSide = 1 << kSideLog2;  ///< Cells along an edge.

@@ -12,8 +12,8 @@ namespace dtsdf {
 /// Height of the ground, in metres, at x and y of the map frame W.
 double groundHeight(double x_m, double y_m);
 
-/// Depth image from a camera looking straight down from 4 m above the mean ground level. @param x_m
-/// Position of the camera along x of W; y is 0.
+/// Depth image from a camera looking straight down from 4 m above the mean ground level.
+/// @param x_m Position of the camera along x of W; y is 0.
 SourceFrame renderFlightFrame(double x_m);
 
 /// Flies until `map_bytes` are mapped, including paged and dropped blocks. Rendering is not timed.

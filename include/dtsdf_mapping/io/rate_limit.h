@@ -5,7 +5,7 @@
 
 namespace dtsdf {
 
-/// Decides by stamps which images of a stream are taken: on average, at most a given number per
+/// Decides from stamps which images of a stream are taken: on average, at most a given number per
 /// second. An image that is early by less than a tenth of the interval is still taken. If a stamp
 /// is more than two intervals before the next image is due, the limit starts over.
 class RateLimit {

@@ -142,8 +142,7 @@ void checkHead(const MapContents& contents) {
       refuse("the gains of the last colour image are out of range");
     }
   }
-  if (contents.T_W_M && !isRigid(*contents.T_W_M))
-    refuse("its level is not a rotation and a translation");
+  if (contents.T_W_M && !isRigid(*contents.T_W_M)) refuse("its level is not a rigid transform");
   checkFreeCubes(contents);
 }
 
@@ -204,7 +203,7 @@ void checkFits(const MapContents& contents, const MapperParams& params, const st
         "; change it, or switch space/enabled off to load the map without free cells");
   }
   if (!isWithinBudget(sizeTakenOver(contents, params), params)) {
-    throw std::runtime_error("the saved map needs a map/max_memory_mb of " +
+    throw std::runtime_error("the saved map needs a map/max_memory_mb of at least " +
                              std::to_string(minMemoryMb(contents, params)) + ", but it is " +
                              std::to_string(params.map.max_memory_mb) + "; raise it");
   }

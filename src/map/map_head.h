@@ -20,7 +20,7 @@ inline bool haveSameLevel(const MapContents& a, const MapContents& b) {
          (!a.T_W_M || a.T_W_M->matrix() == b.T_W_M->matrix());
 }
 
-/// Number of words of a block in MapContents::voxels and MapContents::colours.
+/// Number of words that a block has in MapContents::voxels and in MapContents::colours.
 inline size_t voxelWordsOf(const MapBlock& block) {
   return static_cast<size_t>(__builtin_popcount(block.directions)) * kVoxelsPerBlock;
 }

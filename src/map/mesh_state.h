@@ -24,8 +24,8 @@ struct MarkedSlot {
 /// Meshing state of a block, without the labels of its units.
 struct MeshState {
   MeshMarks marks;
-  bool has_mesh = false;    ///< The mesh last delivered has triangles.
-  bool has_labels = false;  ///< The labels of its units are stored.
+  bool has_mesh = false;    ///< Whether the mesh last delivered has triangles.
+  bool has_labels = false;  ///< Whether the labels of its units are stored.
 };
 
 }  // namespace dtsdf

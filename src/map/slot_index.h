@@ -66,16 +66,16 @@ class SlotIndex {
   }
 
  private:
-  /// Binary logarithm of the blocks along each edge of a cube. A surface that passes through a cube
-  /// intersects about 75 of its blocks.
+  /// Binary logarithm of the number of blocks along each edge of a cube. A surface that passes
+  /// through a cube intersects about 75 of its blocks.
   static constexpr int kSideLog2 = 3;
   static constexpr size_t kBlocksPerCube = size_t{1} << 3 * kSideLog2;
 
   struct Cube {
     PackedKey name = 0;  ///< nameOf() of its keys; 0 if never used.
     size_t held = 0;     ///< Number of keys present.
-    std::unique_ptr<int32_t[]>
-        marks;  ///< Slot + 1, or 0 for an absent key; null if all are absent.
+    /// Slot + 1 of each key, or 0 if it is absent; null if all keys are absent.
+    std::unique_ptr<int32_t[]> marks;
   };
 
   static constexpr PackedKey kSide = PackedKey{1} << kSideLog2;

@@ -55,9 +55,9 @@ const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
 }
 
 /// The number of a vertex in the joined mesh; next_ if it is new. The owner of an edge is the block
-/// of its lower corner: corners on the grid's far faces belong to upper neighbours. Only the owner
-/// and its lower neighbours list the edge; neighbours in the layer below list it only if it is on
-/// the lower face.
+/// that contains its lower corner; corners on the upper faces of the block's grid belong to its
+/// upper neighbours. Only the owner and its lower neighbours list the edge; neighbours in the layer
+/// below list it only if it is on the lower face.
 uint32_t BlockJoiner::numberOf(uint32_t edge) {
   static const std::array<CornerSource, kGridCorners> sources = cornerSources();
   constexpr uint64_t kMidpoint = uint64_t{1} << 63;

@@ -37,7 +37,7 @@ constexpr std::chrono::milliseconds kMaxBatchTime{1};
 /// Size of the checksum after each record.
 constexpr size_t kSumBytes = sizeof(uint64_t);
 
-constexpr const char* kFull = "a file in map/page_folder has reached map/page_max_gb; raise it";
+constexpr const char* kFull = "a file in map/page_folder is full; raise map/page_max_gb";
 
 using Clock = std::chrono::steady_clock;
 

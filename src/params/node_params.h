@@ -27,8 +27,8 @@ struct InputParams {
   float unit_16uc1_m = 0.001f;   ///< Metres per unit of a 16UC1 image.
   float unit_32fc1_m = 1.0f;     ///< Metres per unit of a 32FC1 image.
   bool depth_along_ray = false;  ///< Depth along the ray (some simulators), not the axis.
-  double max_speed_m_s = 10.0;   ///< Faster motion counts as a jump of the pose; 0: no limit.
-  double max_turn_deg_s = 720.0;  ///< Faster turns count as a jump of the pose; 0: no limit.
+  double max_speed_m_s = 10.0;   ///< Faster motion counts as a pose jump; 0: no limit.
+  double max_turn_deg_s = 720.0;  ///< Faster turns count as a pose jump; 0: no limit.
   /// Uses the newest camera_info, not the one with the image's stamp, for drivers that send it
   /// rarely.
   bool latest_camera_info = false;
@@ -41,8 +41,8 @@ struct InputParams {
 /// How a map is levelled, if the map frame is not level.
 enum class LevelChoice {
   kNone,   ///< The map is not levelled: it is in map_frame.
-  kFloor,  ///< From the floor in the first images.
-  kImu,    ///< With an inertial sensor at rest.
+  kFloor,  ///< By the floor in the first images.
+  kImu,    ///< By an inertial sensor at rest.
 };
 
 /// All settings of the node.
@@ -53,12 +53,12 @@ struct NodeParams {
   LevelChoice level = LevelChoice::kNone;
   std::string level_frame;  ///< Frame of a levelled map; empty: map_frame and "_level".
   std::string load_file;    ///< Map to load at startup, named as in load_map; empty: none.
-  std::string output_directory = "~/dtsdf_mapping";  ///< Root of saved files.
+  std::string output_directory = "~/dtsdf_mapping";  ///< Root folder for saved files.
   std::vector<std::string> cameras;  ///< Namespaces; empty: one camera in the node's namespace.
   std::string keep_frame;  ///< Frame at the centre of map/keep_radius_m; empty: the camera.
   PoseParams poses;
-  /// With refine, the frame of the poses in TF; its transform to map_frame is published. With
-  /// track, the parent of the base. Empty: map_frame.
+  /// If poses/mode is refine: the frame of the poses in TF; its transform to map_frame is
+  /// published. If it is track: the parent of base_frame. Empty: map_frame.
   std::string odom_frame;
   std::string base_frame;  ///< Frame whose pose is published; empty: the depth camera's frame.
   InputParams input;
@@ -84,7 +84,8 @@ struct NodeParams {
   double journal_max_gb = 16.0;  ///< Maximum total size of the journals, in 10^9 bytes.
 
   // Corrections of poses from a SLAM system.
-  std::string path_frame;  ///< Frame whose poses corrected_path holds; empty: the depth camera's.
+  std::string
+      path_frame;  ///< Frame whose poses corrected_path contains; empty: the depth camera's.
   double min_correction_m = 0.01;  ///< Paths that move no frame by this much, in metres or
                                    ///< radians, are ignored.
 };

@@ -1,4 +1,4 @@
-/// Space for 2D planners: a grid of the ground, and distances in a horizontal plane.
+/// Views of space for 2D planners: a grid of the ground, and distances in a horizontal plane.
 #pragma once
 
 #include <Eigen/Geometry>

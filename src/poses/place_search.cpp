@@ -552,7 +552,7 @@ void CoarseMap::matchFrom(const Vector3f& from, const RayTable& table, BestMatch
   }
 }
 
-/// The best poses at all standpoints.
+/// The best poses over all standpoints.
 std::vector<CoarseMap::Candidate> CoarseMap::matchAround(
     const std::vector<Vector3f>& points) const {
   const RayTable table = makeRayTable(points);
@@ -609,7 +609,7 @@ void CoarseMap::refinePose(Candidate& candidate, const std::vector<Vector3f>& po
   candidate.score = scoreOfPose(T, points);
 }
 
-/// The score of a pose from the image's points, at most 1.
+/// The score of a pose, computed from the image's points; at most 1.
 float CoarseMap::scoreOfPose(const Isometry3d& T_W_C, const std::vector<Vector3f>& points) const {
   const Matrix3f R = T_W_C.linear().cast<float>();
   const Vector3f t = T_W_C.translation().cast<float>();

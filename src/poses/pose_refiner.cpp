@@ -16,7 +16,8 @@ void put(Alignment& alignment, const Eigen::Isometry3d& T_W_C) {
   alignment.T_W_C = T_W_C;
 }
 
-/// Whether a share of `witnesses` points is lower than another by more than its standard deviation.
+/// Whether a share of `witnesses` points is lower than another share by more than its standard
+/// deviation.
 bool isSignificantlyLower(double share, double other, double witnesses) {
   const double gap = other - share;
   return gap > 0.0 && gap * gap * witnesses > share * (1.0 - share);

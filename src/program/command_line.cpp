@@ -14,8 +14,7 @@ namespace {
 
 std::string describe(Range range) {
   const std::string max = shortestText(range.max);
-  if (range.min == kAboveZero)
-    return " above 0" + (range.max < kUnbounded ? " and up to " + max : "");
+  if (range.min == kAboveZero) return " above 0" + (range.max < kUnbounded ? ", up to " + max : "");
   if (range.max < kUnbounded) return " from " + shortestText(range.min) + " to " + max;
   return range.min > -kUnbounded ? " of " + shortestText(range.min) + " or more" : "";
 }

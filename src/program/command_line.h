@@ -105,9 +105,8 @@ class CommandLine {
 
   const std::string program_, usage_, about_;
   std::string headline_ = "Options";
-  std::vector<ProgramOption> options_;  ///< In the order in which they were added.
-  std::vector<std::vector<std::string>>
-      choices_;  ///< Exactly one option of each list must be given.
+  std::vector<ProgramOption> options_;             ///< In the order in which they were added.
+  std::vector<std::vector<std::string>> choices_;  ///< One option of each must be given.
 };
 
 template <class Number>

@@ -70,7 +70,7 @@ void bindBlocks(py::module& m) {
   blocks.def_readonly("voxel_size_m", &Blocks::voxel_size_m, "Edge of a voxel, in metres.")
       .def_property_readonly("keys", &keysOf, "(B, 3) int32: coordinates of the blocks, in blocks.")
       .def_property_readonly("block_of", &blockOf,
-                             "(A,) uint32: index in keys of each array's block.")
+                             "(A,) uint32: for each array, the index of its block in keys.")
       .def_property_readonly(
           "direction", &directionOf,
           "(A,) uint8: 0 to 5 for X+, X-, Y+, Y-, Z+, Z-; 0 in an ordinary TSDF.")

@@ -182,15 +182,13 @@ void bindMapper(py::module& m) {
       "A map: fuses depth images, paints surfaces from colour images, and extracts meshes.\n"
       "Thread-safe: concurrent calls wait for each other. Calls release the GIL.");
   mapper
-      .def(
-          py::init(&makeSession), py::arg("backend") = "", py::arg("settings") = py::none(),
-          "backend: \"auto\" (CUDA where there is a usable GPU), \"cuda\" or \"cpu\". settings: a "
-          "dict,\n"
-          "flat or nested, or the path of a YAML file, in which settings of the node are ignored;\n"
-          "keywords override them, as in\n"
-          "Mapper(**{\"map/voxel_size_m\": 0.01}). docs/ros.md lists them. Raises ValueError "
-          "listing\n"
-          "every wrong setting, or RuntimeError if CUDA is requested but cannot be used.")
+      .def(py::init(&makeSession), py::arg("backend") = "", py::arg("settings") = py::none(),
+           "backend: \"auto\" (CUDA where there is a usable GPU), \"cuda\" or \"cpu\".\n"
+           "settings: a dict, flat or nested, or the path of a YAML file, in which settings of\n"
+           "the node are ignored; keywords override them, as in\n"
+           "Mapper(**{\"map/voxel_size_m\": 0.01}). docs/ros.md lists the settings.\n"
+           "Raises ValueError, which lists every wrong setting, or RuntimeError if CUDA is\n"
+           "requested but cannot be used.")
       .def_static(
           "load", &loadSession, py::arg("path"), py::arg("backend") = "",
           py::arg("settings") = py::none(),
@@ -199,22 +197,18 @@ void bindMapper(py::module& m) {
           "RuntimeError for a file that is not a map, or for settings that conflict with it.")
       .def("integrate", &integrate, py::arg("depth"), py::arg("K"), py::arg("T_W_C"),
            py::arg("stamp_s") = 0.0, py::arg("unit_m") = 0.0, py::arg("keep_center_W") = py::none(),
-           "Fuses a rectified depth image. depth: (H, W), distance along the optical axis; uint16 "
-           "in\n"
-           "unit_m (0.001 by default), 0 and 65535: not measured; or float32 in unit_m (1 by\n"
-           "default), NaN, infinity and values up to 0: not measured. K: 3 x 3 or (fx, fy, cx, "
-           "cy), in\n"
-           "pixels. T_W_C: 4 x 4, from the optical frame (x right, y down, z forward) to the map\n"
-           "frame, in metres. stamp_s: time of the image, stored by save(). keep_center_W: (3,), "
-           "centre\n"
-           "of map/keep_radius_m in W, in metres.\n"
-           "Raises ValueError or TypeError for wrong arguments; the map is unchanged then.")
+           "Fuses a rectified depth image. depth: (H, W), along the optical axis; uint16 in\n"
+           "unit_m (0.001 by default), where 0 and 65535 mean no measurement, or float32 in\n"
+           "unit_m (1 by default), where NaN, infinity and values up to 0 do. K: 3 x 3 or\n"
+           "(fx, fy, cx, cy), in pixels. T_W_C: 4 x 4, from the optical frame (x right, y down,\n"
+           "z forward) to the map frame, in metres. stamp_s: time of the image, which save()\n"
+           "stores. keep_center_W: (3,), centre of map/keep_radius_m in W, in metres.\n"
+           "Raises ValueError or TypeError for wrong arguments; the map is then unchanged.")
       .def("paint", &paint, py::arg("colour"), py::arg("K"), py::arg("T_W_C"),
            py::arg("encoding") = "",
            "Paints the surfaces visible in a rectified colour image. colour: uint8, (H, W, 3),\n"
-           "(H, W, 4) or (H, W). encoding: rgb8, bgr8, rgba8, bgra8 or mono8; by shape if not "
-           "given\n"
-           "(rgb8, rgba8, mono8). K, T_W_C: those of the colour camera, as for integrate().")
+           "(H, W, 4) or (H, W). encoding: rgb8, bgr8, rgba8, bgra8 or mono8; if not given,\n"
+           "rgb8, rgba8 or mono8 by shape. K, T_W_C: of the colour camera, as for integrate().")
       .def(
           "render", &render, py::arg("K"), py::arg("T_W_C"), py::arg("width") = 640,
           py::arg("height") = 480,

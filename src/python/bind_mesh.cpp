@@ -38,7 +38,7 @@ void bindRegions(py::module& m) {
   py::class_<BoxRegion>(m, "Box", "A box of any orientation in the map frame W, faces included.")
       .def(py::init(&makeBox), py::arg("size_m"), py::arg("T_W_B") = py::none(),
            "size_m: edges along the box's axes, (3,), in metres. T_W_B: 4 x 4, from the box's\n"
-           "frame, whose origin is its centre, to the map frame, in metres; None: W.");
+           "frame, whose origin is its centre, to the map frame, in metres; None: the identity.");
   py::class_<SphereRegion>(m, "Sphere", "A ball in the map frame W, surface included.")
       .def(py::init(&makeSphere), py::arg("center_W"), py::arg("radius_m"),
            "center_W: (3,), and radius_m, in metres.");
@@ -132,18 +132,16 @@ void bindMesh(py::module& m) {
       .def_property_readonly("normals", &normalsOf,
                              "(N, 3) float32: unit normals in W, pointing towards free space.")
       .def_property_readonly("triangles", &trianglesOf,
-                             "(M, 3) uint32: indices of vertices, counter-clockwise seen from\n"
+                             "(M, 3) uint32: vertex indices, counter-clockwise as seen from\n"
                              "free space.")
       .def_property_readonly("colours", &coloursOf,
                              "(N, 3) uint8: red, green, blue; None if the map was never painted.")
       .def_property_readonly("painted", &paintedOf,
                              "(N,) bool: whether the vertex was painted; None if colours is None.")
       .def("save", &save, py::arg("path"), py::arg("colour") = "auto",
-           "Saves as .ply, .obj, .stl or .glb, chosen by extension. colour: auto (image if "
-           "painted,\n"
-           "else normal), image, normal, height or plain. Raises RuntimeError for an empty mesh, "
-           "or\n"
-           "if the file cannot be written; an old file is then unchanged.")
+           "Saves as .ply, .obj, .stl or .glb, by extension. colour: auto (image if painted,\n"
+           "otherwise normal), image, normal, height or plain. Raises RuntimeError if the mesh is\n"
+           "empty or the file cannot be written; an old file is then unchanged.")
       .def(
           "simplify", &simplify, py::arg("max_error_m"),
           "Returns (mesh, error_m): a mesh with fewer triangles, and the largest distance of this\n"

@@ -90,8 +90,8 @@ void bindSpace(py::module& m) {
       .def("query", &query, py::arg("points_W"),
            "(known, distance_m, gradient): (N,) bool, (N,) float32, (N, 3) float32. Distance to\n"
            "the nearest surface in metres, at most space/max_distance_m, rounded up to whole\n"
-           "cells; negative where not known. Its gradient in W points away from the surface where\n"
-           "known, elsewhere towards it.")
+           "cells; negative where not known. The gradient, in W, points away from the surface\n"
+           "at known points, and towards it elsewhere.")
       .def("cells", &cells,
            "(cells, states) of all free and surface cells: (N, 3) int32 and (N,) uint8. A cell\n"
            "extends from cell to cell + 1, times cell_size_m, in W.");

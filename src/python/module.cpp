@@ -16,7 +16,7 @@ void checkNumpy() {
   const auto version = py::module::import("numpy").attr("__version__").cast<std::string>();
   if (version.compare(0, 2, "1.") == 0) return;
   throw py::import_error(
-      "dtsdf_mapping was built with a pybind11 before 2.12, which cannot read arrays of numpy " +
+      "dtsdf_mapping was built with pybind11 before 2.12, which cannot read arrays from numpy " +
       version + ": install numpy<2, or build with a newer pybind11");
 #endif
 }

@@ -51,8 +51,8 @@ py::array takeOver(std::vector<Value>&& values, std::vector<py::ssize_t> shape) 
 /// The text of a path, from str, bytes or os.PathLike. @throws py::type_error for other types.
 std::string pathOf(const py::object& path);
 
-/// A depth image without camera and pose, which uses the memory of the array. `unit_m` is 0.001 for
-/// uint16 and 1 for float32 if given as 0. @throws py::value_error, py::type_error if it is not a
+/// A depth image without camera and pose, which uses the memory of the array. A `unit_m` of 0
+/// stands for 0.001 (uint16) or 1 (float32). @throws py::value_error, py::type_error if it is not a
 /// depth image.
 DepthFrame depthImageOf(const py::array& depth, double unit_m);
 

@@ -59,8 +59,8 @@ generate_dynamic_reconfigure_options(cfg/Publish.cfg)
 # Sources depend only on the C++ headers; messages for other languages are generated in parallel.
 set(DTSDF_GENERATED_HEADERS ${PROJECT_NAME}_generate_messages_cpp ${PROJECT_NAME}_gencfg)
 
-# Exports the library, both as a target (from the extras) and in catkin's variables. catkin itself
-# exports the message headers.
+# Exports the library, both as a target (see the extras file) and in catkin's variables. catkin
+# itself exports the message headers.
 catkin_package(
   INCLUDE_DIRS include
   LIBRARIES dtsdf_mapping

@@ -16,7 +16,7 @@ namespace dtsdf {
 
 /// The main function of a node. `--help` works without a master. Refuses arguments that ROS cannot
 /// parse, and settings without the leading _, which ROS would take for topic remappings. Logs an
-/// exception of `run` as the reason why the node cannot start.
+/// exception thrown by `run` as the reason why the node cannot start.
 /// @return the exit code: 0, 1 if the node cannot start, 2 for wrong arguments.
 /// @param defaults All settings with their defaults, from toTree().
 int runNode(

@@ -22,8 +22,8 @@ class CloudImages {
   explicit CloudImages(std::string topic) : topic_(std::move(topic)) {}
 
   /// Returns the depth image or what is wrong with the cloud. The image comes with the fitted
-  /// camera, unless `has_info`: there is a camera_info. `max_bytes` is the size of the queue, as in
-  /// checkArrival().
+  /// camera unless `has_info`, that is, unless there is a camera_info. `max_bytes` is the size of
+  /// the queue, as in checkArrival().
   std::variant<CameraImage, Rejection> convert(const sensor_msgs::PointCloud2& cloud, bool has_info,
                                                size_t max_bytes);
 

@@ -102,8 +102,7 @@ class FrameQueue {
       return;
     }
     auto place = find(stream, State::kIncomplete, stamp);
-    if (place != entries_.end() && image &&
-        place->messages.image) {  // two images with the same stamp
+    if (place != entries_.end() && image && place->messages.image) {  // a repeated stamp
       dropIncomplete(place);
       place = entries_.end();
     }
@@ -203,7 +202,7 @@ class FrameQueue {
     dropAll(*refusal_, [](const auto&) { return true; });
   }
 
-  /// On any thread.
+  /// May be called on any thread.
   bool isPaused() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return refusal_ && refusal_->reason == drop::kPaused;
@@ -232,8 +231,8 @@ class FrameQueue {
   }
 
  private:
-  /// Maximum number of a stream's messages that wait for their image, which may be late, since it
-  /// has its own connection.
+  /// Maximum number of a stream's messages that wait for their image, which comes over its own
+  /// connection and may be late.
   static constexpr size_t kMaxWithoutImage = 50;
   /// A backlog of up to this many frames is never shortened, so that the map does not run out of
   /// frames.
@@ -329,8 +328,8 @@ class FrameQueue {
     entry.since = clock_();
     for (auto it = entries_.begin(); it != place;) {
       const auto before = it++;
-      const bool came_before =
-          before->number < entry.number;  // later arrivals may still become whole
+      // Frames that arrived later may still become whole.
+      const bool came_before = before->number < entry.number;
       if (before->stream == entry.stream && came_before && before->state == State::kIncomplete) {
         dropIncomplete(before);
       }

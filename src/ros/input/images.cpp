@@ -127,7 +127,7 @@ std::string findProblem(const sensor_msgs::CameraInfo& info) {
     return formatted("its frame_id or its distortion_model has more than %zu bytes", kLongestName);
   }
   if (info.D.size() <= kMaxCoefficients) return "";
-  return formatted("it has %zu distortion coefficients", info.D.size());
+  return formatted("it has %zu distortion coefficients, more than any known model", info.D.size());
 }
 
 std::optional<Rejection> checkImage(const sensor_msgs::Image& image,

@@ -55,9 +55,8 @@ class Rectification {
 
   sensor_msgs::CameraInfo table_info_;  ///< What source_ was made for, without a header.
   sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Its stamp may be that of an earlier image.
-  cv::Mat source_;  ///< Coordinates of each pixel in the raw image, for cv::remap().
-  std::vector<float>
-      scales_;  ///< Rectified depth per raw depth, for each pixel; empty if all are 1.
+  cv::Mat source_;             ///< Coordinates of each pixel in the raw image, for cv::remap().
+  std::vector<float> scales_;  ///< Rectified depth per raw depth, by pixel; empty if all are 1.
 };
 
 }  // namespace dtsdf

@@ -67,7 +67,7 @@ class Output {
     for (const auto& step : steps_) step->publish(nullptr);
   }
 
-  /// On any thread.
+  /// May be called on any thread.
   void fill(MapStatus& status) const {
     const std::lock_guard<std::mutex> lock(report_mutex_);
     status.triangles = triangles_;

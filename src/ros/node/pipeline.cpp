@@ -228,7 +228,7 @@ class Pipeline {
   Output output_;
   LiveMap map_;
   const Host host_;
-  /// The depth of each camera, followed by its colour if it is used.
+  /// The depth stream of each camera, followed by its colour stream if colour is used.
   std::vector<std::unique_ptr<ImageStream>> streams_;
   InputStatus input_status_;
   std::vector<ros::ServiceServer> servers_;

@@ -192,7 +192,7 @@ class CorrectStep : public Step {
   static constexpr char kNothingMoves[] = "no frame moves";
   static constexpr char kReplaced[] = "a newer correction replaced this one before it began";
 
-  /// On a service thread.
+  /// Called on a service thread.
   void followPath(const nav_msgs::Path& path) try {
     if (path.header.frame_id.size() > kLongestName) {
       throw std::runtime_error("the path's frame_id is too long");
@@ -404,7 +404,7 @@ class CorrectStep : public Step {
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();
 
   mutable std::mutex mutex_;              ///< Guards the members below.
-  size_t fused_again_ = 0, to_fuse_ = 0;  ///< Depth images replayed, and their total.
+  size_t fused_again_ = 0, to_fuse_ = 0;  ///< Number of depth images replayed, and the total.
   size_t bytes_ = 0;                      ///< Size of the second map.
   std::string last_;                      ///< Outcome of the last correction; empty: none yet.
   std::string camera_frame_;              ///< Frame of the first camera's images.

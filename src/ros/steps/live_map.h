@@ -99,7 +99,7 @@ inline void reportBudget(const MapStats& stats, MapStatus& status) {
 }
 
 /// Used on the map thread only, except fill() and throwIfFailed(). Waits neither for transforms nor
-/// for threads that show or save the mesh.
+/// for threads that publish or save the mesh.
 ///
 /// Fusing frames and extracting the mesh alternate. On a GPU, an extraction runs while the next
 /// frame is fused, and is finished after that frame. It is finished at once if no frame waits, or
@@ -255,7 +255,7 @@ class LiveMap {
     report(status, MapStatus::ERROR, MapStatus::BACKEND_FAILED, "the backend failed: " + failure_);
   }
 
-  /// On any thread. @throws std::runtime_error if the backend has failed.
+  /// May be called on any thread. @throws std::runtime_error if the backend has failed.
   void throwIfFailed() const {
     const std::lock_guard<std::mutex> lock(report_mutex_);
     if (!hasFailed()) return;

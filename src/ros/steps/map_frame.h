@@ -93,7 +93,7 @@ class MapFrame {
   }
 
  private:
-  /// Pose in W of W or M, which need no transform; none for other frames.
+  /// Pose in W of the frames W and M, which need no transform; none for other frames.
   std::optional<Eigen::Isometry3d> poseOfFixed(const std::string& frame) const {
     if (frame == frameOfMap(params_)) return Eigen::Isometry3d::Identity();
     if (frame == params_.map_frame) return inMap(Eigen::Isometry3d::Identity());

@@ -151,7 +151,7 @@ TEST(ContentsOfAMap, NeedMemoryForFreeCells) {
   EXPECT_EQ(errorOf([&] { makeMapper(params, contents); }), "");
   params.map.max_memory_mb = 11;
   const std::string error = errorOf([&] { makeMapper(params, contents); });
-  EXPECT_NE(error.find("map/max_memory_mb of 12"), std::string::npos) << error;
+  EXPECT_NE(error.find("map/max_memory_mb of at least 12"), std::string::npos) << error;
 }
 
 TEST(ContentsOfAMap, AreRefusedIfInvalid) {

@@ -133,8 +133,7 @@ TEST_F(MapFile, StoresTheLevelInItsOwnRecord) {
   SplitMapFile bent(path);
   EXPECT_EQ(bent.get("LEVL").flags, 0u) << "readers may skip the level";
   bent.get("LEVL").content[6] ^= 0x10;
-  EXPECT_TRUE(
-      contains(errorOfBytes(bent.bytes()), "its level is not a rotation and a translation"));
+  EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "its level is not a rigid transform"));
   bent.get("LEVL").content.resize(88);
   EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "LEVL record has the wrong size"));
 }

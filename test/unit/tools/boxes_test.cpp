@@ -198,7 +198,7 @@ TEST_F(Boxes, MissingOrOverlappingBoxesAreReported) {
   make({boxes[0], boxes[1], boxes[2], boxes[3]}, kPlain);
   EXPECT_EQ(join().exit_code, 0);
   make({boxes[0], boxes[0]}, kPlain);
-  EXPECT_NE(join().err.find("overlaps another box"), std::string::npos);
+  EXPECT_NE(join().err.find("two boxes overlap"), std::string::npos);
 }
 
 TEST_F(Boxes, RefuseOptionsThatChangeTheResult) {

@@ -31,7 +31,7 @@ fs::path folderOf(const std::string& path) {
   return folder.empty() ? fs::path(".") : folder;
 }
 
-/// An unused name in the folder of `path`.
+/// An unused file name in the same folder as `path`.
 std::string nameBeside(const std::string& path) {
   static std::atomic<unsigned> counter{0};
   std::string name;
@@ -43,8 +43,8 @@ std::string nameBeside(const std::string& path) {
   return name;
 }
 
-/// Makes a rename in the folder durable. Some file systems cannot sync folders; their error is
-/// ignored, since the file is complete either way.
+/// Makes a rename in the folder durable. Errors are ignored: some file systems cannot sync folders,
+/// and the file is complete either way.
 void syncFolder(const fs::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;

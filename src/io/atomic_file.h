@@ -35,7 +35,7 @@ class AtomicFile {
 
   std::string path_;
   std::string temporary_path_;
-  std::string buffer_;  ///< Collects small writes.
+  std::string buffer_;  ///< Buffers small writes.
   int descriptor_ = -1;
 };
 

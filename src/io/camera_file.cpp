@@ -13,7 +13,7 @@ namespace {
 
 [[noreturn]] void throwBad(const std::string& path, const std::string& problem) {
   throw std::runtime_error(path + ": " + problem +
-                           "; write the file as camera_calibration does (image_width, "
+                           "; write the file in camera_calibration's format (image_width, "
                            "image_height, projection_matrix with 3 x 4 numbers)");
 }
 
@@ -99,17 +99,17 @@ std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_n
 
 namespace {
 
-/// Trackers write rotations that are rounded and not quite orthonormal.
+/// Rotations in files are rounded, so they are not quite orthonormal.
 constexpr double kRotationTolerance = 0.01;
 
-/// Recognises "-inf", "nan" and Windows' "1.#INF" and "1.#IND".
+/// Recognises "-inf" and "nan", and "1.#INF" and "1.#IND" as written on Windows.
 bool isNonFiniteWord(const std::string& text) {
   const std::string word = inLowerCase(text);
   return word.find("inf") != std::string::npos || word.find("nan") != std::string::npos ||
          word.find(".#ind") != std::string::npos;
 }
 
-/// Infinity becomes NaN; none if the word is not a number.
+/// Infinity becomes NaN. @return std::nullopt if the word is not a number.
 std::optional<double> parseElement(const std::string& word) {
   double number = 0.0;
   if (parseNumber(word, number) && std::isfinite(number)) return number;

@@ -21,32 +21,32 @@ using CameraInfo = RenderCamera;
 /// @throws std::runtime_error that names the file and says what is missing or wrong.
 CameraInfo loadCameraInfo(const std::string& path);
 
-/// The camera of a folder's colour images: from colour_info.yaml if it exists, or else the depth
+/// The camera of a folder's colour images: from colour_info.yaml if it exists, otherwise the depth
 /// camera.
 CameraInfo colourCameraOf(const std::filesystem::path& folder, const CameraInfo& depth_camera);
 
-/// The text of a camera_info.yaml.
+/// The content of a camera_info.yaml file.
 std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_name);
 
 /// Parses rows x columns numbers, in row-major order. Infinity becomes NaN, since trackers write
-/// either of them where they lost the camera.
-/// @throws std::runtime_error that begins with `place`, if a word is not a number or their count is
-/// wrong.
+/// either for frames in which they lost the camera.
+/// @throws std::runtime_error that begins with `place`, if a word is not a number or the number of
+/// words is wrong.
 Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int columns,
                             const std::string& place);
 
-/// Parses a whole file like parseMatrix().
-/// @throws std::runtime_error like parseMatrix(), or if the file cannot be read.
+/// Reads a file that contains only a matrix; see parseMatrix().
+/// @throws std::runtime_error like parseMatrix(), or with `advice` if the file cannot be read.
 Eigen::MatrixXd readMatrixFile(const std::string& path, int rows, int columns,
                                const std::string& advice);
 
-/// The pose in a 4 x 4 matrix, with its rotation made orthonormal; none if it is not a rigid
-/// motion, for example where tracking was lost.
+/// The pose in a 4 x 4 matrix, with its rotation made orthonormal; std::nullopt if the matrix is
+/// not a rigid motion, as when tracking was lost.
 std::optional<Eigen::Isometry3d> rigidMotion(const Eigen::Matrix4d& matrix);
 
-/// The camera of an intrinsic matrix, which begins with fx 0 cx, 0 fy cy.
+/// The camera with the given matrix of intrinsics, whose rows begin with fx 0 cx and 0 fy cy.
 /// @throws std::runtime_error that begins with `place`, if a number is not finite or a focal length
-/// is not above 0.
+/// is not positive.
 CameraInfo cameraOfMatrix(const Eigen::MatrixXd& matrix, int width, int height,
                           const std::string& place);
 

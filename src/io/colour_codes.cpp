@@ -14,8 +14,8 @@
 namespace dtsdf {
 namespace {
 
-/// @return an image of this size, without pixels yet. @throws std::runtime_error if it is too
-/// large.
+/// @return an image of this size, still without pixel values. @throws std::runtime_error if it is
+/// too large.
 RgbImage emptyImage(size_t width, size_t height, const std::string& name) {
   if (width > 0 && height > 0 && width <= static_cast<size_t>(kMaxPixels) / height) {
     return {static_cast<int>(width), static_cast<int>(height), {}};
@@ -27,10 +27,10 @@ RgbImage emptyImage(size_t width, size_t height, const std::string& name) {
 std::string readPng(const uint8_t* data, size_t bytes, const std::string& name, RgbImage& image) {
   PngReader png(data, bytes);
   if (!png.isPng()) return png.problem();
-  if (png.isInterlaced16Bit()) {  // libpng before 1.6.51 writes beyond the pixels: CVE-2025-65018
+  if (png.isInterlaced16Bit()) {  // libpng before 1.6.51 overruns the buffer: CVE-2025-65018
     throw std::runtime_error(name +
-                             " is an interlaced PNG image of 16 bits, which cannot be read safely; "
-                             "save it with 8 bits or without interlacing");
+                             " is an interlaced 16-bit PNG image, which cannot be read safely; "
+                             "save it with 8 bits per channel or without interlacing");
   }
   image = emptyImage(png.width(), png.height(), name);
   const size_t pixels = png.width() * png.height(), channels = png.hasAlpha() ? 4 : 3;

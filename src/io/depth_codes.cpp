@@ -18,20 +18,20 @@ std::string inWords(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
-/// Checks the header; `name` is the image's name in error texts. @return its size, without pixels.
-/// @throws std::runtime_error
+/// Checks the header. @param name Identifies the image in error messages.
+/// @return the size, without pixels. @throws std::runtime_error
 DepthImage readHeader(const PngReader& png, const std::string& name) {
   if (!png.isPng()) {
     throw std::runtime_error("cannot decode " + name + ": not a PNG image, or damaged");
   }
   if (!png.is16BitGrey()) {
-    throw std::runtime_error(name + " is not a 16-bit grey image, so it is not a depth image");
+    throw std::runtime_error(name + " is not a 16-bit greyscale image, so not a depth image");
   }
   const DepthImage image{static_cast<int>(png.width()), static_cast<int>(png.height()), {}};
   if (png.height() > kMaxPixels / png.width()) {  // libpng refuses widths of 0
     throw std::runtime_error(name + " has " + inWords(image.width, image.height) +
-                             " pixels, more than the " + std::to_string(kMaxPixels) +
-                             " that are supported");
+                             " pixels, but at most " + std::to_string(kMaxPixels) +
+                             " are supported");
   }
   return image;
 }
@@ -94,7 +94,7 @@ std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels
   const auto readNumber = [&] {
     uint32_t number = 0;
     for (int shift = 0; shift < 32; shift += 3) {
-      if (next_group == groups) throw std::runtime_error("the RVL data end before the image does");
+      if (next_group == groups) throw std::runtime_error("the RVL data are incomplete");
       // Words are little-endian: the last byte is the highest.
       const size_t in_word = next_group % 8;
       const uint8_t byte = data[4 * (next_group / 8) + 3 - in_word / 2];
@@ -107,7 +107,7 @@ std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels
   };
   const auto readRun = [&](size_t left) -> size_t {
     const uint32_t length = readNumber();
-    if (length > left) throw std::runtime_error("the RVL data have a run that exceeds the image");
+    if (length > left) throw std::runtime_error("a run in the RVL data exceeds the image");
     return length;
   };
   std::vector<uint16_t> image(pixels, 0);
@@ -126,13 +126,13 @@ namespace {
 
 const std::string kTransport = "compressedDepth";
 
-/// The parts of "16UC1; compressedDepth png". Older senders omit " png", or everything after
-/// "16UC1".
+/// The parts of a format such as "16UC1; compressedDepth png". Older senders omit " png", or
+/// everything after "16UC1".
 struct Format {
   std::string encoding;
   std::string code;  ///< Empty, "png", "rvl" or unknown.
   bool is_depth = false;
-  /// "16UC1; png compressed ", from the transport `compressed`: data without header.
+  /// "16UC1; png compressed ", from the transport `compressed`, whose data have no header.
   bool is_file = false;
 };
 
@@ -167,7 +167,7 @@ DepthImage decodeRvlImage(ByteReader& in) {
   const auto columns = in.take<uint32_t>(), rows = in.take<uint32_t>();
   if (columns == 0 || rows == 0 || columns > kMaxPixels || rows > kMaxPixels / columns) {
     throw std::runtime_error("compressed depth has " + std::to_string(columns) + " x " +
-                             std::to_string(rows) + " pixels: none, or more than are supported");
+                             std::to_string(rows) + " pixels: it is empty or too large");
   }
   return {static_cast<int>(columns), static_cast<int>(rows),
           decodeRvl(in.takeBytes(0), in.left(), size_t{columns} * rows)};
@@ -180,8 +180,8 @@ std::vector<uint8_t> bytesOf(const std::vector<Pixel>& pixels) {
   return bytes;
 }
 
-/// Depths in metres of the transport's codes, which are scale / depth + offset, rounded down, or 0
-/// where nothing is measured.
+/// Converts the transport's codes to depths in metres. A code is scale / depth + offset, rounded
+/// down, or 0 if nothing was measured.
 std::vector<float> depthsOfInverse(const std::vector<uint16_t>& inverse, float scale,
                                    float offset) {
   std::vector<float> depths_m;
@@ -206,12 +206,11 @@ std::string encodingOfCompressedDepth(const std::string& format) {
 Raster<uint8_t> decodeCompressedDepth(const std::string& text, const std::vector<uint8_t>& data) {
   const Format format = parseFormat(text);
   if (!format.is_depth) {
-    throw std::runtime_error("format '" + printable(text) +
-                             "' is not a format of compressed depth");
+    throw std::runtime_error("format '" + printable(text) + "' is not a compressed depth format");
   }
   const bool is_float = format.encoding == "32FC1";
   if (!is_float && format.encoding != "16UC1" && format.encoding != "mono16") {
-    throw std::runtime_error("compressed depth of encoding '" + printable(format.encoding) +
+    throw std::runtime_error("compressed depth with encoding '" + printable(format.encoding) +
                              "'; depth must be 16UC1 or 32FC1");
   }
   if (format.is_file) {

@@ -37,8 +37,8 @@ std::pair<Vec3f, Vec3f> boundsOf(const Mesh& mesh) {
   return {low, high};
 }
 
-/// The origin of positions in the file, relative to the mesh's own origin. It is near the mesh's
-/// middle, and in whole metres, which floats hold exactly.
+/// The origin of positions in the file, relative to the mesh's own origin: the centre of the mesh,
+/// rounded to whole metres, which floats represent exactly.
 Vec3f originOf(const Mesh& mesh) {
   const auto [low, high] = boundsOf(mesh);
   const Vec3f middle = 0.5f * low + 0.5f * high;
@@ -47,7 +47,7 @@ Vec3f originOf(const Mesh& mesh) {
 
 json toJson(const Vec3f& v) { return json::array({v.x, v.y, v.z}); }
 
-/// The scene, with one mesh that has no primitives yet.
+/// A document with a scene and a mesh, which has no primitives yet.
 json documentOf(const Mesh& mesh, const Vec3f& origin) {
   json document;
   document["asset"] = {{"version", "2.0"}, {"generator", "dtsdf_mapping"}};
@@ -75,7 +75,7 @@ json& addView(uint64_t bytes, json& document) {
   return document["bufferViews"].back();
 }
 
-/// Adds an accessor of float vectors, and its buffer view. @return the accessor.
+/// Adds an accessor for float vectors, and its buffer view. @return the accessor.
 json& addVectors(uint64_t count, uint64_t dimensions, json& document) {
   document["accessors"].push_back({{"bufferView", document["bufferViews"].size()},
                                    {"count", count},
@@ -130,7 +130,7 @@ Vec3f unitNormal(const Vec3f& n) {
   return length > 0.0f ? (1.0f / length) * n : Vec3f{0.0f, 0.0f, 1.0f};
 }
 
-/// Linear light, 0 to 1, of each 8-bit sRGB value.
+/// Linear intensity, 0 to 1, for each 8-bit sRGB value.
 std::array<float, 256> linearLight() {
   std::array<float, 256> table = {};
   for (size_t i = 0; i < table.size(); ++i) {
@@ -181,8 +181,8 @@ void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
 
 namespace {
 
-/// The JSON text. The buffer has, page by page, the positions, normals and texture coordinates of
-/// the corners, then the images. Sets `bytes` to the buffer's size.
+/// The JSON text. The buffer contains, page by page, the positions, normals and texture coordinates
+/// of the triangles' corners, then all images. Sets `bytes` to the buffer's size.
 std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t& bytes) {
   json document = documentOf(textured.mesh, origin);
   json& primitives = document["meshes"][0]["primitives"];

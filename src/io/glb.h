@@ -9,15 +9,15 @@
 
 namespace dtsdf {
 
-/// Upper bound on the bytes of a file with this many vertices and triangles.
+/// Upper bound on the size in bytes of an untextured file with this many vertices and triangles.
 uint64_t maxGlbBytes(uint64_t vertices, uint64_t triangles);
 
-/// Largest possible file: its sizes are 32-bit numbers.
+/// Maximum file size: the format stores sizes as 32-bit numbers.
 constexpr uint64_t kMaxGlbBytes = 0xffffffffu;
 
 /// Writes a mesh with normals and linear colours. The map frame has z up, glTF has y up: the root
-/// node rotates the mesh. Its child node translates it from an origin near the mesh, so that
-/// positions stay precise as floats, however far the mesh is from the origin of the map frame.
+/// node rotates the mesh. Positions are relative to an origin near the mesh, so that they are
+/// precise as floats even far from the origin of the map frame; a child node adds that origin.
 /// @pre maxGlbBytes() is at most kMaxGlbBytes; the mesh is not empty.
 void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file);
 

@@ -23,7 +23,7 @@ std::array<uint8_t, sizeof(Number)> littleEndianBytes(Number number) {
   return bytes;
 }
 
-/// The number in these bytes. @pre There are sizeof(Number) bytes.
+/// The number stored in `bytes`. @pre There are at least sizeof(Number) bytes.
 template <class Number>
 Number numberOf(const uint8_t* bytes) {
   static_assert(std::is_arithmetic_v<Number>);

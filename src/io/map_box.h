@@ -1,4 +1,4 @@
-/// A map that is one box of a larger map, as `reconstruct --only` makes it.
+/// Describes a map that is one box of a larger map, as made by `reconstruct --only`.
 #pragma once
 
 #include <algorithm>
@@ -10,17 +10,17 @@
 
 namespace dtsdf {
 
-/// Ranges of numbers in ascending order; first and last are included.
+/// Ranges of numbers in ascending order, each with its first and last number (inclusive).
 using IndexRanges = std::vector<std::pair<uint64_t, uint64_t>>;
 
 struct MapBox {
-  BlockKey first, last;           ///< Corner blocks, both included.
-  uint64_t recordings = 1;        ///< Recordings that were fused, one after the other.
-  IndexRanges fused, supporting;  ///< Frames that were fused into the box, and frames that touched
-                                  ///< a block of the larger map; by frameNumber().
+  BlockKey first, last;           ///< Corner blocks, inclusive.
+  uint64_t recordings = 1;        ///< Number of recordings that were fused one after another.
+  IndexRanges fused, supporting;  ///< frameNumber() of the frames that were fused into the box, and
+                                  ///< of those that touched a block of the larger map.
 };
 
-/// Reads or writes the content of the record `BOX `.
+/// Reads or writes the content of a `BOX ` record.
 template <class Io>
 void fields(Io& io, MapBox& box) {
   io(box.first, box.last, box.recordings);
@@ -34,12 +34,12 @@ void fields(Io& io, MapBox& box) {
   }
 }
 
-/// The number of a frame, from its index in the newest recording.
+/// The number of the frame with this index in the newest recording.
 inline uint64_t frameNumber(const MapBox& box, uint64_t index) {
   return ((box.recordings - 1) << 40) + index;
 }
 
-/// Appends a number larger than all in `ranges`.
+/// Appends a number that is larger than all in `ranges`.
 inline void appendIndex(uint64_t index, IndexRanges& ranges) {
   if (!ranges.empty() && index == ranges.back().second + 1) {
     ranges.back().second = index;
@@ -48,10 +48,10 @@ inline void appendIndex(uint64_t index, IndexRanges& ranges) {
   }
 }
 
-/// How many numbers are in at least one range.
+/// Counts the numbers that are in at least one range.
 inline uint64_t countOfUnion(IndexRanges ranges) {
   std::sort(ranges.begin(), ranges.end());
-  uint64_t count = 0, next = 0;  // the first number that is not counted yet
+  uint64_t count = 0, next = 0;  // next: the smallest number that is not counted yet
   for (const auto& [first, last] : ranges) {
     if (last < next) continue;
     count += last + 1 - std::max(first, next);

@@ -22,19 +22,19 @@ constexpr size_t kBlocksPerChunk = 256;
 size_t chunkCount(const std::vector<MapBlock>& blocks);
 std::vector<MapBlock> blocksOfChunk(const std::vector<MapBlock>& blocks, size_t chunk);
 
-/// Returns the voxels and colours of a chunk. Called from several threads, by one at a time, in
-/// roughly ascending order of chunks.
+/// Returns the voxels and colours of a chunk. Called from several threads, but never concurrently,
+/// and in roughly ascending order of chunks.
 using ReadChunk = std::function<MapContents(size_t chunk)>;
 
-/// The MapInfo of a map, still without the length and hash of its file.
+/// The MapInfo of a map, except for the length and hash of its file.
 MapInfo infoOf(const MapContents& head);
 
 /// Writes the records of a map; `read` returns its voxels and colours, `head` has everything else.
-/// @throws std::runtime_error, before writing, if a reader would refuse the map.
+/// @throws std::runtime_error, before writing anything, if readers would reject the map.
 MapInfo writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& out, int threads = 0,
                  const MapBox* box = nullptr);
 
-/// Writes a map like writeMap(), to a file. @throws std::runtime_error as saveMap()
+/// Writes a map file; see writeMap(). @throws std::runtime_error like saveMap()
 MapInfo saveMapInChunks(const MapContents& head, const ReadChunk& read, const std::string& path,
                         int threads = 0, const MapBox* box = nullptr);
 
@@ -42,27 +42,28 @@ MapInfo saveMapInChunks(const MapContents& head, const ReadChunk& read, const st
 /// when it is read.
 class MapChunks {
  public:
-  /// @throws std::runtime_error as loadMap()
+  /// @throws std::runtime_error like loadMap()
   explicit MapChunks(const std::string& path, size_t max_bytes = kNoMapLimit);
   /// Opens a map that must fit into the memory and disk limits of these settings.
   MapChunks(const std::string& path, const MapperParams& params);
-  /// Reads a map from the records of a file, from record `first` on.
+  /// Reads a map from the records of a file, starting at record `first`.
   MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t max_bytes = kNoMapLimit);
 
   const std::string& path() const { return file_->path(); }
 
   /// The map without voxels and colours.
   const MapContents& head() const { return head_; }
-  const std::optional<MapBox>& box() const { return box_; }  ///< None: a whole map.
+  const std::optional<MapBox>& box() const { return box_; }  ///< std::nullopt for a whole map.
   const MapSize& size() const { return size_; }
   uint64_t contentHash() const { return content_hash_; }  ///< As stored in the file.
   size_t endRecord() const { return end_ + 1; }           ///< Index of the record after the map.
 
-  /// The blocks of a chunk, their voxels and colours. @throws std::runtime_error for a damaged file
+  /// The blocks of a chunk, with voxels and colours.
+  /// @throws std::runtime_error if the file is damaged.
   MapContents part(size_t chunk) const;
 
-  /// Calls `take` with each chunk in order, one at a time, from several threads.
-  /// @throws std::runtime_error for a damaged file; exceptions of `take` pass through.
+  /// Calls `take` with each chunk in order, from several threads, but never concurrently.
+  /// @throws std::runtime_error if the file is damaged; exceptions from `take` are passed on.
   void visit(const std::function<void(const MapContents& part)>& take, int threads = 0) const;
 
   MapInfo info() const;
@@ -96,14 +97,14 @@ class MapChunks {
   std::vector<Record> voxels_, colours_;  ///< Copies, since RecordFile::records() may grow.
 };
 
-/// The map of an open file in parts: its chunks, which are read on demand.
+/// The map of an open file in parts: its chunks, read on demand.
 MapParts partsOf(std::shared_ptr<const MapChunks> file);
 
-/// A mapper's contents, completed by `origin`.
+/// A mapper's contents, completed with `origin`.
 MapContents contentsWith(const MapOrigin& origin, Mapper& mapper);
 
 /// Saves a mapper's map chunk by chunk.
-/// @throws std::runtime_error as saveMap(), or if blocks on disk cannot be read.
+/// @throws std::runtime_error like saveMap(), or if blocks on disk cannot be read.
 MapInfo saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path);
 
 /// Saves the blocks of a mapper's map that lie in a box, and all free cells.

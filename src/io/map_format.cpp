@@ -10,8 +10,8 @@ namespace {
 constexpr const char* kBoundSettings[] = {"fusion/mode", "map/directional", "map/truncation_voxels",
                                           "map/voxel_size_m"};
 
-/// The shortest decimal that reads back as the same number, always with a point or an exponent, so
-/// that it does not read back as an integer.
+/// The shortest decimal that is parsed as the same number, always with a point or an exponent, so
+/// that it is not parsed as an integer.
 std::string textOf(double number) {
   std::string text;
   for (int digits = 6; digits <= 17; ++digits) {
@@ -25,7 +25,7 @@ std::string textOf(double number) {
 std::string textOf(const ParamValue& value) {
   if (const auto* const word = std::get_if<std::string>(&value)) {
     std::string text = "'";
-    for (const char c : *word) text.append(c == '\'' ? 2 : 1, c);  // YAML doubles quotes
+    for (const char c : *word) text.append(c == '\'' ? 2 : 1, c);  // quotes are doubled in YAML
     return text + "'";
   }
   if (const double* number = std::get_if<double>(&value)) return textOf(*number);

@@ -1,4 +1,4 @@
-/// The records of a map, for writer and reader: docs/map_format.md.
+/// The records of a map, shared by writer and reader; see docs/map_format.md.
 #pragma once
 
 #include <cstdint>
@@ -20,19 +20,19 @@ constexpr char kSettings[] = "SETT", kFrame[] = "FRAM", kLevel[] = "LEVL", kBox[
                kState[] = "STAT", kBlocks[] = "BLKS", kColourIndex[] = "COLI", kFree[] = "FREE",
                kVoxels[] = "VOXL", kColours[] = "COLR", kEnd[] = "END ";
 
-/// Limit of chunks in memory at once, with any number of threads.
+/// Maximum number of chunks in memory at once, with any number of threads.
 constexpr int kMaxChunksAtOnce = 4;
 
 constexpr size_t kArrayWords = 512, kBrickWords = 64;
 constexpr size_t kStateBytes = 40, kBlockBytes = 16, kEndBytes = 24;
 constexpr size_t kColourHeadBytes = 16, kBlockBricksBytes = 8;
 constexpr size_t kFreeHeadBytes = 8, kFreeRecordBytes = 80;
-/// Largest size of the settings, and of the frame's name, in bytes.
+/// Maximum size of the settings, and of the frame's name, in bytes.
 constexpr uint64_t kMaxText = 1 << 20;
-/// Largest record of a box, in bytes.
+/// Maximum size of a box record, in bytes.
 constexpr uint64_t kMaxBox = 1 << 28;
 
-/// The settings of a file: those of the map, and poses/... unless given poses were used unchanged.
+/// The settings for a file: those of the map, and poses/... unless poses were used as given.
 ParamTree settingsOfFile(const ParamTree& of_map, const PoseParams& poses);
 
 /// Reads the settings poses/... @throws ParamError if a value is invalid.
@@ -42,10 +42,10 @@ PoseParams posesOf(const ParamTree& settings);
 /// unless a value has a line break.
 std::string settingsText(const ParamTree& settings);
 
-/// The settings that a map is bound to, as text for its content hash.
+/// The settings that are fixed for a map, as text for its content hash.
 std::string boundSettingsText(const ParamTree& settings);
 
-// The functions below read or write the content of the small records.
+// The functions below read or write the contents of the small records.
 
 template <class Io, class Contents, class Size>
 void visitState(Io& io, Contents& contents, Size& size) {

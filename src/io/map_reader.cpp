@@ -1,5 +1,5 @@
-// Reads maps from records: first the small ones, which give sizes to check, then voxels and
-// colours.
+// Reads maps from records: first the small records, which determine the sizes of the others, then
+// voxels and colours.
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -87,7 +87,7 @@ void MapChunks::checkEnd() {
   }
 }
 
-/// The map's record of a kind; null if it has none. @throws std::runtime_error if it has several.
+/// The map's record of this kind, or null. @throws std::runtime_error if there are several.
 const Record* MapChunks::find(const char* kind) const {
   const Record* found = nullptr;
   for (size_t i = first_; i < end_; ++i) {
@@ -125,7 +125,7 @@ void MapChunks::readSettings() {
 void MapChunks::readTables() {
   const Bytes state = file_->read(get(kState), kStateBytes);
   ByteReader in(state);
-  MapSize known;  // sizes as the file states them
+  MapSize known;  // sizes stated in the file
   visitState(in, head_, known);
   if (known.voxel_arrays > kMaxArrays || known.blocks > known.voxel_arrays) throwWrongSizes();
   checkRoom(known);
@@ -171,7 +171,7 @@ void MapChunks::readFree(MapSize known) {
 
 void MapChunks::checkRoom(const MapSize& taken) const {
   if (taken.bytes() <= max_bytes_) return;
-  throw std::runtime_error("the map of '" + file_->path() + "' takes " +
+  throw std::runtime_error("the map in '" + file_->path() + "' needs " +
                            std::to_string((taken.bytes() >> 20) + 1) + " MiB, but only " +
                            std::to_string(max_bytes_ >> 20) +
                            " MiB are allowed; raise map/max_memory_mb");

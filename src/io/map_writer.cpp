@@ -30,7 +30,7 @@ using namespace map_format;
 
 Bytes bytesOf(const std::string& text) { return {text.begin(), text.end()}; }
 
-/// The text of the settings. @throws std::runtime_error if a reader would refuse it.
+/// The text of the settings. @throws std::runtime_error if readers would reject it.
 std::string checkedSettings(const MapContents& head) {
   const ParamTree settings = settingsOfFile(head.settings, head.poses);
   std::string text = settingsText(settings);
@@ -41,7 +41,7 @@ std::string checkedSettings(const MapContents& head) {
   }
   back.settings = parseYamlParams(text, "the map cannot be saved: its settings");
   if (settingsText(back.settings) != text) {
-    throw std::runtime_error("the map cannot be saved: a setting has a line break");
+    throw std::runtime_error("the map cannot be saved: a setting contains a line break");
   }
   withSettingsOf(back, {});
   posesOf(back.settings);
@@ -175,7 +175,7 @@ MapContents contentsWith(const MapOrigin& origin, Mapper& mapper) {
 }
 
 MapInfo saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
-  for (;;) {  // repeats without blocks that turn out to be damaged
+  for (;;) {  // repeated without blocks that turn out to be damaged
     const uint64_t lost = mapper.stats().pages.lost;
     const MapContents outline = outlineWith(origin, mapper);
     const MapInfo saved = saveMapInChunks(outline, readerOf(mapper, outline), path);

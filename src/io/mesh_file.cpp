@@ -49,7 +49,7 @@ void writeTexturedFaces(const TexturedMesh& textured, std::ostream& out, const F
   }
 }
 
-/// @param textured Null: no textures. @param material Name of the .mtl file.
+/// @param textured Null for a mesh without textures. @param material Name of the .mtl file.
 void writeObj(const Mesh& mesh, MeshColour colour, AtomicFile& file,
               const TexturedMesh* textured = nullptr, const std::string& material = {}) {
   std::ostringstream out;
@@ -99,7 +99,7 @@ Vec3f triangleNormal(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   return length > 0.0f ? (1.0f / length) * n : Vec3f{0.0f, 0.0f, 0.0f};
 }
 
-/// A position in the map frame, rounded to the floats of .stl.
+/// A position in the map frame, rounded to floats, as stored in .stl files.
 Vec3f toFloats(const std::array<double, 3>& p_W) {
   return {static_cast<float>(p_W[0]), static_cast<float>(p_W[1]), static_cast<float>(p_W[2])};
 }
@@ -137,7 +137,7 @@ void checkMeshSize(uint64_t vertices, uint64_t triangles, const std::string& pat
   constexpr uint64_t kMaxCount = std::numeric_limits<int32_t>::max();
   if (triangles == 0) {
     throw std::runtime_error("cannot save '" + path +
-                             "': the mesh is empty; fuse frames that see a surface first");
+                             "': the mesh is empty; fuse frames that show a surface first");
   }
   if (vertices > kMaxCount || triangles > kMaxCount) {
     throw std::runtime_error("cannot save '" + path +

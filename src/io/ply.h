@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-/// @param far Whether positions are doubles, as a mesh far from the origin needs.
+/// @param far Whether the mesh is far from the origin, so that its positions are stored as doubles.
 inline std::string plyHeader(size_t vertices, size_t triangles, bool far) {
   const std::string vertex_count = std::to_string(vertices);
   const std::string face_count = std::to_string(triangles);

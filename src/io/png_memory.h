@@ -11,11 +11,11 @@
 
 namespace dtsdf {
 
-/// Drops the ancillary chunks of a PNG, since libpng would convert the values by gAMA or sRGB.
-/// Keeps invalid chunks, for libpng to refuse.
+/// Drops the ancillary chunks of a PNG: with a gAMA or sRGB chunk, libpng would convert the values.
+/// Keeps invalid chunks, so that libpng rejects the file.
 inline std::string criticalChunks(const uint8_t* data, size_t bytes) {
   constexpr size_t kSignatureBytes = 8, kEmptyChunkBytes = 12;
-  constexpr uint8_t kAncillary = 0x20;  // a bit in the first letter of a chunk's type
+  constexpr uint8_t kAncillary = 0x20;  // bit in the first letter of a chunk's type
   const uint8_t* const end = data + bytes;
   std::string kept;
   for (size_t length = std::min(bytes, kSignatureBytes); data < end; data += length) {
@@ -52,7 +52,7 @@ class PngReader {
   }
   bool hasAlpha() const { return (png_.format & PNG_FORMAT_FLAG_ALPHA) != 0; }
 
-  /// Decodes the pixels to rows in a libpng format; call it once. @return false if they are
+  /// Decodes the pixels, in one of libpng's formats; call it only once. @return false if they are
   /// damaged.
   bool read(png_uint_32 format, png_uint_32 flags, void* rows) {
     png_.format = format;
@@ -73,7 +73,7 @@ inline std::string pngBytes(int width, int height, png_uint_32 format, const voi
   png.width = static_cast<png_uint_32>(width);
   png.height = static_cast<png_uint_32>(height);
   png.format = format;
-  png.flags = PNG_IMAGE_FLAG_FAST;  // takes a third of the time
+  png.flags = PNG_IMAGE_FLAG_FAST;  // reduces the time to a third
   std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
   png_alloc_size_t size = bytes.size();
   if (png_image_write_to_memory(&png, &bytes[0], &size, 0, pixels, 0, nullptr) == 0) {

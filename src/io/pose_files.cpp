@@ -20,7 +20,8 @@ const char* const kPosesAdvice = "poses are expected there";
 
 using NamedPoses = std::map<std::string, Pose>;
 
-/// The keys of an image: its name with and without the folder, and the number at its end.
+/// The keys by which an image is found: its name, with and without the folder, and the number at
+/// the end of the name.
 std::vector<std::string> keysOf(const std::string& path) {
   const fs::path name = fs::path(path).replace_extension();
   const std::string last = name.filename().string();
@@ -33,12 +34,12 @@ void add(const std::string& path, const Pose& pose, NamedPoses& named) {
   for (const std::string& key : keysOf(path)) named.emplace(key, pose);
 }
 
-/// A line of COLMAP's images.txt: image number, then qw qx qy qz and tx ty tz from world to camera,
-/// camera number, and file name.
+/// Reads the poses in COLMAP's images.txt. Lines consist of the image number, qw qx qy qz and tx ty
+/// tz from world to camera, the camera number, and the file name.
 NamedPoses posesOfColmap(const std::vector<ListLine>& lines) {
   NamedPoses named;
   for (const ListLine& line : lines) {
-    if (line.words.size() != 10) continue;  // image points: x, y, id of each
+    if (line.words.size() != 10) continue;  // image points: x, y and ID of each
     double v[8];
     for (size_t i = 1; i < 8; ++i) v[i] = numberAt(line, i);
     const Pose T_C_W = poseOf({v[5], v[6], v[7]}, {v[1], v[2], v[3], v[4]});
@@ -48,7 +49,7 @@ NamedPoses posesOfColmap(const std::vector<ListLine>& lines) {
   return named;
 }
 
-/// The transforms.json of nerfstudio, instant-ngp and `map_tool export`.
+/// Reads the poses in the transforms.json of nerfstudio, instant-ngp or `map_tool export`.
 NamedPoses posesOfTransforms(const std::string& path) {
   NamedPoses named;
   const nlohmann::json root = readJsonFile(path, kPosesAdvice);

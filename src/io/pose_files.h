@@ -1,4 +1,4 @@
-/// Reads poses from files of other programs: lists of matrices, COLMAP's images.txt,
+/// Reads poses from files written by other programs: lists of matrices, COLMAP's images.txt,
 /// transforms.json, and folders with one matrix per file.
 #pragma once
 
@@ -15,27 +15,27 @@ namespace dtsdf {
 /// - by name, or else by the number at its end: COLMAP's images.txt, transforms.json, and a folder
 ///   with a file of 4 x 4 numbers per image;
 /// - by order if there are as many poses as images, or else by number: a list of 3 x 4 (KITTI) or
-///   4 x 4 numbers, such as Open3D's trajectory.log. If it has as many poses as there are depth
-///   images, a colour image has the pose of the depth image with its number.
+///   4 x 4 matrices, such as Open3D's trajectory.log. If it has as many poses as there are depth
+///   images, a colour image gets the pose of the depth image with the same number.
 /// @param depth The depth images, sorted by stamp; may be `images`.
-/// @param convention As RecordingOptions::pose_convention; empty: that of the file's format.
+/// @param convention See RecordingOptions::pose_convention. If empty, the format's convention.
 /// @throws std::runtime_error that names the file, if anything is missing or malformed.
 void findPosesIn(const std::string& path, double tolerance_s,
                  const std::vector<StampedImage>& depth, std::vector<StampedImage>& images,
                  std::string convention);
 
-/// Converts poses from a convention to the optical frame. @throws as opticalPose()
+/// Applies opticalPose() to all poses. @throws like opticalPose()
 void convertToOptical(const std::string& convention, std::vector<StampedImage>& images);
 
-/// Converts a pose from a convention to the pose of the optical frame.
+/// Converts a pose in the given convention to the pose of the camera's optical frame.
 /// @throws std::invalid_argument for an unknown convention.
 Eigen::Isometry3d opticalPose(const Eigen::Isometry3d& pose, const std::string& convention);
 
-/// The number in a file's name without its extension: the whole name, such as a stamp, or the
-/// digits at its end.
+/// The number in a file's name without the extension: the whole name if it is a number, such as a
+/// stamp, or else the digits at its end.
 std::optional<double> numberAtEnd(const std::string& path);
 
-/// Reads a JSON object. @throws std::runtime_error with `advice` if the file has none.
+/// Reads a JSON object. @throws std::runtime_error with `advice` if the file does not contain one.
 nlohmann::json readJsonFile(const std::string& path, const std::string& advice);
 
 }  // namespace dtsdf

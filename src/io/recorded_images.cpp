@@ -108,7 +108,7 @@ class RecordedSource : public ImageSource<Image> {
     return image;
   }
 
-  /// @return the problem with the image, or an empty text.
+  /// @return the problem with the image, or an empty string.
   std::string read(const std::string& path, SourceFrame& frame) const {
     const auto pixels = std::make_shared<std::vector<uint16_t>>(
         readDepthPng(path, frame.depth.width, frame.depth.height));
@@ -131,7 +131,7 @@ class RecordedSource : public ImageSource<Image> {
     return "";
   }
 
-  /// Skips a bad image. @throws std::runtime_error with remedies, unless skip_bad.
+  /// Skips a bad image if skip_bad is set. @throws std::runtime_error with remedies otherwise.
   void skip(const std::runtime_error& error) {
     if (!options_.skip_bad) {
       throw std::runtime_error(errorText(error) + "; --skip-bad skips such images" +

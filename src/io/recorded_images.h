@@ -20,29 +20,30 @@ namespace dtsdf {
 struct RecordedImages {
   std::vector<StampedImage> images;  ///< Empty if the recording has none.
   /// Camera of all images. A negative fy means that its y axis points up: images and principal
-  /// point are flipped vertically, and 3D points do not change.
+  /// point are then flipped vertically, which does not change 3D points.
   std::optional<CameraInfo> camera = std::nullopt;
-  std::string missing_camera = {};  ///< Why there is no camera, so that images are skipped.
+  std::string missing_camera = {};  ///< If there is no camera, the reason for skipping all images.
   double units_per_metre = 0.0;     ///< Depth units per metre.
 };
 
 /// Depth images in order, decoded one by one. @throws std::runtime_error if no image has a pose,
-/// or checkSelection() refuses the selection.
+/// or like checkSelection().
 std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
                                                 const RecordingOptions& options);
 
-/// Colour images sorted by stamp, decoded one by one. Images without a pose or a file, or not of
-/// the camera's size, are skipped and counted. A damaged file is an error, unless skip_bad.
+/// Colour images sorted by stamp, decoded one by one. Images without a pose or file, or with a size
+/// other than the camera's, are skipped and counted. A damaged file is an error unless skip_bad is
+/// set.
 std::unique_ptr<ColourSource> openRecordedColours(RecordedImages images,
                                                   const RecordingOptions& options);
 
-/// Finds the poses of images by stamp. If no image has a pose, `missing` of the first image says
+/// Finds the poses of images by stamp. If no image has a pose, `missing` of the first image tells
 /// how the stamps differ.
 void findPosesNear(const Trajectory& trajectory, double tolerance_s,
                    std::vector<StampedImage>& images);
 
 /// Checks that the selection is not empty, unless it is a list of images.
-/// @throws std::runtime_error with the number of images.
+/// @throws std::runtime_error that states the number of images.
 inline void checkSelection(const FrameSelection& selection, size_t total) {
   if (selection.listed != nullptr || total == 0 || selection.countIn(total) > 0) return;
   throw std::runtime_error("--frames selects none of the depth images: there are " +
@@ -50,7 +51,7 @@ inline void checkSelection(const FrameSelection& selection, size_t total) {
                            "; give a range of these");
 }
 
-/// Whether the options select an image, by its place among the depth or the colour images.
+/// Whether the options select an image. @param place Its index among the depth or colour images.
 inline bool isSelected(const RecordingOptions& options, bool is_colour, size_t place) {
   if (!is_colour) return options.selection.contains(place);
   const auto& listed = options.listed_colours;

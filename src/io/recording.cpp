@@ -90,7 +90,8 @@ bool isReadable(const StampedImage& image) try {
   return false;
 }
 
-/// The camera from the options or the folder's files; none if the format's usual camera applies.
+/// The camera from the options or the folder's files; std::nullopt if the format's usual camera is
+/// to be used.
 std::optional<CameraInfo> givenCamera(const RecordingOptions& options, const FolderFormat& format,
                                       std::vector<StampedImage> images) {
   if (options.skip_bad) {  // the camera's size may come from the first image
@@ -128,7 +129,7 @@ void findFirstPose(const RecordingOptions& options, const FolderFormat& format,
   while (first + 1 < images.size() && !options.selection.contains(first)) ++first;
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   try {
-    findPoses(options, format, images, images);  // of all images, since poses may match by order
+    findPoses(options, format, images, images);  // for all images, since poses may match by order
     T_W_C = images[first].T_W_C.value_or(T_W_C);
   } catch (const std::runtime_error&) {
     if (!options.poses_path.empty()) throw;  // the user named this file
@@ -136,8 +137,8 @@ void findFirstPose(const RecordingOptions& options, const FolderFormat& format,
   for (StampedImage& image : images) image.T_W_C = T_W_C;
 }
 
-/// The depth scale from the options or the folder's files; none if the format's usual scale
-/// applies.
+/// The depth scale from the options or the folder's files; std::nullopt if the format's usual scale
+/// is to be used.
 std::optional<double> givenUnits(const RecordingOptions& options, const FolderFormat& format) {
   if (options.units_per_metre || format.unitsOf == nullptr) return options.units_per_metre;
   return format.unitsOf(options.path);
@@ -194,7 +195,7 @@ std::string assumptionsOf(const RecordingOptions& options) {
   const FolderFormat& format = formatOf(options);
   std::vector<std::string> assumed;
   if (!givenCamera(options, format, listDepth(options.path, format))) {
-    assumed.emplace_back("the camera of the format (--intrinsics)");
+    assumed.emplace_back("the format's usual camera (--intrinsics)");
   }
   if (!givenUnits(options, format)) {
     assumed.push_back(shortestText(unitsOf(options, format)) + " units per metre (--depth-scale)");

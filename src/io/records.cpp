@@ -19,9 +19,9 @@ namespace dtsdf {
 namespace {
 
 constexpr char kMagic[] = "DTSDFREC";
-/// Level of zstd; docs/results/performance.md has sizes and times.
+/// zstd's level; docs/results/performance.md lists sizes and times.
 constexpr int kCompressionLevel = 1;
-/// Highest ratio of zstd: 128 KiB from four bytes.
+/// zstd's maximum compression ratio: 128 KiB in four bytes.
 constexpr uint64_t kMaxCompression = 32768;
 
 Bytes compressed(const void* content, size_t bytes) {
@@ -35,7 +35,7 @@ Bytes compressed(const void* content, size_t bytes) {
   return stored;
 }
 
-/// The part of a record's head that its checksum covers.
+/// The part of a record's head that is covered by its checksum.
 Bytes beginOf(const Record& record) {
   ByteWriter head;
   head.putText(record.name()).put(record.flags).put(record.stored_bytes);
@@ -217,7 +217,7 @@ Bytes RecordFile::readAny(const Record& record, uint64_t most) const {
   const Bytes stored = readStored(record);
   uint64_t bytes = stored.size();
   if (record.flags & kZstd) {
-    bytes = ZSTD_getFrameContentSize(stored.data(), stored.size());  // an error exceeds any limit
+    bytes = ZSTD_getFrameContentSize(stored.data(), stored.size());  // error codes exceed any limit
   }
   if (bytes > most) throwWrongSize(record);
   Bytes content(bytes);

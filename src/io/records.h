@@ -1,4 +1,4 @@
-/// Files made of records {kind, flags, length, checksum, bytes}: maps, boxes of maps and journals.
+/// Files that consist of records {kind, flags, length, checksum, bytes}: maps, map boxes, journals.
 /// docs/map_format.md describes them byte by byte.
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace dtsdf {
 
-/// XXH64, the checksum in all files.
+/// XXH64, which is used for all checksums in files.
 uint64_t hashOf(const void* data, size_t bytes, uint64_t seed = 0);
 
 template <class Io>
@@ -41,7 +41,7 @@ constexpr size_t kPoseBytes = 96;
 
 constexpr size_t kFileHeadBytes = 16, kRecordHeadBytes = 24;
 constexpr uint32_t kRecordVersion = 1;
-/// Limit of records in a file, since all are listed in memory.
+/// Maximum number of records in a file, since their heads are kept in memory.
 constexpr size_t kMaxRecords = 1 << 22;
 
 /// Flags of a record.
@@ -60,20 +60,20 @@ struct Record {
   std::string name() const { return {kind.begin(), kind.end()}; }
 };
 
-/// Checksum of uncompressed content, with the kind as seed. Content hashes cover these checksums.
+/// Checksum of uncompressed content, with the kind as seed. Content hashes are made from these.
 uint64_t checksumOf(const char* kind, const void* content, size_t bytes);
 
-/// The head of a file. `purpose` is its content code of four letters.
+/// The head of a file. @param purpose Four-letter code for the file's content.
 Bytes fileHead(const char* purpose);
 
-/// A record with its head, from bytes that are stored unchanged.
+/// A record with its head. The bytes are stored unchanged.
 Bytes encodeStored(const char* kind, uint32_t flags, const void* stored, size_t bytes);
 
 /// A record with its head. With kZstd in `flags`, the content is compressed.
 /// @throws std::runtime_error if it cannot be compressed.
 Bytes encodeRecord(const char* kind, uint32_t flags, const void* content, size_t bytes);
 
-/// Writes records in order, and counts and hashes them for the end record.
+/// Writes records in order; counts them and hashes their heads for the end record.
 class RecordWriter {
  public:
   using Sink = std::function<void(const void* data, size_t bytes)>;
@@ -94,10 +94,10 @@ class RecordWriter {
   uint64_t records_ = 0, bytes_ = 0;
 };
 
-/// An open file of records. Their heads are in memory; contents are read on demand.
+/// An open file of records. Their heads are kept in memory; contents are read on demand.
 class RecordFile {
  public:
-  /// @param what Name in error texts, such as "map file".
+  /// @param what Kind of file, for error messages, such as "map file".
   /// @throws std::runtime_error if the file cannot be read, is not a regular file, or has another
   /// purpose or version.
   RecordFile(const std::string& path, const char* purpose, const std::string& what);
@@ -111,21 +111,21 @@ class RecordFile {
   const std::string& path() const { return path_; }
   const std::vector<Record>& records() const { return records_; }
   uint64_t bytes() const { return bytes_; }
-  /// Finds records that were appended since the last search. @return whether there are any.
+  /// Reads the heads of records that were appended since the last call. @return whether there were
+  /// any.
   bool readAppended();
   /// End of the last complete record.
   uint64_t end() const { return end_; }
 
-  /// Reads the content of a record, which must have this many bytes. Safe to call from several
-  /// threads.
-  /// @throws std::runtime_error for a damaged record
+  /// Reads the content of a record, which must have exactly `bytes` bytes. Thread-safe.
+  /// @throws std::runtime_error if the record is damaged.
   void read(const Record& record, void* content, uint64_t bytes) const;
   Bytes read(const Record& record, uint64_t bytes) const;
 
   /// Reads the content of a record, which may have at most `most` bytes.
   Bytes readAny(const Record& record, uint64_t most) const;
 
-  /// Hash of the heads of these records, computed like RecordWriter::headHash().
+  /// Hash of the heads of records `first` to `end` - 1, computed like RecordWriter::headHash().
   uint64_t headHash(size_t first, size_t end) const;
 
   [[noreturn]] void throwDamaged(const std::string& how) const;

@@ -16,8 +16,8 @@
 namespace dtsdf {
 namespace {
 
-/// What a mesh is missing, in words; empty: nothing. @param before meshes.missed() before the mesh
-/// was read.
+/// Describes the blocks that a mesh lacks; empty if it is complete.
+/// @param before Value of meshes.missed() before the mesh was read.
 /// @throws std::runtime_error if the disk cannot be read, which may be temporary.
 std::string describeMissing(PagedMeshes& meshes, uint64_t before) {
   if (meshes.missed() == before) return "";
@@ -90,7 +90,7 @@ SavedMesh savePagedMesh(PagedMeshes& meshes, MeshColour colour, const std::strin
   SimplifiedMesh saved{assemble(meshes, region, lack)};
   if (region && saved.mesh.triangles.empty() && meshes.triangleCount() > 0) {
     throw std::runtime_error(
-        "no triangle lies wholly in the region, so nothing was saved; give it in the map frame");
+        "no triangle lies wholly in the region, so nothing was saved; use map coordinates");
   }
   const size_t joined = saved.mesh.triangles.size();
   if (simplify_error_m != 0.0) {

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Limit of a file's size; lists of images or poses, and images, are smaller.
+/// Maximum file size, larger than any list or image.
 constexpr uintmax_t kMaxBytes = uintmax_t{1} << 30;
 
 /// Why the file cannot be read as a whole; empty if it can. Devices and pipes may be endless or

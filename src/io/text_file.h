@@ -8,8 +8,8 @@
 
 namespace dtsdf {
 
-/// Refuses missing files, folders, pipes and devices (which may block a reader), and files of over
-/// 1 GiB.
+/// Rejects missing files, folders, pipes and devices (which may block a reader), and files larger
+/// than 1 GiB.
 /// @throws std::runtime_error with the path and `advice`.
 void requireRegularFile(const std::string& path, const std::string& advice);
 
@@ -19,22 +19,22 @@ std::string readTextFile(const std::string& path, const std::string& advice);
 
 // Lists: text files with words on each line; lines that begin with # are comments.
 
-/// The words of a line and its place.
+/// A line, split into words.
 struct ListLine {
   std::vector<std::string> words;
   std::string place;  ///< "file:line"
 };
 
-/// The words of a text, split at any white space.
+/// Splits a text at white space.
 std::vector<std::string> splitWords(const std::string& text);
 
-/// The lines of a file that are neither empty nor comments. @throws as readTextFile()
+/// The lines of a file that are neither empty nor comments. @throws like readTextFile()
 std::vector<ListLine> readList(const std::string& path, const std::string& advice);
 
 /// @throws std::runtime_error with the line's place.
 [[noreturn]] void throwAt(const ListLine& line, const std::string& problem);
 
-/// A word of a line as a finite number. @throws std::runtime_error with the line's place.
+/// Parses a word of a line as a finite number. @throws std::runtime_error with the line's place.
 double numberAt(const ListLine& line, size_t index);
 
 }  // namespace dtsdf

@@ -12,11 +12,11 @@ namespace dtsdf {
 
 /// A texture image and the triangles that use it.
 struct TexturePage {
-  size_t triangles;  ///< Number of triangles; they follow those of the previous page.
+  size_t triangles;  ///< Number of triangles, which follow those of the previous page.
   std::string png;   ///< Content of its PNG file.
 };
 
-/// Texture coordinates, 0 to 1: from the left and the top edge of a page.
+/// Texture coordinates, 0 to 1, from the left and top edges of a page.
 using TexturePlace = std::array<float, 2>;
 
 struct TexturedMesh {
@@ -26,7 +26,7 @@ struct TexturedMesh {
 };
 
 /// Saves OUT.obj with OUT.mtl and OUT_0.png, OUT_1.png ... in the same folder, or OUT.glb, which
-/// contains everything. @throws std::runtime_error as saveMesh(), and for other formats.
+/// contains everything. @throws std::runtime_error like saveMesh(), and for other formats.
 void saveTexturedMesh(const TexturedMesh& textured, const std::string& path);
 
 }  // namespace dtsdf

@@ -12,14 +12,14 @@
 namespace dtsdf {
 namespace {
 
-/// Added to tolerances: in doubles, today's stamps are rounded to a quarter of a microsecond.
+/// Added to tolerances, since doubles round today's stamps to a quarter of a microsecond.
 constexpr double kStampResolution_s = 1e-6;
 
 }  // namespace
 
 Trajectory::Trajectory(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
   const auto byStamp = [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; };
-  if (!std::is_sorted(poses_.begin(), poses_.end(), byStamp)) {  // sorting takes extra memory
+  if (!std::is_sorted(poses_.begin(), poses_.end(), byStamp)) {  // sorting needs extra memory
     std::stable_sort(poses_.begin(), poses_.end(), byStamp);
   }
   poses_.erase(std::unique(poses_.begin(), poses_.end(),
@@ -72,7 +72,7 @@ Trajectory readTrajectory(const std::string& path, const std::string& advice) {
 }
 
 std::string stampOfList(double stamp_s) {
-  constexpr double kUnits = 1e6;  // doubles hold today's stamps in microseconds exactly
+  constexpr double kUnits = 1e6;  // doubles distinguish today's stamps in microseconds
   const bool is_whole = std::round(stamp_s * kUnits) / kUnits == stamp_s;
   return formatted(is_whole ? "%.6f" : "%.9f", stamp_s);
 }

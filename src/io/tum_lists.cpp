@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 const char* const kAdvice = "a TUM folder has depth.txt, groundtruth.txt and camera_info.yaml";
 
 /// The driver registered the benchmark's depth images to colour but did not rectify them. The
-/// benchmark recommends the driver's default intrinsics, without undistortion, for all its cameras
+/// benchmark recommends the driver's default intrinsics, without undistortion, for all cameras
 /// (cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats).
 const CameraInfo kFreiburgCamera{640, 480, {525.0f, 525.0f, 319.5f, 239.5f}};
 
@@ -28,7 +28,7 @@ std::vector<StampedImage> readImageList(const fs::path& path) {
   return images;
 }
 
-/// The benchmark's lists begin with a comment that names their recording, such as
+/// The benchmark's lists begin with a comment that names the recording, such as
 /// # file: 'rgbd_dataset_freiburg1_...'
 bool mentionsFreiburg(const fs::path& list) {
   if (!fs::is_regular_file(list)) return false;
@@ -108,8 +108,8 @@ RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camer
 }  // namespace
 
 /// The TUM RGB-D benchmark (cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats): depth.txt and
-/// groundtruth.txt with stamps of one clock, 16-bit depth in 1/5000 m, registered to colour, and
-/// rgb.txt. If depth is not registered, the colour camera is in colour_info.yaml.
+/// groundtruth.txt with stamps from one clock, rgb.txt, and 16-bit depth in units of 1/5000 m,
+/// registered to colour. If it is not registered, colour_info.yaml describes the colour camera.
 FolderFormat tumFormat() {
   return {"tum",       "depth.txt, or associations.txt with groundtruth.txt",
           isTumFolder, readTumDepthList,

@@ -1,4 +1,5 @@
-/// Reads the lists of a TUM RGB-D folder: depth images, colour images and poses. Decodes no image.
+/// Reads the lists in a TUM RGB-D folder: depth images, colour images and poses. Does not decode
+/// images.
 #pragma once
 
 #include <filesystem>
@@ -19,28 +20,27 @@ struct StampedImage {
   std::string missing = {};  ///< Such as "no pose within 20 ms".
 };
 
-// Lines that begin with # are comments. The functions that read files throw
-// std::runtime_error if a file is missing, or, with its line number, if a line is malformed.
+// Lines that begin with # are comments. The functions that read files throw std::runtime_error if a
+// file is missing, or, with the line number, if a line is malformed.
 
 /// Whether a folder has depth.txt, or associations.txt together with groundtruth.txt or
-/// camera_info.yaml. A folder of ICL-NUIM has associations.txt too, but neither of the other two
-/// files.
+/// camera_info.yaml. An ICL-NUIM folder also has associations.txt, but neither of these two files.
 bool isTumFolder(const std::filesystem::path& folder);
 /// The images in associations.txt whose paths begin with `kind`. A line is like "0 depth/0.png 0
 /// rgb/0.png"; depth or colour may come first. @throws std::runtime_error if there are none.
 std::vector<StampedImage> readAssociations(const std::filesystem::path& folder,
                                            const std::string& kind);
 
-/// The depth images in the order of depth.txt, or else of associations.txt.
+/// The depth images in the order of depth.txt, or of associations.txt if there is no depth.txt.
 std::vector<StampedImage> readTumDepthList(const std::filesystem::path& folder);
 /// The colour images in the order of rgb.txt. Without rgb.txt, there are none if the folder has
-/// depth.txt; else they are in the order of associations.txt.
+/// depth.txt; otherwise they are in the order of associations.txt.
 std::vector<StampedImage> readTumColourList(const std::filesystem::path& folder);
 /// Reads groundtruth.txt, whose poses map the optical frame to the map frame.
 Trajectory readTumTrajectory(const std::filesystem::path& folder);
 
-/// Reads camera_info.yaml; none if it is missing in one of the benchmark's own recordings, whose
-/// names all contain freiburg.
+/// Reads camera_info.yaml. @return std::nullopt if there is no such file in one of the benchmark's
+/// own recordings, whose names all contain "freiburg".
 std::optional<CameraInfo> readTumCamera(const std::filesystem::path& folder);
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// Wraps a source of images, to change its images, to add others, or to read ahead.
+/// Wraps an image source, to modify its images, to add further ones, or to read ahead.
 #pragma once
 
 #include <functional>
@@ -33,7 +33,7 @@ class WrappedImages : public ImageSource<Image> {
   const Next next_;
 };
 
-/// @param change Is called with each image.
+/// A source whose images are modified by `change`.
 template <class Image, class Change>
 std::unique_ptr<ImageSource<Image>> changed(std::unique_ptr<ImageSource<Image>> source,
                                             Change change) {
@@ -45,10 +45,10 @@ std::unique_ptr<ImageSource<Image>> changed(std::unique_ptr<ImageSource<Image>> 
       });
 }
 
-/// Decodes each frame of a source on another thread while the previous one is used. An error of the
-/// source is thrown when its frame is due, and by every later next().
-/// @pre skipped() and problems() are called only after next() has returned nothing or thrown; until
-/// then the other thread may change them.
+/// Decodes each frame of a source on another thread while the previous one is used. If the source
+/// throws, next() throws that error when the frame is due, and on every later call.
+/// @pre skipped() and problems() are called only after next() has returned std::nullopt or thrown;
+/// until then the other thread may change them.
 inline std::unique_ptr<FrameSource> readAhead(std::unique_ptr<FrameSource> source) {
   return std::make_unique<WrappedImages<SourceFrame>>(
       std::move(source),

@@ -50,7 +50,7 @@ ParamValue namesOf(const YAML::Node& sequence, const std::string& key, const std
   return names;
 }
 
-/// Limit of nesting, since a YAML alias may make a node contain itself.
+/// Maximum nesting depth, since a YAML alias can make a node contain itself.
 constexpr std::ptrdiff_t kMaxLevels = 8;
 
 /// Adds the contents of a node under `prefix` ("" or "section/").

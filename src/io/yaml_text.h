@@ -1,4 +1,4 @@
-/// Parses YAML texts of one document.
+/// Parses YAML texts that consist of a single document.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// Like YAML::Load(), but refuses several documents, where YAML::Load() ignores all but the first.
+/// Like YAML::Load(), but rejects several documents; YAML::Load() would ignore all but the first.
 /// @throws YAML::Exception
 inline YAML::Node loadYaml(const std::string& text) {
   const std::vector<YAML::Node> documents = YAML::LoadAll(text);

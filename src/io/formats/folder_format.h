@@ -13,20 +13,21 @@ namespace dtsdf {
 /// missing or malformed.
 struct FolderFormat {
   const char* name;   ///< Name for --format.
-  const char* marks;  ///< Files that identify a folder with this layout, in words.
+  const char* marks;  ///< Describes the files that identify this layout.
 
-  /// Whether a folder has this layout. Null: a folder has it if listDepth() finds an image.
+  /// Whether a folder has this layout. If this is null, listDepth() must find an image.
   bool (*isIn)(const std::filesystem::path& folder);
 
   /// Lists all depth images. In a layout without stamps, an image's number is its stamp.
   std::vector<StampedImage> (*listDepth)(const std::filesystem::path& folder);
 
   /// Finds the poses of depth or colour images. The tolerance is for layouts that match by stamp.
-  /// Null: findPosesIn() reads `posesPath`.
+  /// If null, findPosesIn() reads `posesPath`.
   void (*findPoses)(const std::filesystem::path& folder, double tolerance_s,
                     std::vector<StampedImage>& images);
 
-  /// Reads the camera from the folder's files. Null, or if it returns none: `usual_camera` is used.
+  /// Reads the camera from the folder's files. If this is null or returns std::nullopt,
+  /// `usual_camera` is used.
   std::optional<CameraInfo> (*readCamera)(const std::filesystem::path& folder,
                                           const std::vector<StampedImage>& images);
 
@@ -36,19 +37,20 @@ struct FolderFormat {
                                 const CameraInfo& depth_camera);
 
   double units_per_metre = 1000.0;
-  /// Reads the depth units per metre from the folder's files. Null, or if it returns none:
-  /// `units_per_metre` is used.
+  /// Reads the depth units per metre from the folder's files. If this is null or returns
+  /// std::nullopt, `units_per_metre` is used.
   std::optional<double> (*unitsOf)(const std::filesystem::path& folder) = nullptr;
-  /// Camera of recordings that do not state theirs.
+  /// Camera for recordings that do not specify one.
   std::optional<CameraInfo> usual_camera = std::nullopt;
-  /// The file or folder with the poses, in any format that findPosesIn() reads; null: findPoses().
+  /// The file or folder with the poses, in any format that findPosesIn() reads. If null,
+  /// findPoses() is used.
   std::string (*posesPath)(const std::filesystem::path& folder) = nullptr;
 };
 
-/// All layouts. A folder has the first layout whose test it passes.
+/// All layouts. If several match a folder, the first one is used.
 const std::vector<FolderFormat>& folderFormats();
 
-// The rows of folderFormats().
+// The elements of folderFormats().
 FolderFormat tumFormat();
 FolderFormat iclFormat();
 FolderFormat sevenScenesFormat();

@@ -1,6 +1,7 @@
 // ICL-NUIM (doc.ic.ac.uk/~ahanda/VaFRIC/iclnuim.html), its "TUM RGB-D compatible PNGs":
 // associations.txt pairs depth with colour by frame number, and *.gt.freiburg lists poses by frame
-// number. Poses of the living room begin at 1, so image 0 has no pose. Depth is in 1/5000 m.
+// number. Living room poses start at number 1, so image 0 has no pose. Depth is in units of
+// 1/5000 m.
 //
 // The y axis of the renderer's camera, and of its poses, points up: the published intrinsics have a
 // negative fy.

@@ -17,7 +17,7 @@ std::vector<StampedImage> listFiles(
     const std::filesystem::path& folder,
     const std::function<std::optional<double>(const std::filesystem::path&)>& stampOf);
 
-/// The files named `prefix`, digits, `suffix`, sorted by number. Leading zeros are not needed.
+/// The files named `prefix`, digits, `suffix`, sorted by number. Leading zeros are optional.
 std::vector<StampedImage> listNumberedFiles(const std::filesystem::path& folder,
                                             const std::string& prefix, const std::string& suffix);
 

@@ -1,5 +1,5 @@
 // A user's own images: 16-bit PNGs in millimetres, in depth/ or in the folder itself, sorted by the
-// number at the end of their names. Poses are in the first of kPoses that exists, the camera in one
+// number at the end of their names. Poses are in the first of kPoses that exists, intrinsics in one
 // of three files (readCamera()), and colour images in a subfolder such as color/.
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -29,8 +29,8 @@ std::vector<StampedImage> imagesIn(const fs::path& folder,
     });
     return is_image ? std::optional(numberAtEnd(name).value_or(-1.0)) : std::nullopt;
   });
-  // If a name has no number, all images are renumbered: those without a number come first, by name,
-  // then the others by number.
+  // If any name has no number, all images are renumbered: first those without a number, sorted by
+  // name, then the others, sorted by number.
   const bool lacks_numbers = !images.empty() && images.front().stamp_s < 0.0;
   for (size_t i = 0; lacks_numbers && i < images.size(); ++i) {
     images[i].stamp_s = static_cast<double>(i);

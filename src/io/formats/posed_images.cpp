@@ -2,7 +2,7 @@
 // a matrix of intrinsics.
 //
 // 7-Scenes (microsoft.com/en-us/research/project/rgb-d-dataset-7-scenes): frame-NUMBER.depth.png,
-// with 65535 where nothing is measured, and frame-NUMBER.pose.txt. Its cameras are not calibrated;
+// with 65535 where nothing was measured, and frame-NUMBER.pose.txt. Its cameras are not calibrated;
 // one set of intrinsics is published for all. tsdf-fusion (github.com/andyzeng/tsdf-fusion-python)
 // uses this layout with other cameras and a 3 x 3 camera-intrinsics.txt next to the images. Colour
 // is in frame-NUMBER.color.png or .jpg. In 7-Scenes it is not registered to depth, and its camera

@@ -1,7 +1,7 @@
 // Replica as rendered by NICE-SLAM (github.com/cvg/nice-slam): results/depthNUMBER.png and, from
 // the same camera, results/frameNUMBER.jpg; traj.txt with a line of 16 numbers per image, camera to
-// world (x right, y down, z forward); and cam_params.json, in the parent folder for all rooms, with
-// size, intrinsics and units per metre.
+// world (x right, y down, z forward); and, in the parent folder, cam_params.json with the image
+// size, intrinsics and units per metre for all rooms.
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -16,7 +16,7 @@ namespace replica {
 
 namespace fs = std::filesystem;
 
-/// NICE-SLAM's value for its own recordings.
+/// The value used in NICE-SLAM's own recordings.
 constexpr double kUnitsPerMetre = 6553.5;
 
 std::vector<StampedImage> listDepth(const fs::path& folder) {
@@ -27,7 +27,7 @@ std::string posesPath(const fs::path& folder) { return (folder / "traj.txt").str
 
 fs::path paramsPath(const fs::path& folder) { return folder / ".." / "cam_params.json"; }
 
-/// The camera in cam_params.json. @throws std::runtime_error
+/// Reads the camera object in cam_params.json. @throws std::runtime_error
 nlohmann::json readParams(const fs::path& path) {
   const nlohmann::json root = readJsonFile(
       path.string(), "Replica's camera is expected there; or give --intrinsics fx,fy,cx,cy");

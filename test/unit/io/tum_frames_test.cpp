@@ -104,9 +104,9 @@ TEST_F(TumFramesTest, ErrorsNameTheInvalidImage) {
     EXPECT_NE(error().find(expected), std::string::npos) << error();
   };
   cv::imwrite(path, cv::Mat(kTumHeight, kTumWidth, CV_8UC1, cv::Scalar(7)));
-  expectError("not a 16-bit grey image");
+  expectError("not a 16-bit greyscale image");
   cv::imwrite(path, cv::Mat(kTumHeight, kTumWidth, CV_16UC3, cv::Scalar(7, 8, 9)));
-  expectError("not a 16-bit grey image");
+  expectError("not a 16-bit greyscale image");
   cv::imwrite(path, cv::Mat(kTumHeight, kTumWidth + 1, CV_16UC1, cv::Scalar(7)));
   expectError("9 x 6 pixels");
   writeBytes(path, "this is no image");

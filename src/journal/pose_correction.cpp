@@ -24,7 +24,7 @@ void checkRigid(const StampedPose& pose) {
                         R.determinant() > 0.0;
   if (is_rigid) return;
   throw std::runtime_error("the corrected pose at " + inSeconds(pose.stamp_s) +
-                           " is not a position and a rotation");
+                           " is not a rigid transform");
 }
 
 bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
@@ -33,7 +33,7 @@ bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 }
 
 /// Sorts poses by stamp. @throws std::runtime_error if different poses have the same stamp, as in a
-/// path whose poses all have the stamp of its publication.
+/// path whose poses are all stamped with the time of publication.
 Trajectory sortedByStamp(std::vector<StampedPose> poses) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; });
@@ -53,9 +53,9 @@ bool hasPoseOf(const StampedPose& image, const std::vector<StampedPose>& correct
   return next != corrected.end() && next->stamp_s <= image.stamp_s + PoseCorrection::kSameStamp_s;
 }
 
-/// The camera's fused pose at the stamp of a corrected pose: that of the image with this stamp, or
-/// else interpolated between the images before and after it. None if one of these two images is
-/// missing or has a corrected pose itself, or if they are too far apart.
+/// The pose at which the camera's image with this stamp was fused. If there is no such image, the
+/// pose is interpolated between the images before and after it; std::nullopt if one of these is
+/// missing or has a corrected pose itself, or if they are too far apart in time.
 std::optional<Eigen::Isometry3d> poseAt(double stamp_s, const std::vector<StampedPose>& fused,
                                         const std::vector<StampedPose>& corrected) {
   const auto after = std::lower_bound(fused.begin(), fused.end(), stamp_s, isBefore);
@@ -95,7 +95,7 @@ PoseCorrection::PoseCorrection(std::vector<StampedPose> corrected,
       throw std::runtime_error(
           "the corrected pose at " + inSeconds(pose.stamp_s) + " is " +
           formatted("%.6g", distance_m) +
-          " m from where its image was fused, too far for a correction; are both in one frame?");
+          " m from where its image was fused, too far for a correction; check its frame");
     }
   }
   if (anchors_.empty()) {
@@ -165,13 +165,13 @@ Eigen::Isometry3d PoseCorrection::correct(double stamp_s, const Eigen::Isometry3
 
 namespace {
 
-/// A motion is extrapolated for at most this many times its observed duration.
+/// A motion is extrapolated for at most this multiple of its observed duration.
 constexpr double kMaxExtrapolation = 3.0;
-/// A jump counts as the correction if the two differ by less than this fraction of the correction.
+/// A jump counts as the correction if it differs from it by less than this fraction of it.
 constexpr double kSameJump = 1.0 / 3.0;
 /// The correction must exceed the uncertainty of the motion by this factor.
 constexpr double kMinJumpRatio = 2.0;
-/// Factor by which the unevenness of a motion fades with each image.
+/// Factor by which the unevenness of a motion decays with each image.
 constexpr double kDecay = 0.8;
 
 /// Distance in metres, plus about 1.4 times the angle of the rotation in radians.
@@ -207,7 +207,7 @@ double GivenMotion::stepsTo(double stamp_s) const {
   return std::max(0.0, (stamp_s - newest_->stamp_s) / (newest_->stamp_s - before_->stamp_s));
 }
 
-/// Continues the last motion up to this stamp, for at most kMaxExtrapolation intervals.
+/// Extrapolates the last motion to this stamp, by at most kMaxExtrapolation intervals.
 Eigen::Isometry3d GivenMotion::expectedAt(double stamp_s) const {
   const double steps = std::min(stepsTo(stamp_s), kMaxExtrapolation);
   if (steps == 0.0) return newest_->T_W_C;
@@ -220,7 +220,7 @@ Eigen::Isometry3d GivenMotion::expectedAt(double stamp_s) const {
 }
 
 /// How far the camera may be from the expected pose: the unevenness of its motion, or more after a
-/// gap.
+/// gap in the poses.
 double GivenMotion::uncertaintyAt(double stamp_s) const {
   const double unseen = stepsTo(stamp_s) - kMaxExtrapolation;
   if (unseen <= 0.0) return unevenness_;

@@ -1,4 +1,4 @@
-/// Corrects the poses of all images, given a SLAM system's poses of some of them. Also decides
+/// Corrects the poses of all images, given a SLAM system's poses for some of them. Also decides
 /// whether the source of poses has adopted the correction.
 #pragma once
 
@@ -10,22 +10,23 @@
 
 namespace dtsdf {
 
-/// A correction of a camera's poses. Images before the first corrected image and after the last one
-/// keep their pose relative to it. For an image between two corrected images, the poses that follow
-/// from each of them are interpolated.
+/// A correction of a camera's poses. Images before the first corrected image, or after the last
+/// one, keep their pose relative to that image. An image between two corrected images has a pose
+/// relative to each of them; the resulting two poses are interpolated.
 class PoseCorrection {
  public:
-  /// Stamps closer than this belong to one image.
+  /// Stamps that differ by no more than this belong to the same image.
   static constexpr double kSameStamp_s = 1e-3;
-  /// A corrected pose without an image counts only if the images before and after it are at most
-  /// this far apart and have no corrected poses themselves, since it is compared with an
-  /// interpolated pose.
+  /// A corrected pose without an image is compared with a pose interpolated between the images
+  /// before and after it. It is used only if these are at most this far apart and have no corrected
+  /// poses themselves.
   static constexpr double kMaxGap_s = 0.25;
-  /// Larger corrections are refused as mistakes.
+  /// Larger corrections are rejected as mistakes.
   static constexpr double kFarthest_m = 1000.0;
-  /// If all poses turn by more, they are refused: they must be in another frame.
+  /// If every pose turns by more than this, the correction is rejected: its poses must be in
+  /// another frame.
   static constexpr double kMaxCommonTurn_rad = 1.0;
-  /// Smaller changes, in metres and radians, are ignored: they come from rounding in files.
+  /// Smaller changes, in metres and radians, are ignored: they result from rounding in files.
   static constexpr double kMin = 1e-6;
 
   /// @param fused Poses at which the camera's images were fused, sorted by stamp.
@@ -37,13 +38,13 @@ class PoseCorrection {
   /// exactly `T_W_C` if the change is below kMin.
   Eigen::Isometry3d correct(double stamp_s, const Eigen::Isometry3d& T_W_C) const;
 
-  /// The corrected poses that count; without the others, they give the same correction.
+  /// The corrected poses that are used. They alone give the same correction.
   std::vector<StampedPose> used() const;
   /// The largest motion of a corrected pose, in metres or radians.
   double farthest() const;
   /// Stamp of the last corrected pose.
   double last_s() const { return anchors_.back().stamp_s; }
-  /// Correction of images after the last corrected pose: T_W_C becomes lastMotion() * T_W_C.
+  /// Correction for images after the last corrected pose: T_W_C becomes lastMotion() * T_W_C.
   Eigen::Isometry3d lastMotion() const {
     return anchors_.back().to * anchors_.back().from.inverse();
   }
@@ -65,17 +66,17 @@ class PoseCorrection {
 /// Decides, from the newest poses given for a camera's images, whether the source of poses has
 /// adopted a correction: SLAM does, odometry never does.
 ///
-/// In doubt, the answer is no: SLAM soon sends another correction, but images that wrongly keep
-/// their given poses stay in the map next to corrected ones.
+/// In doubt, the answer is no. A wrong no is soon mended, since SLAM sends further corrections;
+/// after a wrong yes, uncorrected images stay in the map next to corrected ones.
 class GivenMotion {
  public:
-  /// Stamps that go back by more than this begin a new recording.
+  /// A stamp that goes back by more than this begins a new recording.
   static constexpr double kBegin_s = 0.5;
 
   void add(const StampedPose& given);
 
-  /// Adds a pose. @return whether its source has adopted the correction `T_W_S`: the pose jumps by
-  /// it, or a new recording begins.
+  /// Adds a pose. @return whether its source has adopted the correction `T_W_S`, that is, whether
+  /// the pose jumps by it or a new recording begins.
   bool adoptsCorrection(const Eigen::Isometry3d& T_W_S, const StampedPose& given);
 
   /// Whether the next pose continues the motion from the newest pose moved by `T_W_S`. False if the

@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-// The fields of regions, images and corrections in file order, for reading and writing.
+// Read or write the fields of regions, images and corrections, in file order.
 
 template <class Io>
 void fields(Io& io, BoxRegion& box) {
@@ -50,7 +50,7 @@ void fields(Io& io, Correction& correction) {
 
 namespace {
 
-/// Limit of the content of a record without pixels, in bytes.
+/// Maximum content of a record without pixels, in bytes.
 constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
 
 size_t bytesPerPixel(const DepthFrame& frame) {
@@ -61,8 +61,8 @@ size_t bytesPerPixel(const ColourFrame& frame) {
   return std::array<size_t, 5>{3, 3, 4, 4, 1}.at(static_cast<size_t>(frame.encoding));
 }
 
-/// Encodes an image's rows without padding: each byte minus the same byte of the preceding pixel.
-/// zstd compresses these differences well.
+/// Encodes an image without row padding. Each byte is stored as its difference from the same byte
+/// of the preceding pixel; zstd compresses these differences well.
 template <class Frame>
 Bytes encodePixels(const Frame& frame) {
   const size_t apart = bytesPerPixel(frame), row = apart * static_cast<size_t>(frame.width);

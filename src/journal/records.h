@@ -1,4 +1,4 @@
-/// The contents of a journal and its records. docs/map_format.md describes them byte by byte.
+/// The records of a journal and their contents; docs/map_format.md describes them byte by byte.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -19,32 +19,32 @@
 namespace dtsdf {
 namespace journal {
 
-/// Content code in the head of a journal, and extension of its file.
+/// Content code in the head of a journal, and file extension of journals.
 constexpr char kPurpose[] = "JRNL", kExtension[] = ".dtsdfj";
 
-/// Kinds of records; those of a map may follow kBegin.
+/// Kinds of records; the records of a map may follow kBegin.
 constexpr char kBegin[] = "BEGN", kDepth[] = "DIMG", kColour[] = "CIMG", kPixels[] = "PIXL",
                kClear[] = "CLRG", kLevel[] = "TWM ", kCorrection[] = "CORR";
 
 /// The beginning of a map, into which the following images are fused.
 struct Begin {
   ParamTree settings;       ///< Settings of the mapper.
-  PoseParams poses;         ///< Settings that poses were found with.
-  std::string map_frame;    ///< Name of the frame that poses are given in.
+  PoseParams poses;         ///< Settings with which poses were found.
+  std::string map_frame;    ///< Name of the frame of the given poses.
   std::string level_frame;  ///< Name of the map's frame; equals map_frame unless levelled.
-  bool has_map = false;     ///< Whether the map's records follow; else the map is empty.
+  bool has_map = false;     ///< Whether the map's records follow; otherwise it is empty.
 };
 
-/// An image that the mapper processed, at the T_W_C of its frame.
+/// An image that the mapper processed at pose `frame`.T_W_C.
 struct Image {
   double stamp_s = 0.0;
   uint32_t camera = 0;                                      ///< Index of the camera.
   Eigen::Isometry3d T_W_G = Eigen::Isometry3d::Identity();  ///< The given pose.
   std::variant<DepthFrame, ColourFrame> frame;
-  std::shared_ptr<const void> pixels;  ///< Owner of the frame's pixels.
+  std::shared_ptr<const void> pixels;  ///< Owns the frame's pixels.
 };
 
-/// The level of the map from here on: T_W_M maps the frame M of the given poses to the map frame W.
+/// Levels the map from here on: T_W_M maps the frame M of the given poses to the map frame W.
 struct Level {
   Eigen::Isometry3d T_W_M;
 };
@@ -55,15 +55,15 @@ struct Correction {
   std::vector<StampedPose> poses;
 };
 
-/// A change of the map. A Region stands for the clearing of that region.
+/// A change to the map. A Region means that this region was cleared.
 using Call = std::variant<Image, Region, Level, Correction>;
 
-/// Encodes records with their heads. An image is two records, the second with its pixels.
+/// Encodes records with their heads. An image becomes two records; the second has its pixels.
 Bytes encode(const Begin& begin);
 Bytes encode(const Call& call);
 
-// The functions below read a record. @throws std::exception if it is damaged; readCall() also if it
-// is of another kind.
+// The functions below read a record. @throws std::exception if it is damaged or, for readCall(),
+// not a call.
 Begin readBegin(const RecordFile& file, size_t record);
 /// @param with_pixels Whether to read an image's pixels too, from the next record.
 Call readCall(const RecordFile& file, size_t record, bool with_pixels = true);

@@ -8,9 +8,9 @@ namespace {
 
 /// Calls between mesh updates, so that little is left to do when the maps are swapped.
 constexpr size_t kCallsPerMesh = 64;
-/// Calls between measurements of memory, which have to wait for a GPU.
+/// Calls between measurements of memory, for which a GPU must finish its work.
 constexpr size_t kCallsPerCheck = 8;
-/// After fewer calls, the mesh is updated only when the maps are swapped.
+/// With fewer pending calls, the mesh is not updated until the maps are swapped.
 constexpr size_t kMinCallsPerMesh = 8;
 
 std::string inMb(size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
@@ -19,7 +19,7 @@ std::string inMb(size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
 
 std::string whyTooLarge(size_t live_bytes, size_t second_bytes, size_t max_bytes) {
   if (live_bytes + second_bytes <= max_bytes) return "";
-  return "the map takes " + inMb(live_bytes) + " and the corrected one " + inMb(second_bytes) +
+  return "the map needs " + inMb(live_bytes) + " and the corrected one " + inMb(second_bytes) +
          ", together more than the " + inMb(max_bytes) + " of map/max_memory_mb; raise it";
 }
 

@@ -12,19 +12,19 @@
 
 namespace dtsdf {
 
-/// Works in small steps, so that new images can be fused in between.
+/// Works in small steps, so that new images can be fused into the live map in between.
 class Refusion {
  public:
-  /// Opens the journal and, if the correction moves any depth image, creates the map at its
-  /// beginning.
-  /// @param run Gives backend and threads; all other settings are the journal's.
+  /// Opens the journal and, if the correction moves any depth image, creates a map as at the
+  /// beginning of the journal.
+  /// @param run Its backend and threads are used; all other settings come from the journal.
   /// @throws std::runtime_error if the journal cannot be read or the correction is invalid.
   Refusion(const std::string& path, const MapperParams& run, journal::Correction correction);
 
   const journal::Correction& correction() const { return correction_; }
   const CorrectionEffect& effect() const { return effect_; }
 
-  /// Repeats the next call of the journal, or updates the mesh at its end.
+  /// Repeats the next call of the journal or, at its end, updates the mesh.
   /// @param live_bytes Size of the live map; both maps must fit into map/max_memory_mb.
   /// @return false if the replay has caught up with the journal, so that nothing was left to do.
   /// @throws std::runtime_error if there is too little memory, or the journal is damaged.
@@ -33,12 +33,12 @@ class Refusion {
   size_t fused() const { return fused_; }                 ///< Depth images fused.
   size_t total() const { return replay_.depthImages(); }  ///< Depth images in the journal so far.
   size_t bytes() const { return bytes_; }                 ///< Size of the map when last measured.
-  /// Calls read from the journal; once step() returns false, all are repeated.
+  /// Calls read from the journal; once step() returns false, all of them have been repeated.
   uint64_t count() const { return replay_.count(); }
-  /// The motion that corrects an image that is not in the journal yet.
+  /// The correction for images that are not in the journal yet.
   Eigen::Isometry3d motion() const { return replay_.motion(); }
 
-  /// See JournalReplay.
+  /// See JournalReplay::firstCamera().
   std::vector<StampedPose> firstCamera() const { return replay_.firstCamera(); }
 
   /// Updates the mesh of the whole map and returns its blocks, by packed key.
@@ -57,8 +57,8 @@ class Refusion {
   size_t fused_ = 0, bytes_ = 0, calls_since_mesh_ = 0;
 };
 
-/// Why a second map of `second_bytes` does not fit into `max_bytes` with the live one; empty if it
-/// does.
+/// Why a second map of `second_bytes` does not fit into `max_bytes` together with the live one;
+/// empty if it does.
 std::string whyTooLarge(size_t live_bytes, size_t second_bytes, size_t max_bytes);
 
 }  // namespace dtsdf

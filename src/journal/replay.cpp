@@ -73,7 +73,7 @@ std::string JournalReplay::incompleteEnd() const {
          printable(file_->path()) + "' are incomplete or damaged, and are ignored";
 }
 
-/// Adds an image only when its pixels are in the file, and the last call only when it is complete.
+/// Adds an image only once its pixels are in the file, and the last call only once it is complete.
 bool JournalReplay::readAppended() {
   if (next_record_ >= file_->records().size() && !file_->readAppended()) return false;
   const std::vector<Record>& records = file_->records();
@@ -115,8 +115,8 @@ void JournalReplay::add(size_t record) {
   items_.push_back(item);
 }
 
-/// The corrected pose of an image. Whether the source has adopted the correction is decided from
-/// the images up to this one alone, since later images may not be in the journal yet.
+/// The corrected pose of an image. Whether the source has adopted the correction is decided only
+/// from the images up to this one, since later images may not be in the journal yet.
 Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item) {
   const StampedPose given{item.stamp_s, item.T_W_C};
   const bool is_named = given.stamp_s <= running.poses.last_s();

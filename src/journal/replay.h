@@ -17,12 +17,12 @@
 
 namespace dtsdf {
 
-/// Whether a path is a journal.
+/// Whether the file at `path` is a journal.
 bool isJournal(const std::string& path);
 
 /// The effect of a correction.
 struct CorrectionEffect {
-  size_t moved = 0;                             ///< Depth images that it moves.
+  size_t moved = 0;                             ///< Number of depth images that it moves.
   double farthest_m = 0.0, farthest_rad = 0.0;  ///< The largest motion.
 };
 
@@ -34,14 +34,13 @@ struct CorrectionEffect {
 class JournalReplay {
  public:
   /// Reads the journal without its pixels.
-  /// @throws std::runtime_error if it is not a journal, or does not contain the
-  /// beginning of a map.
+  /// @throws std::runtime_error if it is not a journal, or does not contain the beginning of a map.
   explicit JournalReplay(const std::string& path);
 
   const journal::Begin& begin() const { return begin_; }
-  /// The map into which the first image is fused; null: an empty map.
+  /// The map into which the first image is fused; null if it is empty.
   std::shared_ptr<const MapChunks> map() const { return map_; }
-  /// The newest level of the map; none: it is not levelled.
+  /// The newest level of the map; std::nullopt if it is not levelled.
   const std::optional<Eigen::Isometry3d>& level() const { return T_W_M_; }
   /// Describes the incomplete end of the file, which is ignored; empty if it is complete.
   std::string incompleteEnd() const;
@@ -50,14 +49,15 @@ class JournalReplay {
   /// Number of calls read so far, since the beginning of the map.
   uint64_t count() const { return items_.size(); }
 
-  /// Corrects the images so far, and those read later, up to the journal's next correction.
-  /// @throws std::runtime_error for an invalid correction; nothing is changed then.
+  /// Corrects the images read so far, and those read later up to the journal's next correction.
+  /// @throws std::runtime_error if the correction is invalid; nothing is changed then.
   CorrectionEffect correct(const journal::Correction& correction);
 
-  /// Like correct(), for all calls so far, with poses in the frame M of the given poses.
+  /// Like correct(), for a correction that arrives after all calls so far.
+  /// @param poses_M Poses in the frame M of the given poses.
   CorrectionEffect correctGiven(std::vector<StampedPose> poses_M);
 
-  /// The motion that corrects an image after the last one; the identity if no correction applies.
+  /// The correction for images after the last one read; the identity if none applies.
   Eigen::Isometry3d motion() const;
 
   /// The current poses of the first camera's depth images in the newest recording, sorted by stamp.
@@ -68,7 +68,7 @@ class JournalReplay {
   /// Reads records that were appended since the last call. @return whether there were any.
   bool readAppended();
 
-  /// The next image to fuse or paint, or region to clear; none after the last record read.
+  /// The next image to fuse or paint, or region to clear; std::nullopt after the last record read.
   /// @throws std::runtime_error if a record is damaged.
   std::optional<journal::Call> next();
 
@@ -96,7 +96,7 @@ class JournalReplay {
   std::vector<StampedPose> firstCamera(size_t pass, uint64_t before) const;
 
   std::shared_ptr<RecordFile> file_;
-  size_t next_record_ = 0;  ///< First record that is not read yet.
+  size_t next_record_ = 0;  ///< First record that has not been read yet.
   journal::Begin begin_;
   std::shared_ptr<const MapChunks> map_;
   std::optional<Eigen::Isometry3d> T_W_M_;

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 std::string reasonOf(int error_number) { return std::generic_category().message(error_number); }
 
-/// The time in UTC, for file names and messages.
+/// The current time in UTC, for file names and messages.
 std::string timeText(const char* format) {
   const std::time_t now = std::time(nullptr);
   std::tm parts{};
@@ -33,7 +33,7 @@ std::string timeText(const char* format) {
 }
 
 /// Total size of the journals in a folder, without the writer's `own` journal and symbolic links.
-/// Ignores files that only have the extension of journals.
+/// Ignores other files with the same extension.
 uint64_t bytesOfJournalsIn(const std::string& folder, const std::string& own) {
   uint64_t bytes = 0;
   std::error_code error;
@@ -49,7 +49,7 @@ uint64_t bytesOfJournalsIn(const std::string& folder, const std::string& own) {
 constexpr std::chrono::seconds kSyncEvery(1);
 constexpr size_t kMaxRecordsOfCall = 2;
 
-/// Reserve for the heads of 64 files, which are written even at the limit.
+/// Bytes reserved for the heads of 64 files, which are written even at the limit.
 constexpr uint64_t kHeadReserve = 64 * kFileHeadBytes;
 
 }  // namespace
@@ -245,7 +245,7 @@ void JournalWriter::append(const void* data, size_t bytes, size_t records) {
 /// @pre mutex_ is held.
 void JournalWriter::stop(const std::string& why) {
   is_stopped_ = true;
-  report_.problem = why + "; nothing is in the journal since " + timeText("%Y-%m-%d %H:%M:%S UTC") +
+  report_.problem = why + "; nothing has been written since " + timeText("%Y-%m-%d %H:%M:%S UTC") +
                     "; " + (can_resume_ ? "call clear_map" : "restart the node") +
                     " to begin a new journal";
   report_.first_stamp_s.reset();

@@ -22,17 +22,17 @@ namespace dtsdf {
 /// The state of a journal.
 struct JournalReport {
   uint64_t bytes = 0;                   ///< Size of the file.
-  uint64_t waiting_bytes = 0;           ///< Size of the images that wait to be written.
+  uint64_t waiting_bytes = 0;           ///< Size of the images waiting to be written.
   std::optional<double> first_stamp_s;  ///< Stamp of the first image that can be corrected.
   uint64_t lost = 0;                    ///< Calls that were not written.
-  std::string problem;                  ///< Why, and since when, nothing is written; else empty.
+  std::string problem;                  ///< Why and since when nothing is written; may be empty.
 };
 
 /// Each writer creates one file and changes no other file in the folder. If it cannot write or
 /// reaches a limit, it stops and reports this; the next begin() tries again, unless the file may be
 /// damaged or has no room for more records.
 ///
-/// Thread safe. Errors while writing are reported, not thrown.
+/// Thread-safe. Errors while writing are reported, not thrown.
 class JournalWriter {
  public:
   struct Options {
@@ -46,7 +46,7 @@ class JournalWriter {
 
   /// Creates the folder and the file. @throws std::runtime_error if it fails.
   explicit JournalWriter(Options options);
-  /// Writes what is still waiting.
+  /// Writes all waiting entries.
   ~JournalWriter();
 
   const std::string& path() const { return path_; }
@@ -57,9 +57,9 @@ class JournalWriter {
   /// Adds a change of the map.
   void add(journal::Call call);
 
-  /// Number of calls added since begin(), without lost ones.
+  /// Number of calls added since begin(), not counting lost ones.
   uint64_t count() const;
-  /// Resolves when all entries so far are processed: true unless writing has stopped.
+  /// Becomes ready when all entries so far have been processed: true unless writing has stopped.
   std::future<bool> written();
 
   JournalReport report() const;
@@ -84,7 +84,7 @@ class JournalWriter {
   const Options options_;
   std::string path_;
   int descriptor_ = -1;
-  // For the thread only.
+  // Used only by the thread.
   uint64_t other_journals_bytes_ = 0;  ///< Size of other journals in the folder.
   uint64_t whole_bytes_ = 0;           ///< End of the last complete record.
   size_t records_ = 0;                 ///< Number of records in the file.
@@ -95,7 +95,7 @@ class JournalWriter {
   size_t waiting_bytes_ = 0;
   bool is_ending_ = false;
   bool is_stopped_ = false;  ///< New entries are lost until begin().
-  bool can_resume_ = true;   ///< False once the file may be damaged or is full of records.
+  bool can_resume_ = true;   ///< False once the file may be damaged or has too many records.
   uint64_t count_ = 0;
   JournalReport report_;
   std::thread thread_;

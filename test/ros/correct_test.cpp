@@ -330,7 +330,7 @@ TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   ASSERT_EQ(answers_.size(), 2u) << "the second is refused before it starts";
   for (const CorrectionResult& answer : answers_) {
     EXPECT_FALSE(answer.success);
-    EXPECT_NE(answer.message.find("too slow; nothing is in the journal since"), std::string::npos)
+    EXPECT_NE(answer.message.find("too slow; nothing has been written since"), std::string::npos)
         << answer.message;
   }
   expectMapOf(drift(kCount));

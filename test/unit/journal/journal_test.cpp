@@ -158,7 +158,7 @@ TEST_F(Journal, ReportsWhenAFullDiskStoppedIt) {
       left -= 40000;
     }
     const JournalReport report = journal.report();
-    EXPECT_TRUE(contains(report.problem, "nothing is in the journal since 20")) << report.problem;
+    EXPECT_TRUE(contains(report.problem, "nothing has been written since 20")) << report.problem;
     EXPECT_TRUE(contains(report.problem, "call clear_map")) << report.problem;
     EXPECT_GT(report.lost, 0u);
     EXPECT_FALSE(report.first_stamp_s) << "a correction is still offered";

@@ -1,5 +1,5 @@
-/// A colour image and its halved copies. A point's colour is interpolated between four pixels of
-/// one level.
+/// A colour image and its copies at 1/2, 1/4 and 1/8 of its size. A point's colour is interpolated
+/// between four pixels of one of these levels.
 #pragma once
 
 #include <cstring>
@@ -23,7 +23,7 @@ DTSDF_HD ColourPixel takePixel(const uint8_t* pixel, const PixelLayout& layout) 
   return {pixel[layout.red], pixel[layout.green], pixel[layout.blue], 0};
 }
 
-/// Number of levels: the full image, then copies, each half as wide and high as the previous one.
+/// Number of levels: the full image, then copies, each half as wide and high as the one before.
 constexpr int kColourLevels = 4;
 
 struct ColourLevel {
@@ -104,7 +104,7 @@ DTSDF_HD int levelOfWidth(float width_px) {
   return level;
 }
 
-/// A colour; each channel is from 0 to 255.
+/// A colour; each channel ranges from 0 to 255.
 struct Rgb {
   float red, green, blue;
 };
@@ -122,8 +122,8 @@ DTSDF_HD Rgb between(const Rgb& a, const Rgb& b, float share) {
           between(a.blue, b.blue, share)};
 }
 
-/// The colour at a point of the image, bilinear between pixels of a level. u_px and v_px are in
-/// pixels of the full image, from the corner of its first pixel.
+/// The colour at a point of the image, interpolated bilinearly between pixels of a level. u_px and
+/// v_px are in pixels of the full image, measured from the corner of its first pixel.
 DTSDF_HD Rgb colourAt(const ColourImage& image, int level_number, float u_px, float v_px) {
   const ColourLevel& level = image.level[level_number];
   const float scale = 1.0f / static_cast<float>(1 << level_number);

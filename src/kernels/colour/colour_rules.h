@@ -13,14 +13,14 @@ struct ColourRules {
   /// are due to the roughness of the surface.
   float hidden_depth = 2.0f;
 
-  /// Side of the squares that pixels are averaged over, in voxels. Finer detail is lost in the map
+  /// Side in voxels of the squares over which pixels are averaged. Finer detail is lost in the map
   /// anyway, and would appear as noise.
   float sample_width = 0.5f;
   /// A view increases a colour's weight up to this multiple of the view's weight, so that later
   /// views still count. A larger weight, from better views, is kept.
   int32_t max_views = 8;
 
-  /// Minimum number of painted voxels to estimate an image's exposure from; chosen by judgement.
+  /// Minimum number of painted voxels for estimating an image's exposure; chosen by judgement.
   int32_t min_overlap = 256;
 };
 

@@ -18,8 +18,8 @@ struct Exposure {
 
 DTSDF_HD Exposure sameExposure() { return {{1.0f, 1.0f, 1.0f}}; }
 
-/// Sums by channel over the voxels for which isUsableForExposure() holds. A voxel adds at most
-/// 255^2, so the sums hold 2^47 voxels.
+/// Sums per channel over the voxels for which isUsableForExposure() holds. A voxel adds at most
+/// 255^2, so up to 2^47 voxels can be summed without overflow.
 struct ExposureSums {
   int64_t map[3], image[3];
   int64_t map_squares[3], image_squares[3], products[3];
@@ -45,8 +45,8 @@ DTSDF_HD bool isWellExposed(const VoxelColour& colour) {
   return isWellExposed(colour.red) && isWellExposed(colour.green) && isWellExposed(colour.blue);
 }
 
-/// Whether a voxel helps to estimate the exposure: the map and the image must have seen it about
-/// equally well. Views of very different quality may differ for other reasons.
+/// Whether a voxel helps to estimate the exposure: its colours in the map and in the image must
+/// have similar weights, as views of very different quality may differ for other reasons.
 DTSDF_HD bool isUsableForExposure(const VoxelColour& map, const VoxelColour& image,
                                   float image_weight, const ColourRules& rules) {
   const float views = static_cast<float>(rules.max_views) * image_weight;
@@ -71,8 +71,8 @@ DTSDF_HD void addToSums(ExposureSums& sums, const VoxelColour& map, const VoxelC
 /// The gain of a channel: the ratio of the map's values to the image's, pulled towards 1 if it
 /// explains little of their squared difference. The unexplained part comes from differences in
 /// viewing angle, place and light. These also bias the ratio, and such biases would add up over
-/// images. (In the map of cabinet at 20 mm, from 58 images with one exposure, red comes out too
-/// bright by 18 % with the whole ratio, and by 1 % with this gain.)
+/// images. (In the map of cabinet at 20 mm, from 58 images with the same exposure, red comes out
+/// too bright by 18 % with the full ratio, and by 1 % with this gain.)
 DTSDF_HD float gainOf(const ExposureSums& sums, int channel) {
   const auto map = static_cast<double>(sums.map_squares[channel]);
   const auto image = static_cast<double>(sums.image_squares[channel]);

@@ -2,7 +2,7 @@
 ///
 /// The surface points of voxels that hide others are drawn into a depth image with one cell for
 /// each 2 x 2 pixels. Each point is drawn as a piece of its plane, and a cell keeps the nearest
-/// depth, whatever the order.
+/// depth, regardless of the order of drawing.
 #pragma once
 
 #include "kernels/colour/surface_point.h"
@@ -48,7 +48,7 @@ constexpr float kPieceVoxels = 0.5f;
 /// The piece of the surface around a point.
 struct SurfacePiece {
   SurfacePoint point;
-  float nearest_m, last_m;  ///< Its range of depths.
+  float nearest_m, last_m;  ///< Range of its depths.
   float reach_m;
   int32_t own_u, own_v;                      ///< The point's cell.
   int32_t first_u, last_u, first_v, last_v;  ///< Cells that it may cover.
@@ -61,7 +61,7 @@ DTSDF_HD SurfacePiece pieceOf(const PointView& view, const SurfacePoint& point) 
   const float reach_m = frame.voxel_size_m;
   SurfacePiece piece;
   piece.point = point;
-  piece.nearest_m = maximum(point.depth_m - reach_m, 0.0f);  // so that depths sort by their bits
+  piece.nearest_m = maximum(point.depth_m - reach_m, 0.0f);  // depths are compared by their bits
   piece.last_m = point.depth_m + reach_m;
   piece.reach_m = reach_m;
   piece.own_u = cellOf(point.u, width);
@@ -104,9 +104,9 @@ DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, cons
   }
 }
 
-/// Whether a nearer surface hides a point: the depth in its cell must be less, by more than
-/// hidden_depth, than the point's and than that of its plane at the cell's centre. `hiding_m` holds
-/// the nearest depth of each cell in metres, in row-major order.
+/// Whether a nearer surface hides a point. The depth in its cell must be less than the depth of the
+/// point, and less than that of its plane at the cell's centre, by more than hidden_depth.
+/// `hiding_m` holds the nearest depth of each cell in metres, in row-major order.
 DTSDF_HD bool isHidden(const PointView& view, const float* hiding_m, const SurfacePoint& point) {
   const int32_t width = cellsFor(view.frame.width), height = cellsFor(view.frame.height);
   const int32_t u = cellOf(point.u, width), v = cellOf(point.v, height);

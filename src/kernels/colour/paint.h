@@ -15,7 +15,7 @@ struct ColourSensing {
   const float* hiding_m;  ///< See isHidden().
 };
 
-/// A voxel's colour in an image; weight 0: none.
+/// A voxel's colour in an image; weight 0 if it has none.
 struct ColourSample {
   uint8_t red, green, blue;
   float weight;
@@ -23,7 +23,7 @@ struct ColourSample {
 
 DTSDF_HD uint8_t roundColour(float value) { return static_cast<uint8_t>(value + 0.5f); }
 
-/// How well an image sees a point, in (0, 1]: the product of factors for angle, distance and
+/// Quality of an image's view of a point, in (0, 1]: the product of factors for angle, distance and
 /// sharpness (the foreshortened width of a voxel in pixels), squared, since one view that is twice
 /// as good is worth more than two views.
 DTSDF_HD float viewWeight(const PointView& view, const SurfacePoint& point) {
@@ -33,7 +33,7 @@ DTSDF_HD float viewWeight(const PointView& view, const SurfacePoint& point) {
   return quality * quality;
 }
 
-/// Side of the square of pixels that a point's colour is averaged over, in pixels.
+/// Side in pixels of the square over which a point's colour is averaged.
 DTSDF_HD float sampleWidth(const PointView& view, const SurfacePoint& point) {
   return view.rules.sample_width * voxelWidth(view.frame, point);
 }
@@ -46,7 +46,7 @@ DTSDF_HD ColourSample sampleAt(const ColourSensing& sensing, const SurfacePoint&
           viewWeight(view, point)};
 }
 
-/// The image's sample for the voxel with this index in its array; weight 0 if it is not seen.
+/// The image's sample for the voxel with this index in its array; weight 0 if it is not visible.
 DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& first_voxel_L,
                                    const Voxel* voxels, int index, int direction) {
   const ColourSample nothing{0, 0, 0, 0.0f};
@@ -60,7 +60,7 @@ DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& fi
   return isHidden(view, sensing.hiding_m, point) ? nothing : sampleAt(sensing, point);
 }
 
-/// The weighted mean of a voxel's colour and a sample. For its weight see ColourRules::max_views.
+/// The weighted mean of a voxel's colour and a sample. For its weight, see ColourRules::max_views.
 DTSDF_HD VoxelColour paintedColour(const VoxelColour& colour, const ColourSample& sample,
                                    const Exposure& exposure, const ColourRules& rules) {
   const float before = colourWeight(colour.weight), total = before + sample.weight;

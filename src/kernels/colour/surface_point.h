@@ -1,4 +1,4 @@
-/// The surface points of voxels, as a colour camera sees them.
+/// The surface points of voxels, projected into a colour image.
 #pragma once
 
 #include "kernels/colour/colour_rules.h"
@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// A voxel's foot, its nearest point on the surface, as seen in the image.
+/// A voxel's foot (its nearest point on the surface), projected into the image.
 struct SurfacePoint {
   float depth_m;
   float cosine;  ///< Between the normal and the ray to the camera; negative if seen from behind.
@@ -28,7 +28,7 @@ DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel) {
          (fabsf(sdfOf(voxel)) <= view.rules.surface_distance);
 }
 
-/// Radius in voxels of a ball around a block's middle that contains the block's surface points: 7
+/// Radius in voxels of a ball around a block's centre that contains the block's surface points: 7
 /// for the block itself, plus the distance to a surface.
 DTSDF_HD float pointRadius(const ColourRules& rules) { return 7.0f + rules.surface_distance; }
 
@@ -56,7 +56,7 @@ DTSDF_HD SurfacePoint projectSurfacePoint(const Intrinsics& K, const Vec3f& p_C,
           has_plane ? normal_C.y / (K.fy * offset) : 0.0f};
 }
 
-/// Projects a foot, given in voxels from its block's first voxel.
+/// Projects a foot, given in voxels relative to its block's first voxel.
 DTSDF_HD SurfacePoint projectFoot(const FrameView& frame, const Vec3f& first_voxel_L,
                                   const Vec3f& foot, const Vec3f& normal) {
   return projectSurfacePoint(
@@ -89,7 +89,7 @@ DTSDF_HD float voxelWidth(const FrameView& frame, const SurfacePoint& point) {
   return frame.intrinsics.fx * frame.voxel_size_m / point.depth_m;
 }
 
-/// Depth in metres of the plane through a point, (du, dv) pixels from that point; limited to 100
+/// Depth in metres of the plane through a point, at (du, dv) pixels from that point; limited to 100
 /// times the point's depth.
 DTSDF_HD float depthBeside(const SurfacePoint& point, float du, float dv) {
   const float inverse_depth = point.inverse_depth + du * point.per_u + dv * point.per_v;

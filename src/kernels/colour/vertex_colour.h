@@ -44,8 +44,8 @@ struct ColouredCorners {
   const VoxelColour* colours[kCornerBlocks][kDirectionCount][kBricksPerArray];
   /// Directions with colours in a brick, bit d for direction d.
   uint8_t kept[kCornerBlocks][kBricksPerArray];
-  /// Painted corners, indexed by direction, z and y, with bit x for corner x. findPaintedRow()
-  /// fills it, if colourNearEdge() is needed.
+  /// Painted corners, indexed by direction, z and y, with bit x for corner x. Filled by
+  /// findPaintedRow(); needed only for colourNearEdge().
   uint16_t painted_rows[kDirectionCount][kCornerGridSide][kCornerGridSide];
 
   /// Call this before setBrick() if memory is not zeroed.
@@ -109,7 +109,7 @@ DTSDF_HD void findPaintedRow(ColouredCorners& corners, int number) {
 }
 
 /// The mean colour of painted voxels up to `reach` voxels around an edge's ends, among the corners
-/// of the block's units, in directions that count on the edge.
+/// of the block's units, in the directions of directionsOnEdge().
 DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, bool directional,
                                    int reach) {
   const int axis = edgeAxis(edge);
@@ -137,13 +137,13 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, boo
 }
 
 /// The mean colour of a vertex; weight 0 if none of its voxels is painted. `asked` is a mask of
-/// directions; `colour(direction, upper)` and `sample(direction, upper)` give a direction's values
-/// at the edge's lower or upper end.
+/// directions; `colour(direction, upper)` and `sample(direction, upper)` return a direction's
+/// colour and sample at the edge's lower or upper end.
 ///
-/// Painted directions count if they cross the edge with the vertex's facing; if none does, all
-/// painted directions in `asked` count. The colours of a voxel belong to its foot, so in a crossing
-/// direction the colour is interpolated at the zero of the distance, which is taken to be linear.
-/// Samples are read only where a direction is painted.
+/// Only painted directions that cross the edge with the vertex's facing are used; if there are
+/// none, all painted directions in `asked` are used. The colours of a voxel belong to its foot, so
+/// in a crossing direction the colour is interpolated at the zero of the distance, which is taken
+/// to be linear. Samples are read only where a direction is painted.
 template <class ColourAt, class SampleAt>
 DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colour,
                                const SampleAt& sample) {
@@ -156,11 +156,11 @@ DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colou
       const float from_lower = fabsf(lower.sdf), length = from_lower + fabsf(upper.sdf);
       const float at = length > 0.0f ? from_lower / length : 0.5f;
       const float weight = lower.weight * upper.weight;
-      const float least = 1e-3f;  // so that an end counts if only it is painted
+      const float least = 1e-3f;  // so that a colour at only one end is used
       addTo(crossing, lower_colour, weight * maximum(1.0f - at, least));
       addTo(crossing, upper_colour, weight * maximum(at, least));
     }
-    if (crossing.weight > 0.0f) return;  // the other directions do not count
+    if (crossing.weight > 0.0f) return;  // the other directions are not used
     addTo(others, lower_colour, lower.weight);
     addTo(others, upper_colour, upper.weight);
   });
@@ -178,7 +178,7 @@ DTSDF_HD VertexColour colourNearEdge(const ColouredCorners& corners, int edge, b
 }
 
 /// The colour of the vertex on an edge of a block, from the voxels at its ends, in the directions
-/// that have colours there and count on the edge. The array of an undirected map always counts.
+/// of directionsOnEdge() that have colours there. The array of an undirected map is always used.
 DTSDF_HD VertexColour colourOnEdge(const ColouredCorners& corners, int edge, bool directional) {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const CornerSource lower = cornerSource(corner),
@@ -190,7 +190,7 @@ DTSDF_HD VertexColour colourOnEdge(const ColouredCorners& corners, int edge, boo
       [&](int d, bool is_upper) { return corners.voxels.sample(is_upper ? upper : lower, d); }));
 }
 
-/// The mean of two vertices' colours; if only one is painted, its colour.
+/// The mean of two vertices' colours, or the colour of the painted one if only one is painted.
 DTSDF_HD VertexColour meanColour(const VertexColour& a, const VertexColour& b) {
   if (a.painted == 0) return b;
   if (b.painted == 0) return a;

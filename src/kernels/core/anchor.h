@@ -1,4 +1,4 @@
-/// An anchor is a point near a corner of the grid, where the corner's surface was measured.
+/// An anchor is a point near a grid corner, where that corner's surface was measured.
 ///
 /// In one frame, the anchor is the measured point that is nearest, along the surface, to the
 /// corner's foot; over frames, it is the weighted mean of these points. The distance alone would
@@ -13,7 +13,7 @@ namespace dtsdf {
 /// Largest offset of an anchor from its corner along each axis, in voxels.
 constexpr float kAnchorReach = 1.0f;
 
-/// An anchor is stored as a number from 1 to 40^3: the offset from the corner in 40 steps along
+/// An anchor is stored as a number from 1 to 40^3: its offset from the corner, in 40 steps along
 /// each axis.
 constexpr uint16_t kNoAnchor = 0;
 constexpr int32_t kAnchorSteps = 40;
@@ -43,8 +43,8 @@ DTSDF_HD Vec3f anchorOffset(uint16_t anchor) {
 
 // A measured point near a corner is packed into a key: 8 bits of nearness to the corner's foot, in
 // equal steps of squared distance, then 8 bits of offset for each axis. The nearest point has the
-// largest key, so atomic maxima find it in any order. A point farther than kAnchorReach along an
-// axis has the key 0.
+// largest key, so atomic maxima find it whatever the order of points. A point farther away than
+// kAnchorReach along any axis has the key 0.
 
 constexpr float kPointSteps = 127.0f;
 constexpr float kNearnessSteps = 84.0f;  ///< Per squared voxel; squared distances are at most 3.

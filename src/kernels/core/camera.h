@@ -6,12 +6,12 @@
 
 namespace dtsdf {
 
-/// The camera of one frame. The rules use lengths in voxels relative to `origin_voxel`, so single
-/// precision suffices anywhere in a map of kilometres.
+/// The camera of one frame. The rules use lengths in voxels relative to `origin_voxel`, so that
+/// single precision suffices even in a map several kilometres wide.
 struct FrameView {
   int32_t width, height;
   Intrinsics intrinsics;
-  RigidTransform T_L_C;  ///< From the camera to the local frame L: axes of W, in voxels.
+  RigidTransform T_L_C;  ///< From the camera to the local frame L: parallel to W, in voxels.
   Vec3i origin_voxel;    ///< Origin of L in W; a multiple of the block's side.
   float voxel_size_m;
 };
@@ -25,8 +25,8 @@ DTSDF_HD int64_t pixelIndex(const FrameView& frame, const Pixel& pixel) {
   return static_cast<int64_t>(pixel.v) * frame.width + pixel.u;
 }
 
-/// The point on a pixel's ray at depth z_m, in the camera's optical frame, in metres. (u_px, v_px)
-/// is measured from the centre of the first pixel.
+/// The point on a pixel's ray at depth z_m, in the camera's optical frame, in metres. u_px and v_px
+/// are measured from the centre of the first pixel.
 DTSDF_HD Vec3f backProject(const Intrinsics& K, float u_px, float v_px, float z_m) {
   return {(u_px - K.cx) / K.fx * z_m, (v_px - K.cy) / K.fy * z_m, z_m};
 }
@@ -58,7 +58,7 @@ DTSDF_HD ProjectedBounds unite(const ProjectedBounds& a, const ProjectedBounds& 
           maximum(a.right, b.right),   minimum(a.top, b.top),     maximum(a.bottom, b.bottom)};
 }
 
-/// Whether part of a ball may be in the image; false only if none is. `middle` is in the local
+/// Whether part of a ball may be in the image; false only if no part is. `middle` is in the local
 /// frame, lengths are in voxels.
 DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3f& middle, float radius) {
   const Vec3f p = rotateInverse(frame.T_L_C, middle - frame.T_L_C.t);
@@ -70,7 +70,7 @@ DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3f& middle, float rad
   const float top = (-1.0f - K.cy) / K.fy;
   const float bottom = (static_cast<float>(frame.height) - K.cy) / K.fy;
   const auto reaches = [&](float at, float low, float high) {
-    // Over depths from 0 to z, a ray of slope `low` is leftmost at z if low < 0, else at 0.
+    // Between depths 0 and z, a ray with slope `low` is leftmost at z if low < 0, otherwise at 0.
     return at + radius >= minimum(low, 0.0f) * z && at - radius <= maximum(high, 0.0f) * z;
   };
   return reaches(p.x, left, right) && reaches(p.y, top, bottom);

@@ -5,7 +5,7 @@
 
 namespace dtsdf {
 
-/// X+, X-, Y+, Y-, Z+, Z-: directions 0 to 5. The undirected map has direction 0 only.
+/// X+, X-, Y+, Y-, Z+, Z-: directions 0 to 5. The undirected map has only direction 0.
 constexpr int kDirectionCount = 6;
 /// All directions as a mask, bit d for direction d.
 constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
@@ -31,7 +31,7 @@ DTSDF_HD float directionWeight(const Vec3f& n, int direction) {
   return directionWeight(directionCosine(n, direction));
 }
 
-/// The directions (at most three) that a measurement is fused into, with their weights.
+/// The directions (at most three) into which a measurement is fused, with their weights.
 struct DirectionSet {
   int count;
   int direction[3];

@@ -1,6 +1,6 @@
 /// Marks functions that compile for the CPU and, under nvcc, for the GPU.
 ///
-/// The rules in kernels/ run on both backends and must give the same bits. So they use only
+/// The rules in kernels/ run on both backends and must give bitwise equal results. So they use only
 /// operations whose results IEEE 754 defines exactly (+ - * / and square root, floor, comparisons,
 /// conversions), and the build disables the contraction of a * b + c.
 #pragma once

@@ -1,5 +1,5 @@
-/// Tests whether points and voxels lie in a region of space. All use doubles, which hold voxel
-/// coordinates exactly anywhere in a map.
+/// Tests whether points and voxels lie in a region of space. All tests use doubles, which represent
+/// voxel coordinates exactly anywhere in a map.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -16,7 +16,7 @@ struct RegionView {
   Vec3d center;
   Vec3d half;         ///< Half the box's extents.
   double radius;      ///< Radius of a ball.
-  int32_t is_sphere;  ///< 1: a ball, 0: a box.
+  int32_t is_sphere;  ///< 1 for a ball, 0 for a box.
 };
 
 DTSDF_HD Vec3d fromCentre(const RegionView& region, const Vec3d& p) {

@@ -1,4 +1,4 @@
-/// Small vectors for the rules, as plain structs: Eigen floods nvcc with warnings.
+/// Small vectors for the rules, as plain structs, since nvcc emits many warnings about Eigen.
 #pragma once
 
 #include <cmath>

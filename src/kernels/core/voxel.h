@@ -6,16 +6,16 @@
 
 namespace dtsdf {
 
-/// One direction's surface at a corner of the grid. All zero: nothing is known.
+/// One direction's surface at a corner of the grid. If all members are zero, nothing is known.
 ///
-/// The weight says how much was measured, in units of 2^-16; it fits in 24 bits, as
+/// The weight tells how much was measured, in units of 2^-16; it fits in 24 bits, as
 /// fusion/max_weight is below 256. The evidence decides whether there is a surface
-/// (fusion/evidence.h). Negative evidence means that frames saw free space here; it remains when
+/// (fusion/evidence.h). Negative evidence means that frames showed free space here; it remains when
 /// the distance is cleared.
 struct Voxel {
   /// Signed distance, positive in front of the surface, in units of 2^-11 voxels.
   int16_t sdf_units;
-  uint16_t anchor;  ///< Where the surface was measured nearby (anchor.h).
+  uint16_t anchor;  ///< A nearby point where the surface was measured (anchor.h).
   uint32_t state;   ///< The weight in the upper 24 bits, the signed evidence in the lower 8.
 };
 
@@ -23,8 +23,7 @@ constexpr float kStoredSdfScale = 2048.0f;      // 2^11; the largest truncation 
 constexpr float kStoredWeightScale = 65536.0f;  // 2^16
 constexpr int32_t kMaxEvidence = 127;
 
-/// Rounds a distance in voxels to its stored units. `dither` is in [0, 1); 0.5 rounds to the
-/// nearest.
+/// Rounds a distance in voxels to stored units. `dither` is in [0, 1); 0.5 rounds to the nearest.
 DTSDF_HD int16_t storedSdf(float sdf, float dither = 0.5f) {
   constexpr float kMax = 32767.0f;
   const float units = minimum(maximum(sdf * kStoredSdfScale, -kMax), kMax);
@@ -70,14 +69,14 @@ DTSDF_HD Sample sampleOf(const Voxel& voxel, int32_t min_evidence) {
 /// A frame's sums for one voxel, and the measured point nearest to the voxel's foot. The sums are
 /// in fixed point, so the order of additions does not matter.
 ///
-/// Weights are in units of 2^-20 and at most 2^20. Distances are in units of truncation / 2^15, of
-/// magnitude at most 2^15. A pixel, whole, merged or subdivided, adds less than 2^21 to a voxel's
-/// weight, and an image has at most kMaxPixels = 2^23 pixels. So |weighted_sdf| < 2^(21+15+23) =
-/// 2^59 and weight < 2^44: neither overflows 64 bits.
+/// Weights are in units of 2^-20 and at most 2^20. Distances are in units of truncation / 2^15, and
+/// their magnitude is at most 2^15. A pixel (whole, merged or subdivided) adds less than 2^21 to a
+/// voxel's weight, and an image has at most kMaxPixels = 2^23 pixels. So |weighted_sdf| <
+/// 2^(21+15+23) = 2^59 and weight < 2^44: neither overflows 64 bits.
 struct VoxelSums {
   int64_t weighted_sdf;
   int64_t weight;
-  uint32_t nearest;  ///< The largest key of a point (anchor.h); 0: none.
+  uint32_t nearest;  ///< The largest key of a point (anchor.h); 0 if there is none.
   uint32_t unused;   ///< Explicit padding.
 };
 

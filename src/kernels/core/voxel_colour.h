@@ -8,10 +8,10 @@
 
 namespace dtsdf {
 
-/// A colour, encoded as in the images, and its weight. Aligned, so that it is copied as one word.
+/// A colour, encoded as in the images, and its weight. Aligned so that it is copied as one word.
 struct alignas(4) VoxelColour {
   uint8_t red, green, blue;
-  uint8_t weight;  ///< A code, see colourWeight(); 0: never seen.
+  uint8_t weight;  ///< A code, see colourWeight(); 0 if not painted.
 };
 
 /// Colours are stored in bricks of 4 x 4 x 4 voxels, as a surface passes through only about half of
@@ -32,8 +32,8 @@ DTSDF_HD uint64_t brickBit(int direction, int voxel) {
   return uint64_t{1} << (kBricksPerArray * direction + brickOf(voxel));
 }
 
-/// Weights above 2^-12, up to 15.5, in eight bits: four of exponent, and the highest four of a
-/// float's fraction.
+/// Weights above 2^-12 and up to 15.5 are stored in eight bits: four bits of exponent, and the
+/// highest four bits of a float's fraction.
 constexpr uint32_t kColourWeightBits = 19;         // low bits of the float that are dropped
 constexpr uint32_t kColourWeightZero = 115u << 4;  // upper bits of 2^-12, which counts as 0
 constexpr uint32_t kMaxColourWeightCode = 255;
@@ -47,7 +47,7 @@ DTSDF_HD float colourWeight(uint8_t code) {
   return weight;
 }
 
-/// Encodes a positive weight as the nearest code, but never as 0, which means "not seen".
+/// Encodes a positive weight as the nearest code, but never as 0, which means "not painted".
 DTSDF_HD uint8_t colourWeightCode(float weight) {
   uint32_t bits;
   memcpy(&bits, &weight, sizeof(bits));

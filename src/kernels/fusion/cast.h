@@ -1,4 +1,4 @@
-/// Casts one surfel into a frame's sums, for the paper's two modes of ray casting.
+/// Casts one surfel into a frame's sums, for the paper's two ray casting modes.
 #pragma once
 
 #include "kernels/core/direction.h"
@@ -7,8 +7,8 @@
 
 namespace dtsdf {
 
-/// The unit vector along which a point's error most likely lies, given how far the point is off its
-/// surface along the normal n. It has the direction of C n, where C = I + sigma^2 r r^T is the
+/// The unit vector along which a point's error most likely lies, given the point's distance from
+/// its surface along the normal n. Its direction is that of C n, where C = I + sigma^2 r r^T is the
 /// point's covariance in voxels: a point may represent any place within a voxel, and its depth has
 /// the error sigma, `noise_voxels`, along the unit ray r. `ray` is a multiple of r.
 ///
@@ -36,8 +36,8 @@ DTSDF_HD Vec3f permute(const Vec3f& v, int axis) {
   return axis == 0 ? v : (axis == 1 ? Vec3f{v.y, v.z, v.x} : Vec3f{v.z, v.x, v.y});
 }
 
-/// The vector in a surfel's plane, in voxels, that a step of `pixels` along the image axis `axis_C`
-/// corresponds to.
+/// The vector in a surfel's plane, in voxels, that corresponds to a step of `pixels` along the
+/// image axis `axis_C`.
 DTSDF_HD Vec3f stepOnPlane(const Surfel& surfel, const FrameView& frame, const Vec3f& axis_C,
                            float focal_px, float pixels) {
   const Vec3f ray = surfel.p_L - frame.T_L_C.t, axis_L = rotate(frame.T_L_C, axis_C);
@@ -65,14 +65,14 @@ DTSDF_HD MeasuredSides measuredSides(const Surfel& surfel, const FrameView& fram
           inverseSquaredLength(down)};
 }
 
-/// The directions that a surfel is cast into, with its weights in units of 2^-20.
+/// The directions into which a surfel is cast, with its weights in units of 2^-20.
 DTSDF_HD DirectionSet lineDirections(const Surfel& surfel, bool directional) {
   DirectionSet directions = directionsOf(surfel.normal_L, directional);
   for (int i = 0; i < 3; ++i) directions.weight[i] *= surfel.weight * kWeightScale;
   return directions;
 }
 
-/// A block in the axes (k, u, v) of lines along one axis.
+/// A block, in the axes (k, u, v) of lines with a given dominant axis.
 struct BlockFrame {
   int k0, u0, v0;                    ///< The block's first voxel.
   int stride_k, stride_u, stride_v;  ///< Memory strides between neighbouring voxels.

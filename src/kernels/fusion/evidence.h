@@ -5,9 +5,9 @@
 /// surface: below zero, the counter is evidence of free space.
 ///
 /// The counter saturates at both ends. So the number of frames after which a removed object
-/// disappears, or a new one appears, is limited, however long frames saw the opposite before.
-/// (Similar to the inlier ratio of Dong et al., "PSDF Fusion", ECCV 2018, and the clamped log-odds
-/// of Hornung et al., "OctoMap", 2013, but it counts whole frames.)
+/// disappears, or a new one appears, is limited, no matter how many frames showed the opposite
+/// before. (Similar to the inlier ratio of Dong et al., "PSDF Fusion", ECCV 2018, and the clamped
+/// log-odds of Hornung et al., "OctoMap", 2013, but it counts whole frames.)
 #pragma once
 
 #include "kernels/core/voxel.h"
@@ -21,7 +21,7 @@ DTSDF_HD int32_t supportedEvidence(int32_t evidence, const FusionRules& rules) {
   return more < rules.max_evidence ? more : rules.max_evidence;
 }
 
-/// Whether a voxel's evidence is so near its maximum that a support does not count in full.
+/// Whether a voxel's evidence is so close to the maximum that a support does not count in full.
 DTSDF_HD bool isFull(const Voxel& voxel, const FusionRules& rules) {
   return evidenceOf(voxel) + rules.support_gain > rules.max_evidence;
 }
@@ -36,9 +36,9 @@ DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_cov
   return makeVoxel(0.0f, 0, less > -rules.max_evidence ? less : -rules.max_evidence);
 }
 
-/// Minimum evidence of a surface in the mesh: more than min_support - 1 supports give, so that it
-/// takes min_support frames; at least 1 and at most max_evidence. In a map of fewer frames, all
-/// must support the surface.
+/// Minimum evidence of a surface in the mesh: more than min_support - 1 supports add up to, so that
+/// min_support frames are needed; at least 1 and at most max_evidence. If fewer frames have been
+/// fused, all of them must support the surface.
 DTSDF_HD int32_t minEvidence(int32_t min_support, uint64_t fused_frames, const FusionRules& rules) {
   const int32_t support = fused_frames < static_cast<uint64_t>(min_support)
                               ? static_cast<int32_t>(fused_frames)

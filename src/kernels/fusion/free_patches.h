@@ -1,8 +1,8 @@
 /// Finds blocks that a frame cannot see through, without reading their voxels.
 ///
-/// Each patch of the image stores its largest free depth. A block is skipped if it is outside the
-/// image, or behind this depth in all patches that it covers. This only saves time: no place that
-/// the frame sees through is skipped.
+/// For each patch of the image, the largest free depth is stored. A block is skipped if it is
+/// outside the image, or behind this depth in all patches that it overlaps. This only saves time:
+/// no place that the frame sees through is skipped.
 #pragma once
 
 #include "kernels/core/anchor.h"

@@ -6,9 +6,9 @@
 ///
 /// A voxel is tested at its place: its foot; its anchor, if the frame covers the voxel (without an
 /// anchor it is not tested); or the voxel itself, if it has no distance. The frame contradicts the
-/// voxel if it sees free space there at all of the 3 x 3 points around it that are in the image. So
-/// it contradicts nothing next to an outline or a thin object, or where the free depth is unknown.
-/// At an outline it may take back a support (contradicts()).
+/// voxel if space is free there at all of the 3 x 3 points around it that are in the image. So it
+/// contradicts nothing next to an outline or a thin object, or where the free depth is unknown. At
+/// an outline it may take back a support (contradicts()).
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -40,10 +40,10 @@ DTSDF_HD PlaneAround planeAround(const ImageView& image, const Pixel& pixel) {
           has_above ? image.links[at - width] : PixelLinks{0}};
 }
 
-/// Depth in metres up to which a pixel's ray is free: the pixel's depth, less a margin
+/// Depth in metres up to which a pixel's ray is free: the pixel's depth minus a margin
 /// (perpendicular to its plane, if it has one); 0 if nothing is measured or the margin is larger.
-/// Measurements beyond the fused range count too; an unfilled gap counts as measured at its nearest
-/// neighbour's depth (filledInverseDepth()). Branch-free, for vectorisation.
+/// Measurements beyond the fused range are used too; an unfilled gap counts as measured at its
+/// nearest neighbour's depth (filledInverseDepth()). Branch-free, for vectorisation.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const PlaneAround& plane,
                          const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;
@@ -76,7 +76,7 @@ DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel,
 
 /// Mean slope of the distance towards a voxel's two neighbours along an axis, or the slope towards
 /// the only neighbour with a distance; 0 if neither has one. `has_upper` and `has_lower` are 1 if
-/// the neighbour has a distance, else 0.
+/// the neighbour has a distance, otherwise 0.
 template <class Real>
 DTSDF_HD Real slopeBeside(const Real& own, const Real& upper, const Real& has_upper,
                           const Real& lower, const Real& has_lower) {
@@ -85,7 +85,7 @@ DTSDF_HD Real slopeBeside(const Real& own, const Real& upper, const Real& has_up
 }
 
 /// Slope of the distance at a voxel along an axis, per voxel, from its neighbours in the block; 0
-/// without any. Branch-free, as it is unpredictable which neighbours exist.
+/// if there are none. Branch-free, as it is unpredictable which neighbours have a distance.
 DTSDF_HD float slopeAlong(const Voxel* voxels, int index, int axis) {
   const int at = component(voxelOffset(index), axis);
   const int step = axis == 0 ? 1 : (axis == 1 ? kBlockSide : kBlockSide * kBlockSide);
@@ -103,7 +103,7 @@ DTSDF_HD Vec3f slopeAt(const Voxel* voxels, int index) {
 /// Stands for all directions, which share the array of an undirected map.
 constexpr int kAnyDirection = -1;
 
-/// How the surfaces of an array may face: a minimum cosine between their normals and an axis.
+/// The orientations of an array's surfaces: a minimum cosine between their normals and an axis.
 struct Facing {
   Vec3f axis;
   float min_cosine;
@@ -130,12 +130,12 @@ DTSDF_HD Vec3f gradientOf(const Vec3f& slope, const Facing& facing) {
   return scale * slope + has_none * facing.axis;
 }
 
-/// A voxel's foot, in voxels from the block's first voxel.
+/// A voxel's foot, in voxels relative to the block's first voxel.
 DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const Facing& facing) {
   return voxel - sdf * gradientOf(slope, facing);
 }
 
-/// Whether a frame can change a voxel by looking through its place; for one voxel or several at
+/// Whether a frame can change a voxel by looking through its place; for one or several voxels at
 /// once. A covered voxel needs an anchor. A voxel that is not covered must be in a block that is
 /// checked in this frame (`in_turn`) and, if it is empty, have evidence left to lose (`may_lose`,
 /// which is set only if `in_turn` is).
@@ -151,8 +151,8 @@ DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, bool in_turn,
   return canChange(is_covered, voxel.anchor != kNoAnchor, isEmpty(voxel), may_lose, in_turn);
 }
 
-/// Where the step to a voxel's place starts, in voxels from the block's first voxel: at the voxel
-/// or, if the frame covers it, at its anchor.
+/// Start of the step to a voxel's place, in voxels relative to the block's first voxel: the voxel
+/// or, if the frame covers it, its anchor.
 DTSDF_HD Vec3f judgedOrigin(uint16_t anchor, int index, bool is_covered) {
   const float to_anchor = is_covered ? 1.0f : 0.0f;
   return toFloat(voxelOffset(index)) + to_anchor * anchorOffset(anchor);
@@ -164,7 +164,7 @@ DTSDF_HD float judgedSdf(const Voxel& voxel, bool is_covered) {
   return is_covered ? 0.0f : sdfOf(voxel);
 }
 
-/// A voxel's place, in voxels from the block's first voxel.
+/// A voxel's place, in voxels relative to the block's first voxel.
 DTSDF_HD Vec3f placeOf(const Voxel* voxels, int index, int direction, bool is_covered) {
   const Voxel& voxel = voxels[index];
   return footOf(judgedOrigin(voxel.anchor, index, is_covered), judgedSdf(voxel, is_covered),
@@ -172,8 +172,8 @@ DTSDF_HD Vec3f placeOf(const Voxel* voxels, int index, int direction, bool is_co
 }
 
 /// Spacing in pixels of the 3 x 3 points at which a frame must look through a place. It is 1 unless
-/// the voxel is empty; then it is the width of a voxel, rounded down but at least 1, since an empty
-/// voxel represents all mesh units around it.
+/// the voxel is empty; an empty voxel represents all mesh units around it, so the spacing is then
+/// the width of a voxel, rounded down but at least 1.
 DTSDF_HD int probeSpacing(const FrameView& frame, const Voxel& voxel, float depth_m) {
   if (!isEmpty(voxel)) return 1;
   const float cell_px = frame.voxel_size_m * frame.intrinsics.fx / depth_m;
@@ -181,7 +181,7 @@ DTSDF_HD int probeSpacing(const FrameView& frame, const Voxel& voxel, float dept
 }
 
 /// Whether the frame looks through a place at 3 x 3 points around it, `spread` pixels apart. Points
-/// outside the image do not count.
+/// outside the image are ignored.
 DTSDF_HD bool seesThroughAround(const FrameSensing& sensing, const VoxelInImage& at, int spread) {
   const FrameView& frame = sensing.image.frame;
   const Pixel centre{static_cast<int>(at.u), static_cast<int>(at.v)};
@@ -202,11 +202,11 @@ DTSDF_HD bool isInImage(const FrameView& frame, const VoxelInImage& at) {
          (at.u < static_cast<float>(frame.width)) & (at.v < static_cast<float>(frame.height));
 }
 
-/// What a frame sees at a voxel's place.
+/// What a frame shows at a voxel's place.
 enum class Observation : uint32_t {
   kOccupied,   ///< The surface may be there, or the place is not in the image.
-  kAtOutline,  ///< The place's own pixel looks through it, but not all pixels around do.
-  kFree,       ///< All pixels around look through the place.
+  kAtOutline,  ///< The place's own pixel looks through it, but not all pixels around it do.
+  kFree,       ///< All pixels around the place look through it.
 };
 
 /// The depth that must be free for a frame to look through a voxel's place: that of the place or,
@@ -226,7 +226,7 @@ DTSDF_HD int32_t pixelOfPlace(const FrameView& frame, const VoxelInImage& at) {
   return v * frame.width + u;
 }
 
-/// What a frame sees at a place whose own pixel looks through it.
+/// What a frame shows at a place whose own pixel looks through it.
 DTSDF_HD Observation judgeFree(const FrameSensing& sensing, const Voxel& voxel,
                                const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
@@ -236,7 +236,7 @@ DTSDF_HD Observation judgeFree(const FrameSensing& sensing, const Voxel& voxel,
              : Observation::kAtOutline;
 }
 
-/// What a frame sees at the place of a voxel; the place projects to `at`.
+/// What a frame shows at the place of a voxel; the place projects to `at`.
 DTSDF_HD Observation judge(const FrameSensing& sensing, const Voxel& voxel,
                            const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
@@ -245,14 +245,14 @@ DTSDF_HD Observation judge(const FrameSensing& sensing, const Voxel& voxel,
                                                                : Observation::kOccupied;
 }
 
-/// What a frame sees at the place of a voxel for which isJudged() holds.
+/// What a frame shows at the place of a voxel for which isJudged() holds.
 DTSDF_HD Observation judge(const FrameSensing& sensing, const Vec3f& first_voxel_L,
                            const Voxel* voxels, int index, int direction, bool is_covered) {
   const Vec3f place = placeOf(voxels, index, direction, is_covered);
   return judge(sensing, voxels[index], projectToImage(sensing.image.frame, first_voxel_L + place));
 }
 
-/// Whether an observation takes evidence from a voxel. At an outline, only a support of a covered
+/// Whether an observation reduces a voxel's evidence. At an outline, only a support of a covered
 /// voxel is taken back, so a surface ends where as many images see it as see past it. Nothing is
 /// taken back from a full voxel, where a support would not count in full: as a camera circles an
 /// object, the object's outline passes over every place, and would wear the surface away.
@@ -262,26 +262,26 @@ DTSDF_HD bool contradicts(Observation observation, const Voxel& voxel, bool is_c
          (observation == Observation::kAtOutline && is_covered && !isFull(voxel, rules));
 }
 
-/// Number of contradictions that an observation counts for. A voxel that is not covered is checked
-/// in one of look_turns frames, so each check counts for all of them.
+/// Number of contradictions that an observation is worth. A voxel that is not covered is checked in
+/// one out of look_turns frames, so each check counts for all of them.
 DTSDF_HD int32_t contradictionWeight(Observation observation, bool is_covered,
                                      const FusionRules& rules) {
   if (observation != Observation::kFree) return 0;
   return is_covered ? 1 : rules.look_turns;
 }
 
-/// Whether a frame checks a block's uncovered voxels. Each block is checked in one of look_turns
-/// frames.
+/// Whether a frame checks a block's uncovered voxels. Each block is checked in one out of
+/// look_turns frames.
 DTSDF_HD bool isInTurn(PackedKey key, uint64_t frame_number, const FusionRules& rules) {
   const auto turns = static_cast<uint64_t>(rules.look_turns);
   return (hashKey(key) >> 32) % turns == frame_number % turns;
 }
 
-/// Radius of the ball around a block's middle that holds the feet of its voxels: 7 voxels for the
-/// block, plus at most 16 of truncation.
+/// Radius in voxels of a ball around a block's centre that contains the feet of its voxels: 7 for
+/// the block itself, plus at most 16 for the truncation.
 constexpr float kFootRadius = 3.0f * static_cast<float>(kBlockSide);
 
-/// Whether part of the ball around a block's middle may be in the image; false only if none is.
+/// Whether part of a ball around a block's centre may be in the image; false only if no part is.
 DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3i& block_L,
                           float radius = kFootRadius) {
   constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);

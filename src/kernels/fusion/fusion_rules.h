@@ -26,31 +26,31 @@ struct FusionRules {
 
   /// Minimum share of a voxel that a frame must cover to support the surface there. A smaller share
   /// comes from the far fringe of a surfel, or from a strip. (For box at 5 mm, the mesh is in front
-  /// of the measured depth in 5.1 % of the pixels of held-back images without this rule, and in 1.8
+  /// of the measured depth in 5.1 % of the pixels of held-out images without this rule, and in 1.8
   /// % with 0.0003. But 0.0003 makes holes in a floor at a grazing angle, and 0.0015 costs the
   /// dragon at 10 mm a quarter of its completeness.)
   float support_share = 0.0001f;
   /// Evidence that a frame adds by supporting a surface.
   int32_t support_gain = 3;
   /// Evidence that a frame takes away by contradicting a surface. So a surface stays if half of the
-  /// frames see through it, and goes if two of three do.
+  /// frames see through it, and vanishes if two out of three do.
   int32_t contradiction_cost = 2;
-  /// Largest magnitude of evidence: fusion/memory_frames supports. With eight, a removed object
-  /// vanishes within 12 frames that see through it, and a new one appears after 10, whatever was
-  /// there before. With nineteen supports, an object vanishes within 28 frames (32 if the mesh
-  /// needs one frame only), and a new one appears after 21.
+  /// Largest magnitude of evidence: that of fusion/memory_frames supports. With eight of them, a
+  /// removed object vanishes within 12 frames that see through it, and a new one appears after 10,
+  /// whatever was there before. With nineteen, an object vanishes within 28 frames (32 if a single
+  /// frame suffices for the mesh), and a new one appears after 21.
   int32_t max_evidence{24};  // follows from fusion/memory_frames
 
   /// Distance in voxels that free space keeps from a measured surface, in addition to its noise.
   float free_margin = 0.5f;
-  /// Voxels that a frame does not cover are checked in one of this many frames; each check counts
-  /// for all of them.
+  /// Voxels that a frame does not cover are checked in only one out of this many frames; each check
+  /// counts for all of them.
   int32_t look_turns = 4;
 };
 
 /// Settings of the fusion rules.
 struct FusionSettings {
-  int32_t cast_along_normal;  ///< 0: along the view ray.
+  int32_t cast_along_normal;  ///< If 0, surfels are cast along the view ray.
   int32_t directional;
   float truncation_voxels;
   float max_weight;

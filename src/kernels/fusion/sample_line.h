@@ -2,10 +2,10 @@
 /// distances and weights.
 ///
 /// The line runs through the surfel's point in both directions, along the view ray or the normal
-/// (turned towards the ray if the depth is noisy). It is intersected with each grid plane across
-/// its dominant axis, and the four corners around the intersection are updated; no corner is
-/// visited twice. Weights fall with the distance from the line (squared bilinear) and from the
-/// surfel's plane (linear). Departure: the paper updates the nearest corner at each step
+/// (turned towards the ray if the depth is noisy). It is intersected with each grid plane
+/// perpendicular to its dominant axis, and the four corners around the intersection are updated; no
+/// corner is visited twice. Weights fall with the distance from the line (squared bilinear) and
+/// from the surfel's plane (linear). Departure: the paper updates the nearest corner at each step
 /// (Amanatides and Woo 1987).
 ///
 /// Each plane is computed independently, so a block can process just the part of a line inside it.
@@ -42,8 +42,8 @@ struct MeasuredSides {
 
 DTSDF_HD MeasuredSides noSides() { return {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f, 0.0f}; }
 
-/// A measured point's offset from a corner, moved along `side` by at most its length either way, to
-/// where it is nearest to the corner.
+/// A measured point's offset from a corner. The point is moved along `side`, by at most the length
+/// of `side` in either direction, to where it is nearest to the corner.
 DTSDF_HD Vec3f movedAlong(const Vec3f& side, float per_side, const Vec3f& offset) {
   const float share = minimum(maximum(-per_side * dot(offset, side), -1.0f), 1.0f);
   return offset + share * side;
@@ -53,7 +53,7 @@ DTSDF_HD Vec3f movedAlong(const Vec3f& side, float per_side, const Vec3f& offset
 /// (y, z, x) or (z, x, y).
 struct SampleLine {
   int32_t axis;
-  /// Grid planes across axis k that the line crosses within its reach.
+  /// Grid planes perpendicular to axis k that the line crosses within its reach.
   int32_t first_plane, last_plane;
   float per_reach;                     ///< Inverse of the reach; see makeSampleLine().
   float p_k, p_u, p_v;                 ///< Measured point.
@@ -130,8 +130,8 @@ struct CornerSample {
 
 /// The sample at the corner (du, dv), each 0 or 1, of a cell; `shifts` is from pointShifts(). With
 /// sides, the measured point is moved over the pixel towards the corner's foot, as the surface
-/// continues to the next pixel. No loops or branches, so that compilers can vectorise loops over
-/// it.
+/// continues to the next pixel. Without loops or branches, so that compilers can vectorise loops
+/// over it.
 template <bool kHasSides>
 DTSDF_HD CornerSample sampleCorner(const SampleLine& line, const MeasuredSides& sides,
                                    const Vec3i& shifts, const CellCrossing& at, int du, int dv) {
@@ -151,7 +151,7 @@ DTSDF_HD CornerSample sampleCorner(const SampleLine& line, const MeasuredSides& 
           pointKey(offset, shifts, distance)};
 }
 
-/// A range of voxels or blocks along one axis, both ends included.
+/// A range of voxels or blocks along one axis, including both ends.
 struct Span {
   int32_t first, last;
 };
@@ -180,9 +180,9 @@ DTSDF_HD bool hasSamplesIn(const SampleLine& line, const Span& planes, int block
   return false;
 }
 
-/// Calls visit(block) once for each block that holds samples of a line, in local block coordinates.
-/// In a layer of blocks, the line's two ends bound the range of blocks; if it extends along both u
-/// and v, some of the blocks may have no samples.
+/// Calls visit(block) once for each block that contains samples of a line, in local block
+/// coordinates. In a layer of blocks, the line's two ends bound the range of blocks; if this range
+/// extends along both u and v, some of its blocks may contain no samples.
 template <class Visit>
 DTSDF_HD void visitBlocks(const SampleLine& line, const Visit& visit) {
   if (line.first_plane > line.last_plane) return;

@@ -14,7 +14,7 @@ DTSDF_HD float depthWeight(float depth_m, const FusionRules& rules) {
   return depth_m <= full_m ? 1.0f : full_m * full_m / (depth_m * depth_m);
 }
 
-/// Weight of a frame for all voxels of a block, by the depth of the block's centre.
+/// Weight of a frame for all voxels of a block, from the depth of the block's centre.
 DTSDF_HD float blockDepthWeight(const FrameView& frame, const Vec3i& block_L,
                                 const FusionRules& rules) {
   constexpr float kHalf = 0.5f * static_cast<float>(kBlockSide);
@@ -26,8 +26,8 @@ DTSDF_HD float blockDepthWeight(const FrameView& frame, const Vec3i& block_L,
 /// A frame's sums for a voxel, as floats.
 struct RoundedSums {
   float weighted_sdf, weight;
-  float dither;      ///< In [0, 1), pseudo-random, so that rounded values are right on average.
-  uint32_t nearest;  ///< Key of the nearest point; 0: none.
+  float dither;      ///< Pseudo-random, in [0, 1), so that rounding is unbiased.
+  uint32_t nearest;  ///< Key of the nearest point; 0 if there is none.
 };
 
 /// A pseudo-random number in [0, 1): a hash of the sums, so it is the same on every backend.
@@ -43,7 +43,7 @@ DTSDF_HD RoundedSums roundSums(const VoxelSums& sums) {
           sums.nearest};
 }
 
-/// Weight of a point in the mean that makes an anchor, by its squared distance from the corner's
+/// Weight of a point in the mean that yields an anchor, from its squared distance to the corner's
 /// foot; near points count more.
 DTSDF_HD float anchorWeight(float squared_distance) {
   constexpr float kFarthest = 15.0f / 16.0f;
@@ -51,9 +51,8 @@ DTSDF_HD float anchorWeight(float squared_distance) {
   return closeness * closeness;
 }
 
-/// The anchor after a frame with this distance and this weight, in units of 2^-16: the weighted
-/// mean of the frames' nearest points. Without a nearest point in this frame, the anchor does not
-/// change.
+/// The anchor after a frame with distance `sdf` and a weight in units of 2^-16: the weighted mean
+/// of the frames' nearest points. If this frame has no nearest point, the anchor does not change.
 DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, float sdf, float weight, const RoundedSums& sums) {
   const Vec3f point = pointOffset(sums.nearest), anchor = anchorOffset(voxel.anchor);
   const float from_foot = dot(anchor, anchor) - sdfOf(voxel) * sdfOf(voxel);

@@ -1,9 +1,9 @@
 /// Pulls vertices towards places where the surface was measured.
 ///
-/// A surfel's plane continues past the end of what was seen, so a surface that ends inside a cell
-/// has vertices up to a voxel beyond its end. Where a thin part is seen from many sides, the mean
-/// distances may cross zero where there is no surface. So a vertex with a large gap (measuredGap())
-/// is pulled towards the nearest anchor of its edge's ends (core/anchor.h).
+/// A surfel's plane continues past the end of what was measured, so a surface that ends inside a
+/// cell has vertices up to a voxel beyond its end. If a thin part was measured from many sides, the
+/// mean distances may cross zero where there is no surface. So a vertex with a large gap
+/// (measuredGap()) is pulled towards the nearest anchor of its edge's ends (core/anchor.h).
 ///
 /// The shift depends only on the vertex and on samples at the edge's two ends, so all blocks that
 /// share the edge compute the same shift.
@@ -14,8 +14,8 @@
 
 namespace dtsdf {
 
-/// Squared distance, in squared voxels, along the surface from a corner's foot to its anchor, less
-/// an allowance for the rounding of stored values; may be negative. 4 without an anchor.
+/// Squared distance, in squared voxels, along the surface from a corner's foot to its anchor, minus
+/// an allowance for the rounding of stored values; may be negative. 4 if there is no anchor.
 DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
   if (anchor == kNoAnchor) return 4.0f * kAnchorReach * kAnchorReach;
   const Vec3f offset = anchorOffset(anchor);
@@ -24,7 +24,7 @@ DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
 }
 
 /// Squared gap, in squared voxels, between the plane of a corner's distance and a vertex at a
-/// distance of `along` from the corner, less the allowance of squaredFootGap(); negative if the
+/// distance of `along` from the corner, minus the allowance of squaredFootGap(); negative if the
 /// vertex is farther from the corner than the plane.
 DTSDF_HD float squaredPlaneGap(const Sample& sample, float along) {
   const float height = maximum(fabsf(sample.sdf) - 1.0f / kStepsPerVoxel, 0.0f);
@@ -43,9 +43,9 @@ DTSDF_HD void visitAnchors(const Edge& edge, uint32_t telling, const Anchors& an
   });
 }
 
-/// The gap between a vertex and what was measured, in voxels. In a crossing direction, it is the
-/// larger of the gaps at the edge's two ends; the direction with the smallest gap counts. Without a
-/// crossing direction, it is 2.
+/// The gap between a vertex and what was measured, in voxels. For a crossing direction, it is the
+/// larger of the gaps at the edge's two ends; the smallest gap of any crossing direction is used.
+/// Without a crossing direction, it is 2.
 template <class Edge, class Anchors>
 DTSDF_HD float measuredGap(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                            const Anchors& anchors, float edge_offset) {
@@ -69,7 +69,7 @@ DTSDF_HD float roundShift(float shift) {
 }
 
 /// Shift of the vertex at `edge_offset` on an edge, in voxels; 0 if its gap is small. If no
-/// direction crosses the edge, the anchors of all directions that count are used.
+/// direction crosses the edge, the anchors of all directions of directionsOnEdge() are used.
 template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                               const Anchors& anchors, int axis, int facing, float edge_offset) {
@@ -78,7 +78,7 @@ DTSDF_HD Vec3f anchoringShift(const MeshSettings& rules, const Edge& edge, uint3
   const uint32_t telling = crossing != 0 ? crossing : directionsOnEdge(axis, facing);
   const Vec3f along = toFloat(unitStep(axis));
   Vec3f nearest{0.0f, 0.0f, 0.0f};  // from the vertex to the anchor
-  float min_distance = -1.0f;       // negative: no anchor yet
+  float min_distance = -1.0f;       // negative until an anchor is found
   const auto consider = [&](uint16_t anchor, const Vec3f& corner_from_vertex) {
     if (anchor == kNoAnchor) return;
     const Vec3f offset = corner_from_vertex + anchorOffset(anchor);

@@ -22,8 +22,8 @@ DTSDF_HD Vec3i cornerAt(int index) {
           index / (kCornerGridSide * kCornerGridSide)};
 }
 
-/// Number of an edge (BlockVertex::edge), from its lower corner, axis and facing (0: the lower end
-/// is behind), and the inverse functions.
+/// Number of an edge (BlockVertex::edge), from its lower corner, axis and facing (0 if the lower
+/// end is behind), and the inverse functions.
 DTSDF_HD constexpr int edgeNumber(int corner, int axis, int facing) {
   return (corner * 3 + axis) * 2 + facing;
 }
@@ -70,7 +70,7 @@ DTSDF_HD CornerSource cornerSource(const Vec3i& corner) {
 DTSDF_HD CornerSource cornerSource(int corner) { return cornerSource(cornerAt(corner)); }
 
 /// Offsets in {-1, 0, 1}^3, from a block to the blocks that hold its corner grid extended by one
-/// layer; and the inverse.
+/// layer, and the inverse function.
 constexpr int kBlocksAround = 27;
 DTSDF_HD Vec3i aroundOffset(int n) { return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}; }
 DTSDF_HD int aroundNumber(const Vec3i& offset) {

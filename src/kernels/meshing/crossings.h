@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Whether a direction counts on a crossing: all do except the one whose axis points along the
+/// Whether a direction is used at a crossing: all are, except the one whose axis points along the
 /// edge from in front to behind. `behind_below` is true if the edge's lower end is behind.
 template <class Mask>
 DTSDF_HD Mask countsOnCrossing(int direction, int axis, const Mask& behind_below) {
@@ -20,8 +20,8 @@ DTSDF_HD Mask countsOnCrossing(int direction, int axis, const Mask& behind_below
 }
 
 /// How well a crossing is known: the greatest product of the weights at the edge's two ends, over
-/// the directions that count and cross zero there; 0 if there are none. The edge's lower end is
-/// corner `c`.
+/// the directions that cross zero there and for which countsOnCrossing() holds; 0 if there are
+/// none. The edge's lower end is corner `c`.
 template <class Real, class Samples, class Mask>
 DTSDF_HD Real crossingWeight(const Samples& samples, int c, int axis, const Mask& behind_below) {
   const Real zero{0.0f};
@@ -37,7 +37,8 @@ DTSDF_HD Real crossingWeight(const Samples& samples, int c, int axis, const Mask
   return greatest;
 }
 
-/// The product of the weights at the edge's two ends, each summed over all directions that count.
+/// The product of the weights at the edge's two ends, each summed over all directions for which
+/// countsOnCrossing() holds.
 template <class Real, class Samples, class Mask>
 DTSDF_HD Real votedWeight(const Samples& samples, int c, int axis, const Mask& behind_below) {
   const Real zero{0.0f};
@@ -51,8 +52,8 @@ DTSDF_HD Real votedWeight(const Samples& samples, int c, int axis, const Mask& b
   return lower * upper;
 }
 
-/// Weak crossings of a sheet with labels `labels`: bit 8 * axis + corner, by the edge's lower
-/// corner. `greatest` is the greatest weight in the unit.
+/// The weak crossings of a sheet, as a mask: bit 8 * axis + lower corner for each edge.
+/// @param labels Labels of the sheet. @param greatest Greatest weight in the unit.
 template <class Samples, class Bits, class Real>
 DTSDF_HD Bits weakCrossings(const MeshRules& rules, const Samples& samples, const Bits& labels,
                             const Real& greatest) {

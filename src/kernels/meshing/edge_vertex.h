@@ -12,14 +12,14 @@
 namespace dtsdf {
 
 /// The direction whose axis points along an edge from its end behind the surface to its end in
-/// front. On the edge, the only array (0) of an undirected map counts as this direction.
+/// front. On this edge, the only array (0) of an undirected map is treated as this direction.
 DTSDF_HD int facingDirection(int axis, int facing) { return 2 * axis + facing; }
 
 // An Edge has lower[d] and upper[d], the samples of direction d at its two ends, and beyond(end,
 // d), the sample one voxel beyond the lower (0) or upper (1) end.
 
-/// The directions that count on an edge: all but the one whose axis points along it from in front
-/// to behind.
+/// The directions that are used on an edge: all but the one whose axis points along it from in
+/// front to behind.
 DTSDF_HD uint32_t directionsOnEdge(int axis, int facing) {
   return kAllDirections & ~(1u << facingDirection(axis, 1 - facing));
 }
@@ -28,7 +28,7 @@ DTSDF_HD bool countsOnEdge(int direction, int axis, int facing) {
 }
 
 /// Offset of a vertex on an edge that no direction crosses by itself: it divides the edge in the
-/// ratio of the magnitudes of the voted distances at its ends; the middle if both are 0.
+/// ratio of the magnitudes of the voted distances at its ends, or in the middle if both are 0.
 template <class Edge>
 DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearness) {
   CornerVote<float> lower, upper;
@@ -49,8 +49,8 @@ DTSDF_HD bool crosses(const Sample& lower, const Sample& upper, int facing) {
          (lower.weight > 0.0f) & (upper.weight > 0.0f);
 }
 
-/// The directions that count and cross an edge by themselves, bit d for direction d. The sides are
-/// those of sidesOfCorner() for the edge's two ends (possible_leaders.h).
+/// The directions of directionsOnEdge() that cross an edge by themselves, bit d for direction d.
+/// The sides are those of sidesOfCorner() for the edge's two ends (possible_leaders.h).
 DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides, int axis,
                                      int facing) {
   const uint32_t behind = facing == 0 ? lower_sides : upper_sides;
@@ -60,8 +60,9 @@ DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides,
 }
 
 /// Second difference of the distance along an edge: the mean of the second differences at its two
-/// ends, as far as they are known; 0 if neither is. It is limited to the second difference of a
-/// ball with a radius of two voxels; more is usually noise or the fringe of another surface.
+/// ends, or the only one that is known; 0 if neither is. It is limited to the second difference of
+/// a ball with a radius of two voxels; larger values usually come from noise or from the fringe of
+/// another surface.
 DTSDF_HD float bendOnEdge(const Sample& below, const Sample& lower, const Sample& upper,
                           const Sample& above) {
   constexpr float kMaxBend = 0.5f;
@@ -84,7 +85,7 @@ DTSDF_HD float zeroOfParabola(float a, float b, float bend) {
   return 2.0f * a / (a < 0.0f ? -slope - root : root - slope);
 }
 
-/// Smallest distance, in voxels, of a vertex from the ends of its edge (before anchoring), so that
+/// Minimum distance, in voxels, of a vertex from the ends of its edge (before anchoring), so that
 /// vertices of different edges do not coincide. Large enough for single precision anywhere in a
 /// block.
 constexpr float kVertexMargin = 1.0f / 1024.0f;
@@ -92,7 +93,7 @@ constexpr float kVertexMargin = 1.0f / 1024.0f;
 /// Distance in voxels of the vertex on an edge from the lower end: the mean of the zero crossings
 /// of the directions in `crossing`, each weighted by the product of the weights at the two ends
 /// (paper, Sec. V-D), or votedOffset() if there are none. At least kVertexMargin from either end.
-/// Facing 0: the lower end is behind.
+/// `facing` is 0 if the lower end is behind.
 template <class Edge>
 DTSDF_HD float edgeOffset(const MeshRules& rules, const Edge& edge, uint32_t crossing, int axis,
                           int facing) {

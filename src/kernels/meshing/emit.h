@@ -6,13 +6,13 @@
 
 namespace dtsdf {
 
-/// Number of a unit's first edge. Added to the number of an edge of the block's first unit, it
-/// gives the number of the unit's edge.
+/// Number of a unit's first edge. Edge numbers of the block's first unit plus this number are the
+/// edge numbers of this unit.
 DTSDF_HD int firstEdge(const Vec3i& unit) {
   return edgeNumber(cornerIndex(unit.x, unit.y, unit.z), 0, 0);
 }
 
-/// Number in the corner grid of edge e (0 to 11) of a unit with this index.
+/// Number in the corner grid of edge e (0 to 11) of a unit with the marching cubes index `index`.
 DTSDF_HD int unitEdge(const Vec3i& unit, int e, uint8_t index) {
   return firstEdge(unit) + firstUnitEdge(e, index);
 }

@@ -2,8 +2,9 @@
 ///
 /// A surfel updates all corners around it, so units may close gaps up to two voxels wide. Anchoring
 /// (anchoring.h) pulls the vertices on both sides of a gap towards where the surface was measured,
-/// and so apart. It hardly stretches other triangles: at an outline it pulls all vertices to the
-/// same side, and inside a surface they stay. So a triangle that anchoring stretches is left out.
+/// and thus away from each other. It hardly stretches other triangles: at an outline it pulls all
+/// vertices in the same direction, and inside a surface they stay. So a triangle that anchoring
+/// stretches is left out.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"
@@ -12,8 +13,8 @@
 
 namespace dtsdf {
 
-/// A vertex's position without the part of its anchoring shift across the edge. The part along the
-/// edge is kept, as it mostly leads across the surface.
+/// A vertex's position without the component of its anchoring shift perpendicular to the edge. The
+/// component along the edge is kept, as it is mostly perpendicular to the surface.
 DTSDF_HD Vec3f placeOnEdge(const BlockVertex& vertex) {
   const int edge = static_cast<int>(vertex.edge);
   Vec3f place = toFloat(cornerAt(edgeCorner(edge)));
@@ -31,7 +32,7 @@ DTSDF_HD bool isPulledFar(const MeshRules& rules, const BlockVertex& vertex) {
   return dot(shift, shift) > 0.24f * rules.max_stretch * rules.max_stretch;
 }
 
-/// How much longer anchoring makes a triangle's side, in voxels.
+/// Length, in voxels, that anchoring adds to a triangle's side.
 DTSDF_HD float stretchOf(const BlockVertex& a, const BlockVertex& b) {
   return norm(b.position - a.position) - norm(placeOnEdge(b) - placeOnEdge(a));
 }

@@ -6,7 +6,7 @@
 namespace dtsdf {
 
 /// Rise of a direction's distance along an axis: the weighted mean over the unit's edges with both
-/// ends known; 0 without any.
+/// ends known; 0 if there are none.
 template <class Samples, class Real>
 DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const Real& min_weight) {
   const Real zero{0.0f};
@@ -25,10 +25,10 @@ DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const R
   return select(total > zero, rise / total, zero);
 }
 
-/// Confidence in a direction's surface in a unit; 0 if it is not active. It must have seen both
-/// sides of the surface (or a surface that touches a corner), and the gradient of its distance must
-/// lie less than 67.5 degrees from its axis (the gradient check of the paper's intra-directional
-/// filter). The gradient's length is ignored, as noise shortens it.
+/// Confidence in a direction's surface in a unit; 0 if the direction is not active. An active
+/// direction has samples on both sides of the surface (or a surface that touches a corner), and the
+/// gradient of its distance is less than 67.5 degrees off its axis (the gradient check of the
+/// paper's intra-directional filter). The gradient's length is ignored, as noise shortens it.
 template <class Samples, class Real>
 DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const Real& min_weight) {
   const Real zero{0.0f};
@@ -52,9 +52,9 @@ DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const R
                 zero);
 }
 
-/// Finds the directions that lead the unit's sheets; -1: no sheet. The strongest direction (the one
-/// with the lowest number, if several are equally strong) leads the first sheet; its opposite leads
-/// the second if it is active as well.
+/// Finds the directions that lead the unit's sheets; -1 for a missing sheet. The strongest
+/// direction (the one with the lowest number, if several are equally strong) leads the first sheet;
+/// its opposite leads the second if it is active as well.
 /// @return The active directions, bit d for direction d.
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits findLeaders(const Samples& samples, const Real& min_weight,

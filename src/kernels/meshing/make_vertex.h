@@ -7,7 +7,7 @@
 namespace dtsdf {
 
 /// An edge of the corner grid with its samples: an Edge as in edge_vertex.h. An undirected map's
-/// only array counts as the edge's facingDirection().
+/// only array is treated as the edge's facingDirection().
 struct EdgeSamples {
   const ArraysAround& arrays;
   Vec3i corner;
@@ -29,10 +29,10 @@ struct EdgeSamples {
   }
 };
 
-/// Position of an edge's vertex, in voxels from the block's first voxel; anchored in a directional
-/// map.
-/// @param read Mask of directions whose samples are read in a directional map. It must include all
-/// directions that count and cross the edge or, if none does, all that count.
+/// Position of an edge's vertex, in voxels relative to the block's first voxel; anchored in a
+/// directional map.
+/// @param read Mask of directions whose samples are read in a directional map. It must include the
+/// directions in directionsOnEdge() that cross the edge or, if none does, all directionsOnEdge().
 DTSDF_HD Vec3f placeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
                            bool directional, uint32_t read) {
   const int axis = edgeAxis(edge), facing = edgeFacing(edge);

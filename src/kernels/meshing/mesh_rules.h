@@ -6,9 +6,9 @@ namespace dtsdf {
 /// docs/method.md explains the rules (Index, Make).
 struct MeshRules {
   /// A sheet is meshed only if, at each corner of the unit, the weights of the directions that vote
-  /// on it add up to more than this share of the greatest single weight in the unit; in [0, 1). In
-  /// the search for leaders, samples count above this limit. This excludes corners that only the
-  /// far fringe of a measurement reached. Undirected maps need positive weights only.
+  /// on it add up to more than this share of the greatest single weight in the unit; in [0, 1). The
+  /// search for leaders uses only samples above this limit. It excludes corners that are merely in
+  /// the far fringe of a measurement. In undirected maps, any positive weight suffices.
   float min_weight_share = 0.003f;
 
   /// A crossing is strong if, in some direction that crosses zero on the edge itself, the geometric
@@ -19,7 +19,7 @@ struct MeshRules {
   float min_crossing_share = 0.015f;
 
   /// A crossing is also strong if the geometric mean of the summed weights at its ends, over all
-  /// directions that count, times this share exceeds the limit of min_crossing_share; in [0, 1]. At
+  /// directions used there, times this share exceeds the limit of min_crossing_share; in [0, 1]. At
   /// borders such crossings are off by half a voxel, but where noise scatters a surface over
   /// several directions they prevent holes.
   float voted_crossing_share = 0.05f;
@@ -29,13 +29,13 @@ struct MeshRules {
   float nearness_voxels = 0.2f;
 
   /// A vertex whose measuredGap(), in voxels, is larger than this is pulled towards its nearest
-  /// anchor; at twice this gap or more, with full strength. It is about the spacing of pixels. With
-  /// a smaller value, vertices inside a surface move too.
+  /// anchor, with full strength at twice this gap or more. The value is about the pixel spacing.
+  /// With a smaller one, vertices inside a surface move too.
   float measured_gap = 0.15f;
   /// A vertex within this distance of its nearest anchor, in voxels, is not pulled, and no vertex
   /// is pulled nearer to its anchor than this.
   float measured_reach = 0.1f;
-  /// Largest share of its distance beyond measured_reach over which a vertex is pulled; in [0, 1),
+  /// Maximum share of a vertex's distance beyond measured_reach by which it is pulled; in [0, 1),
   /// so that two vertices with the same anchor do not coincide.
   float measured_pull = 0.875f;
   /// A triangle with a side that anchoring lengthens by more than this, in voxels, spans a gap and

@@ -47,9 +47,9 @@ struct MeshTables {
   /// Edges that an index crosses: bit 8 * axis + corner, by the edge's lower corner, if that is
   /// behind (the edge faces +axis); kFallingBit higher if the upper corner is behind.
   uint64_t crossings[256];
-  /// Directions that may see a component, bit d for direction d. By the intra-directional filter
-  /// (paper, Sec. V-B), a component is impossible in direction D if it crosses an edge along D
-  /// whose +D end is behind and whose -D end is in front.
+  /// Directions that may contain a component, bit d for direction d. By the intra-directional
+  /// filter (paper, Sec. V-B), a component is impossible in direction D if it crosses an edge along
+  /// D whose +D end is behind and whose -D end is in front.
   uint8_t seen_from[256];
 };
 
@@ -64,8 +64,8 @@ constexpr int edgeBetween(int a, int b) {
   return -1;
 }
 
-/// Corner i (0 to 3) of the face across `axis` at its low or high end, counter-clockwise seen from
-/// outside.
+/// Corner i (0 to 3) of the face perpendicular to `axis` at its low or high end, counter-clockwise
+/// as seen from outside.
 constexpr int faceCorner(int axis, int high, int i) {
   const int u = 1 << ((axis + 1) % 3), v = 1 << ((axis + 2) % 3);
   const int turn = high ? i : (4 - i) % 4;  // opposite faces run the other way round
@@ -90,7 +90,7 @@ constexpr void traceContours(int index, int (&next)[kCubeEdges]) {
   }
 }
 
-/// The faces that an edge lies on, a bit each: -x, +x, -y, +y, -z, +z.
+/// The faces that an edge lies on, one bit each: -x, +x, -y, +y, -z, +z.
 constexpr unsigned facesOfEdge(int e) {
   unsigned faces = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -99,8 +99,8 @@ constexpr unsigned facesOfEdge(int e) {
   return faces;
 }
 
-/// First position in a loop at which a fan can start without a diagonal on a face of the cube; 0 if
-/// there is none.
+/// First position in a loop at which a fan can start without having a diagonal on a face of the
+/// cube; 0 if there is none.
 constexpr int fanStart(const int (&loop)[kCubeEdges], int length) {
   for (int start = 0; start < length; ++start) {
     bool on_face = false;
@@ -113,8 +113,8 @@ constexpr int fanStart(const int (&loop)[kCubeEdges], int length) {
   return 0;
 }
 
-/// Index of a single loop: the corners behind it, found by flooding over the cube's edges that the
-/// loop does not cross.
+/// Index of a single loop: the corners behind it, found by a flood fill along the cube's edges that
+/// the loop does not cross.
 constexpr int componentIndex(int index, unsigned loop_edges) {
   int behind = 0;
   for (int e = 0; e < kCubeEdges; ++e) {

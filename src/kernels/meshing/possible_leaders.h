@@ -1,11 +1,11 @@
 /// Finds which directions can lead a sheet in a unit, from the sides of its corners alone, so that
 /// the index stage can skip units that hold no surface.
 ///
-/// No direction is rejected that the other stages would accept, whatever the MeshRules. The
-/// leader of a sheet meets two conditions:
+/// No direction is rejected that the other stages would accept, whatever the MeshRules. The leader
+/// of a sheet meets two conditions:
 /// - It is active, so it has observed corners on both sides of a surface (directionConfidence()).
-/// - Each corner has the vote of some direction other than the leader's opposite, which does not
-///   vote (voteOnCorners()). So no corner was observed by the opposite alone, or by no direction.
+/// - At each corner, some direction other than the leader's opposite votes; the opposite has no
+///   vote (voteOnCorners()). So each corner was observed by a direction other than the opposite.
 ///
 /// A unit without such a direction has no surface. In an undirected map, the only direction must
 /// have observed all corners, and both sides.
@@ -15,12 +15,12 @@
 
 namespace dtsdf {
 
-/// Sides of a corner. Direction d sets bit d if it sees the corner in front of its surface, bit 8 +
-/// d if behind it, bit 16 + d if it cannot lead any sheet around the corner, and bit 24 + d if it
-/// has a negative distance there. The sides of a unit are the bitwise or of its corners' sides.
+/// Sides of a corner. Direction d sets bit d if the corner is in front of its surface, bit 8 + d if
+/// behind it, bit 16 + d if it cannot lead any sheet around the corner, and bit 24 + d if it has a
+/// negative distance there. The sides of a unit are the bitwise OR of its corners' sides.
 constexpr int kBehindBit = 8, kExcludedBit = 16, kNegativeBit = 24;
 
-/// The sides that one direction's sample sees; both if the surface touches the corner.
+/// The sides according to one direction's sample; both if the surface touches the corner.
 DTSDF_HD uint32_t sidesOfSample(int direction, float sdf, float weight) {
   const uint32_t in_front = sdf >= -kTouching ? 1u << direction : 0u;
   const uint32_t behind = sdf < kTouching ? 1u << (kBehindBit + direction) : 0u;
@@ -47,13 +47,13 @@ DTSDF_HD uint32_t excludedLeaders(uint32_t observed) {
   return (opposite & single) | none;
 }
 
-/// A corner's sides, from the bitwise or of its samples' sides, with the leaders that the samples
-/// exclude.
+/// A corner's sides, including the leaders that its samples exclude.
+/// @param sides_of_samples Bitwise OR of the samples' sides.
 DTSDF_HD uint32_t sidesOfCorner(uint32_t sides_of_samples) {
   return sides_of_samples | excludedLeaders(observedDirections(sides_of_samples)) << kExcludedBit;
 }
 
-/// Directions that can lead a sheet of a unit, from the sides of its corners; 0: the unit is empty.
+/// Directions that can lead a sheet of a unit, from the unit's sides; 0 if the unit is empty.
 DTSDF_HD uint32_t possibleLeaders(uint32_t sides_of_unit) {
   return possiblyActive(sides_of_unit) & ~(sides_of_unit >> kExcludedBit);
 }

@@ -14,23 +14,22 @@
 
 namespace dtsdf {
 
-/// Largest number of sides of an index's triangles: four loops of three edges have twelve.
+/// Maximum number of sides of an index's triangles: four loops of three edges have twelve.
 constexpr int kMaxSides = 12;
 
-/// The sides of an index's triangles, each once, and which of them bound each triangle; derived at
-/// compile time from mesh_tables.h.
+/// The sides of an index's triangles, without duplicates, and which of them bound each triangle;
+/// derived at compile time from mesh_tables.h.
 struct RefineTables {
-  /// Sides of an index in the order of its triangles, as two of the unit's edges each.
+  /// Sides of an index in the order of its triangles, each given by two of the unit's edges.
   uint8_t side_count[256];
   uint8_t side_edge[256][2 * kMaxSides];
-  /// Numbers of each triangle's sides: the first runs from its first corner to its second, and so
-  /// on.
+  /// Numbers of each triangle's sides; the first side runs from the first corner to the second.
   uint8_t triangle_side[256][3 * kMaxTriangles];
 };
 
 namespace refine_tables_detail {
 
-/// Number of the side between two edges of an index; a new side is added.
+/// Number of the side between two edges of an index; the side is added if it is new.
 constexpr uint8_t sideBetween(RefineTables& tables, int index, uint8_t a, uint8_t b) {
   const uint8_t count = tables.side_count[index];
   for (uint8_t i = 0; i < count; ++i) {
@@ -60,8 +59,8 @@ constexpr RefineTables make() {
 
 }  // namespace refine_tables_detail
 
-/// Does not compile with more sides than kMaxSides, as a constant expression cannot write beyond an
-/// array.
+/// Does not compile with more sides than kMaxSides, as constant expressions cannot write past the
+/// end of an array.
 inline constexpr RefineTables kRefineTables = refine_tables_detail::make();
 
 /// Triangles of the refined mesh per triangle of the plain mesh.
@@ -87,13 +86,13 @@ DTSDF_HD int midpointSecondEnd(uint32_t number) {
   return static_cast<int>((number - kFirstMiddle) % kGridEdges);
 }
 
-/// Step along which a vertex's edge faces; for a midpoint, the sum of the steps of both ends.
+/// Step in the direction that a vertex's edge faces; for a midpoint, the sum of both ends' steps.
 DTSDF_HD Vec3i facingSteps(uint32_t number) {
   if (!isMidpoint(number)) return facingStep(static_cast<int>(number));
   return facingStep(midpointFirstEnd(number)) + facingStep(midpointSecondEnd(number));
 }
 
-/// A vertex at the end of a side, with its unit normal; 0 if that is unknown.
+/// A vertex at the end of a side, and its unit normal, which is 0 if unknown.
 struct SideEnd {
   Vec3f position, normal;
 };
@@ -105,9 +104,9 @@ DTSDF_HD float roundedShift(float shift) {
   return static_cast<float>(floorToInt(shift * kSteps + 0.5f)) / kSteps;
 }
 
-/// The midpoint of the curved side between two vertices; an end without a normal counts as
-/// straight. Swapping the ends gives exactly the same point. The midpoint is off the straight side
-/// by at most a quarter of its length.
+/// The midpoint of the curved side between two vertices; an end without a normal does not bend it.
+/// Swapping the ends gives exactly the same point. The midpoint is off the straight side by at most
+/// a quarter of the side's length.
 DTSDF_HD Vec3f midpointOfSide(const SideEnd& a, const SideEnd& b) {
   const Vec3f way = b.position - a.position;
   const Vec3f at_a = dot(way, a.normal) * a.normal, at_b = dot(way, b.normal) * b.normal;
@@ -151,7 +150,7 @@ DTSDF_HD void visitRefinedTriangle(const uint32_t (&corner)[3], const uint32_t (
 }
 
 /// Calls visit(vertex) for the corners of a unit's refined triangles, three per triangle, in
-/// canonical order. `vertexOf` gives the vertex of an edge; the unit's midpoints start at
+/// canonical order. `vertexOf` returns the vertex on an edge; the unit's midpoints start at
 /// first_middle. If isGap() holds for a triangle's corners, its four triangles are marked as gaps.
 template <class VertexOf, class IsGap, class Visit>
 DTSDF_HD void visitRefinedTriangles(const MeshTables& tables, const RefineTables& refine_tables,

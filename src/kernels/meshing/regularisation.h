@@ -3,7 +3,7 @@
 ///
 /// Units may disagree if their leaders differ, or if one has dropped a component that another
 /// keeps. Where a unit's sheets agree about a corner, the corner takes the side that most units
-/// around it give it, so that neighbours cross their common face in the same way and leave no slit.
+/// around it assign to it. So neighbours cross their common face in the same way and leave no slit.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -12,8 +12,8 @@
 
 namespace dtsdf {
 
-/// The side that a unit gives one of its corners: 1 behind, -1 in front, 0 if the unit is empty or
-/// its sheets disagree.
+/// The side that a unit assigns to one of its corners: 1 behind, -1 in front, 0 if the unit is
+/// empty or its sheets disagree.
 DTSDF_HD int sideOfCorner(const UnitLabels& labels, int c) {
   return static_cast<int>(cornersBehind(labels) >> c & 1u) -
          static_cast<int>(cornersInFront(labels) >> c & 1u);
@@ -22,8 +22,8 @@ DTSDF_HD int sideOfCorner(const UnitLabels& labels, int c) {
 /// Position of corner c of a unit, relative to the first corner.
 DTSDF_HD Vec3i cornerOffset(int c) { return {c & 1, c >> 1 & 1, c >> 2 & 1}; }
 
-/// Number of units around a corner for which it is behind the surface, less the number for which it
-/// is in front. `at(unit)` returns a unit's labels.
+/// Number of units around a corner for which it is behind the surface, minus the number for which
+/// it is in front. `at(unit)` returns a unit's labels.
 template <class At>
 DTSDF_HD int cornerBalance(const At& at, const Vec3i& corner) {
   int balance = 0;
@@ -34,8 +34,8 @@ DTSDF_HD int cornerBalance(const At& at, const Vec3i& corner) {
 /// Whether a corner is behind the surface by a majority of units; a tie counts as in front.
 DTSDF_HD bool isMajorityBehind(int balance) { return balance > 0; }
 
-/// A unit's indices after regularisation (paper, Sec. V-F). Corners that its sheets agree about
-/// take the side that most units around give them (`majority_behind`). Other corners are not
+/// A unit's indices after regularisation (paper, Sec. V-F). A corner about which its sheets agree
+/// takes the side that most units around it assign to it (`majority_behind`). Other corners are not
 /// changed, since they lie between the two sides of something thin.
 DTSDF_HD UnitIndices regularise(const UnitLabels& own, unsigned majority_behind) {
   const UnitIndices indices = indicesOf(own);
@@ -48,7 +48,7 @@ DTSDF_HD UnitIndices regularise(const UnitLabels& own, unsigned majority_behind)
 }
 
 /// Location of a unit's labels: the number (aroundNumber) of its block, and of the unit in the
-/// block. `unit` is relative to the middle block's first unit.
+/// block. `unit` is relative to the central block's first unit.
 DTSDF_HD CornerSource unitSource(const Vec3i& unit) {
   return {blockAround(unit), indexInBlock(unit)};
 }

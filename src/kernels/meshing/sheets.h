@@ -9,7 +9,7 @@
 namespace dtsdf {
 
 /// Marching cubes index of a sheet: its labels without the components that none of its active
-/// directions can see. kUnknown if a component has a weak crossing.
+/// directions may contain. kUnknown if a component has a weak crossing.
 DTSDF_HD int sheetIndex(const MeshTables& tables, unsigned labels, unsigned active,
                         unsigned weak_crossings) {
   uint8_t index = static_cast<uint8_t>(labels);
@@ -42,8 +42,8 @@ DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samp
   }
 }
 
-/// Computes the indices of the sheets with these leaders, one per unit; kUnknown for a leader of
-/// -1 and for a sheet that is not meshed. `greatest_weight` is the greatest weight at the unit's
+/// Computes the indices of the sheets with these leaders, one per unit; kUnknown for a leader of -1
+/// and for a sheet that is not meshed. `greatest_weight` is the greatest weight at the unit's
 /// corners; at each corner, the weights of the directions that vote must add up to more than
 /// `min_weight`.
 template <class Samples, class Real, class Bits>

@@ -35,14 +35,14 @@ namespace dtsdf {
 /// Largest number of sheets in a unit; two are the two sides of something thin.
 constexpr int kMaxSheets = 2;
 
-/// The marching cubes indices of a unit, one per sheet; 0 or 255 (all corners on one side): no
-/// surface.
+/// The marching cubes indices of a unit, one per sheet. An index of 0 or 255 (all corners on one
+/// side) means no surface.
 struct UnitIndices {
   uint8_t sheet[kMaxSheets];
 };
 
 /// The sides of a unit's corners, bit c for corner c: which are behind its first sheet, and which
-/// are in front of its last (which may be the first). Both 0: the unit is empty.
+/// are in front of its last (which may be the first). If both are 0, the unit is empty.
 ///
 /// No other unit is stored as two zeros. Its first sheet would have no corner behind it and its
 /// last sheet all corners, but a sheet without a surface is never stored together with another
@@ -78,10 +78,10 @@ DTSDF_HD UnitIndices indicesOf(const UnitLabels& labels) {
 // observed if its weight is positive. The rules take any type with the members of UnitOfGrid
 // (cuda/index_blocks.cu). If its Real holds values of several neighbouring units, the rules work on
 // all of these at once (UnitsOfRow, src/cpu/block_indexer.cpp). isObserved() may be false for a
-// direction without weight, mayBeActive() for one that does not see both sides of a surface.
+// direction without weight, mayBeActive() for one without samples on both sides of a surface.
 
-/// A surface nearer to a corner than this, in voxels, touches it: its direction counts as having
-/// seen both sides there, as the vote may reverse the sign of such small distances (vote.h).
+/// A surface nearer to a corner than this, in voxels, touches it: the corner counts as being on
+/// both of its sides, as the vote may reverse the sign of such small distances (vote.h).
 /// Without this, a unit whose only corner behind the surface was reversed might have no active
 /// direction, and leave a hole.
 constexpr float kTouching = 0.25f * MeshRules().nearness_voxels;

@@ -1,8 +1,8 @@
 /// Unit normals of edge vertices, for refined meshes (refine.h), from the gradients of the
 /// directions' distances.
 ///
-/// Across an edge, the slope is interpolated between those at the edge's two ends; along the edge,
-/// it is that of the parabola of edge_vertex.h. Samples are read at the ends and at their
+/// Perpendicular to an edge, the slope is interpolated between those at the edge's two ends; along
+/// the edge, it is that of the parabola of edge_vertex.h. Samples are read at the ends and at their
 /// neighbours along each axis.
 #pragma once
 
@@ -24,7 +24,7 @@ DTSDF_HD Slope slopeAt(const Sample& below, const Sample& own, const Sample& abo
   return {(knows_below && knows_above ? 0.5f : 1.0f) * (high - low), knows_below || knows_above};
 }
 
-/// Slope at t, from 0 to 1, between two corners; if only one is known, its slope.
+/// Slope at t, from 0 to 1, between two corners; the slope at one of them if only that is known.
 DTSDF_HD Slope slopeBetween(const Slope& lower, const Slope& upper, float t) {
   if (!lower.is_known || !upper.is_known) return lower.is_known ? lower : upper;
   return {(1.0f - t) * lower.value + t * upper.value, true};

@@ -6,8 +6,8 @@
 
 namespace dtsdf {
 
-/// The vote on one corner: a weighted mean of the directions' distances. Each direction counts by
-/// its squared weight and by how near its surface is, since the nearest surface decides the sign:
+/// The vote on one corner: a weighted mean of the directions' distances. A direction's influence
+/// grows with its weight and with the nearness of its surface, as the nearest one decides the sign:
 ///   sdf = sum(v_d sdf_d) / sum(v_d),  v_d = (weight_d / (nearness + |sdf_d|))^2.
 template <class Real>
 struct CornerVote {
@@ -34,7 +34,7 @@ DTSDF_HD void castVote(CornerVote<Real>& vote, const Real& sdf, const Real& weig
   if (shouldBranch(counts)) addVote(vote, sdf, weight, counts, nearness);
 }
 
-/// The voted distance, in voxels; 0 without votes.
+/// The voted distance, in voxels; 0 if there are no votes.
 template <class Real>
 DTSDF_HD Real votedSdf(const CornerVote<Real>& vote) {
   const Real zero{0.0f};
@@ -43,9 +43,9 @@ DTSDF_HD Real votedSdf(const CornerVote<Real>& vote) {
 
 constexpr int kUnknown = -1;
 
-/// Marching cubes labels of a sheet (bit c: corner c is behind), by the vote of all directions but
-/// the excluded one; kUnknown if the sum of their weights at some corner does not exceed
-/// `min_weight`.
+/// Marching cubes labels of a sheet (bit c is set if corner c is behind), by the vote of all
+/// directions but the excluded one; kUnknown if the sum of their weights at some corner does not
+/// exceed `min_weight`.
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits voteOnCorners(const MeshRules& rules, const Samples& samples,
                             const Bits& excluded_direction, const Real& min_weight) {

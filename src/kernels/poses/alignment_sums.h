@@ -1,8 +1,8 @@
 /// Distances of an image's points to the map's surfaces, and the sums for Gauss-Newton on the
 /// image's pose.
 ///
-/// A point is compared with the signed distance in the directions that its normal belongs to. So in
-/// a directional map, points of a thin plate's front are not attracted by its back.
+/// A point is compared with the signed distance in the directions to which its normal belongs. So
+/// in a directional map, points on a thin plate's front are not attracted by its back.
 #pragma once
 
 #include "kernels/core/camera.h"
@@ -12,8 +12,8 @@
 
 namespace dtsdf {
 
-/// A measured point and its unit normal in the camera's optical frame, in voxels. Weight 0: no
-/// point.
+/// A measured point and its unit normal in the camera's optical frame, in voxels. The weight is 0
+/// if there is no point.
 struct AlignedPoint {
   Vec3f p_C;
   Vec3f normal_C;
@@ -27,7 +27,7 @@ struct AlignmentGrid {
   int32_t stride, columns, rows;
 };
 
-/// The coarsest grid with at least rules.points points; all pixels of an image that has fewer.
+/// The coarsest grid with at least rules.points points, or all pixels if the image has fewer.
 DTSDF_HD AlignmentGrid alignmentGrid(const FrameView& frame, const AlignmentRules& rules) {
   int32_t stride = 1;
   while (static_cast<int64_t>(frame.width / (stride + 1)) * (frame.height / (stride + 1)) >=
@@ -82,8 +82,8 @@ DTSDF_HD bool fitAlignedPlane(const AlignmentSettings& settings, const InverseDe
 }
 
 /// The point of a pixel. Its weight is the cosine between its normal and its ray, times a factor
-/// that falls with depth, as noise grows. There is no point near the image's border or without a
-/// plane.
+/// that falls with depth, as noise grows. Pixels near the image's border or without a plane yield
+/// no point.
 template <class InverseDepth>
 DTSDF_HD AlignedPoint makeAlignedPoint(const FrameView& frame, const Pixel& pixel,
                                        const AlignmentSettings& settings,
@@ -144,7 +144,7 @@ DTSDF_HD FieldSample sampleField(const Vec3f& p_L, VoxelAt&& voxel) {
   return {mix(y0, y1, f.z), {dx, dy, y1 - y0}, true};
 }
 
-/// The weighted mean of sampleField(), where known, over the directions that a normal belongs to.
+/// The weighted mean of sampleField(), where known, over the directions to which a normal belongs.
 /// `voxel(direction, at)` returns a voxel of a direction's grid.
 template <class VoxelAt>
 DTSDF_HD FieldSample sampleDirections(const Vec3f& p_L, const DirectionSet& directions,
@@ -176,8 +176,8 @@ DTSDF_HD int32_t searchOffsetCount(float reach) { return 2 * static_cast<int32_t
 /// Minimum cosine between the map's gradient and a point's normal: cos(pi/4).
 constexpr float kMinAgreement = 0.70710678f;
 
-/// The distance from a point to the plane that the map has `away` voxels along the point's normal;
-/// unknown if the plane faces another way.
+/// The distance from a point to the map's plane at an offset of `away` voxels along the point's
+/// normal; unknown if the plane's orientation does not match the normal.
 template <class VoxelAt>
 DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
                                const DirectionSet& directions, float away, VoxelAt&& voxel) {
@@ -208,14 +208,14 @@ DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool dir
 /// then translation, both along the axes of the map.
 constexpr int kPoseTerms = 21;
 
-/// Sums over points, in fixed point so that they do not depend on the order.
+/// Sums over points, in fixed point so that they do not depend on the order of points.
 struct AlignmentSums {
   int64_t normal[kPoseTerms];  ///< Sum of weight * J^T J.
   int64_t right[6];            ///< Sum of weight * J^T residual.
   int64_t squares;             ///< Sum of weight * residual^2.
   int64_t weight;
   int64_t points;            ///< Points of the image.
-  int64_t matched, inliers;  ///< Points that meet a surface; those that also fit it.
+  int64_t matched, inliers;  ///< Points that meet a surface, and those that also fit it.
 };
 
 /// Units of the sums. A lever is at most 2^12 voxels long and a point's weight at most 1, so a term
@@ -228,7 +228,7 @@ DTSDF_HD int64_t toAlignmentUnits(float value) {
 }
 
 /// Adds a point at the frame's pose. A point with a residual of `cutoff` voxels or more is not an
-/// inlier, and adds nothing to the equations. `find(p_L, normal)` is findSurface() within a reach.
+/// inlier, and adds nothing to the equations. `find(p_L, normal)` calls findSurface() with a reach.
 template <class Find>
 DTSDF_HD void addPoint(AlignmentSums& sums, const FrameView& frame, const AlignedPoint& point,
                        float cutoff, Find&& find) {

@@ -1,4 +1,4 @@
-/// Looks up voxels of a map by position, for rules that read many near each other.
+/// Looks up voxels of a map by position, for rules that read many voxels near each other.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -7,8 +7,8 @@
 namespace dtsdf {
 
 /// `find(key)` returns the slot of a block from its packed key, or -1; `arrayOf(slot, direction)`
-/// returns a voxel array, or null. The last block is remembered, as most voxels are in the same
-/// one.
+/// returns a voxel array, or null. The last block is remembered, as the next voxel is usually in
+/// the same block.
 template <class Find, class ArrayOf>
 class VoxelReader {
  public:

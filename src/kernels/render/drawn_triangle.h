@@ -1,4 +1,4 @@
-/// A triangle of the mesh as a camera sees it: which pixels it covers, and what they show.
+/// A mesh triangle in a camera's image: which pixels it covers, and what they show.
 ///
 /// Corners are rounded to 1/256 of a pixel, and coverage is computed in integers. A pixel centre on
 /// the side between two triangles that face the camera is covered by exactly one of them, so a
@@ -16,13 +16,13 @@
 namespace dtsdf {
 
 /// A pixel of a view: the depth's bits in the upper half, the packed normal or colour in the lower.
-/// The smallest key is the nearest.
+/// The smallest key belongs to the nearest surface.
 using ViewKey = uint64_t;
 
 /// Key of a pixel where nothing was drawn; larger than any other.
 constexpr ViewKey kNothingSeen = ~ViewKey{0};
 
-/// The bits of a positive depth, which sort like depths.
+/// The bits of a positive depth; their order is that of depths.
 DTSDF_HD uint32_t depthBits(float depth) {
   uint32_t bits;
   memcpy(&bits, &depth, sizeof(bits));
@@ -33,12 +33,12 @@ DTSDF_HD ViewKey viewKey(float depth, uint32_t shown) {
   return static_cast<ViewKey>(depthBits(depth)) << 32 | shown;
 }
 
-/// Whether something at this depth may be in front of what a key holds.
+/// Whether a surface at this depth may be in front of the one in a key.
 DTSDF_HD bool mayBeBefore(float depth, ViewKey key) {
   return depthBits(depth) <= static_cast<uint32_t>(key >> 32);
 }
 
-/// Depth in voxels along the optical axis; 0: no surface.
+/// Depth in voxels along the optical axis; 0 if there is no surface.
 DTSDF_HD float depthOf(ViewKey key) {
   const uint32_t bits = key == kNothingSeen ? 0u : static_cast<uint32_t>(key >> 32);
   float depth;
@@ -92,7 +92,7 @@ DTSDF_HD VertexColour unpackColour(uint32_t packed) {
           static_cast<uint8_t>(packed >> 8), static_cast<uint8_t>(packed)};
 }
 
-/// The normal or colour in a key; 0 where nothing is seen.
+/// The normal or colour in a key; 0 if nothing was drawn.
 DTSDF_HD Vec3f normalOf(ViewKey key) {
   const Vec3f normal = unpackNormal(static_cast<uint32_t>(key));
   return select(key == kNothingSeen, 0.0f, 1.0f) * normal;
@@ -101,13 +101,13 @@ DTSDF_HD VertexColour colourOf(ViewKey key) {
   return unpackColour(key == kNothingSeen ? 0u : static_cast<uint32_t>(key));
 }
 
-/// Largest distance of a vertex from its block's middle, in voxels; see BlockVertex.
+/// Maximum distance of a vertex from its block's centre, in voxels; see BlockVertex.
 constexpr float kDrawnReach = 11.3f;
-/// Largest distance, from a block's middle, of a vertex that depends on the labels of the block's
-/// units: one block more.
+/// Maximum distance from a block's centre of a vertex that depends on the labels of the block's
+/// units: one block farther.
 constexpr float kLabelledReach = kDrawnReach + 13.9f;
 
-/// Whether anything within `reach` of a block's middle may be in view; false only if nothing is.
+/// Whether anything within `reach` of a block's centre may be in view; false only if nothing is.
 DTSDF_HD bool mayReachView(const FrameView& frame, const BlockKey& block_L, float reach) {
   constexpr float kMiddle = 0.5f * (kBlockSide - 1);
   return mayBeInView(frame, toFloat(firstVoxelOfBlock(block_L)) + Vec3f{kMiddle, kMiddle, kMiddle},
@@ -118,7 +118,7 @@ constexpr int32_t kPixelSteps = 256;
 
 struct ProjectedVertex {
   int32_t x, y;         ///< In steps; pixel centres are at multiples of kPixelSteps.
-  float inverse_depth;  ///< Per voxel; 0: behind the camera or too near it.
+  float inverse_depth;  ///< Per voxel; 0 if behind the camera or too near it.
   Vec3f normal_C;       ///< Not normalised; see normalOfShares().
 };
 
@@ -139,8 +139,8 @@ DTSDF_HD ProjectedVertex projectVertex(const FrameView& frame, const Vec3f& p_L)
           {0.0f, 0.0f, 0.0f}};
 }
 
-/// A triangle's contribution to its vertices' normals, weighted by area. Integers, so that sums do
-/// not depend on the order.
+/// A triangle's contribution to its vertices' normals, weighted by area; in integers, so that sums
+/// do not depend on the order of addition.
 DTSDF_HD Vec3i normalShare(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   constexpr float kSteps = 65536.0f;
   const Vec3f normal = cross(b - a, c - a);
@@ -166,7 +166,7 @@ struct DrawnTriangle {
   CornerWeights first;        ///< At pixel (u0, v0).
   CornerWeights right, down;  ///< Change from pixel to pixel.
   /// Minimum weights of a covered pixel: 0 if pixel centres on that side belong to this triangle,
-  /// else 1.
+  /// otherwise 1.
   int64_t least[3];
   bool is_drawn;  ///< Whether it faces the camera and may cover a pixel.
 };
@@ -180,7 +180,7 @@ DTSDF_HD int32_t max3(int32_t a, int32_t b, int32_t c) {
   return greatest > c ? greatest : c;
 }
 
-/// Sets up a triangle whose corners are counter-clockwise seen from the front.
+/// Sets up a triangle whose corners are counter-clockwise as seen from the front.
 DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const ProjectedVertex& a,
                                     const ProjectedVertex& b, const ProjectedVertex& c) {
   DrawnTriangle drawn{};
@@ -213,7 +213,7 @@ DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const ProjectedVerte
   return drawn;
 }
 
-/// Weights at the pixel that is (right, down) from the first.
+/// Weights at the pixel at an offset of (right, down) from the first.
 DTSDF_HD CornerWeights weightsAt(const DrawnTriangle& drawn, int32_t right, int32_t down) {
   CornerWeights weights;
   for (int k = 0; k < 3; ++k) {

@@ -39,7 +39,7 @@ struct CubeMask {
   CellMask cells;
 };
 
-/// Edges of a cell of 1 << cell_log2 voxels, and of a cube of such cells, in voxels.
+/// Edge lengths, in voxels, of a cell of 1 << cell_log2 voxels and of a cube of such cells.
 DTSDF_HD int32_t cellSide(int32_t cell_log2) { return 1 << cell_log2; }
 DTSDF_HD int32_t cubeSideInVoxels(int32_t cell_log2) { return kCubeSide << cell_log2; }
 
@@ -57,7 +57,7 @@ DTSDF_HD Vec3i firstCellOfCube(const Vec3i& cube) {
 }
 
 /// A sector has 32 x 32 x 32 cells. The longer its side compared with the reach of distances, the
-/// less work the window around it adds.
+/// less extra work the window around it causes.
 constexpr int kSectorSideLog2 = 5;
 constexpr int kSectorSide = 1 << kSectorSideLog2;  ///< In cells.
 constexpr int kCubesAlong = kSectorSide / kCubeSide;

@@ -4,7 +4,7 @@
 /// farthest corner; all corners must be in the image and within range. To test thousands of cells,
 /// the smallest free depths are stored in a pyramid, in which a texel of level k stands for 2^k x
 /// 2^k pixels. Texels of a coarser level include pixels beyond the cell, so a free cell at an edge
-/// may be missed, but no cell passes that its own pixels would reject.
+/// may be missed, but a cell that its own pixels would reject is never accepted.
 #pragma once
 
 #include "kernels/core/camera.h"
@@ -12,11 +12,11 @@
 
 namespace dtsdf {
 
-/// Number of levels: enough for images of 2^14 pixels a side. In larger ones, a cell may cover many
-/// texels of the last level.
+/// Number of levels: enough for images of 2^14 pixels a side. In larger images, a cell may cover
+/// many texels of the last level.
 constexpr int kFreeLevels = 14;
 
-/// Smallest free depths in metres; 0 where unknown. Level 0 has freeDepth() of each pixel.
+/// Smallest free depths in metres; 0 where unknown. Level 0 holds the freeDepth() of each pixel.
 struct FreePyramid {
   const float* level[kFreeLevels];
   int32_t width, height;  ///< Size of level 0.
@@ -27,7 +27,7 @@ DTSDF_HD int32_t texelsFor(int32_t pixels, int level) {
   return (pixels + (1 << level) - 1) >> level;
 }
 
-/// Minimum of the (up to) four texels that one of the next level combines.
+/// Minimum of the (up to) four texels that one texel of the next level combines.
 DTSDF_HD float minBelow(const float* texels, int32_t width, int32_t height, int32_t u, int32_t v) {
   const int32_t left = 2 * u, right = left + 1 < width ? left + 1 : left;
   const int32_t top = 2 * v, bottom = top + 1 < height ? top + 1 : top;
@@ -69,7 +69,7 @@ DTSDF_HD Vec3f cornerOfCube(const FrameView& frame, int32_t cell_log2, const Vec
   return toFloat(Vec3i{cube.x * side, cube.y * side, cube.z * side} - frame.origin_voxel);
 }
 
-/// Corners of a cube's cells along an edge.
+/// Number of cell corners along an edge of a cube.
 constexpr int kCornersAlong = kCubeSide + 1;
 constexpr int kCornersPerCube = kCornersAlong * kCornersAlong * kCornersAlong;
 
@@ -81,7 +81,7 @@ DTSDF_HD VoxelInImage cornerInImage(const FrameView& frame, const Vec3f& first_L
   return projectToImage(frame, first_L + static_cast<float>(cellSide(cell_log2)) * toFloat(steps));
 }
 
-/// Whether the image sees through all of a cell, which must not extend beyond max_range_m in depth.
+/// Whether the image sees through a whole cell, which must not extend beyond max_range_m in depth.
 /// `corners` are the projected corners of its cube's cells.
 DTSDF_HD bool isCellSeenFree(const FreePyramid& free,
                              const VoxelInImage (&corners)[kCornersPerCube], int cell,

@@ -1,13 +1,13 @@
 /// Squared distances from cells to the nearest cells with surfaces, up to a reach: minima along x,
 /// then y, then z (Saito and Toriwaki, Pattern Recognition 27, 1994). They are integers, so the
-/// order of work does not matter.
+/// order of computation does not matter.
 #pragma once
 
 #include "kernels/space/cells.h"
 
 namespace dtsdf {
 
-/// The squared distance if no surface is within reach.
+/// Stored as the squared distance if no surface is within reach.
 constexpr uint16_t kSquaredFar = 0xffff;
 
 /// The cubes of a sector that have surfaces: a bit for each, by cubeInSector(), and the index of
@@ -32,12 +32,12 @@ struct SectorStack {
 struct DistanceTask {
   int32_t reach;  ///< In cells, at most 255.
   int32_t stack_count, place_count, sector_count, cube_count;
-  int32_t box_x, box_y;  ///< Sectors along the box's edges.
+  int32_t box_x, box_y;  ///< Number of sectors along the box's edges.
   int32_t wanted;        ///< Number of sectors in all stacks.
   int32_t plane_count;   ///< Number of planes in all stacks.
-  int32_t max_planes;    ///< Largest number of planes in a stack.
+  int32_t max_planes;    ///< Maximum number of planes in a stack.
   const SectorStack* stacks;
-  /// Indices into `sectors` for the sectors of the box, x fastest; -1: no surface.
+  /// Indices into `sectors` for the sectors of the box, x fastest; -1 for those without surfaces.
   const int32_t* places;
   const SurfaceCubes* sectors;
   const CellMask* cubes;
@@ -75,8 +75,8 @@ DTSDF_HD int highestBit(uint32_t bits) {
 #endif
 }
 
-/// The cells with surfaces in a row of 32 cells along x, a bit each. The row is at (y, z) from the
-/// stack's first cell, in the i-th of windowSide() sectors along x around the stack.
+/// The cells with surfaces in a row of 32 cells along x, one bit each. The row is at (y, z) from
+/// the stack's first cell, in the i-th of windowSide() sectors along x around the stack.
 DTSDF_HD uint32_t surfacesInRow(const DistanceTask& task, const SectorStack& stack, int32_t i,
                                 int32_t y, int32_t z) {
   const int32_t rows = (y >> kSectorSideLog2) + task.box_y * (z >> kSectorSideLog2);

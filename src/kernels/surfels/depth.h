@@ -32,7 +32,7 @@ DTSDF_HD bool isEdgeBetween(float a, float b, float depth_jump) {
 }
 
 /// How far the value of a gap may be off the plane beside it, in 1/m: the noise of a difference,
-/// and the errors that rounding to integer depths and to floats cause in predictsGap().
+/// plus the errors that rounding to integer depths and to floats causes in predictsGap().
 DTSDF_HD float gapTolerance(const SurfelSettings& surfels, const DepthNoise& noise,
                             float rounded_to_m, float inverse_depth) {
   constexpr float kUnits = 1.5f, kRounding = 2e-6f;
@@ -73,9 +73,9 @@ DTSDF_HD bool isOnEmptyLine(const float* before, const float* after) {
 ///
 /// An empty pixel takes the mean of two opposite neighbours if these and the pixels behind them lie
 /// on a plane, without a depth edge; of several such pairs, the one that differs least is used.
-/// Away from lines of empty pixels two pairs must fit, as a single pair may be the sides of a notch
-/// in an outline. Other empty pixels are free up to the nearest neighbour whose opposite is
-/// measured too; they get minus its inverse depth, or 0 without one.
+/// Away from lines of empty pixels, two pairs must fit, as a single pair may be the sides of a
+/// notch in an outline. Other empty pixels are free up to the nearest neighbour whose opposite is
+/// measured too; they get minus its inverse depth, or 0 if there is none.
 template <class Measured>
 DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int height,
                                   const Pixel& pixel, const SurfelSettings& surfels,
@@ -89,7 +89,7 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     return u >= 0 && v >= 0 && u < width && v < height ? measured(u, v) : 0.0f;
   };
   float before[kPairs], after[kPairs];
-  for (int i = 0; i < kPairs; ++i) {  // reads all before testing any
+  for (int i = 0; i < kPairs; ++i) {  // all are read before any is tested
     before[i] = at(i, -1);
     after[i] = at(i, 1);
   }
@@ -101,7 +101,7 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     nearest = maximum(nearest, maximum(fabsf(a), fabsf(b)));
     if (isEdgeBetween(a, b, surfels.depth_jump)) continue;
     const float tolerance = gapTolerance(surfels, noise, rounded_to_m, fabsf(in_gap));
-    // Both values have the same sign (negative: beyond the fused range), else they are an edge.
+    // Both have the same sign (negative beyond the fused range); otherwise they would be an edge.
     if (!predictsGap(fabsf(a), at(i, -2), fabsf(in_gap), tolerance) ||
         !predictsGap(fabsf(b), at(i, 2), fabsf(in_gap), tolerance)) {
       continue;

@@ -29,8 +29,8 @@ DTSDF_HD FitWindow fitWindow(const FrameView& frame, const DepthNoise& noise,
 
 /// Half widths of a window, in pixels.
 struct WindowRadius {
-  int32_t both;      ///< While both sides continue: for voxel size and noise, within limits.
-  int32_t one_side;  ///< After the other side has ended: for noise only, at least 1.
+  int32_t both;      ///< While both sides continue: set by voxel size and noise, within limits.
+  int32_t one_side;  ///< After the other side has ended: set by noise only, at least 1.
 };
 
 DTSDF_HD WindowRadius windowRadius(float inverse_depth, const FitWindow& window) {
@@ -74,7 +74,7 @@ struct LineFit {
   float value;        ///< At the centre.
   float slope;        ///< Per pixel.
   float mean_second;  ///< Mean of the second values of all samples.
-  int32_t count;      ///< Samples including the centre; a slope needs two.
+  int32_t count;      ///< Number of samples, including the centre; a slope needs two.
 };
 
 DTSDF_HD LineFit noFit() { return {0.0f, 0.0f, 0.0f, 0}; }
@@ -83,7 +83,7 @@ DTSDF_HD LineFit noFit() { return {0.0f, 0.0f, 0.0f, 0}; }
 /// k minus the value at the centre.
 struct LineWalk {
   int32_t before_open, after_open;  ///< 1 until that side ends, then 0.
-  float before, after;              ///< Samples taken.
+  float before, after;              ///< Number of samples taken.
   float y, ky, second_value;
 };
 
@@ -142,7 +142,7 @@ struct LineSamples {
   const PixelLinks* links;
 };
 
-/// The sample at an offset from the centre; not read unless `wanted`.
+/// The sample at an offset from the centre; read only if `wanted`.
 DTSDF_HD SideSample sideSample(const LineSamples& centre, const PixelLine& line, int offset,
                                bool wanted) {
   if (!wanted) return {0, 0.0f, 0.0f};
@@ -167,7 +167,7 @@ DTSDF_HD LineFit fitLine(const LineSamples& centre, const PixelLine& line) {
   return finishLine(*centre.value, walk);
 }
 
-/// The fit of a row for the column fits to use: none if it has no slope.
+/// A row's fit, as used by the column fits; noFit() if it has no slope.
 DTSDF_HD LineFit rowFitOf(const LineFit& fit) { return fit.count < 2 ? noFit() : fit; }
 
 /// The fit around pixel u of a row of inverse depths.

@@ -2,21 +2,21 @@
 ///
 /// - They have the same depth, to within the noise plus a voxel.
 /// - The surface is steep: a neighbouring step in the line, and those in both adjacent lines, are
-///   similar, without an allowance for noise. Next to a depth edge the steps in the line differ; at
-///   a mixed pixel, the steps in the adjacent lines differ.
-/// - The surface curves out of sight: the step is much smaller than the jump behind it. A mixed
-///   pixel is seldom that close to the front.
+///   similar, without an allowance for noise. Next to a depth edge, the steps in the line differ;
+///   at a mixed pixel, the steps in the adjacent lines differ.
+/// - The surface curves out of sight: the step is much smaller than the jump behind it. Mixed
+///   pixels are rarely that close to the surface in front.
 #pragma once
 
 #include "kernels/surfels/depth.h"
 
 namespace dtsdf {
 
-/// Limits that a step between neighbours is tested against.
+/// Limits for a step between neighbours.
 struct LinkLimits {
   DepthNoise noise;
   float noise_level;
-  float same_m;  ///< Difference of depth that the map does not resolve.
+  float same_m;  ///< Difference in depth that the map does not resolve.
   /// Largest final step of a surface that curves out of sight, as a share of inverse depth.
   float rim_slope;
   float turn;       ///< Largest change from a step to the next in line, as a share of the step.
@@ -34,12 +34,12 @@ DTSDF_HD LinkLimits linkLimits(const FrameView& frame, const DepthNoise& noise,
           rules.linked_rim_share};
 }
 
-/// Difference of inverse depth that the map does not resolve.
+/// Difference in inverse depth that the map does not resolve.
 DTSDF_HD float mapTolerance(float a, float b, const LinkLimits& limits) {
   return limits.same_m * (a * b);
 }
 
-/// Whether a plane with this step of inverse depth predicts a neighbour, to within the noise plus a
+/// Whether a plane with this step in inverse depth predicts a neighbour, to within the noise plus a
 /// voxel.
 DTSDF_HD bool isPredicted(float from, float to, float step, const LinkLimits& limits) {
   return fabsf((to - from) - step) <=
@@ -47,8 +47,8 @@ DTSDF_HD bool isPredicted(float from, float to, float step, const LinkLimits& li
              mapTolerance(from, to, limits);
 }
 
-/// A pixel in a row or column of inverse depths: number `at` of `count` in its line, which is
-/// number `beside` of `lines` adjacent lines.
+/// A pixel in a row or column of inverse depths: number `at` out of `count` in its line, which is
+/// number `beside` out of `lines` adjacent lines.
 struct LineInImage {
   const float* inverse_depth;  ///< At the pixel.
   int64_t stride, to_beside;

@@ -2,8 +2,8 @@
 ///
 /// Over seven samples in a line, a polynomial of fourth degree describes the surface, and the rest
 /// is noise. Short lines do not show noise that neighbouring pixels share, so longer lines are used
-/// as well. These also contain detail of the surface, but detail varies over the image, while noise
-/// is assumed to be the same everywhere.
+/// as well. These also contain surface detail, but detail varies over the image, while noise is
+/// assumed to be the same everywhere.
 #pragma once
 
 #include <cstring>
@@ -21,7 +21,7 @@ constexpr int kNoiseBins = 1 << 11;
 
 /// Kinds of lines: 0 and 1 with steps of three pixels, along rows and columns; 2 and 3 with steps
 /// of seven, about the width of a stereo camera's matching window; 4 with steps of one, along
-/// either. Rows and columns may differ in noise.
+/// either. Rows and columns are separate because their noise may differ.
 constexpr int kNoiseKinds = 5, kShortLines = kNoiseKinds - 1;
 constexpr int kNoiseSteps = 3;  ///< Lines at each grid point, one per step.
 
@@ -52,7 +52,7 @@ DTSDF_HD NoiseLinePlace noiseLinePlace(int index, int step, int width, int heigh
   return noiseLinePlace(column, row, noisePoint(column, row, width, height), step);
 }
 
-/// Value of a gap between two pixels of a line: their mean if both are measured, else 0.
+/// Value of a gap between two pixels of a line: their mean if both are measured, otherwise 0.
 DTSDF_HD float gapValue(float a, float b) { return a > 0.0f && b > 0.0f ? 0.5f * (a + b) : 0.0f; }
 
 /// Reads the inverse depths of a line. `measured(u, v)` returns inverseDepth() of a pixel. @return
@@ -73,7 +73,7 @@ DTSDF_HD bool readNoiseLine(const Measured& measured, int width, int height,
   const auto sampleAt = [&](int offset_px) {
     return measured(middle.u + along_u * offset_px, middle.v + along_v * offset_px);
   };
-  for (int i = 0; i < kNoiseLength; ++i) {  // reads all before testing any, as most are measured
+  for (int i = 0; i < kNoiseLength; ++i) {  // all are read first, as most are measured
     inverse_depth[i] = sampleAt((i - kNoiseRadius) * step_px);
   }
   for (int i = 0; i < kNoiseLength; ++i) {
@@ -134,17 +134,17 @@ DTSDF_HD float noiseOfBin(int bin, int quartile) {
   return variance / kShares[quartile];
 }
 
-/// The noise's variance as estimated from each quartile of one kind of line; 0 without lines. The
-/// estimates should be equal if the lines contain only noise.
+/// The noise's variance as estimated from each quartile of one kind of line; 0 if there are no
+/// lines. The estimates should be equal if the lines contain only noise.
 struct NoiseOfLines {
   float quartiles[kNoiseQuartiles];
   uint32_t lines;
 };
 
-/// The variance common to the whole image: the estimate from the lower quartile, less the
-/// difference between the estimates from the upper and the lower quartile, which is due to the
-/// detail of surfaces; at most the estimate from the median. 0 for too few lines, as their
-/// quartiles scatter.
+/// The variance common to the whole image: the estimate from the lower quartile, minus the
+/// difference between the estimates from the upper and the lower quartile, which is due to surface
+/// detail; at most the estimate from the median. 0 if there are too few lines, as their quartiles
+/// scatter.
 DTSDF_HD float commonVariance(const NoiseOfLines& of) {
   constexpr uint32_t kMinLines = 16;
   if (of.lines < kMinLines) return 0.0f;

@@ -2,8 +2,8 @@
 ///
 /// Where a voxel is many pixels wide, neighbouring pixels of a smooth surface update the same
 /// voxels with almost the same plane, so their mean gives the same result for a fraction of the
-/// work. Each patch of 4 x 4 pixels is merged as a whole, or else by quads of 2 x 2 pixels, or else
-/// not at all.
+/// work. Each patch of 4 x 4 pixels is merged as a whole, or else in quads of 2 x 2 pixels where
+/// possible.
 #pragma once
 
 #include "kernels/surfels/links.h"
@@ -22,8 +22,8 @@ struct PixelSquare {
 };
 
 /// Whether the surface turns little across a square: compares the slopes of the row fits' values
-/// over a square's width before and after it. `along` and `across` are the strides from pixel to
-/// pixel along the slopes, and from one line to the next.
+/// before and after the square, each over the width of the square. `along` and `across` are the
+/// strides from pixel to pixel along the slopes, and from one line to the next.
 DTSDF_HD bool turnsLittle(const ImageView& image, const PixelSquare& square, int64_t along,
                           int64_t across, float largest_turn) {
   const float* line = image.row_value + pixelIndex(image.frame, square.first);
@@ -91,7 +91,7 @@ DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
 using MergedPatch = uint32_t;
 constexpr int kPatchBit = 4;
 
-/// Whether the square of bit `bit` of MergedPatch is merged, in the patch that starts at `first`.
+/// Whether the square for bit `bit` of MergedPatch is merged, in the patch that starts at `first`.
 DTSDF_HD bool isBitMerged(const ImageView& image, const Pixel& first, int bit,
                           const SurfelSettings& surfels) {
   if (bit == kPatchBit) return isMerged(image, {first, kPatchSide}, surfels);
@@ -115,7 +115,7 @@ DTSDF_HD MergedPatch mergePatch(const ImageView& image, const Pixel& first,
   return wholeOrQuads(bits);
 }
 
-/// The unmerged pixels of a patch in image row v, a bit each.
+/// The unmerged pixels of a patch in image row v, one bit each.
 DTSDF_HD uint32_t singlesInRow(MergedPatch patch, int v) {
   if (patch >> kPatchBit & 1) return 0;
   const MergedPatch quads = patch >> ((v & kQuadSide) != 0 ? 2 : 0);

@@ -1,9 +1,9 @@
 /// Finds which pixels are fused as several surfels.
 ///
-/// Far away or at a grazing angle, a pixel covers more of the surface than a voxel. A single surfel
-/// at its centre would leave voxels between neighbouring pixels without samples, and so holes. Such
-/// a pixel is subdivided into thirds along one or both axes of the image. The subpixels lie on its
-/// plane.
+/// Far away or at a grazing angle, a pixel covers more of the surface than a voxel does. A single
+/// surfel at its centre would leave voxels between neighbouring pixels without samples and so cause
+/// holes. Such a pixel is subdivided into thirds along one or both axes of the image. The subpixels
+/// lie on its plane.
 #pragma once
 
 #include "kernels/surfels/plane_fit.h"
@@ -14,7 +14,7 @@ namespace dtsdf {
 struct Subdivision {
   int32_t across, down;
   /// Half a subpixel's width and height along axes where the pixel is over half a voxel wide and
-  /// its neighbours continue its plane, else 0.
+  /// its neighbours continue its plane; otherwise 0.
   float half_across_px = 0.0f, half_down_px = 0.0f;
 };
 
@@ -44,9 +44,9 @@ DTSDF_HD bool continuesPlane(const FrameSensing& sensing, const Pixel& pixel,
 }
 
 /// How a measured pixel with a plane is subdivided: along axes where it is wider than a voxel and
-/// both neighbours continue its surface. The half width along an axis is already set where the
-/// pixel is over half a voxel wide: with points at pixel centres only, the mesh would have gaps
-/// between pixels 0.6 voxels apart, for instance.
+/// both neighbours continue its surface. The half width along an axis is set even for a pixel over
+/// half a voxel wide: with points only at pixel centres, the mesh would have gaps, for instance
+/// between pixels 0.6 voxels apart.
 DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pixel,
                                     const PixelPlane& plane, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
@@ -86,7 +86,7 @@ DTSDF_HD float subpixelOffset(int subpixel, int count) {
 }
 
 /// Inverse depth of a pixel's plane at an offset (du, dv) in pixels, but no farther away than the
-/// farthest of the pixel and its neighbours on those sides, which must be measured.
+/// pixel or its neighbours on those sides, whichever is farthest. The neighbours must be measured.
 DTSDF_HD float inverseDepthBeside(const ImageView& image, const Pixel& pixel,
                                   const PixelPlane& plane, float du, float dv) {
   const int width = image.frame.width;

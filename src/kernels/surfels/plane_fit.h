@@ -29,9 +29,9 @@ DTSDF_HD Vec3f planeNormal(float u, float v, float value, float slope_u, float s
 
 /// The plane of the surface at a pixel.
 struct PixelPlane {
-  Vec3f normal_C;          ///< Unit vector, facing the camera; zero: no plane.
+  Vec3f normal_C;          ///< Unit vector, facing the camera; zero if there is no plane.
   float slope_u, slope_v;  ///< Slopes of inverse depth, per pixel.
-  float trust;             ///< Factor of the surfel's weight.
+  float trust;             ///< Factor for the surfel's weight.
 };
 
 DTSDF_HD PixelPlane noPlane() { return {{0.0f, 0.0f, 0.0f}, 0.0f, 0.0f, 0.0f}; }
@@ -43,8 +43,8 @@ DTSDF_HD PixelPlane makePixelPlane(const Pixel& pixel, float value, float slope_
           slope_u, slope_v, trust};
 }
 
-/// The fit down a pixel's column through the values of the row fits, with their slopes as
-/// second values; count 0 without a fit.
+/// The fit down a pixel's column through the values of the row fits, with their slopes as second
+/// values; the count is 0 if there is no fit.
 DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
                            const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;
@@ -56,9 +56,9 @@ DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
                  columnAround(pixel.v, frame, radius));
 }
 
-/// Whether a pixel is in front of both adjacent pixels (or as near), or behind both, as if seen
-/// through a slit; both must be measured. Pixels in between may mix two sides of a step, or be rows
-/// of a floor at a grazing angle.
+/// Whether a pixel is in front of both adjacent pixels (or equally near), or behind both, as if
+/// seen through a slit; both must be measured. Pixels in between may mix two sides of a step, or
+/// belong to a floor at a grazing angle.
 DTSDF_HD bool isDepthExtremum(float before, float inverse_depth, float after) {
   return before > 0.0f && after > 0.0f && (before > inverse_depth) == (after > inverse_depth);
 }
@@ -76,8 +76,8 @@ DTSDF_HD bool isDepthExtremumAcross(const ImageView& image, const Pixel& pixel, 
 /// Any two pixels form a line; a third confirms it.
 constexpr int32_t kMinLinePixels = 3;
 
-/// The plane of a strip one pixel wide, along the row or down the column, with reduced weight; none
-/// if the strip is short or does not stand alone.
+/// The plane of a strip one pixel wide, along the row or down the column, with reduced weight;
+/// noPlane() if the strip is short or does not stand alone.
 DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, bool along_row,
                                const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;
@@ -112,8 +112,8 @@ DTSDF_HD bool hasRowBetween(const ImageView& image, int64_t at) {
          (image.links[at] & kLinkRight) != 0;
 }
 
-/// The normal at the point between the four pixels from (u, v) to (u + 1, v + 1), zero if there is
-/// none. The line down the column is fitted to the mean of each row's two fits.
+/// The normal at the point between the four pixels from (u, v) to (u + 1, v + 1); zero if there is
+/// none. The line down the column is fitted to the means of each row's two fits.
 DTSDF_HD Vec3f fitNormalBetween(const FrameSensing& sensing, const Pixel& pixel,
                                 const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;

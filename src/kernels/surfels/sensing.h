@@ -6,15 +6,15 @@
 
 namespace dtsdf {
 
-/// A pixel's links to the neighbours on its right and below, a bit each.
+/// A pixel's links to its neighbours to the right and below, one bit each.
 using PixelLinks = uint8_t;
 constexpr PixelLinks kLinkRight = 1, kLinkDown = 2;
 
 /// A depth image, its row fits and its links, in row-major order without padding.
 struct ImageView {
   FrameView frame;
-  const float* inverse_depth;  ///< In 1/m, by filledInverseDepth(); a surface only if positive.
-  const float* row_value;      ///< Inverse depth by the row fits; 0 without a fit.
+  const float* inverse_depth;  ///< In 1/m, from filledInverseDepth(); not positive: no surface.
+  const float* row_value;      ///< Inverse depth from the row fits; 0 if there is no fit.
   const float* row_slope;      ///< Per pixel.
   const PixelLinks* links;
 };
@@ -23,7 +23,7 @@ struct ImageView {
 /// for time of flight.
 struct DepthNoise {
   float sigma;       ///< Standard deviation at 1 m: of depth in m, or of inverse depth in 1/m.
-  int32_t in_depth;  ///< 1: uniform in depth, 0: uniform in inverse depth.
+  int32_t in_depth;  ///< 1 if uniform in depth, 0 if uniform in inverse depth.
 };
 
 /// Standard deviation of an inverse depth, in 1/m.
@@ -39,7 +39,7 @@ DTSDF_HD float noiseOfStep(const DepthNoise& noise, float nearer, float noise_le
   return kSqrt2 * noise_level * noiseAt(noise, nearer);
 }
 
-/// A frame as the later stages need it; passed by value.
+/// The data of a frame that later stages need; passed by value.
 struct FrameSensing {
   ImageView image;
   DepthNoise noise;
@@ -49,7 +49,7 @@ struct FrameSensing {
 
 /// Settings of the surfel rules.
 struct SurfelSettings {
-  int32_t normal_radius_px;  ///< Largest half width of a window; 0: no normals are needed.
+  int32_t normal_radius_px;  ///< Maximum half width of a window; 0 if no normals are needed.
   float depth_jump;  ///< Largest share by which neighbouring depths on one surface may differ.
   SurfelRules rules;
   int32_t noise_in_depth;  ///< See DepthNoise::in_depth.

@@ -7,7 +7,8 @@
 
 namespace dtsdf {
 
-/// Point, in voxels, and unit normal (0: none) in the local frame L. Weight 0: no surfel.
+/// A point, in voxels, and its unit normal (0 if it has none) in the local frame L. The weight is 0
+/// if there is no surfel.
 struct Surfel {
   Vec3f p_L;
   float weight;
@@ -33,8 +34,8 @@ DTSDF_HD float angleWeight(const Vec3f& p_C, const Vec3f& normal_C) {
 
 DTSDF_HD Surfel noSurfel() { return {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f}; }
 
-/// The surfel seen at a point (u, v) of the image, in pixels from the centre of the first pixel. It
-/// covers `share` of a voxel.
+/// The surfel at a point (u, v) of the image, in pixels relative to the centre of the first pixel.
+/// It covers `share` of a voxel.
 DTSDF_HD Surfel makeSurfel(const FrameView& frame, float u, float v, float depth_m,
                            const Vec3f& normal_C, float share, float half_across_px = 0.0f,
                            float half_down_px = 0.0f) {
@@ -68,7 +69,7 @@ struct PixelMeasurement {
   Subdivision subdivision;
 };
 
-/// An undivided pixel, given the fit down its column; without a plane if not measured.
+/// An undivided pixel, given the fit down its column; without a plane if it is not measured.
 DTSDF_HD PixelMeasurement wholePixel(const FrameSensing& sensing, const Pixel& pixel,
                                      const LineFit& column, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;

@@ -12,7 +12,7 @@ struct SurfelRules {
   /// as large.
   float linked_turn = 0.5f;
   /// Largest final step of a surface that curves out of sight, as a share of the jump behind it.
-  /// One mixed pixel in ten is that close to the front, by chance.
+  /// By chance, one mixed pixel in ten is that close to the surface in front.
   float linked_rim_share = 0.1f;
 
   /// Largest factor by which lines with steps of seven pixels may raise the estimate of the noise.
@@ -26,15 +26,15 @@ struct SurfelRules {
   /// Largest standard deviation of a normal's angle due to noise, in radians. The window grows to
   /// achieve it, up to its limit.
   float largest_noise_turn = 0.15f;
-  /// Factor of the weight of surfels from strips one pixel wide: enough where nothing else is
-  /// measured, too little to disturb other measurements.
+  /// Weight factor for surfels from strips one pixel wide: sufficient where nothing else is
+  /// measured, too small to disturb other measurements.
   float strip_weight = 0.05f;
 
   /// Largest width of a square of merged pixels, in voxels. Below half a voxel, the pixels update
   /// nearly the same samples.
   float merged_width = 0.45f;
-  /// Largest turn of the surface across the square, in radians; pixels at a crease keep their own
-  /// normals.
+  /// Largest turn of the surface across a merged square, in radians; pixels at a crease keep their
+  /// own normals.
   float merged_turn = 1.0f;
 };
 

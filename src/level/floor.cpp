@@ -17,20 +17,20 @@ using Eigen::Vector3d;
 using Point = FloorView::Point;
 
 constexpr double kMinCosine = 0.70710678118654752;  // cosine of 45 degrees, between normal and up
-constexpr double kMinShare = 0.05;   // smallest share of all points that are on the floor
-constexpr size_t kMinPoints = 100;   // smallest number of points on the floor
-constexpr double kMaxBelow = 0.02;   // largest share of points far below the floor (reflections)
+constexpr double kMinShare = 0.05;   // minimum share of all points that are on the floor
+constexpr size_t kMinPoints = 100;   // minimum number of points on the floor
+constexpr double kMaxBelow = 0.02;   // maximum share of points far below the floor (reflections)
 constexpr double kFarBelow = 3.0;    // far below: this many tolerances below the floor
-constexpr double kMinWidth_m = 0.3;  // smallest width of 80 % of the points, in any direction
-constexpr int kWidths = 18;          // directions in which the width is measured
+constexpr double kMinWidth_m = 0.3;  // minimum width of 80 % of the points, in any direction
+constexpr int kWidths = 18;          // number of directions in which the width is measured
 /// If a tenth of the points below the camera are on the floor, only one search in 3000 never draws
 /// three floor points.
 constexpr int kDraws = 8000;
-constexpr double kMinArea_m2 = 0.01;  // smallest parallelogram of three drawn points
+constexpr double kMinArea_m2 = 0.01;  // minimum parallelogram of three drawn points
 constexpr unsigned kSeed = 1;
-constexpr size_t kScored = 2000;  // points used to score a drawn plane
-constexpr int kRounds = 8;        // rounds of the refinement
-/// Smallest fraction of the tolerance that the refinement narrows to, even without noise.
+constexpr size_t kScored = 2000;  // number of points used to score a drawn plane
+constexpr int kRounds = 8;        // rounds of refinement
+/// Smallest fraction of the tolerance to which refinement narrows, even without noise.
 constexpr double kMinScale = 0.1;
 
 size_t countInliers(const FloorPlane& plane, const std::vector<Point>& points) {
@@ -97,8 +97,8 @@ std::optional<FloorPlane> refine(const FloorPlane& start, const std::vector<Poin
   return plane;
 }
 
-/// Width of the points on a plane in their narrowest direction. The outer tenth on either side does
-/// not count, since a tilted plane that cuts a wall has a few points there.
+/// Width of the points on a plane in their narrowest direction. The outer tenth on either side is
+/// ignored, since a tilted plane that cuts a wall has a few points there.
 double widthOf(const FloorPlane& plane, const std::vector<Point>& points) {
   const Vector3d u = plane.normal().unitOrthogonal(), v = plane.normal().cross(u);
   std::vector<Eigen::Vector2d> on;
@@ -128,7 +128,7 @@ std::vector<Point> subsample(const std::vector<Point>& points, size_t most) {
   return chosen;
 }
 
-/// Best plane through three of the candidates, scored by at most kScored points.
+/// Best plane through three of the candidates, scored with at most kScored points.
 std::optional<FloorPlane> drawPlane(const std::vector<Point>& candidates,
                                     const std::vector<Point>& points, const Vector3d& up) {
   const std::vector<Point> scored = subsample(points, kScored);
@@ -196,7 +196,7 @@ std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::str
 namespace {
 
 constexpr int kColumns = 48, kRows = 36;
-/// Farther points are too noisy to find a floor.
+/// Points farther away are too noisy for finding a floor.
 constexpr double kMaxDepth_m = 6.0;
 
 /// Three standard deviations of a cheap sensor, whose noise grows with the square of depth.

@@ -11,35 +11,35 @@
 
 namespace dtsdf {
 
-/// A floor, with its unit normal on the camera's side.
+/// A floor, with its unit normal pointing to the camera's side.
 using FloorPlane = Eigen::Hyperplane<double, 3>;
 
-/// Camera and points of one image, all in one frame.
+/// Camera and points of one image, all in the same frame.
 struct FloorView {
   struct Point {
     Eigen::Vector3d p;
     double tolerance_m;  ///< Largest distance from its surface that noise can cause.
   };
   Eigen::Vector3d camera;     ///< Position of the camera.
-  Eigen::Vector3d camera_up;  ///< Unit vector opposite to y of the optical frame.
+  Eigen::Vector3d camera_up;  ///< Unit vector opposite to the optical frame's y axis.
   std::vector<Point> points;
 };
 
 /// Finds the floor: the plane with the most points among the planes tilted by less than 45 degrees
-/// from the cameras' mean up. It must contain a twentieth of all points, be wider than a strip, and
-/// have hardly any points below it. The same points always give the same plane.
-/// @param problem Why there is no floor; the caller adds what to do.
+/// from the cameras' mean up vector. It must contain a twentieth of all points, be wider than a
+/// strip, and have hardly any points below it. The same points always give the same plane.
+/// @param problem Set to the reason why there is no floor; callers add what to do.
 std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::string& problem);
 
-/// Searches for the floor in depth images, kViews at a time, until found. One thread at a time.
+/// Searches for the floor in depth images, kViews at a time, until it is found. Not thread-safe.
 class FloorSearch {
  public:
   /// Number of images in one attempt.
   static constexpr size_t kViews = 10;
 
   /// Adds an image, whose pose is in the frame M. Images without a finite pose, or without
-  /// measurements up to 6 m, do not count. @return whether an attempt is complete: floor() or
-  /// problem() is new.
+  /// measurements up to 6 m, are ignored. @return whether this completes an attempt, so that
+  /// floor() or problem() is new.
   bool add(const DepthFrame& frame);
 
   /// Ends the current attempt with the images added so far.
@@ -48,7 +48,7 @@ class FloorSearch {
   /// The floor in M, once found; later images are ignored.
   const std::optional<FloorPlane>& floor() const { return floor_; }
 
-  /// Why the last attempt failed; empty if it succeeded, and before the first one is complete.
+  /// Why the last attempt failed; empty if it succeeded, or if no attempt is complete yet.
   const std::string& problem() const { return problem_; }
 
  private:

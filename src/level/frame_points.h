@@ -8,10 +8,10 @@
 
 namespace dtsdf {
 
-/// Depth in metres; 0 for no measurement. @pre The pixel lies in the image.
+/// Depth in metres; 0 if nothing was measured. @pre The pixel lies in the image.
 double depthAt(const DepthFrame& frame, int u, int v);
 
-/// Points in the camera's frame for a grid of pixels; pixels without a measurement are left out.
+/// Points in the camera's frame for a grid of pixels; pixels without a measurement are skipped.
 std::vector<Eigen::Vector3d> thinnedPoints(const DepthFrame& frame, int columns, int rows);
 
 /// Converts depth that was measured along each pixel's ray to depth along the optical axis. The

@@ -32,7 +32,7 @@ double tiltOf(const Eigen::Isometry3d& T_W_M) {
 
 std::string describeLevel(const Eigen::Isometry3d& T_W_M) {
   return formatted(
-      "z of the map frame was %.2f degrees off, and its origin is at a height of %.3f m",
+      "z of the map frame was %.2f degrees off vertical, and its origin is at a height of %.3f m",
       tiltOf(T_W_M), T_W_M.translation().z());
 }
 

@@ -9,15 +9,15 @@
 namespace dtsdf {
 namespace {
 
-/// Points along each edge of the thinned image.
+/// Number of points along each edge of the thinned image.
 constexpr int kSamples = 24;
 /// Smallest motion or turn of the camera between two compared images.
 constexpr double kMinMotion_m = 0.05, kMinTurn_rad = 0.1;
 /// Largest relative difference of depths on the same surface.
 constexpr double kSameDepth = 0.03;
-/// A pair of images counts if the best convention finds at least kFound of the points in view, and
-/// leads by at least kMinLead. It is compared with the given convention or, if that is best, with
-/// the second best.
+/// A pair of images counts if the best convention finds at least the share kFound of the points in
+/// view, and leads by at least kMinLead over the given convention or, if that is the best, over the
+/// second best.
 constexpr double kFound = 0.65, kMinLead = 0.25;
 constexpr int kMinInView = 60;
 /// Pairs needed for a verdict, and how many of them must agree.
@@ -28,7 +28,7 @@ constexpr const char* kDoubts[] = {
     "the poses seem to be those of the camera's body (x forward), not of its optical frame (z "
     "forward); use poses of the optical frame (change the driver, set input/camera_frame, or run "
     "reconstruct with --pose-convention body), then clear the map",
-    "the poses seem to be those of OpenGL (y up, z backwards); multiply each from the right by "
+    "the poses seem to be those of OpenGL (y up, z backwards); multiply each on the right by "
     "diag(1, -1, -1, 1), or run reconstruct with --pose-convention opengl",
     "the poses seem to be inverted, from the map to the camera; invert each, or run "
     "reconstruct with --pose-convention inverted"};
@@ -41,8 +41,8 @@ Eigen::Isometry3d axesOf(size_t way) {
   return T;
 }
 
-/// The share of points that lie on the surfaces shown by an image, among those that project onto
-/// measured pixels; 0 if there are hardly any.
+/// The share of points that lie on the surfaces in an image, among those that project onto measured
+/// pixels; 0 if there are too few.
 /// @param motion From the points' frame to the image's.
 double inlierShare(const std::vector<Eigen::Vector3d>& points, const Eigen::Isometry3d& motion,
                    const DepthFrame& frame) {

@@ -1,4 +1,4 @@
-/// Checks with depth images that poses map the optical frame to the map frame.
+/// Checks by means of depth images that poses map the optical frame to the map frame.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -14,14 +14,14 @@ namespace dtsdf {
 /// from the map to the camera. Only with the right convention do surfaces stay in place while the
 /// camera moves. So points of an earlier image are projected into a later one under each
 /// convention; if another convention repeatedly matches far more of them, the poses seem to follow
-/// that convention. Not thread safe.
+/// that convention. Not thread-safe.
 class PoseConvention {
  public:
   /// Adds a valid frame. Ignored once there is a verdict, and while the camera hardly moves.
   void add(const DepthFrame& frame);
 
-  /// Which convention the poses seem to follow, and what to do; empty if they seem right, and
-  /// before a verdict.
+  /// Which convention the poses seem to follow, and what to do; empty if they seem right, or if
+  /// there is no verdict yet.
   const std::string& doubt() const { return doubt_; }
 
  private:
@@ -31,7 +31,7 @@ class PoseConvention {
 
   std::vector<Eigen::Vector3d> points_;  ///< Some points of an earlier image.
   Eigen::Isometry3d T_W_C_ = Eigen::Isometry3d::Identity();
-  std::array<int, kConventions> pairs_{};  ///< Image pairs that each convention fits best.
+  std::array<int, kConventions> pairs_{};  ///< Image pairs for which each convention is best.
   bool is_done_ = false;
   std::string doubt_;
 };

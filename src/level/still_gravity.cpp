@@ -7,7 +7,7 @@ namespace {
 
 constexpr size_t kMinSamples = 20;
 /// Once there are kMinSamples, samples within this time of the previous one are ignored, which
-/// limits memory and time.
+/// limits memory and computing time.
 constexpr double kMinStep_s = 0.0005;
 /// Largest difference between the mean and standard gravity; cheap sensors are off by a few
 /// percent.

@@ -1,4 +1,4 @@
-/// Finds the vertical with an accelerometer at rest.
+/// Finds the vertical from an accelerometer at rest.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,20 +14,20 @@ struct InertialSample {
   std::optional<Eigen::Vector3d> turn_rad_s;  ///< Angular velocity, if measured.
 };
 
-/// Waits for a second without motion. One thread at a time.
+/// Waits for a second without motion. Not thread-safe.
 class StillGravity {
  public:
   static constexpr double kSpan_s = 1.0;
 
   /// Adds a sample. @return the unit vector that points up, in the sensor's frame, if the last
   /// second was still. Ignores samples that are not finite and, once there are 20, samples within
-  /// half a millisecond of the previous one. A stamp that goes back starts over.
+  /// half a millisecond of the previous one. If a stamp goes back, the search starts over.
   std::optional<Eigen::Vector3d> add(const InertialSample& sample);
 
  private:
   std::optional<Eigen::Vector3d> upIfStill() const;
 
-  std::deque<InertialSample> samples_;  ///< Samples of the last kSpan_s and one before, by stamp.
+  std::deque<InertialSample> samples_;  ///< Samples of the last kSpan_s and one before them.
 };
 
 }  // namespace dtsdf

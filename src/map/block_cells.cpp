@@ -22,7 +22,7 @@ BlockCells::Cell& BlockCells::cellOf(const BlockKey& block) {
     if (groups_) groups_->erase(key, next);
     throw;
   }
-  cells_.push_back(std::move(cell));  // cannot throw: memory for it and a block was reserved
+  cells_.push_back(std::move(cell));  // cannot throw: memory was reserved
   return cells_.back();
 }
 
@@ -33,7 +33,7 @@ void BlockCells::insert(const BlockKey& block, int32_t slot) {
   places_[static_cast<size_t>(slot)] = static_cast<uint32_t>(slots.size() - 1);
 }
 
-/// The last slot of the list fills the gap.
+/// Moves the last slot of the cell's list into the gap.
 void BlockCells::erase(const BlockKey& block, int32_t slot) noexcept {
   const PackedKey key = packKey(cellOfBlock(block));
   const int32_t number = numbers_.find(key);

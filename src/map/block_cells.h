@@ -1,4 +1,4 @@
-/// Blocks by coarse cells of the grid, to find those in view without visiting each block.
+/// Groups blocks into coarse cells of the grid, to find those in view without visiting each block.
 #pragma once
 
 #include <cstdint>
@@ -30,13 +30,14 @@ class BlockCells {
   void erase(const BlockKey& block, int32_t slot) noexcept;
   void clear();
 
-  /// Notes that a block was needed at a time. @pre The block was inserted.
+  /// Notes the time at which a block was needed. @pre The block was inserted.
   void note(const BlockKey& block, uint64_t time) { cellOf(block).last_need = time; }
 
   const std::vector<Cell>& all() const { return cells_; }
 
-  /// Calls visit(cell) for the cells that a frame may see part of: see mayBeInView(). The time
-  /// grows with the cells in view and the number of groups of kSide x kSide x kSide cells.
+  /// Calls visit(cell) for each cell that may be partly in a frame's view: see mayBeInView(). The
+  /// running time grows with the number of cells in view, and with the number of groups of kSide x
+  /// kSide x kSide cells.
   template <class Visit>
   void visitInView(const FrameView& frame, float radius, const Visit& visit) const;
 
@@ -62,10 +63,10 @@ inline Vec3i cellOfBlock(const BlockKey& block) {
   return {block.x >> kShift, block.y >> kShift, block.z >> kShift};
 }
 
-/// Whether a frame may see part of a cube of blocks, each taken as a ball around its centre. True
-/// whenever mayBeInView() is true for one of the blocks.
+/// Whether part of a cube of blocks may be in a frame's view. A block is treated as a ball around
+/// its centre. True whenever mayBeInView() is true for one of the blocks.
 /// @param cube Coordinates of the cube's first block, divided by `side`.
-/// @param side Blocks along each edge of the cube.
+/// @param side Number of blocks along each edge of the cube.
 /// @param radius Radius of the balls, in voxels.
 bool mayBeInView(const FrameView& frame, const Vec3i& cube, int side, float radius);
 

@@ -5,8 +5,8 @@
 
 namespace dtsdf {
 
-/// Blocks from `first` to `last`, both included, along each axis; empty if `first` exceeds `last`
-/// along any axis.
+/// Blocks from `first` to `last` (inclusive) along each axis; empty if `first` exceeds `last` along
+/// any axis.
 struct BlockExtent {
   BlockKey first = {-kMaxBlockCoordinate, -kMaxBlockCoordinate, -kMaxBlockCoordinate};
   BlockKey last = {kMaxBlockCoordinate, kMaxBlockCoordinate, kMaxBlockCoordinate};
@@ -17,7 +17,7 @@ struct BlockExtent {
   }
 };
 
-/// Whether any block lies in both.
+/// Whether any block lies in both boxes.
 inline bool overlap(const BlockExtent& a, const BlockExtent& b) {
   return a.first.x <= b.last.x && b.first.x <= a.last.x && a.first.y <= b.last.y &&
          b.first.y <= a.last.y && a.first.z <= b.last.z && b.first.z <= a.last.z;
@@ -40,7 +40,7 @@ inline BlockExtent grown(const BlockExtent& box, int32_t before, int32_t behind)
 /// Number of blocks along each axis.
 inline Vec3i edgesOf(const BlockExtent& box) { return box.last - box.first + Vec3i{1, 1, 1}; }
 
-/// Number of blocks; 63 bits suffice for all of space.
+/// Number of blocks, which fits in 63 bits for any box.
 inline uint64_t volumeOf(const BlockExtent& box) {
   const Vec3i edges = edgesOf(box);
   return static_cast<uint64_t>(edges.x) * static_cast<uint64_t>(edges.y) *
@@ -55,7 +55,7 @@ inline bool holdsNothing(const BlockExtent& box) { return box.first.x > box.last
 /// Boxes that a map is restricted to.
 struct MapExtent {
   BlockExtent blocks;   ///< Blocks that may be created.
-  BlockExtent painted;  ///< Blocks that take colour; the others only hide what is behind them.
+  BlockExtent painted;  ///< Blocks that may be painted; others only hide what is behind them.
   BlockExtent cubes;    ///< Cubes of space cells, as a box of cube keys.
 };
 

@@ -61,7 +61,7 @@ void BlockTable::publish() {
   }
 }
 
-/// Slots of the requested blocks, or -1. Prefetches in batches, to overlap waits for memory.
+/// Slots of the requested blocks, or -1. Prefetches in batches, to overlap memory latencies.
 template <class Request>
 std::vector<int32_t> BlockTable::findAll(const std::vector<Request>& requests) const {
   constexpr size_t kTogether = 32;
@@ -212,7 +212,7 @@ std::vector<int32_t> BlockTable::takeVacant() {
   std::vector<int32_t> slots;
   vacant_.insert(vacant_.end(), unmeshed_.begin(), unmeshed_.end());
   for (const int32_t slot : vacant_) {
-    // A block that has arrays again is returned when it next loses them.
+    // A block that has arrays again is returned the next time it loses them.
     blocks_[slot].is_vacant = blocks_[slot].in_use && !hasArrays(slot);
     if (blocks_[slot].is_vacant) slots.push_back(slot);
   }

@@ -1,5 +1,5 @@
-/// Index of the map: its blocks, voxel arrays and bricks of colours, their place in memory and
-/// their budget. Both backends use it, so both admit and recycle the same blocks.
+/// Index of the map: its blocks, voxel arrays and bricks of colours, their places in memory and
+/// their budget. Both backends use it, so they admit and recycle the same blocks.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct BlockEntry {
   BlockKey key;
   int32_t array[kDirectionCount];
   bool in_use;
-  bool is_vacant;        ///< Whether it lost its last array in vacate() and is not released yet.
+  bool is_vacant;        ///< Whether it lost its last array in vacate() but is not released yet.
   uint32_t extractions;  ///< Number of extractions begun before the block was created.
 };
 
@@ -49,12 +49,12 @@ struct BlockRequest {
   uint32_t directions;
 };
 
-/// A block to paint: bit kBricksPerArray * d + b for brick b of direction d.
+/// A block to paint, and its bricks: bit kBricksPerArray * d + b for brick b of direction d.
 struct ColourRequest {
   PackedKey key;
   uint64_t bricks;
 };
-static_assert(kBricksPerArray * kDirectionCount <= 64, "a bit for each brick of a block");
+static_assert(kBricksPerArray * kDirectionCount <= 64, "one bit for each brick of a block");
 
 /// A new brick of colours in a voxel array.
 struct NewBrick {
@@ -75,8 +75,8 @@ struct PoolSizes {
   size_t slots, arrays;
 };
 
-/// Arrays of a block (bit d for direction d) that are empty: a frame emptied them, or allocated
-/// them but wrote nothing.
+/// Arrays of a block (bit d for direction d) that are empty, because a frame emptied them, or
+/// because they were allocated for a frame that wrote nothing to them.
 struct EmptyBlock {
   int32_t slot;
   uint32_t directions;
@@ -84,22 +84,22 @@ struct EmptyBlock {
 
 /// Effect of clearing a region on a block.
 struct EmptiedBlock {
-  uint32_t voxels;            ///< Cleared voxels that held something.
-  uint32_t empty_directions;  ///< Bit d: the array of direction d became empty.
+  uint32_t voxels;            ///< Number of cleared voxels that held something.
+  uint32_t empty_directions;  ///< Bit d is set if the array of direction d became empty.
 };
 
 class BlockTable {
  public:
-  /// Bytes of the budget that a voxel array and a block take.
+  /// Bytes of the budget used by a voxel array, and by a block without its arrays.
   static constexpr size_t kArrayBytes = kVoxelsPerBlock * sizeof(Voxel);
   static constexpr size_t kBlockBytes = 2 * kVoxelsPerBlock + 64;  // labels of units, entry, hash
-  /// Bytes of the budget that a brick of colours takes; a brick exists once it is painted.
+  /// Bytes of the budget used by a brick of colours; a brick exists once it is painted.
   static constexpr size_t kColourBytes = kVoxelsPerBrick * sizeof(VoxelColour);
 
   explicit BlockTable(size_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
-  /// Restricts new blocks and painting to an extent, also after clear(). Requests outside are
-  /// ignored, and do not count as refused.
+  /// Restricts new blocks and painting to an extent, even after clear(). Requests outside are
+  /// ignored and do not count as refused.
   void restrictTo(const MapExtent& extent) { extent_ = extent; }
   bool takesColour(const BlockKey& key) const { return extent_.painted.contains(key); }
   const BlockExtent& paintedExtent() const { return extent_.painted; }
@@ -117,16 +117,16 @@ class BlockTable {
   /// has no room for is refused as a whole.
   Admission admit(std::vector<BlockRequest> requests);
 
-  /// The two halves of admit(). A device needs only allocate(); find() and slotsInView() return the
-  /// new blocks only after publish().
+  /// The two halves of admit(). Work on a device can begin after allocate(), but find() and
+  /// slotsInView() return the new blocks only after publish().
   Admission allocate(std::vector<BlockRequest> requests);
   void publish();
 
-  /// Creates the requested bricks of colours by ascending key, until the budget is full. Blocks
-  /// that are not in the map, or take no colour, are ignored.
+  /// Creates the requested bricks of colours in ascending order of keys, until the budget is full.
+  /// Blocks that are not in the map or not to be painted are ignored.
   Admission admitColours(std::vector<ColourRequest> requests);
 
-  /// Upper bound of the bricks that admitColours() would create.
+  /// Upper bound on the number of bricks that admitColours() would create.
   size_t countNewColours(const std::vector<ColourRequest>& requests) const;
 
   /// Pool index of a voxel array's brick of colours, or kNoArray. Released with the voxel array.
@@ -135,19 +135,19 @@ class BlockTable {
     return place < colour_of_.size() ? colour_of_[place] : kNoArray;
   }
 
-  /// Upper bound of the pools' sizes after an admission of this many blocks and arrays. Call it
-  /// before the admission and reserve memory, so that nothing after the admission can fail.
+  /// Upper bound on the pools' sizes after this many blocks and arrays are admitted. Call it and
+  /// reserve memory before the admission, so that nothing after it can fail.
   PoolSizes sizesAfter(size_t new_blocks, size_t new_arrays) const;
 
-  /// Blocks and arrays that requests would add; duplicate requests count twice.
+  /// Numbers of blocks and arrays that requests would add; duplicate requests count twice.
   PoolSizes countNew(const std::vector<BlockRequest>& requests) const;
 
-  /// Releases arrays of a block (bit d for direction d), and the block with its last array.
+  /// Releases arrays of a block (bit d for direction d), and with its last array the block itself.
   /// @return whether the block was released.
   bool release(int32_t slot, uint32_t directions);
 
-  /// Releases arrays of a block that held something. The block itself stays, since its mesh may be
-  /// shown; once it has no arrays left, takeUnmeshed() or takeVacant() returns it.
+  /// Releases arrays of a block that held something. The block itself stays, since it may have a
+  /// mesh; once it has no arrays left, takeUnmeshed() or takeVacant() returns it.
   /// @return whether the block has no arrays left.
   bool vacate(int32_t slot, uint32_t directions);
 
@@ -160,20 +160,21 @@ class BlockTable {
     blocks_[static_cast<size_t>(slot)].extractions = extractions;
   }
 
-  /// Blocks that lost their last array since the last call and were in no extraction. No mesh shows
-  /// them, so they can be released before the next mesh update.
+  /// Blocks that lost their last array since the last call and were in no extraction. They have no
+  /// mesh, so they can be released before the next mesh update.
   std::vector<int32_t> takeUnmeshed() { return std::exchange(unmeshed_, {}); }
 
   /// Blocks that lost their last array since the last call. They stay in the table until a mesh
   /// update has reported that their meshes are gone.
   std::vector<int32_t> takeVacant();
 
-  /// Blocks with arrays that may have voxels in a region, which is in units of voxels; in the order
-  /// of their slots.
+  /// Blocks with arrays that may have voxels in a region (given in voxels), in the order of their
+  /// slots.
   std::vector<int32_t> slotsIn(const RegionView& region) const;
 
-  /// Blocks in view of a frame, each taken as a ball of `radius` voxels, and others near them, in
-  /// no particular order. The time depends mostly on what is in view, not on the size of the map.
+  /// Blocks in a frame's view, each treated as a ball with a radius of `radius` voxels, and some
+  /// others near them, in no particular order. The running time depends mostly on what is in view,
+  /// not on the size of the map.
   std::vector<int32_t> slotsInView(const FrameView& frame, float radius) const;
 
   /// Coarse cells of blocks, and when they were needed: see BlockCells.
@@ -192,7 +193,7 @@ class BlockTable {
 
   void clear();
 
-  /// Slots of all blocks, by packed key.
+  /// Slots of all blocks, in ascending order of packed keys.
   std::vector<int32_t> sortedSlots() const;
 
   size_t blocksInUse() const { return slots_.size() + unpublished_.size(); }
@@ -202,14 +203,14 @@ class BlockTable {
     return blocksInUse() * kBlockBytes + arrays_in_use_ * kArrayBytes +
            colours_in_use_ * kColourBytes;
   }
-  size_t bytesPeak() const { return bytes_peak_; }  ///< Largest bytesInUse() so far.
+  size_t bytesPeak() const { return bytes_peak_; }  ///< Maximum of bytesInUse() so far.
   size_t budgetBytes() const { return budget_bytes_; }
   void setBudget(size_t bytes) { budget_bytes_ = bytes; }
 
-  /// Bytes of the budget that a block takes, with its arrays and colours.
+  /// Bytes of the budget used by a block with its arrays and colours.
   size_t bytesOf(int32_t slot) const;
 
-  /// Unused part of the memory that is reserved for voxels and colours.
+  /// Bytes of the memory reserved for voxels and colours that are not used.
   size_t spareOf(size_t reserved_bytes) const {
     return reserved_bytes - std::min(reserved_bytes, bytesInUse() - blocksInUse() * kBlockBytes);
   }

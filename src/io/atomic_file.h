@@ -7,7 +7,7 @@
 namespace dtsdf {
 
 /// Checks the name, folder and permissions of a file to be written; call it before a long
-/// computation. Creates missing folders; refuses a target that exists and is not a regular file.
+/// computation. Creates missing folders; rejects an existing target that is not a regular file.
 /// @throws std::runtime_error that names the path and says what to do.
 void prepareOutputFile(const std::string& path);
 

@@ -19,7 +19,7 @@ struct BagOptions : RecordingOptions {
   std::string mask_topic;         ///< Masks with the stamps of the depth images; may be empty.
   std::string colour_topic;       ///< If empty, the bag's only topic with colour images.
   std::string colour_info_topic;  ///< If empty, camera_info in the colour topic's namespace.
-  std::string tf_topic;   ///< If empty, /tf. Static: this topic + "_static", and /tf_static.
+  std::string tf_topic;   ///< If empty, /tf. Also read: this topic with suffix _static, /tf_static.
   std::string imu_topic;  ///< If empty, the bag's only topic of type sensor_msgs/Imu.
   std::string map_frame = "map";  ///< Frame W.
   InputParams input;              ///< Camera frame, camera_info, units, rectification.

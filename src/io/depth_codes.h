@@ -39,8 +39,8 @@ std::string encodeDepthPng(const DepthImage& image);
 /// image, or a number has more than 32 bits.
 std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels);
 
-// image_transport's compressedDepth: a 12-byte header, followed by a PNG, or by the numbers of
-// columns and rows and RVL data.
+// image_transport's compressedDepth: a 12-byte header, followed either by a PNG or by the image's
+// width and height and RVL data.
 
 /// The encoding in a message's format: the text before the semicolon, as in "16UC1; compressedDepth
 /// png" and "16UC1; png compressed ", or the whole text if it has no semicolon. Empty for other

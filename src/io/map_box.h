@@ -10,11 +10,11 @@
 
 namespace dtsdf {
 
-/// Ranges of numbers in ascending order, each with its first and last number (inclusive).
+/// Ranges of numbers in ascending order, each given by its first and last number.
 using IndexRanges = std::vector<std::pair<uint64_t, uint64_t>>;
 
 struct MapBox {
-  BlockKey first, last;           ///< Corner blocks, inclusive.
+  BlockKey first, last;           ///< Blocks at opposite corners of the box.
   uint64_t recordings = 1;        ///< Number of recordings that were fused one after another.
   IndexRanges fused, supporting;  ///< frameNumber() of the frames that were fused into the box, and
                                   ///< of those that touched a block of the larger map.

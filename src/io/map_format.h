@@ -32,10 +32,11 @@ constexpr uint64_t kMaxText = 1 << 20;
 /// Maximum size of a box record, in bytes.
 constexpr uint64_t kMaxBox = 1 << 28;
 
-/// The settings for a file: those of the map, and poses/... unless poses were used as given.
+/// The settings to store in a file: those of the map, and poses/... unless the given poses were
+/// used unchanged.
 ParamTree settingsOfFile(const ParamTree& of_map, const PoseParams& poses);
 
-/// Reads the settings poses/... @throws ParamError if a value is invalid.
+/// Reads the settings below poses/. @throws ParamError if a value is invalid.
 PoseParams posesOf(const ParamTree& settings);
 
 /// Settings as lines "key: value", sorted by key; parseYamlParams() reads them back unchanged,

@@ -10,10 +10,10 @@
 
 namespace dtsdf {
 
-/// Finds the poses of images in a file or folder; some images may have none. It matches
+/// Finds the poses of images in a file or folder; some images may have none. Images are matched
 /// - by stamp: a list in TUM's format;
-/// - by name, or else by the number at its end: COLMAP's images.txt, transforms.json, and a folder
-///   with a file of 4 x 4 numbers per image;
+/// - by name, or else by the number at the end of the name: COLMAP's images.txt, transforms.json,
+///   and a folder with a file of 4 x 4 numbers per image;
 /// - by order if there are as many poses as images, or else by number: a list of 3 x 4 (KITTI) or
 ///   4 x 4 matrices, such as Open3D's trajectory.log. If it has as many poses as there are depth
 ///   images, a colour image gets the pose of the depth image with the same number.

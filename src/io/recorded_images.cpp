@@ -75,7 +75,7 @@ class RecordedSource : public ImageSource<Image> {
   /// Prefix of the reasons in skipped().
   const std::string kind_ = kIsColour ? "colour images: " : "";
 
-  /// Why an image is skipped before it is decoded; empty if it is not.
+  /// Why an image is skipped without being decoded; empty if it is to be decoded.
   std::string skipReason(size_t index) const {
     if (!recorded_.camera) return recorded_.missing_camera;
     if (!recorded_.images[index].T_W_C) return recorded_.images[index].missing;

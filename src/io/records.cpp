@@ -19,7 +19,7 @@ namespace dtsdf {
 namespace {
 
 constexpr char kMagic[] = "DTSDFREC";
-/// zstd's level; docs/results/performance.md lists sizes and times.
+/// zstd compression level; docs/results/performance.md lists sizes and times.
 constexpr int kCompressionLevel = 1;
 /// zstd's maximum compression ratio: 128 KiB in four bytes.
 constexpr uint64_t kMaxCompression = 32768;

@@ -60,7 +60,8 @@ struct Record {
   std::string name() const { return {kind.begin(), kind.end()}; }
 };
 
-/// Checksum of uncompressed content, with the kind as seed. Content hashes are made from these.
+/// Checksum of uncompressed content, with the kind as seed. Content hashes are computed from such
+/// checksums.
 uint64_t checksumOf(const char* kind, const void* content, size_t bytes);
 
 /// The head of a file. @param purpose Four-letter code for the file's content.

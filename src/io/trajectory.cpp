@@ -72,7 +72,7 @@ Trajectory readTrajectory(const std::string& path, const std::string& advice) {
 }
 
 std::string stampOfList(double stamp_s) {
-  constexpr double kUnits = 1e6;  // doubles distinguish today's stamps in microseconds
+  constexpr double kUnits = 1e6;  // doubles distinguish today's stamps at this resolution
   const bool is_whole = std::round(stamp_s * kUnits) / kUnits == stamp_s;
   return formatted(is_whole ? "%.6f" : "%.9f", stamp_s);
 }

@@ -167,14 +167,15 @@ namespace {
 
 /// A motion is extrapolated for at most this multiple of its observed duration.
 constexpr double kMaxExtrapolation = 3.0;
-/// A jump counts as the correction if it differs from it by less than this fraction of it.
+/// A jump counts as the correction if the two differ by less than this fraction of the correction.
 constexpr double kSameJump = 1.0 / 3.0;
 /// The correction must exceed the uncertainty of the motion by this factor.
 constexpr double kMinJumpRatio = 2.0;
 /// Factor by which the unevenness of a motion decays with each image.
 constexpr double kDecay = 0.8;
 
-/// Distance in metres, plus about 1.4 times the angle of the rotation in radians.
+/// Distance between the positions in metres, plus about 1.4 times the angle between the
+/// orientations in radians.
 double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm() + (a.linear() - b.linear()).norm();
 }

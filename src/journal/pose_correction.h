@@ -38,7 +38,7 @@ class PoseCorrection {
   /// exactly `T_W_C` if the change is below kMin.
   Eigen::Isometry3d correct(double stamp_s, const Eigen::Isometry3d& T_W_C) const;
 
-  /// The corrected poses that are used. They alone give the same correction.
+  /// The corrected poses that are used; the others have no effect.
   std::vector<StampedPose> used() const;
   /// The largest motion of a corrected pose, in metres or radians.
   double farthest() const;

@@ -32,7 +32,7 @@ struct Begin {
   PoseParams poses;         ///< Settings with which poses were found.
   std::string map_frame;    ///< Name of the frame of the given poses.
   std::string level_frame;  ///< Name of the map's frame; equals map_frame unless levelled.
-  bool has_map = false;     ///< Whether the map's records follow; otherwise it is empty.
+  bool has_map = false;     ///< Whether the map's records follow; if not, it is empty.
 };
 
 /// An image that the mapper processed at pose `frame`.T_W_C.

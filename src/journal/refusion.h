@@ -15,8 +15,8 @@ namespace dtsdf {
 /// Works in small steps, so that new images can be fused into the live map in between.
 class Refusion {
  public:
-  /// Opens the journal and, if the correction moves any depth image, creates a map as at the
-  /// beginning of the journal.
+  /// Opens the journal and, if the correction moves any depth image, creates the map with which the
+  /// journal begins.
   /// @param run Its backend and threads are used; all other settings come from the journal.
   /// @throws std::runtime_error if the journal cannot be read or the correction is invalid.
   Refusion(const std::string& path, const MapperParams& run, journal::Correction correction);

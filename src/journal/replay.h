@@ -27,7 +27,7 @@ struct CorrectionEffect {
 };
 
 /// Replays the newest map in a journal: everything since the map was last cleared or loaded. Not
-/// thread safe.
+/// thread-safe.
 ///
 /// A correction applies to the newest recording, as PoseCorrection describes, until the source of
 /// poses adopts it.

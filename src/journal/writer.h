@@ -38,7 +38,7 @@ class JournalWriter {
   struct Options {
     std::string folder;
     uint64_t max_bytes = 0;           ///< Limit for all journals in the folder.
-    size_t max_waiting = 256u << 20;  ///< Limit of JournalReport::waiting_bytes.
+    size_t max_waiting = 256u << 20;  ///< Limit for JournalReport::waiting_bytes.
     /// write(2), or a replacement in tests.
     std::function<ssize_t(int descriptor, const void* data, size_t bytes)> write = ::write;
     std::function<int(int descriptor)> sync = ::fdatasync;  ///< fdatasync(2), or a replacement.
@@ -54,7 +54,7 @@ class JournalWriter {
   /// Begins another map: `map`, or an empty one.
   void begin(const journal::Begin& begin, std::shared_ptr<const MapChunks> map = nullptr);
 
-  /// Adds a change of the map.
+  /// Adds a change to the map.
   void add(journal::Call call);
 
   /// Number of calls added since begin(), not counting lost ones.

@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector3d;
 using Point = FloorView::Point;
 
-constexpr double kMinCosine = 0.70710678118654752;  // cosine of 45 degrees, between normal and up
+constexpr double kMinCosine = 0.70710678118654752;  // cos(45 degrees), between normal and up
 constexpr double kMinShare = 0.05;   // minimum share of all points that are on the floor
 constexpr size_t kMinPoints = 100;   // minimum number of points on the floor
 constexpr double kMaxBelow = 0.02;   // maximum share of points far below the floor (reflections)
@@ -26,7 +26,7 @@ constexpr int kWidths = 18;          // number of directions in which the width 
 /// If a tenth of the points below the camera are on the floor, only one search in 3000 never draws
 /// three floor points.
 constexpr int kDraws = 8000;
-constexpr double kMinArea_m2 = 0.01;  // minimum parallelogram of three drawn points
+constexpr double kMinArea_m2 = 0.01;  // minimum area of the parallelogram of three drawn points
 constexpr unsigned kSeed = 1;
 constexpr size_t kScored = 2000;  // number of points used to score a drawn plane
 constexpr int kRounds = 8;        // rounds of refinement

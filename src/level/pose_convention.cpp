@@ -11,9 +11,9 @@ namespace {
 
 /// Number of points along each edge of the thinned image.
 constexpr int kSamples = 24;
-/// Smallest motion or turn of the camera between two compared images.
+/// Minimum motion or turn of the camera between two compared images.
 constexpr double kMinMotion_m = 0.05, kMinTurn_rad = 0.1;
-/// Largest relative difference of depths on the same surface.
+/// Largest relative difference between depths on the same surface.
 constexpr double kSameDepth = 0.03;
 /// A pair of images counts if the best convention finds at least the share kFound of the points in
 /// view, and leads by at least kMinLead over the given convention or, if that is the best, over the

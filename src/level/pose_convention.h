@@ -1,4 +1,4 @@
-/// Checks by means of depth images that poses map the optical frame to the map frame.
+/// Uses depth images to check that poses map the optical frame to the map frame.
 #pragma once
 
 #include <Eigen/Geometry>

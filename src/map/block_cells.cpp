@@ -67,7 +67,7 @@ void BlockCells::clear() { *this = BlockCells(); }
 size_t BlockCells::memoryBytes() const {
   return (groups_ ? groups_->memoryBytes() : 0) + numbers_.memoryBytes() +
          cells_.capacity() * sizeof(Cell) +
-         2 * places_.capacity() * sizeof(uint32_t);  // the lists hold each slot once as well
+         2 * places_.capacity() * sizeof(uint32_t);  // the cells' lists hold each slot once, too
 }
 
 bool mayBeInView(const FrameView& frame, const Vec3i& cube, int side, float radius) {

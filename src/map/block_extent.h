@@ -52,7 +52,7 @@ inline BlockExtent noBlocks() { return {BlockExtent().last, BlockExtent().first}
 /// Whether a box is empty. @pre It is empty along every axis or along none.
 inline bool holdsNothing(const BlockExtent& box) { return box.first.x > box.last.x; }
 
-/// Boxes that a map is restricted to.
+/// Boxes to which a map is restricted.
 struct MapExtent {
   BlockExtent blocks;   ///< Blocks that may be created.
   BlockExtent painted;  ///< Blocks that may be painted; others only hide what is behind them.

@@ -188,7 +188,7 @@ class BlockTable {
   /// Blocks with arrays that lie entirely outside a ball, in no particular order.
   std::vector<int32_t> slotsBeyond(const RegionView& kept) const;
 
-  /// Releases the blocks of a list that have no arrays. @return the released blocks.
+  /// Releases those of the given blocks that have no arrays. @return the released blocks.
   std::vector<int32_t> releaseVacant(const std::vector<int32_t>& slots);
 
   void clear();
@@ -210,7 +210,7 @@ class BlockTable {
   /// Bytes of the budget used by a block with its arrays and colours.
   size_t bytesOf(int32_t slot) const;
 
-  /// Bytes of the memory reserved for voxels and colours that are not used.
+  /// Unused bytes of the memory reserved for voxels and colours.
   size_t spareOf(size_t reserved_bytes) const {
     return reserved_bytes - std::min(reserved_bytes, bytesInUse() - blocksInUse() * kBlockBytes);
   }

@@ -27,7 +27,7 @@ struct ColourRules {
 /// Settings of the painting rules.
 struct PaintSettings {
   int32_t directional;
-  int32_t fixed_exposure;     ///< 1: the image's values are used unchanged.
+  int32_t fixed_exposure;     ///< 1 if the image's values are used unchanged.
   float max_depth_m;          ///< Maximum depth of surfaces that are painted or hide others.
   float full_weight_depth_m;  ///< FusionRules::full_weight_depth_m; weights fall as z^-2 beyond it.
   ColourRules rules;

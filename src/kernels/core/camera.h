@@ -11,7 +11,7 @@ namespace dtsdf {
 struct FrameView {
   int32_t width, height;
   Intrinsics intrinsics;
-  RigidTransform T_L_C;  ///< From the camera to the local frame L: parallel to W, in voxels.
+  RigidTransform T_L_C;  ///< From the camera to the local frame L (parallel to W, in voxels).
   Vec3i origin_voxel;    ///< Origin of L in W; a multiple of the block's side.
   float voxel_size_m;
 };

@@ -36,9 +36,9 @@ DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_cov
   return makeVoxel(0.0f, 0, less > -rules.max_evidence ? less : -rules.max_evidence);
 }
 
-/// Minimum evidence of a surface in the mesh: more than min_support - 1 supports add up to, so that
-/// min_support frames are needed; at least 1 and at most max_evidence. If fewer frames have been
-/// fused, all of them must support the surface.
+/// Minimum evidence of a surface in the mesh. It exceeds that from min_support - 1 supports, so
+/// min_support frames are needed; it is at least 1 and at most max_evidence. If fewer frames have
+/// been fused, all of them must support the surface.
 DTSDF_HD int32_t minEvidence(int32_t min_support, uint64_t fused_frames, const FusionRules& rules) {
   const int32_t support = fused_frames < static_cast<uint64_t>(min_support)
                               ? static_cast<int32_t>(fused_frames)

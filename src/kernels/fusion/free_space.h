@@ -103,7 +103,7 @@ DTSDF_HD Vec3f slopeAt(const Voxel* voxels, int index) {
 /// Stands for all directions, which share the array of an undirected map.
 constexpr int kAnyDirection = -1;
 
-/// The orientations of an array's surfaces: a minimum cosine between their normals and an axis.
+/// Limits the orientation of an array's surfaces: minimum cosine between their normals and an axis.
 struct Facing {
   Vec3f axis;
   float min_cosine;

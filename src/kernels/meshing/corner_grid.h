@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// The corners of a block's 8 x 8 x 8 units form a grid of 9 x 9 x 9.
+/// The corners of a block's 8 x 8 x 8 units form a 9 x 9 x 9 grid.
 constexpr int kCornerGridSide = kBlockSide + 1;
 constexpr int kGridCorners = kCornerGridSide * kCornerGridSide * kCornerGridSide;
 constexpr int kGridEdges = kGridCorners * 3 * 2;
@@ -42,7 +42,7 @@ DTSDF_HD Vec3i facingStep(int edge) {
   return gridStep(edgeAxis(edge), edgeFacing(edge) == 0 ? 1 : -1);
 }
 
-/// Difference of the indices of neighbouring corners along an axis.
+/// Difference between the indices of neighbouring corners along an axis.
 DTSDF_HD int cornerStride(int axis) {
   return axis == 0 ? 1 : (axis == 1 ? kCornerGridSide : kCornerGridSide * kCornerGridSide);
 }

@@ -3,8 +3,8 @@
 /// A surfel updates all corners around it, so units may close gaps up to two voxels wide. Anchoring
 /// (anchoring.h) pulls the vertices on both sides of a gap towards where the surface was measured,
 /// and thus away from each other. It hardly stretches other triangles: at an outline it pulls all
-/// vertices in the same direction, and inside a surface they stay. So a triangle that anchoring
-/// stretches is left out.
+/// vertices in the same direction, and inside a surface they stay in place. So a triangle that
+/// anchoring stretches is left out.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"

@@ -37,7 +37,7 @@ DTSDF_HD constexpr int firstUnitEdge(int e, int index) {
 }
 
 struct MeshTables {
-  /// Triangles of an index: three edges each, counter-clockwise seen from the front.
+  /// Triangles of an index: three edges each, counter-clockwise as seen from the front.
   uint8_t triangle_count[256];
   uint8_t triangle_edge[256][3 * kMaxTriangles];
   uint16_t grid_edge[256][3 * kMaxTriangles];  ///< firstUnitEdge() of each.

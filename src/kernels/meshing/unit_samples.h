@@ -1,7 +1,7 @@
 /// Samples, labels and indices of a mesh unit.
 ///
-/// A mesh unit is a cell of marching cubes: a cube with a voxel's sample at each of its corners.
-/// The files of this folder are the stages of directional marching cubes (paper, Sec. V):
+/// A mesh unit is a marching cubes cell: a cube with a voxel's sample at each of its corners. The
+/// files in this folder are the stages of directional marching cubes (paper, Sec. V):
 ///
 ///   index   possible_leaders.h   which units can hold a surface at all
 ///           leaders.h            which directions are active, and which of these lead its sheets
@@ -32,7 +32,7 @@
 
 namespace dtsdf {
 
-/// Largest number of sheets in a unit; two are the two sides of something thin.
+/// Maximum number of sheets in a unit; two are the two sides of something thin.
 constexpr int kMaxSheets = 2;
 
 /// The marching cubes indices of a unit, one per sheet. An index of 0 or 255 (all corners on one

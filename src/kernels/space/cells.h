@@ -13,7 +13,7 @@ constexpr int kCubeSide = 1 << kCubeSideLog2;  ///< In cells.
 constexpr int kCellsPerCube = kCubeSide * kCubeSide * kCubeSide;
 constexpr int kWordsPerCube = kCellsPerCube / 64;
 
-/// A bit for each cell of a cube: word z, bit x + 8 y.
+/// One bit for each cell of a cube: word z, bit x + 8 y.
 struct CellMask {
   uint64_t word[kWordsPerCube];
 };

@@ -10,9 +10,9 @@ namespace dtsdf {
 /// Stored as the squared distance if no surface is within reach.
 constexpr uint16_t kSquaredFar = 0xffff;
 
-/// The cubes of a sector that have surfaces: a bit for each, by cubeInSector(), and the index of
-/// the first one's mask in DistanceTask::cubes. The masks of the others follow in the order of
-/// their bits.
+/// The cubes of a sector that have surfaces: one bit for each, numbered by cubeInSector(), and the
+/// index of the first cube's mask in DistanceTask::cubes. The masks of the others follow in the
+/// order of their bits.
 struct SurfaceCubes {
   uint64_t known;
   int32_t first;

@@ -98,7 +98,7 @@ DTSDF_HD float noiseVariance(const float (&inverse_depth)[kNoiseLength],
     if (isEdgeBetween(before, inverse_depth[i], surfels.depth_jump)) return -1.0f;
   }
   const float origin = inverse_depth[kNoiseRadius];
-  float odd[kNoiseRadius + 1], even[kNoiseRadius + 1];  // of the samples k steps to either side
+  float odd[kNoiseRadius + 1], even[kNoiseRadius + 1];  // for samples k steps to either side
   for (int k = 1; k <= kNoiseRadius; ++k) {
     const float after = inverse_depth[kNoiseRadius + k] - origin;
     const float before = inverse_depth[kNoiseRadius - k] - origin;

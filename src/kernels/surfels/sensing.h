@@ -13,7 +13,7 @@ constexpr PixelLinks kLinkRight = 1, kLinkDown = 2;
 /// A depth image, its row fits and its links, in row-major order without padding.
 struct ImageView {
   FrameView frame;
-  const float* inverse_depth;  ///< In 1/m, from filledInverseDepth(); not positive: no surface.
+  const float* inverse_depth;  ///< In 1/m, from filledInverseDepth(); a surface if positive.
   const float* row_value;      ///< Inverse depth from the row fits; 0 if there is no fit.
   const float* row_slope;      ///< Per pixel.
   const PixelLinks* links;

@@ -3,14 +3,14 @@
 
 check.py MAP_TOOL [--reconstruct RECONSTRUCT] [--backend cpu|cuda] [--write]
 
-Each file in maps/ has these figures:
+conformance.txt lists these hashes for each file in maps/:
 - "hash", the content hash, after map_tool has verified the file;
 - "mesh", the first half of the sha256 of the mesh that map_tool saves;
 - "sums", the first half of the sha256 of what examples/python/read_map.py prints, if numpy and
   zstandard are installed.
-If the Python module can be imported, loading and saving with it must keep the content hash. Differences
-from conformance.txt are printed, and the exit code is 1. If --reconstruct is given and numpy is
-installed, the maps that make_maps builds with that program must also have the listed content hashes and meshes.
+If the Python module can be imported, loading and saving with it must keep the content hash. If
+--reconstruct is given and numpy is installed, the maps that make_maps builds with that program must
+have the listed content hashes and meshes, too. Any difference is printed, and makes the exit code 1.
 --write rewrites conformance.txt; use it only after an intended change of the format, fusion or meshes.
 """
 import argparse
@@ -42,32 +42,35 @@ def content_hash(tool, path):
     return next(line.split()[-1] for line in lines if line.startswith("content hash"))
 
 
-def figures(tool, backend, path, folder):
+def hashes_of(tool, backend, path, folder):
     """Hashes of the content and of the mesh, which do not depend on the backend or the machine."""
     mesh = folder / "mesh.ply"
     run(tool, "mesh", path, mesh, "--set", f"backend={backend}", "threads=1")
     return {"hash": content_hash(tool, path), "mesh": sha256(mesh.read_bytes())}
 
 
-def figures_of_readers(tool, backend, path, folder):
-    """The figures from the Python readers whose modules are installed."""
-    found = {}
+def hash_of_sums(path):
+    """Hash of what read_map.py prints; none if it lacks modules."""
     read = subprocess.run([sys.executable, "-B", str(READ_MAP), str(path)], capture_output=True)
     if read.returncode == 0:
-        found["sums"] = sha256(read.stdout)
-    elif b"No module named" not in read.stderr:
+        return {"sums": sha256(read.stdout)}
+    if b"No module named" not in read.stderr:
         raise RuntimeError(read.stderr.decode())
+    return {}
+
+
+def is_kept_by_python(tool, backend, path, folder):
+    """Whether loading and saving with the Python module, if installed, keeps the content hash."""
     try:
         from dtsdf_mapping import Mapper
     except ImportError:
-        return found
+        return True
     again = folder / "again.dtsdf"
-    cells = re.search(r"cells of (\d+) voxels", run(tool, "info", path))  # of free space, if any
+    # The edge of a cell of the map's free space, if it has any.
+    cells = re.search(r"cells of (\d+) voxels", run(tool, "info", path))
     space = {"space/enabled": True, "space/cell_voxels": int(cells[1])} if cells else {}
     Mapper.load(str(path), backend, space).save(str(again))
-    if content_hash(tool, again) != content_hash(tool, path):
-        found["hash"] = "differs after saving with Python"
-    return found
+    return content_hash(tool, again) == content_hash(tool, path)
 
 
 def main():
@@ -83,30 +86,38 @@ def main():
         name, *pairs = line.split()
         known[name] = dict(pair.split("=") for pair in pairs)
     found = {}
-    with tempfile.TemporaryDirectory() as folder:
+    problems = []
+
+    def check(name, hashes, source):
+        for key, value in hashes.items():
+            expected = known.get(name, {}).get(key)
+            if found.setdefault(name, {}).setdefault(key, value) != value and options.write:
+                problems.append(f"{name}: the {key} of the committed and the {source} map differ")
+            if expected != value and not options.write:
+                problems.append(f"{name}: {key} of the {source} map is {value}, expected {expected}")
+
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
         for path in sorted((HERE / "maps").glob("*.dtsdf")):
-            found[path.stem] = figures(options.map_tool, options.backend, path, pathlib.Path(folder))
-            found[path.stem].update(figures_of_readers(options.map_tool, options.backend, path, pathlib.Path(folder)))
-            if options.write and "sums" not in found[path.stem]:
-                sys.exit("the figures of read_map.py are missing: use a Python with numpy and zstandard")
+            sums = hash_of_sums(path)
+            if options.write and not sums:
+                sys.exit("read_map.py needs numpy and zstandard: run check.py with a Python that has both")
+            check(path.stem, {**hashes_of(options.map_tool, options.backend, path, folder), **sums}, "committed")
+            if not is_kept_by_python(options.map_tool, options.backend, path, folder):
+                problems.append(f"{path.stem}: loading and saving with Python changes the content hash")
         if options.reconstruct and importlib.util.find_spec("numpy"):
-            made = pathlib.Path(folder) / "made"
+            made = folder / "made"
             made.mkdir()
             run(sys.executable, "-B", HERE / "make_maps", options.reconstruct, made)
             for path in sorted(made.glob("*.dtsdf")):
-                of_made = figures(options.map_tool, options.backend, path, pathlib.Path(folder))
-                found.setdefault(path.stem, of_made).update(of_made)
-    lines = [" ".join([name] + [f"{key}={value}" for key, value in found[name].items()]) for name in sorted(found)]
-    differ = 0
-    for name, of_name in found.items():
-        for key, value in of_name.items():
-            if known.get(name, {}).get(key) != value and not options.write:
-                print(f"{name}: {key} is {value}, not {known.get(name, {}).get(key)}")
-                differ += 1
+                check(path.stem, hashes_of(options.map_tool, options.backend, path, folder), "rebuilt")
     if options.write:
+        lines = [" ".join([name] + [f"{key}={value}" for key, value in found[name].items()]) for name in sorted(found)]
         table.write_text("\n".join(lines) + "\n")
-    print(f"{len(lines)} maps, {differ} figures differ")
-    return 1 if differ > 0 or not lines else 0
+    elif options.reconstruct and importlib.util.find_spec("numpy"):
+        problems += [f"{name}: no such map was found" for name in sorted(set(known) - set(found))]
+    print("\n".join([*problems, f"{len(found)} maps checked, {len(problems)} problems"]))
+    return 1 if problems or not found else 0
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ class WrongArguments(unittest.TestCase):
         self.refuses(ValueError, "ascontiguousarray", wall()[::-1], K, T_W_C)
         self.refuses(ValueError, "ascontiguousarray", wall()[:, ::2], K, T_W_C)
         self.refuses(ValueError, "image", numpy.empty((0, 0), numpy.float32), K, T_W_C)
-        self.refuses(ValueError, "unit of depth", wall(), K, T_W_C, unit_m=-1.0)
+        self.refuses(ValueError, "depth unit", wall(), K, T_W_C, unit_m=-1.0)
         self.refuses(ValueError, "stamp_s", wall(), K, T_W_C, numpy.nan)
         self.refuses(TypeError, "filled", numpy.ma.masked_equal(wall(), 2.0), K, T_W_C)
 

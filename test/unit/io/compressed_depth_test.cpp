@@ -75,7 +75,8 @@ TEST(CompressedDepth, FloatsAreStoredAsInverseDepths) {
 
 TEST(CompressedDepth, ReportsInvalidData) {
   const Bytes png = compressPng(someDepths());
-  EXPECT_NE(errorFor("bgr8; jpeg compressed bgr8", png).find("not a format"), std::string::npos);
+  EXPECT_NE(errorFor("bgr8; jpeg compressed bgr8", png).find("not a compressed depth format"),
+            std::string::npos);
   EXPECT_NE(errorFor("bgr8" + kPng, png).find("'bgr8'"), std::string::npos);
   EXPECT_NE(errorFor("16UC1; compressedDepth zstd", png).find("'zstd'"), std::string::npos);
   for (size_t size = 0; size < 12; ++size) {

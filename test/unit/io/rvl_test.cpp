@@ -38,9 +38,9 @@ TEST(Rvl, ReportsInvalidData) {
   const std::pair<std::vector<uint8_t>, std::string> cases[] = {
       {{0, 0, 0, 0x50}, "exceeds the image"},       // five zeros
       {{0, 0, 0, 0x14}, "exceeds the image"},       // a zero, four non-zeros
-      {std::vector<uint8_t>(52, 0), "end before"},  // empty runs only
-      {std::vector<uint8_t>(16, 0xff), "32 bits"}, {{}, "end before"},
-      {{0x10, 0x12, 0xa1}, "end before"}};
+      {std::vector<uint8_t>(52, 0), "incomplete"},  // empty runs only
+      {std::vector<uint8_t>(16, 0xff), "32 bits"}, {{}, "incomplete"},
+      {{0x10, 0x12, 0xa1}, "incomplete"}};
   for (const auto& [bytes, reason] : cases) {
     const std::string error = errorOf([&, b = bytes] { decode(b, 4); });
     EXPECT_NE(error.find(reason), std::string::npos) << error;

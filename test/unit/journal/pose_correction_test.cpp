@@ -109,19 +109,19 @@ TEST(PoseCorrection, RefusesInvalidCorrections) {
   };
   StampedPose wrong = fused[10];
   wrong.T_W_C.translation().x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(errorFor(wrong).find("not a position and a rotation"), std::string::npos);
+  EXPECT_NE(errorFor(wrong).find("not a rigid transform"), std::string::npos);
   wrong = fused[10];
   wrong.T_W_C.linear() *= 1.5;
-  EXPECT_NE(errorFor(wrong).find("not a position and a rotation"), std::string::npos);
+  EXPECT_NE(errorFor(wrong).find("not a rigid transform"), std::string::npos);
   wrong = fused[10];
   wrong.T_W_C.linear().col(0) *= -1.0;
-  EXPECT_NE(errorFor(wrong).find("not a position and a rotation"), std::string::npos);
+  EXPECT_NE(errorFor(wrong).find("not a rigid transform"), std::string::npos);
   wrong = fused[10];
   wrong.T_W_C.translation().x() += 10000.0;
   EXPECT_NE(errorFor(wrong).find("10000 m"), std::string::npos) << errorFor(wrong);
   wrong = fused[10];
   wrong.stamp_s = std::numeric_limits<double>::infinity();
-  EXPECT_NE(errorFor(wrong).find("not a position"), std::string::npos);
+  EXPECT_NE(errorFor(wrong).find("not a rigid transform"), std::string::npos);
   wrong = {0.5, fused[6].T_W_C};  // like rtabmap's mapPath, with one stamp for all poses
   EXPECT_NE(errorFor(wrong).find("the same stamp, 0.500 s"), std::string::npos) << errorFor(wrong);
   EXPECT_EQ(errorFor({0.5, fused[5].T_W_C}), "") << "refuses a pose given twice";

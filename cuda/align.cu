@@ -12,7 +12,7 @@ namespace {
 constexpr int kAlignThreads = 64;
 constexpr int kWarp = 32;
 
-/// Threads that search together for the surface at one point.
+/// Threads per point in the search for the surface.
 constexpr int kLanes = 4;
 
 unsigned alignBlocks(size_t threads) {
@@ -21,10 +21,10 @@ unsigned alignBlocks(size_t threads) {
 
 /// Number of integers in AlignmentSums.
 constexpr int kSums = sizeof(AlignmentSums) / sizeof(int64_t);
-static_assert(sizeof(AlignmentSums) % sizeof(int64_t) == 0, "only 64-bit integers");
-static_assert(kSums <= kAlignThreads, "one thread per sum");
+static_assert(sizeof(AlignmentSums) % sizeof(int64_t) == 0, "must be 64-bit integers");
+static_assert(kSums <= kAlignThreads, "each sum needs a thread");
 
-/// findSurface() by the kLanes threads of a point: each tries a different place along the normal.
+/// Runs findSurface() with kLanes threads per point; each tries another place along the normal.
 template <class VoxelAt>
 __device__ FieldSample findSurfaceInLanes(const Vec3f& p_L, const Vec3f& normal, bool directional,
                                           float reach, VoxelAt& voxel) {
@@ -61,8 +61,9 @@ __global__ void __launch_bounds__(kAlignThreads)
   });
 }
 
-/// kLanes threads per point. Each warp adds its sums to the totals. The last thread block to finish
-/// writes the totals to the host and zeroes them, so a solver step needs only one kernel.
+/// Launched with kLanes threads per point. Each warp adds its sums to the totals. The last thread
+/// block to finish copies the totals to the host and zeroes them, so a solver step needs only one
+/// kernel.
 __global__ void __launch_bounds__(kAlignThreads)
     addPointsKernel(FrameView view, bool directional, float cutoff, MapView map,
                     const AlignedPoint* points, size_t count, AlignmentSums* sums,
@@ -84,7 +85,7 @@ __global__ void __launch_bounds__(kAlignThreads)
   auto* totals = reinterpret_cast<unsigned long long*>(sums);
   for (int k = 0; k < kSums; ++k) {
     auto value = static_cast<unsigned long long>(values[k]);
-    for (int step = kWarp / 2; step >= kLanes; step /= 2) {  // a point's lanes hold the same value
+    for (int step = kWarp / 2; step >= kLanes; step /= 2) {  // lanes of a point hold the same value
       value += __shfl_down_sync(0xffffffffu, value, step);
     }
     if (threadIdx.x % kWarp == 0 && value != 0) atomicAdd(&totals[k], value);

@@ -1,4 +1,5 @@
-/// The stage "align" on the device: selects points of an image, and sums their normal equations.
+/// The stage "align" on the device: selects points in an image, and accumulates their normal
+/// equations.
 #pragma once
 
 #include "backend/pose_solver.h"
@@ -18,8 +19,8 @@ class PoseAligner {
   /// Enqueues the kernel that selects an image's points. @pre The upload of the image is enqueued.
   void takePoints(const FrameView& view, const RawDepth& raw);
 
-  /// Sums over the points of takePoints(). Waits for the result. @param view The image's camera, at
-  /// any pose.
+  /// Accumulates the sums over the points that takePoints() selected, and waits for the result.
+  /// @param view Camera of the image, at the pose to evaluate.
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const MapView& map);
 
   /// Keys of the blocks that sumsAt() may read, without duplicates.

@@ -24,8 +24,8 @@ constexpr size_t kFirstBlocks = 1 << 14, kFirstVertices = 1 << 16, kFirstTriangl
 constexpr int kThreadBlocksPerProcessor = 8;
 
 /// Runs one extraction at a time, on its own stream, in parallel with the fusion of frames. begin()
-/// enqueues all stages that make meshes on the device, complete() waits for these and enqueues the
-/// download, finish() waits for the download.
+/// enqueues all meshing stages on the device, complete() waits for these and enqueues the download,
+/// finish() waits for the download.
 class BlockMesher {
  public:
   BlockMesher(const MeshSettings& rules, bool directional, bool refined)
@@ -92,8 +92,8 @@ class BlockMesher {
     counted_.wait();
     const MeshSize size = pinned_totals_[0].size;
     if (size.vertices > vertices_.capacity() || size.triangles > triangles_.capacity()) {
-      // vertices_ grows last: if memory runs out before that, it is still too small, so the next
-      // call tries again.
+      // vertices_ grows last: if memory runs out before that, vertices_ is still too small, so the
+      // next call tries again.
       const size_t with_spare = size.vertices + size.vertices / 2;
       const size_t vertices =
           size.vertices > vertices_.capacity() ? with_spare : vertices_.capacity();
@@ -123,16 +123,17 @@ class BlockMesher {
     return made;
   }
 
-  /// Whether an extraction may still read the map.
+  /// Whether an extraction may still be reading the map.
   bool isUnderWay() const { return state_ == State::kBegun; }
 
-  /// Whether the labels of unchanged blocks were made with this minimum evidence.
+  /// Whether the labels of unchanged blocks were computed with this minimum evidence.
   bool hasLabelsFor(int32_t min_evidence) const {
     return stamp_ > 0 && min_evidence_ == min_evidence;
   }
 
-  /// Whether the last mesh that finish() returned for a slot's block has triangles. takeHasMesh()
-  /// clears this when the block leaves the device; setHasMesh() restores it when the block returns.
+  /// Whether the mesh that finish() last returned for the block in a slot has triangles.
+  /// takeHasMesh() clears this when the block leaves the device; setHasMesh() restores it when the
+  /// block returns.
   bool takeHasMesh(int32_t slot) { return std::exchange(hasMesh(slot), uint8_t{0}) != 0; }
   void setHasMesh(int32_t slot, bool has_mesh) { hasMesh(slot) = has_mesh; }
 
@@ -259,7 +260,7 @@ class BlockMesher {
   PinnedBuffer<BlockTriangle> pinned_triangles_;
   DeviceBuffer<VertexColour> colours_;  ///< One per vertex, once anything is painted.
   PinnedBuffer<VertexColour> pinned_colours_;
-  std::vector<uint8_t> has_mesh_;  ///< Per slot: whether the last returned mesh has triangles.
+  std::vector<uint8_t> has_mesh_;  ///< Whether the last returned mesh of each slot has triangles.
 };
 
 }  // namespace gpu

@@ -15,15 +15,15 @@ namespace {
 
 constexpr int kThreadBlocksPerProcessor = 8;
 
-/// Initial capacity: number of blocks in view.
+/// Initial capacity of the list of blocks in view.
 constexpr size_t kFirstInView = 1 << 14;
 
 struct VisitedBlock {
   int32_t slot;     ///< -1: not in the map.
-  bool is_touched;  ///< False: the frame only checks the block.
+  bool is_touched;  ///< False if the frame only checks the block.
   uint32_t empty;   ///< Bit d: the array of direction d was empty after the fold.
   Vec3f first_voxel_L;
-  bool in_turn;             ///< Whether to check uncovered voxels too.
+  bool in_turn;             ///< Whether to check uncovered voxels as well.
   const uint32_t* covered;  ///< Covered voxels, one bit each; null if not touched.
   uint32_t directions;      ///< Bit d: the block has sums for direction d.
 
@@ -41,13 +41,13 @@ struct JudgedVoxels {
   uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< From packJudged().
 };
 
-/// Threads per block to clear: one per voxel, to hide the latency of memory.
+/// Threads per block of the map: one per voxel, to hide memory latency.
 constexpr int kClearThreads = kVoxelsPerBlock;
 constexpr int kMaxPerThread = kDirectionCount * kVoxelsPerBlock / kClearThreads;
-static_assert(kMaxPerThread <= 16, "two bits per voxel in 32 bits");
+static_assert(kMaxPerThread <= 16, "a thread's observations must fit in 32 bits");
 
 constexpr uint32_t kCoveredBit = 1u << 15;
-static_assert(kDirectionCount * kVoxelsPerBlock <= kCoveredBit, "the bit must be unused");
+static_assert(kDirectionCount * kVoxelsPerBlock <= kCoveredBit, "kCoveredBit must be unused");
 
 __device__ uint16_t packJudged(int direction, int voxel, bool is_covered) {
   return static_cast<uint16_t>(direction * kVoxelsPerBlock + voxel) |
@@ -58,7 +58,7 @@ __device__ uint16_t packJudged(int direction, int voxel, bool is_covered) {
 /// one voxel as for 32.
 __device__ void listJudged(const MapView& map, const FusionRules& rules, const SlotEntry& entry,
                            const VisitedBlock& block, JudgedVoxels& list) {
-  __syncthreads();  // the previous block's list is no longer read
+  __syncthreads();  // no thread reads the previous list any longer
   if (threadIdx.x == 0) list.count = list.emptied_directions = 0;
   __syncthreads();
   const int i = threadIdx.x;
@@ -88,7 +88,7 @@ __device__ void listJudged(const MapView& map, const FusionRules& rules, const S
   __syncthreads();
 }
 
-/// The observations at this thread's voxels, two bits each; kOccupied where the frame does not
+/// The observations for this thread's voxels, two bits each; kOccupied where the frame does not
 /// contradict the voxel.
 __device__ uint32_t judgeVoxels(const FrameSensing& sensing, const FusionSettings& fusion,
                                 const MapView& map, const SlotEntry& entry,
@@ -190,7 +190,7 @@ __device__ VisitedBlock visitTouched(const MapView& map, const TouchedView& touc
           block.directions};
 }
 
-/// An untouched block that the frame checks.
+/// Describes an untouched block that the frame checks.
 __device__ VisitedBlock visitUntouched(const MapView& map, const FrameView& frame, int32_t slot) {
   const Vec3i block_L = unpackKey(map.slots[slot].key) - blockOfVoxel(frame.origin_voxel);
   return {slot, false, 0, toFloat(firstVoxelOfBlock(block_L)), true, nullptr, 0};
@@ -203,9 +203,8 @@ __device__ void dropArrays(SlotEntry& entry, uint32_t directions) {
   }
 }
 
-/// One thread block per touched block, and more thread blocks, in a grid-stride loop, for untouched
-/// blocks. The last thread block to finish writes the number of empty blocks to host memory, which
-/// also holds the list of empty blocks.
+/// One thread block per touched or untouched block, in a grid-stride loop. The list of blocks with
+/// empty arrays is in host memory; the last thread block to finish writes its length.
 __global__ void __launch_bounds__(kClearThreads, 3)
     clearBlocksKernel(DeviceSensing on_device, FusionSettings fusion, MapView map,
                       TouchedView touched, const uint32_t* covered, uint64_t frame_number,
@@ -288,7 +287,7 @@ void Clearing::reserve(const FrameCounters& counters, size_t in_view) {
   empty_blocks_.reserve(counters.touched + in_view);
 }
 
-/// The previous frame is finished, so no kernel reads its list any longer.
+/// The previous frame is finished, so no kernel reads in_view_ any longer.
 void Clearing::storeInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view) {
   in_view_count_ = sensing.hasFreeDepth() ? static_cast<uint32_t>(in_view.size()) : 0;
   std::copy_n(in_view.begin(), in_view_count_, in_view_.data());
@@ -306,7 +305,7 @@ void Clearing::clear(const DeviceSensing& sensing, const MapView& map, const Tou
                      const FrameCounters& counters, const uint32_t* covered,
                      uint64_t frame_number) {
   const uint32_t untouched = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
-  const uint32_t blocks = std::max(counters.touched + untouched, 1u);  // 1 writes the count
+  const uint32_t blocks = std::max(counters.touched + untouched, 1u);  // one to write the count
   launchOverlapped("clearBlocksKernel", clearBlocksKernel, blocks, kClearThreads, 0, stream_,
                    sensing, fusion_, map, touched, covered, frame_number, looks_.data(),
                    empty_blocks_.data(), empty_count_.data());

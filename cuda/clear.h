@@ -24,29 +24,29 @@ class Clearing {
   void storeInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view);
 
   /// Enqueues the search for untouched blocks that the frame checks. It must directly follow the
-  /// fold, which it may overlap.
+  /// fold, which may still be running.
   void findBlocksToCheck(const DeviceSensing& sensing, const MapView& map,
                          const TouchedView& touched, uint64_t frame_number);
 
   /// Enqueues the stage, which also marks touched and changed blocks for meshing.
-  /// @param covered Fusion::covered() of this frame.
+  /// @param covered Result of Fusion::covered() for this frame.
   void clear(const DeviceSensing& sensing, const MapView& map, const TouchedView& touched,
              const FrameCounters& counters, const uint32_t* covered, uint64_t frame_number);
 
-  /// Waits for the last frame. @return its blocks with empty arrays, in ascending order of their
-  /// slots. A second call for the same frame returns an empty list.
+  /// Waits for the last frame. @return the blocks with empty arrays, in ascending order of slots. A
+  /// second call for the same frame returns an empty list.
   std::vector<EmptyBlock> takeEmptyBlocks();
   bool hasOutcome() const { return is_cleared_; }
 
   void addMemory(MapperMemory& memory) const;
 
  private:
-  const bool clears_;  ///< False for voxel projection.
+  const bool clears_;  ///< False with voxel projection.
   const FusionSettings fusion_;
   const Stream& stream_;
   Event cleared_;
   const int thread_blocks_;        ///< Enough to fill the device.
-  bool is_cleared_ = false;        ///< A frame's empty blocks have not been taken yet.
+  bool is_cleared_ = false;        ///< Whether takeEmptyBlocks() is due.
   PinnedBuffer<int32_t> in_view_;  ///< Read in place by kernels.
   uint32_t in_view_count_ = 0;  ///< Number of slots in in_view_; 0 if the frame has no free depth.
   DeviceBuffer<int32_t> looks_;

@@ -8,8 +8,8 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// One thread per pair of a painted block and a block whose units reach into it, in a grid-stride
-/// loop.
+/// One thread per pair of a painted block and a block whose units have corners in it, in a
+/// grid-stride loop.
 __global__ void selectPaintedKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   const size_t count = static_cast<size_t>(*map.painted.count) * kUnitReach;
@@ -22,7 +22,7 @@ __global__ void selectPaintedKernel(MapView map, MeshView mesh) {
   }
 }
 
-/// One thread: empties the list of painted blocks.
+/// Empties the list of painted blocks. Launched with a single thread.
 __global__ void forgetPaintedKernel(MapView map) {
   waitForPreviousKernel();
   *map.painted.count = 0;
@@ -45,7 +45,7 @@ __device__ void findColours(const MapView& map, const BlockKey& key, ColourShare
     corners.clearBlock(t);
   }
   __syncthreads();
-  static_assert(kCornerBlocks * kBricksPerArray <= kThreads, "one thread per brick");
+  static_assert(kCornerBlocks * kBricksPerArray <= kThreads, "each brick needs a thread");
   const int n = t / kBricksPerArray, brick = t % kBricksPerArray;
   if (n < kCornerBlocks) {
     for (int d = 0; d < kDirectionCount; ++d) {
@@ -87,7 +87,8 @@ __device__ void colourEdges(const MeshView& mesh, const MeshRecord& record, Colo
   __syncthreads();
 }
 
-/// Colours the vertices at midpoints of sides. @pre The vertices at their ends are coloured.
+/// Colours the vertices at midpoints of sides. @pre The vertices at the ends of these sides are
+/// coloured.
 __device__ void colourMidpoints(const MeshView& mesh, const MeshRecord& record,
                                 const ColourShared& shared) {
   const BlockVertex* vertices = mesh.vertices + record.first_vertex;
@@ -100,7 +101,8 @@ __device__ void colourMidpoints(const MeshView& mesh, const MeshRecord& record,
   }
 }
 
-/// One thread block per meshed block, in a grid-stride loop. Skips blocks whose meshes did not fit.
+/// One thread block per meshed block, in a grid-stride loop. Skips blocks whose meshes did not fit
+/// into the buffers.
 __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   __shared__ ColourShared shared;
@@ -110,7 +112,7 @@ __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, Me
     const MeshRecord record = mesh.records[b];
     if (record.vertices == 0 || record.first_vertex + record.vertices > mesh.capacity.vertices ||
         record.first_triangle + record.triangles > mesh.capacity.triangles) {
-      continue;  // taken by all threads of the block, or none
+      continue;  // the same for all threads of the block
     }
     findColours(map, unpackKey(record.key), shared);
     colourEdges(mesh, record, shared);

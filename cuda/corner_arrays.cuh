@@ -1,5 +1,5 @@
-/// Helpers of meshing kernels: find the voxel arrays of blocks, and select blocks for an
-/// extraction. For .cu files.
+/// Helpers for meshing kernels, which find the voxel arrays of a block and select blocks for an
+/// extraction. Include only in .cu files.
 #pragma once
 
 #include "device_map.cuh"
@@ -16,7 +16,7 @@ __device__ __forceinline__ BlockKey keyOfSlot(const MapView& map, int32_t slot) 
 
 /// Finds the voxel arrays of a block, indexed by direction; null where there is none. `slot` is -1
 /// if the block does not exist.
-/// @return a bit for each direction that has an array.
+/// @return the directions that have an array, one bit each.
 __device__ inline uint32_t findArrays(const MapView& map, int32_t slot,
                                       const Voxel* (&arrays)[kDirectionCount]) {
   uint32_t present = 0;
@@ -28,7 +28,7 @@ __device__ inline uint32_t findArrays(const MapView& map, int32_t slot,
   return present;
 }
 
-/// Marks a block as selected for the extraction. @return false if it already was.
+/// Marks a block as selected for the extraction. @return false if it was selected before.
 __device__ __forceinline__ bool select(const MapView& map, const MeshView& mesh, int32_t slot) {
   return atomicExch(&map.mesh_stamp[slot], mesh.stamp) != mesh.stamp;
 }

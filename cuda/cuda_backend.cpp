@@ -25,7 +25,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// A map on a device, and the stages that fuse, mesh and render it.
+/// Holds a map on a device, and runs the stages that fuse frames into it, mesh it and render it.
 class CudaBackend : public MapBackend {
  public:
   CudaBackend(const MapperParams& params, const Rules& rules, int device, const BlockTable& table)
@@ -117,7 +117,7 @@ class CudaBackend : public MapBackend {
     return {counters_.touched, block_finder_.fetchRequests(), counters_.requested_arrays};
   }
 
-  /// Enqueues the search; the device works on it while the host admits blocks.
+  /// Enqueues the search for free cells, which runs while the host admits blocks.
   void seeFree(std::vector<Vec3i> cubes) override {
     free_cell_finder_.find(sensing_->frame(), sensor_.freeDepth(), std::move(cubes));
   }
@@ -216,7 +216,7 @@ class CudaBackend : public MapBackend {
   }
 
   /// Always copies labels, since the host does not know whether there are any. Removes marks last,
-  /// when memory can no longer run out.
+  /// after all allocations.
   void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override {
     record_mover_.download(map_.voxels(), order.arrays, contents.voxels.data());
     record_mover_.download(map_.colours(), order.bricks, contents.colours.data());
@@ -238,8 +238,8 @@ class CudaBackend : public MapBackend {
     if (given != nullptr) setStates(order.slots, *given);
   }
 
-  /// Does not test whether the frame looks through a block, so it may return blocks that will not
-  /// be changed.
+  /// Does not test whether the frame looks through a block, so the result may contain blocks that
+  /// the frame will not change.
   std::vector<PackedKey> neededKeys(const std::vector<PackedKey>& others,
                                     uint64_t frame_number) override {
     std::vector<PackedKey> keys = block_finder_.fetchTouched();
@@ -287,7 +287,7 @@ class CudaBackend : public MapBackend {
     return hasMarks() ? map_.takeMarks(slots) : std::vector<MeshMarks>(slots.size());
   }
 
-  /// Sets the labels and marks of slots. Marks of blocks that had these slots before are removed.
+  /// Sets the labels and marks of slots. Marks of blocks that used these slots before are removed.
   void setStates(const std::vector<int32_t>& slots, const MeshStates& given) {
     record_mover_.upload(map_.labels(), slots, given.labels.data());
     takeMarks(slots);
@@ -305,7 +305,8 @@ class CudaBackend : public MapBackend {
             depthRangeOf(frame, params_)};
   }
 
-  /// Repeats the search with larger buffers after one that had no room for all surfels or blocks.
+  /// Repeats the search for touched blocks with larger buffers, if not all surfels or blocks
+  /// fitted.
   void findMore() {
     if (counters_.usable_surfels > surfels_.room) {
       block_finder_.begin();
@@ -323,7 +324,7 @@ class CudaBackend : public MapBackend {
   const FusionRules fusion_rules_;
   const int device_;
   const BlockTable& table_;
-  Stream stream_;  ///< For everything but extractions, distances and colour uploads.
+  Stream stream_;  ///< For all work except extractions, distances and colour uploads.
   Event map_ready_;
   DeviceMap map_;
   RawImage raw_image_;

@@ -1,5 +1,4 @@
-/// The entry point of the GPU backend, and the only header in cuda/ that code outside it includes,
-/// except for tests.
+/// Entry point to the GPU backend. Apart from tests, code outside cuda/ includes only this header.
 #pragma once
 
 #include <string>
@@ -10,14 +9,15 @@
 
 namespace dtsdf {
 
-/// The reason why this process cannot map on the current CUDA device; empty if it can.
+/// Why this process cannot use the current CUDA device; empty if it can.
 std::string findCudaProblem();
 
-/// Returns a function that makes backends, on any thread, for the device that is current now.
+/// Returns a function that creates backends for the current device, and may be called on any
+/// thread.
 /// @pre findCudaProblem() is empty. @throws BackendError if CUDA fails, here or in the function.
 BackendMaker cudaBackends(const MapperParams& params, const Rules& rules);
 
-/// Bytes of the current device's memory in use, by all processes together.
+/// Memory on the current device used by all processes together, in bytes.
 size_t cudaMemoryTaken();
 
 }  // namespace dtsdf

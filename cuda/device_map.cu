@@ -7,13 +7,13 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Initial capacities. They are so large that the map rarely has to grow, which takes longer than
-/// the rest of an admission.
+/// Initial capacities. They are large because growing the map takes longer than the rest of an
+/// admission.
 constexpr size_t kFirstHash = 1 << 17, kFirstSlots = 1 << 15;
 constexpr size_t kFirstUpdates = 1 << 13, kFirstNewArrays = 1 << 14;
 
-/// Zeroes arrays and updates slots. The first thread blocks handle one array each, the others one
-/// slot per thread. Both lists are in host memory.
+/// Zeroes arrays and updates slots. The first thread blocks handle one array each, the remaining
+/// ones one slot per thread. Both lists are in host memory.
 __global__ void enterBlocksKernel(MapView map, const SlotUpdate* updates, uint32_t update_count,
                                   const int32_t* arrays, uint32_t array_count) {
   waitForPreviousKernel();
@@ -121,7 +121,7 @@ void DeviceMap::noteDemand(const PoolSizes& asked) {
                     fading(recent_demand_.arrays, asked.arrays)};
 }
 
-/// Reserves the pools that grow most often, for several frames at a time. If memory runs out, a
+/// Enlarges the pools that grow most often, by enough for several frames. If memory runs out, a
 /// pool keeps its size.
 void DeviceMap::reserveAhead(const BlockTable& table) {
   constexpr size_t kFrames = 8;
@@ -136,7 +136,7 @@ void DeviceMap::reserveAhead(const BlockTable& table) {
   }
 }
 
-/// Grows the buffers for colours that have entries per voxel array or slot.
+/// Grows the colour buffers that have an entry per voxel array or per slot.
 void DeviceMap::growColours(const PoolSizes& sizes) {
   colour_of_.growZeroed(sizes.arrays * kBricksPerArray, stream_);
   painted_.grow(sizes.slots, stream_);
@@ -168,8 +168,8 @@ void DeviceMap::keepColours() {
   markAll(painted_.view());
 }
 
-/// Keys of released blocks stay in the table. When keys fill half of it, a new table is made
-/// without them.
+/// Keys of released blocks stay in the hash table. When it is half full, it is rebuilt without
+/// them.
 void DeviceMap::reserveHash(size_t new_blocks, size_t live_blocks) {
   if (hash_size_ != 0 && 2 * (hash_used_ + new_blocks) <= hash_size_) return;
   size_t size = kFirstHash;

@@ -1,4 +1,4 @@
-/// Look-ups in the device's map. For .cu files.
+/// Look-ups in the map on the device. Include only in .cu files.
 #pragma once
 
 #include "device_map.h"
@@ -44,14 +44,14 @@ __device__ __forceinline__ uint32_t directionsOfSlot(const SlotEntry& entry) {
   return mask;
 }
 
-/// The colours of a voxel array's brick; null if the brick does not exist.
+/// The colours in a brick of a voxel array; null if the brick does not exist.
 __device__ __forceinline__ VoxelColour* coloursOf(const MapView& map, int32_t array, int brick) {
   if (map.colour_of == nullptr) return nullptr;
   const int32_t number = map.colour_of[static_cast<size_t>(array) * kBricksPerArray + brick];
   return number == 0 ? nullptr : map.colours.record(number - 1);
 }
 
-/// The colour of an array's voxel; null if its brick does not exist.
+/// The colour of a voxel in an array; null if its brick does not exist.
 __device__ __forceinline__ VoxelColour* colourOf(const MapView& map, int32_t array, int voxel) {
   VoxelColour* colours = coloursOf(map, array, brickOf(voxel));
   return colours == nullptr ? nullptr : colours + placeInBrick(voxel);

@@ -1,5 +1,5 @@
 /// The map on the device: a mirror of the host's BlockTable, and memory for voxels, colours and
-/// labels of mesh units.
+/// mesh unit labels.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ struct SlotEntry {
   int32_t array[kDirectionCount];
 };
 
-/// A slot's new contents, or its release.
+/// New contents of a slot, or its release.
 struct SlotUpdate {
   SlotEntry entry;
   int32_t slot;
@@ -55,12 +55,12 @@ struct MapView {
   VoxelPool::View voxels;
   LabelPool::View unit_labels;
   ColourPool::View colours;
-  /// For each brick of each voxel array: 1 plus its number in `colours`, or 0 if it has no colours.
+  /// For each brick of each voxel array: 1 plus its index in `colours`, or 0 if it has no colours.
   /// Null while nothing is painted.
   int32_t* colour_of;
   ChangedBlocks dirty;    ///< Blocks with changed voxels.
   ChangedBlocks painted;  ///< Blocks with changed colours; null while nothing is painted.
-  /// For each slot, the number of the last extraction that selected it.
+  /// For each slot, the ID of the last extraction that selected it.
   uint32_t* mesh_stamp;
 };
 
@@ -88,7 +88,7 @@ class DeviceMap {
 
   /// Records how many blocks and arrays a frame requested.
   void noteDemand(const PoolSizes& asked);
-  /// Reserves memory for frames like the recent ones, if there is plenty. May be called while
+  /// Reserves memory for frames like the recent ones, if plenty is free. May be called while
   /// kernels read the map.
   void reserveAhead(const BlockTable& table);
 
@@ -104,23 +104,23 @@ class DeviceMap {
   /// called.
   void enterColours(const std::vector<NewBrick>& bricks);
 
-  /// From the next extraction on, all meshes have colours. @pre reserveColours() was called.
+  /// Adds colours to all meshes from the next extraction on. @pre reserveColours() was called.
   void keepColours();
 
-  /// Reserves memory for `count` changes per sendChanges(). Waits until the previous changes are
-  /// applied.
+  /// Reserves memory for `count` changes per call of sendChanges(). Waits until the previous
+  /// changes are applied.
   void reserveChanges(size_t count);
 
-  /// Queues a change of a slot, such as a release.
+  /// Queues a change to a slot, such as its release.
   void note(const SlotUpdate& change) { noted_.push_back(change); }
-  /// Sends the queued changes to the device; enterBlocks() does so first.
+  /// Sends the queued changes to the device; enterBlocks() calls this first.
   /// @pre No extraction is reading the map.
   void sendChanges();
 
   void markAllDirty() { markAll(dirty_.view()); }
 
-  /// Reserves memory for the marks of this number of slots. The functions for marks must not be
-  /// called while an extraction is under way.
+  /// Reserves memory for the marks of `slots` slots. Neither this nor the next three functions may
+  /// be called while an extraction is under way.
   void reserveMarks(size_t slots);
   /// All marked slots, with their marks. Waits for the result.
   std::vector<MarkedSlot> marked();
@@ -129,7 +129,7 @@ class DeviceMap {
   /// Adds marks to the existing ones.
   void setMarks(const std::vector<MarkedSlot>& marked);
 
-  MapView view() const;  ///< Without colours until keepColours().
+  MapView view() const;  ///< Has no colours before keepColours() is called.
 
   VoxelPool& voxels() { return voxels_; }
   ColourPool& colours() { return colours_; }
@@ -143,9 +143,9 @@ class DeviceMap {
   void reserveHash(size_t new_blocks, size_t live_blocks);
 
   const Stream& stream_;
-  /// The largest demand of recent frames; it decays over time.
+  /// Largest demand of a recent frame; decays over time.
   PoolSizes recent_demand_ = {0, 0};
-  size_t slot_count_ = 0;  ///< Number of slots that hold, or held, a block.
+  size_t slot_count_ = 0;  ///< Number of slots that hold a block, or once did.
   size_t hash_used_ = 0;   ///< Upper bound on used entries, including those of released blocks.
   DeviceBuffer<PackedKey> hash_keys_;
   DeviceBuffer<int32_t> hash_slots_;
@@ -158,8 +158,8 @@ class DeviceMap {
   ColourPool colours_;
   DeviceBuffer<int32_t> colour_of_;
   bool has_colours_ = false;
-  /// Recorded after work that reads updates_, new_arrays_ or pinned_bricks_. Once it is done, the
-  /// host may overwrite them.
+  /// Recorded after work that reads updates_, new_arrays_ or pinned_bricks_. The host waits for it
+  /// before it overwrites them.
   Event updates_sent_;
   PinnedBuffer<SlotUpdate> updates_;
   PinnedBuffer<int32_t> new_arrays_;
@@ -175,10 +175,10 @@ class DeviceMap {
   DeviceBuffer<NewBrick> new_bricks_;
 };
 
-/// Some kernel of this binary, for finding out whether the device can run its code.
+/// A kernel of this binary, for testing whether the device can run its code.
 const void* anyKernel();
 
-/// The slot update that mirrors a block of the table.
+/// The slot update for a block in the table.
 SlotUpdate makeSlotUpdate(const BlockEntry& entry, int32_t slot, bool dirty = false);
 
 }  // namespace gpu

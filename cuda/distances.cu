@@ -11,16 +11,17 @@ namespace gpu {
 namespace {
 
 constexpr int kWarp = 32, kWarps = kThreads / kWarp;
-static_assert(kSectorSide == kWarp, "one lane per x");
+static_assert(kSectorSide == kWarp, "each x needs a lane");
 
 /// Cells per thread along y in the first kernel, and along z in the second.
 constexpr int kRowsPerThread = kSectorSide / kWarps, kCellsPerThread = kCubeSide;
 
-constexpr int kMaxRing = 8;  // for a reach of 255 cells
+constexpr int kMaxRing = 8;  // for distances up to 255 cells
 constexpr int kMaxWords = 2 * kMaxRing + 1;
-constexpr int kRowsAtOnce = 3 * kWarp;  ///< The whole window if the reach is at most 32.
+constexpr int kRowsAtOnce = 3 * kWarp;  ///< The whole window for distances up to 32 cells.
 
-/// Computes squared distances along x and y within planes. One thread block per plane of a stack.
+/// Computes squared distances along x and y within planes of cells. One thread block per plane of a
+/// stack.
 __global__ void __launch_bounds__(kThreads)
     planeDistancesKernel(DistanceTask task, uint16_t* planes) {
   __shared__ uint32_t words[kRowsAtOnce * kMaxWords];
@@ -68,7 +69,7 @@ __global__ void __launch_bounds__(kThreads)
     out[i * kSectorSide] = squaredWithin(least[i], task.reach);
   }
 }
-static_assert(kMaxWords <= kWarp, "one lane per word");
+static_assert(kMaxWords <= kWarp, "each word needs a lane");
 
 /// Takes the minimum of the planes' squared distances along z. One thread block per row of four
 /// cubes.
@@ -114,18 +115,18 @@ __global__ void __launch_bounds__(kThreads)
   const uint4 now = *reinterpret_cast<const uint4*>(&cubes[at / kCellsPerCube][at % kCellsPerCube]);
   const int place = row * kCubesAlong * kCellsPerCube + at;
   uint4* const known = reinterpret_cast<uint4*>(result.device + place);
-  const uint4 before = result.is_new ? uint4{} : *known;  // a new place has no values yet
+  const uint4 before = result.is_new ? uint4{} : *known;  // new memory has no values yet
   const bool is_other = result.is_new || now.x != before.x || now.y != before.y ||
                         now.z != before.z || now.w != before.w;
   if (!__any_sync(~0u, is_other)) return;
   *known = now;
   *reinterpret_cast<uint4*>(result.host + place) = now;
 }
-static_assert(kWarps == kCubeSide, "one warp per y");
+static_assert(kWarps == kCubeSide, "each y needs a warp");
 static_assert(kThreads * sizeof(uint4) == kCubesAlong * kCellsPerCube * sizeof(uint16_t),
               "each thread writes one uint4");
 
-/// Copies a list to pinned memory. @return its address in device memory, once it has been uploaded.
+/// Copies a list to pinned memory. @return its future address in device memory.
 template <class T>
 const T* stage(const T* list, int32_t count, const char* device, char* pinned, size_t& used) {
   const size_t begin = used, bytes = static_cast<size_t>(count) * sizeof(T);
@@ -191,7 +192,7 @@ size_t SquaresPool::freeBytes() const {
 }
 
 DistanceTask DistanceComputer::upload(const DistanceTask& task, const SquaresPlace*& results) {
-  constexpr size_t kAlignment = 5 * 16;  // padding of five lists
+  constexpr size_t kAlignment = 5 * 16;  // to pad five lists
   const size_t most = task.stack_count * sizeof(SectorStack) + task.place_count * sizeof(int32_t) +
                       task.sector_count * sizeof(SurfaceCubes) +
                       task.cube_count * sizeof(CellMask) + task.wanted * sizeof(SquaresPlace) +

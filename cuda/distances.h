@@ -1,4 +1,4 @@
-/// Distances between cells of space, computed on the device.
+/// Computes the distances from cells to surfaces on the device.
 #pragma once
 
 #include <memory>
@@ -14,23 +14,23 @@ namespace dtsdf {
 namespace gpu {
 
 /// Memory for the squared distances of a sector: pinned host memory, which kernels write directly,
-/// and a copy on the device to compare with.
+/// and a copy on the device, with which they compare new values.
 struct SquaresPlace {
   uint16_t *host, *device;
-  bool is_new;  ///< Not filled yet.
+  bool is_new;  ///< Whether it is still uninitialised.
 };
 
 class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
  public:
-  /// The memory of a sector's squares. If it was not allocated from a pool, memory from this pool
-  /// replaces it, without its contents. The pool lives at least as long as memory allocated from
-  /// it.
+  /// Memory for the squared distances of a sector. If `squares` was not allocated from a pool, it
+  /// is replaced by uninitialised memory from this pool, which stays alive as long as that memory
+  /// is in use.
   SquaresPlace placeOf(std::shared_ptr<uint16_t[]>& squares);
 
-  /// Whether `most_bytes` are enough for pool memory for all `squares`.
+  /// Whether the pool can provide memory for all `squares` without exceeding `most_bytes`.
   bool hasRoomFor(const std::vector<std::shared_ptr<uint16_t[]>>& squares, size_t most_bytes) const;
 
-  size_t bytes() const;      ///< On the host; the device holds the same number.
+  size_t bytes() const;      ///< Memory used on the host; the same on the device.
   size_t freeBytes() const;  ///< The unused part of bytes().
 
  private:
@@ -47,13 +47,12 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
 
   mutable std::mutex mutex_;  ///< Squares may be freed on any thread.
   std::vector<std::pair<PinnedBuffer<uint16_t>, DeviceBuffer<uint16_t>>> chunks_;
-  std::vector<SquaresPlace> free_;  ///< Has capacity for all places, so freeing does not allocate.
+  std::vector<SquaresPlace> free_;  ///< Has capacity for all, so freeing never allocates.
 };
 
 class DistanceComputer {
  public:
-  /// @param most_bytes Limit on the memory for squares on the device; the host uses the same
-  ///   amount.
+  /// @param most_bytes Maximum memory for squared distances on the device, and again on the host.
   explicit DistanceComputer(size_t most_bytes) : max_bytes_(most_bytes) {}
   ~DistanceComputer() { stream_.drain(); }
 

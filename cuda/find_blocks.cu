@@ -10,7 +10,7 @@ namespace gpu {
 namespace {
 
 constexpr size_t kFirstCapacity = 8192;
-/// A longer search means that the table is too full; it should be at most half full.
+/// If a search takes longer, the table is too full. It should be at most half full.
 constexpr int kMaxProbes = 1024;
 
 /// One thread per entry of the hash table.

@@ -1,4 +1,4 @@
-/// Look-ups in a frame's table of touched blocks. For .cu files.
+/// Look-ups in a frame's table of touched blocks. Include only in .cu files.
 #pragma once
 
 #include "device_map.cuh"
@@ -8,8 +8,8 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The part of a surfel's line that a thread handles. Lines are long, so several threads share a
-/// line if there are enough threads. The sums do not depend on how lines are divided.
+/// The part of a surfel's line that a thread handles. Lines are long, so they are divided among
+/// several threads if there are enough. The sums do not depend on this.
 struct LinePart {
   uint32_t surfel;
   int number, count_log2;

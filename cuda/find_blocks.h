@@ -12,9 +12,9 @@ namespace gpu {
 
 /// Counters of one frame, for the host.
 struct FrameCounters {
-  uint32_t usable_surfels;  ///< Number of surfels; in voxel projection, of those with a weight.
+  uint32_t usable_surfels;  ///< Number of surfels; with voxel projection, only those with a weight.
   uint32_t touched;         ///< Touched blocks.
-  uint32_t touched_arrays;  ///< Touched directions, over all blocks.
+  uint32_t touched_arrays;  ///< Touched directions, summed over all blocks.
   uint32_t requests;        ///< Blocks that are missing or lack arrays.
   uint32_t requested_arrays;
   /// Not 0 if the table was too small; then only usable_surfels is exact.
@@ -28,7 +28,7 @@ struct TouchedBlock {
   PackedKey key;
   Vec3i block_L;        ///< Coordinates relative to the frame's origin.
   uint32_t directions;  ///< Bit d: some surfel belongs to direction d.
-  int32_t slot;         ///< -1 if not in the map before the frame.
+  int32_t slot;         ///< -1 if the block was not in the map before the frame.
   uint32_t empty;       ///< Bit d: after the fold, the array of direction d is empty.
 };
 
@@ -53,8 +53,8 @@ class BlockFinder {
   /// Begins a frame: zeroes the counters and empties the table, unless prepare() has done so.
   void begin();
 
-  /// Does the work of the next begin() ahead of time. Kernels enqueued later must not read the last
-  /// frame's blocks.
+  /// Does the work of the next begin() ahead of time. Kernels enqueued after this call must not
+  /// read the last frame's blocks.
   void prepare();
   uint32_t* usableSurfels() { return &counters_.data()->usable_surfels; }
 

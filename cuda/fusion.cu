@@ -18,7 +18,7 @@ namespace {
 /// fused in several passes, so that a small GPU can fuse any frame.
 constexpr uint32_t kMaxSumArrays = 16384;
 
-static_assert(sizeof(VoxelSums) == 3 * sizeof(unsigned long long), "three 64-bit integers");
+static_assert(sizeof(VoxelSums) == 3 * sizeof(unsigned long long), "must be three 64-bit integers");
 
 /// Adds a sample to the sums with integer atomics, so the result does not depend on the order.
 __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint32_t point_key) {
@@ -73,7 +73,7 @@ __global__ void __launch_bounds__(kThreads, 4)
   castSurfel(line, sides, fusion, add);
 }
 
-/// One thread block per array of sums, which it zeroes afterwards.
+/// Folds sums into voxels, then zeroes them. One thread block per array of sums.
 __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, MapView map,
                                TouchedView touched, SumsView part, uint32_t* covered) {
   waitForPreviousKernel();
@@ -97,7 +97,7 @@ __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, MapView m
     }
     const uint32_t word = __ballot_sync(~0u, is_covered);
     if (i % 32 == 0) words[i / 32] = word;
-    if (is_covered) sums[i] = VoxelSums{};  // other sums are 0
+    if (is_covered) sums[i] = VoxelSums{};  // all others are 0 already
   }
   const bool empty = !__syncthreads_or(observed) && voxels != nullptr;
   if (threadIdx.x == 0 && empty) atomicOr(&block.empty, 1u << direction);
@@ -137,11 +137,11 @@ __global__ void projectVoxelsKernel(FrameView frame, FusionSettings fusion, cons
 Fusion::Fusion(const MapperParams& params, const Rules& rules, const Stream& stream)
     : casts_(castsSurfels(params)), fusion_(makeFusionSettings(params, rules)), stream_(stream) {}
 
-/// Reserves an eighth more than needed, not half more: sums take up most of a frame's memory.
+/// Reserves only an eighth more than needed, as sums take up most of a frame's memory.
 void Fusion::reserveSums(uint32_t arrays) {
   if (static_cast<size_t>(arrays) * kVoxelsPerBlock <= sums_.capacity()) return;
   const size_t with_spare = std::min(arrays + arrays / 8, kMaxSumArrays);
-  are_cast_ = true;  // until sums are zeroed, in case of an exception
+  are_cast_ = true;  // stays true if an exception prevents zeroing
   sums_.reserveExactly(with_spare * kVoxelsPerBlock, stream_);
   sums_.zero(stream_);
   are_cast_ = false;

@@ -7,13 +7,13 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The sums for `count` of the frame's arrays, starting with array number `first`.
+/// The sums for `count` of the frame's arrays, starting at index `first`.
 struct SumsView {
   VoxelSums* sums;
   uint32_t first, count;
 };
 
-/// Number of words with one bit per voxel of an array.
+/// Number of 32-bit words needed for one bit per voxel of an array.
 constexpr int kCoverWords = kVoxelsPerBlock / 32;
 
 class Fusion {
@@ -23,10 +23,9 @@ class Fusion {
   /// Reserves memory for a frame. @throws BackendError if memory runs out; the map is not changed.
   void reserve(const FrameCounters& counters);
 
-  /// Enqueues the cast of the surfels into as many arrays of sums as there is room for, since the
-  /// host does not know yet how many are needed. Casting does not read the map, so the host can
-  /// admit blocks in the meantime. If the frame is refused or repeated, the next cast discards its
-  /// sums.
+  /// Enqueues the cast of the surfels into all arrays of sums that fit in memory, since the host
+  /// does not know yet how many are needed. Casting does not read the map, so the host can admit
+  /// blocks in the meantime. If the frame is refused or repeated, the next cast discards its sums.
   void castAhead(const DeviceSensing& sensing, const DeviceSurfels& surfels,
                  const TouchedView& touched);
 
@@ -50,7 +49,7 @@ class Fusion {
   void project(const DeviceSensing& sensing, const DeviceSurfels& surfels, const MapView& map,
                const TouchedView& touched, uint32_t blocks);
 
-  const bool casts_;  ///< False for voxel projection.
+  const bool casts_;  ///< False with voxel projection.
   const FusionSettings fusion_;
   const Stream& stream_;
   DeviceBuffer<VoxelSums> sums_;  ///< All zero between frames, unless are_cast_.

@@ -11,8 +11,8 @@ namespace {
 
 __device__ const MeshTables kTables = kMeshTables;
 
-/// One thread per pair of a dirty block and a block whose units reach into it, in a grid-stride
-/// loop, since the host does not know the number of pairs.
+/// One thread per pair of a dirty block and a block whose units have corners in it, in a
+/// grid-stride loop, since the host does not know the number of pairs.
 __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   const size_t count = static_cast<size_t>(*map.dirty.count) * kUnitReach;
   for (size_t i = globalThread(); i < count; i += static_cast<size_t>(gridDim.x) * blockDim.x) {
@@ -26,9 +26,9 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   }
 }
 
-/// Selects the neighbours of dirty blocks, since their meshes depend on the dirty blocks. One
-/// thread per pair of a dirty block and a neighbour, in a grid-stride loop that starts with the
-/// last thread, as the last thread blocks have the fewest blocks to index.
+/// Selects the neighbours of dirty blocks, as their meshes depend on these. One thread per pair of
+/// a dirty block and a neighbour, in a grid-stride loop that starts with the last thread, as the
+/// last thread blocks have the fewest blocks to index.
 __device__ void selectAround(const MapView& map, const MeshView& mesh) {
   const size_t count = static_cast<size_t>(*map.dirty.count) * kBlocksAround;
   const size_t threads = static_cast<size_t>(gridDim.x) * blockDim.x;
@@ -40,10 +40,10 @@ __device__ void selectAround(const MapView& map, const MeshView& mesh) {
   }
 }
 
-/// A block's corner grid, and its candidates: the few units that can have a surface.
+/// The corner grid of a block, and its candidates: the few units that can contain a surface.
 struct BlockCorners {
   CornerArrays arrays;
-  uint32_t present;              ///< Bit d: some block around has an array of direction d.
+  uint32_t present;              ///< Bit d: a block in the grid has an array of direction d.
   uint32_t sides[kGridCorners];  ///< sidesOfCorner()
   uint32_t count;
   uint16_t candidates[kVoxelsPerBlock];
@@ -104,7 +104,7 @@ __device__ void collectCorners(BlockCorners& block, Sample* samples) {
   }
 }
 
-/// Lists the units that can have a surface, and labels the others as empty.
+/// Lists the units that can contain a surface, and labels all other units as empty.
 __device__ void listCandidates(BlockCorners& block, UnitLabels* stored) {
   for (int i = threadIdx.x; i < kVoxelsPerBlock; i += blockDim.x) {
     const bool is_candidate = possibleLeaders(sidesOfUnit(block, i)) != 0;
@@ -131,9 +131,9 @@ __device__ void labelCandidates(const MeshView& mesh, const BlockCorners& block,
   }
 }
 
-/// One thread block per reached block, in a grid-stride loop. First selects the other blocks to be
-/// meshed. Several thread blocks share a multiprocessor, as they spend most of their time waiting
-/// for memory.
+/// One thread block per reached block, in a grid-stride loop. First selects the neighbours that
+/// must be meshed too. Several thread blocks share a multiprocessor, as they spend most of their
+/// time waiting for memory.
 __global__ void __launch_bounds__(kThreads, 4) indexBlocksKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   extern __shared__ Sample samples[];

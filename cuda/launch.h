@@ -82,9 +82,9 @@ __device__ __forceinline__ void waitForPreviousKernel() {
 #endif
 }
 
-/// All threads of a kernel that may overlap the previous kernel, and does not depend on it, must
-/// call this last. When such a kernel starts, all kernels before the previous one have ended. Only
-/// one thread block waits; the others free their multiprocessors.
+/// For kernels that may overlap the previous kernel and do not depend on it: all threads must call
+/// this last. When such a kernel starts, all kernels before the previous one have ended. Only one
+/// thread block waits; the others release their multiprocessors.
 __device__ __forceinline__ void waitAtEnd() {
   if (blockIdx.x + blockIdx.y == 0) waitForPreviousKernel();
 }
@@ -99,9 +99,9 @@ __device__ __forceinline__ T readShared(const T* p) {
   return *static_cast<const volatile T*>(p);
 }
 
-/// Whether this thread block is the last of `blocks` to get here. If so, reads that bypass the L1
-/// cache, such as readShared(), return what the other thread blocks wrote before. @pre `finished`
-/// was 0 at the start of the kernel.
+/// Whether this thread block is the last of `blocks` to call this. If so, reads that bypass the L1
+/// cache, such as readShared(), return what the other thread blocks wrote before their calls. @pre
+/// `finished` was 0 at the start of the kernel.
 __device__ __forceinline__ bool isLastBlock(uint32_t* finished, uint32_t blocks) {
   __shared__ bool is_last;
   __syncthreads();

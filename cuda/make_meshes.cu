@@ -1,4 +1,5 @@
-// The stage "make" on the device: regularises units, and makes vertices and triangles of blocks.
+// The stage "make" on the device: regularises units, and computes the vertices and triangles of
+// blocks.
 #include <cub/block/block_scan.cuh>
 
 #include "corner_arrays.cuh"
@@ -20,7 +21,7 @@ __device__ const RefineTables kRefineTablesHere = kRefineTables;
 
 constexpr int kUnitsPerThread = kVoxelsPerBlock / kThreads;
 constexpr int kEdgeWords = (kGridEdges + 31) / 32;
-static_assert(kEdgeWords <= kThreads, "one thread per word of edge bits");
+static_assert(kEdgeWords <= kThreads, "each word needs a thread");
 
 using Scan = cub::BlockScan<uint32_t, kThreads>;
 
@@ -51,11 +52,11 @@ struct CornerLabels {
 struct MeshBlockShared {
   ArraysAround arrays;
   LabelNeighbourhood labels_around;
-  uint8_t behind[kGridCorners];  ///< 1 if the corner is behind in more units than in front.
+  uint8_t behind[kGridCorners];  ///< 1 if most units put the corner behind the surface.
   EdgeSet edges;
   MeshRecord record;
   union {                 // used one after the other, with a barrier in between
-    CornerLabels labels;  ///< Until units are regularised.
+    CornerLabels labels;  ///< Used until units are regularised.
     struct {
       typename Scan::TempStorage scan;
       uint16_t vertex_edge[kGridEdges];  ///< Edge of each vertex.
@@ -63,7 +64,7 @@ struct MeshBlockShared {
   };
 };
 static_assert(sizeof(MeshBlockShared) <= 16 * 1024 - 16,
-              "four must fit in 64 KiB, together with the memory of isLastBlock()");
+              "four blocks must fit in 64 KiB, with the memory of isLastBlock()");
 
 __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t min_evidence,
                             MeshBlockShared& shared) {
@@ -80,7 +81,7 @@ __device__ void gatherBlock(const MapView& map, const BlockKey& key, int32_t min
 
 /// Copies the labels in and around a block. All threads of the thread block must call it.
 __device__ void copyLabels(MeshBlockShared& shared) {
-  static_assert(kBlockSide % 4 == 0 && CornerLabels::kMoreAlongX == 4, "four are in one block");
+  static_assert(kBlockSide % 4 == 0 && CornerLabels::kMoreAlongX == 4, "labels move in fours");
   constexpr int kCount = CornerLabels::kRows * CornerLabels::kFoursPerRow;
   for (int i = threadIdx.x; i < kCount; i += kThreads) {
     const int row = i / CornerLabels::kFoursPerRow, n = i % CornerLabels::kFoursPerRow;
@@ -102,7 +103,8 @@ __device__ void decideCorners(MeshBlockShared& shared) {
   __syncthreads();
 }
 
-/// Regularises this thread's units and adds their edges. @return their number of triangles.
+/// Regularises this thread's units, and marks the edges that have a vertex. @return the number of
+/// triangles in these units.
 __device__ uint32_t regulariseUnits(MeshBlockShared& shared,
                                     UnitIndices (&regular)[kUnitsPerThread]) {
   uint32_t triangles = 0;
@@ -120,7 +122,7 @@ __device__ uint32_t regulariseUnits(MeshBlockShared& shared,
   return triangles;
 }
 
-/// Numbers the vertices on the edges of one word of bits.
+/// Numbers the vertices on the edges in one word of the edge set.
 __device__ void listEdges(int word, uint32_t rank, MeshBlockShared& shared) {
   shared.edges.rank[word] = rank;
   for (uint32_t bits = shared.edges.bits[word]; bits != 0; bits &= bits - 1) {
@@ -135,19 +137,19 @@ __device__ uint32_t countMidpoints(const UnitIndices (&regular)[kUnitsPerThread]
                                    MeshBlockShared& shared, uint32_t& before) {
   uint32_t own = 0, count;
   for (const UnitIndices& indices : regular) own += sidesOfUnit(kRefineTablesHere, indices);
-  __syncthreads();  // labels are no longer read
+  __syncthreads();  // no thread reads labels any longer
   Scan(shared.listing.scan).ExclusiveSum(own, before, count);
   return count;
 }
 
 /// Counts a block's vertices on edges and its triangles. Reserves space for all vertices, and for
-/// `refined_triangles` triangles per counted one; the order of blocks in memory is arbitrary.
+/// `refined_triangles` triangles per counted one; the order of blocks in the buffers is arbitrary.
 /// @return this thread's first triangle in the block, before refinement.
 __device__ uint32_t reserveSpace(const MeshView& mesh, uint32_t own_triangles, uint32_t middles,
                                  uint32_t refined_triangles, MeshBlockShared& shared) {
   constexpr uint32_t kLow = 0xffff;
   static_assert(kGridEdges <= kLow && kVoxelsPerBlock * kMaxSheets * kMaxTriangles <= kLow,
-                "one scan counts both, in half a word each");
+                "each count must fit in half a word");
   __syncthreads();  // edges are set; labels and the last scan are no longer used
   const int t = threadIdx.x;
   const uint32_t in_word = t < kEdgeWords ? __popc(shared.edges.bits[t]) : 0;
@@ -221,8 +223,8 @@ __device__ void writeNormals(const MeshView& mesh, uint32_t count, const MeshBlo
 }
 
 /// Writes the midpoints and refined triangles of this thread's units.
-/// @param first_middle Number of the first midpoint among the block's vertices.
-/// @param first_triangle Number of the first triangle in the block.
+/// @param first_middle Index of the first midpoint among the block's vertices.
+/// @param first_triangle Index of the first triangle in the block.
 /// @return how many of the triangles span gaps.
 __device__ uint32_t writeRefined(const MeshView& mesh,
                                  const UnitIndices (&regular)[kUnitsPerThread],
@@ -251,10 +253,10 @@ __device__ uint32_t writeRefined(const MeshView& mesh,
   return kRefinedTriangles * gaps;
 }
 
-/// Whether any unit of a block has a surface. If not, the block has no mesh; this is the case for
-/// most blocks that only adjoin a change. All threads of the thread block must call it.
+/// Whether any unit of a block contains a surface. If not, the block has no mesh; this is the case
+/// for most blocks that only adjoin a change. All threads of the thread block must call it.
 __device__ bool hasSurface(const UnitLabels* labels) {
-  static_assert(sizeof(uint32_t) == kUnitsPerThread * sizeof(UnitLabels), "one word per thread");
+  static_assert(sizeof(uint32_t) == kUnitsPerThread * sizeof(UnitLabels), "must be one word");
   return __syncthreads_or(reinterpret_cast<const uint32_t*>(labels)[threadIdx.x] != 0) != 0;
 }
 
@@ -266,9 +268,9 @@ __device__ void writeTotals(const MeshView& mesh) {
   totals.size = {readShared(&mesh.totals->size.vertices), readShared(&mesh.totals->size.triangles)};
 }
 
-/// One thread block per block to mesh, in a grid-stride loop. Meshes that do not fit are counted
-/// but not written. The last thread block to finish writes the totals to the host. Four thread
-/// blocks share a multiprocessor, which limits the registers of each thread.
+/// One thread block per block to mesh, in a grid-stride loop. Meshes that do not fit into the
+/// buffers are counted but not written. The last thread block to finish writes the totals to the
+/// host. Four thread blocks share a multiprocessor, which limits the registers of each thread.
 template <bool kRefined>
 __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
@@ -301,7 +303,7 @@ __global__ void __launch_bounds__(kThreads, 4) makeMeshesKernel(MapView map, Mes
         record.first_triangle + record.triangles <= mesh.capacity.triangles) {
       const uint32_t on_edges = record.vertices - middles;
       writeVertices(mesh, on_edges, shared);
-      __syncthreads();  // other threads have written their vertices
+      __syncthreads();  // waits until all vertices are written
       if (kRefined) {
         writeNormals(mesh, on_edges, shared);
         __syncthreads();

@@ -15,7 +15,7 @@ constexpr int kRowThreads = 128;
 /// Threads per patch of pixels. One thread per bit of its MergedPatch tests the patch or one of its
 /// four quads.
 constexpr uint32_t kPatchThreads = 8;
-static_assert(kPatchBit < kPatchThreads && 32 % kPatchThreads == 0, "warps take whole patches");
+static_assert(kPatchBit < kPatchThreads && 32 % kPatchThreads == 0, "a patch must lie in one warp");
 
 __global__ void mergePatchesKernel(ImageView image, SurfelSettings settings, uint8_t* patches) {
   waitForPreviousKernel();

@@ -9,8 +9,8 @@ namespace gpu {
 
 struct DeviceSurfels {
   const Surfel* surfels;
-  uint32_t room;          ///< Capacity of the list; surfels beyond it are missing.
-  const uint32_t* count;  ///< Number made, including those beyond `room`; null if it equals `room`.
+  uint32_t room;          ///< Capacity of the list; further surfels are dropped.
+  const uint32_t* count;  ///< Number of surfels, dropped ones included; null if equal to `room`.
 
 #ifdef __CUDACC__
   __device__ __forceinline__ uint32_t size() const {
@@ -23,11 +23,11 @@ class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, const Stream& stream);
 
-  /// Enqueues the stage. For casting, it makes a surfel for each merged square with a weight, and
-  /// for each unmerged pixel with a plane, or each of its subpixels; a few of the latter have no
-  /// weight. If `count` exceeds `room`, the rest are missing. For voxel projection, it makes one
-  /// surfel per pixel, in row-major order, and counts those with a weight.
-  /// @param count Counter on the device; must be 0 at the start.
+  /// Enqueues the stage. For casting, it makes a surfel per merged square with a weight, and one
+  /// per unmerged pixel with a plane, or per subpixel of such a pixel, even if its weight is 0.
+  /// Surfels beyond `room` are counted but dropped. For voxel projection, it makes one surfel per
+  /// pixel, in row-major order, and counts those with a weight.
+  /// @param count Counter on the device; must be 0 when the stage starts.
   DeviceSurfels makeSurfels(const DeviceSensing& sensing, uint32_t* count);
 
   /// Repeats the stage for the same frame with room for `surfels` surfels.

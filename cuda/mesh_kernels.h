@@ -10,17 +10,17 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Total size of all meshes, whether or not they fit.
+/// Total size of all meshes, including those that do not fit into the buffers.
 struct MeshSize {
   uint32_t vertices, triangles;
 };
 
 /// Counters of an extraction or a view, for the host.
 struct MeshTotals {
-  uint32_t reached;    ///< Blocks whose units have a corner in a changed block; or blocks in view.
-  uint32_t adjoining;  ///< Further blocks that depend on changed voxels, indices or colours.
+  uint32_t reached;    ///< Blocks whose units have corners in a changed block, or are in view.
+  uint32_t adjoining;  ///< Further blocks whose meshes depend on changes.
   MeshSize size;
-  uint32_t finished;  ///< Thread blocks that have made their meshes.
+  uint32_t finished;  ///< Thread blocks that have finished meshing.
 };
 
 /// Location of a block's mesh in the buffers of an extraction.
@@ -48,7 +48,7 @@ struct MeshView {
   BlockTriangle* triangles;
   VertexColour* colours;  ///< One per vertex; null while nothing is painted.
   MeshSize capacity;
-  uint32_t stamp;        ///< Number of this extraction.
+  uint32_t stamp;        ///< ID of this extraction.
   int32_t min_evidence;  ///< Voxels with less evidence are unknown.
   int32_t directional, refined;
   MeshSettings rules;
@@ -68,10 +68,11 @@ void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, co
 void selectPainted(const MapView& map, const MeshView& mesh, int thread_blocks,
                    const Stream& stream);
 
-/// Makes the meshes of all selected blocks. Meshes that do not fit are counted but not written.
+/// Extracts the meshes of all selected blocks. Meshes that do not fit into the buffers are counted
+/// but not written.
 void makeMeshes(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
-/// Colours the vertices of the meshes of makeMeshes().
+/// Colours the vertices of the meshes that makeMeshes() extracted.
 void colourVertices(const MapView& map, const MeshView& mesh, int thread_blocks,
                     const Stream& stream);
 

@@ -1,4 +1,4 @@
-/// Copies records of the map's pools, in any order, between the device and pageable host memory.
+/// Copies records, in any order, between the map's pools on the device and pageable host memory.
 /// Kernels gather them into pinned memory, or scatter them from it, in batches.
 #pragma once
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kThreadBlocksPerProcessor = 16;
 
-/// Merges the requests for the arrays of each block into one request, in ascending order of keys.
+/// Merges the requests for a block's arrays into one per block, in ascending order of keys.
 std::vector<ColourRequest> byBlocks(std::vector<ColourRequest> requests) {
   sortByKey(requests);
   size_t blocks = 0;
@@ -36,7 +36,7 @@ __global__ void takePixelsKernel(const uint8_t* raw, PixelLayout layout, ColourP
   if (i < count) pixels[i] = takePixel(raw + i * layout.bytes, layout);
 }
 
-/// One thread per pixel of a level, in a grid-stride loop.
+/// One thread per pixel of a pyramid level, in a grid-stride loop.
 __global__ void halveImageKernel(ColourImage image, ColourPixel* pixels, int level) {
   const ColourLevel& to = image.level[level];
   const size_t count = static_cast<size_t>(to.width) * to.height;
@@ -73,8 +73,8 @@ __device__ Vec3f firstVoxelOf(const FrameView& frame, const SlotEntry& entry) {
   return toFloat(firstVoxelOfBlock(unpackKey(entry.key) - blockOfVoxel(frame.origin_voxel)));
 }
 
-/// Threads per thread block that works on one voxel array at a time: fewer than the array has
-/// voxels, as only a few voxels must be processed.
+/// Threads per thread block in kernels that process one voxel array at a time. This is less than
+/// the number of voxels, as only a few of them must be processed.
 constexpr int kArrayThreads = 128;
 
 struct ArrayInView {
@@ -84,7 +84,7 @@ struct ArrayInView {
   Vec3f first_voxel_L;
 };
 
-/// Calls visit(ArrayInView) for this thread block's share of the arrays in view.
+/// Calls visit(ArrayInView) for every array in view that this thread block processes.
 template <class Visit>
 __device__ void visitArrays(const FrameView& frame, const MapView& map, const PaintView& paint,
                             const Visit& visit) {
@@ -110,7 +110,7 @@ struct VoxelList {
 template <class Wanted>
 __device__ void listNearSurface(const PointView& view, const ArrayInView& array,
                                 const Wanted& wanted, VoxelList& list) {
-  static_assert(kVoxelsPerBlock % kArrayThreads == 0, "all threads of a warp must take each step");
+  static_assert(kVoxelsPerBlock % kArrayThreads == 0, "warps must not diverge");
   constexpr int kSteps = kVoxelsPerBlock / kArrayThreads;
   __syncthreads();
   if (threadIdx.x == 0) list.count = 0;
@@ -168,7 +168,7 @@ __device__ void addAtomically(int64_t* sum, int64_t value) {
   atomicAdd(reinterpret_cast<unsigned long long*>(sum), static_cast<unsigned long long>(value));
 }
 
-/// What an image shows of one array.
+/// What is visible of one array in an image.
 struct SeenArray {
   ExposureSums sums;
   unsigned long long lacking;  ///< Bits of the bricks to be painted that do not exist yet.
@@ -181,7 +181,7 @@ __device__ int32_t warpSum(int32_t value) {
   return value;
 }
 
-/// Adds the sum of a warp's parts, which fits in 32 bits because they all come from one array.
+/// Adds the sum of `part` over a warp. It fits in 32 bits, as all parts come from one array.
 __device__ void addWarpSum(int64_t* to, int64_t part) {
   const int32_t sum = warpSum(static_cast<int32_t>(part));
   if (threadIdx.x % warpSize == 0) addAtomically(to, sum);
@@ -242,7 +242,7 @@ __global__ void __launch_bounds__(kArrayThreads, 8)
   __shared__ VoxelList list;
   const PointView& view = sensing.view;
   visitArrays(view.frame, map, paint, [&](const ArrayInView& array) {
-    if (!paint.painted.contains(unpackKey(array.key))) return;  // taken by all threads or none
+    if (!paint.painted.contains(unpackKey(array.key))) return;  // the same for all threads
     if (threadIdx.x == 0) found = {};
     listNearSurface(
         view, array, [](int) { return true; }, list);
@@ -286,14 +286,14 @@ void Painter::reserveImages(int32_t width, int32_t height) {
   const ColourImage layout = layOut(nullptr, width, height);
   pixels_.reserveExactly(static_cast<size_t>(pixelCount(layout)), image_stream_);
   hiding_m_.reserveExactly(static_cast<size_t>(cellsFor(width)) * cellsFor(height), image_stream_);
-  // At first, room for one sample per pixel: images seldom show more voxels than they have pixels.
+  // Initially one sample per pixel, as visible voxels rarely outnumber pixels.
   samples_.reserveExactly(static_cast<size_t>(width) * height, stream_);
   sensing_.image = layOut(pixels_.data(), width, height);
   sensing_.hiding_m = hiding_m_.data();
 }
 
 /// No kernel reads the previous image any longer, as findSamples() has waited for its counters. If
-/// findColours() failed before that, this function waits instead.
+/// findColours() threw an exception before that, this function waits.
 void Painter::takeImage(const ColourFrame& frame) {
   if (is_finding_) stream_.synchronize();
   is_finding_ = false;

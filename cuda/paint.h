@@ -1,4 +1,4 @@
-/// The stage "paint" on the device: paints a colour image onto the surfaces that it shows.
+/// The stage "paint" on the device: paints a colour image onto the surfaces visible in it.
 #pragma once
 
 #include <vector>
@@ -15,7 +15,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Counters of what an image shows of the map; read by the host.
+/// Counters of what is visible of the map in an image; read by the host.
 struct PaintCounters {
   uint32_t blocks, arrays;  ///< Numbers of blocks in view and of their arrays.
   uint32_t seen;            ///< Arrays with voxels to be painted.
@@ -24,7 +24,7 @@ struct PaintCounters {
   uint64_t samples;  ///< Voxels to be painted, including those that did not fit.
 };
 
-/// What an image shows of a voxel, stored until it can be painted.
+/// The colour of a voxel in an image, stored until the voxel can be painted.
 struct FoundSample {
   int32_t slot;
   uint16_t voxel;  ///< kVoxelsPerBlock * direction + index.
@@ -36,11 +36,11 @@ struct PaintView {
   PaintCounters* counters;
   FoundSample* samples;  ///< Samples that do not fit are only counted.
   uint64_t max_samples;
-  const int32_t* candidates;  ///< Slots of all blocks that may be in view, and maybe others.
+  const int32_t* candidates;  ///< Slots of all blocks that may be in view, possibly also of others.
   uint32_t candidate_count;
   int32_t* arrays;  ///< The voxel arrays in view: kDirectionCount * slot + direction.
   ColourRequest* requests;
-  BlockExtent painted;  ///< Blocks outside are not painted, but occlude others.
+  BlockExtent painted;  ///< Blocks outside it are not painted, but they do occlude.
 };
 
 /// Paints an image in steps: takeImage(), findColours(), and paint() once the bricks for its
@@ -54,7 +54,7 @@ class Painter {
   /// Enqueues the steps that do not need the map. The image may be freed on return.
   void takeImage(const ColourFrame& frame);
 
-  /// Finds the surfaces in `painted` that the image shows, and waits for the result.
+  /// Finds the surfaces in `painted` that are visible in the image, and waits for the result.
   /// @param in_view Slots of all blocks that may be in view, and possibly of other blocks.
   /// @throws BackendError if memory runs out; the map is not changed.
   void findColours(const FrameView& view, int32_t min_evidence, const std::vector<int32_t>& in_view,

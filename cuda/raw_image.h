@@ -15,9 +15,9 @@ namespace gpu {
 /// A raw image on the device, with packed rows.
 class RawImage {
  public:
-  /// Copies an image to pinned memory and enqueues its upload, band by band: each is uploaded while
-  /// the host copies the next one. The image may be freed on return. @pre The previous upload has
-  /// finished.
+  /// Copies an image to pinned memory and enqueues its upload, band by band: each band is uploaded
+  /// while the host copies the next one. The image may be freed on return. @pre The previous upload
+  /// has finished.
   template <class Frame>
   void upload(const Frame& frame, const Stream& stream) {
     constexpr int kBandEnds[] = {3, 5, 6};  // in sixths; the last bands are the smallest

@@ -21,8 +21,8 @@ constexpr int kPatchWidth = 4, kPatchHeight = 2, kLanes = kPatchWidth * kPatchHe
 static_assert(4 * kLanes == 32, "a warp draws large triangles, in patches twice as wide and high");
 constexpr int kMaxPatches = 8;  ///< Triangles with more patches are large.
 
-/// One thread per slot. Selects the blocks that a view may show, and the blocks whose labels it
-/// needs.
+/// One thread per slot. Selects the blocks that may be visible in a view, and all blocks whose
+/// labels it needs.
 __global__ void __launch_bounds__(kThreads)
     selectInViewKernel(MapView map, RenderJob job, MeshView drawn, MeshView labelled) {
   const size_t slot = globalThread();
@@ -124,8 +124,7 @@ __device__ void fillTriangle(const RenderJob& job, const DrawnBlock& block,
 }
 
 /// Draws the triangles of a warp; all of its threads must call it. Each group of kLanes threads
-/// draws one triangle. Large triangles are drawn by the whole warp, so that the other groups do not
-/// have to wait for one.
+/// draws one triangle. Large triangles are drawn by the whole warp, so that no group is idle.
 __device__ void drawTriangles(const RenderJob& job, const DrawnBlock& block, uint32_t first,
                               uint32_t count) {
   const uint32_t own = first + threadIdx.x % 32 / kLanes;
@@ -145,14 +144,14 @@ __device__ void drawTriangles(const RenderJob& job, const DrawnBlock& block, uin
 }
 
 /// One thread block per block in view, in a grid-stride loop, with kLanes threads per triangle.
-/// Blocks whose meshes did not fit are drawn in the next attempt.
+/// Blocks whose meshes did not fit into the buffers are drawn in the next attempt.
 __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, MeshView mesh) {
   const uint32_t count = mesh.totals->reached;
   for (uint32_t b = blockIdx.x; b < count; b += gridDim.x) {
     const MeshRecord record = mesh.records[b];
     if (record.triangles == 0 || record.first_vertex + record.vertices > mesh.capacity.vertices ||
         record.first_triangle + record.triangles > mesh.capacity.triangles) {
-      continue;  // taken by all threads of the block, or none
+      continue;  // the same for all threads of the block
     }
     const DrawnBlock block{mesh.vertices + record.first_vertex,
                            mesh.triangles + record.first_triangle,
@@ -166,7 +165,7 @@ __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, Mesh
   }
 }
 
-/// One thread per pixel. Converts a view's keys to its images.
+/// One thread per pixel. Converts the keys of a view to images.
 __global__ void showKeysKernel(RenderJob job, size_t pixels, float* depth_m, Vec3f* normals_C,
                                VertexColour* colours) {
   const size_t i = globalThread();
@@ -195,7 +194,7 @@ void Renderer::reserveMeshes(const MeshSize& size) {
     vertex_colours_.reserveExactly(room, stream_);
     shares_.reserveExactly(room, stream_);
     seen_.reserveExactly(room, stream_);
-    vertices_.reserveExactly(room, stream_);  // last, as its capacity stands for that of all four
+    vertices_.reserveExactly(room, stream_);  // last, as only its capacity is tested
   }
   triangles_.reserve(size.triangles, stream_);
   totals_.reserveExactly(1, stream_);
@@ -222,7 +221,7 @@ MeshView Renderer::meshView(const ViewRequest& request) {
   return mesh;
 }
 
-/// Enqueues everything, including the download of the images.
+/// Enqueues all kernels and the download of the images.
 void Renderer::draw(const ViewRequest& request, const MapView& map, bool is_labelled) {
   const RenderJob job{request.frame, request.has_colours, shares_.data(),
                       seen_.data(),  surfaces_.data(),    colours_.data()};

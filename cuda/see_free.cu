@@ -9,7 +9,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// One thread per texel of a level.
+/// One thread per texel of a pyramid level.
 __global__ void makeFreeLevelKernel(const float* below, int32_t width_below, int32_t height_below,
                                     int32_t width, int32_t height, float* texels) {
   const auto i = static_cast<int64_t>(globalThread());

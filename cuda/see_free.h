@@ -1,5 +1,4 @@
-/// The stage "see free" on the device: finds the cells of space that a depth image shows to be
-/// free.
+/// The stage "see free" on the device: finds the cells that are free according to a depth image.
 #pragma once
 
 #include <vector>

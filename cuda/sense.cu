@@ -41,11 +41,11 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   using Scan = cub::BlockScan<uint64_t, kThreads>;
   __shared__ typename Scan::TempStorage scan;
   constexpr int kBinsPerThread = kNoiseBins / kThreads;
-  static_assert(kNoiseBins % (4 * kThreads) == 0, "each thread has whole groups of four bins");
+  static_assert(kNoiseBins % (4 * kThreads) == 0, "threads read bins in fours");
   constexpr int kBits = 12;  // per kind; the last kind has twice as many lines, and more bits
   constexpr uint64_t kMask = (uint64_t{1} << kBits) - 1;
-  static_assert(kShortLines * kBits + 13 <= 64 && kNoisePoints < 1 << 13, "all kinds fit");
-  static_assert(kNoisePoints / 2 <= kMask, "one scan counts all kinds");
+  static_assert(kShortLines * kBits + 13 <= 64 && kNoisePoints < 1 << 13, "must fit in 64 bits");
+  static_assert(kNoisePoints / 2 <= kMask, "a count must fit in kBits");
   const auto field = [](uint64_t counts_of_kinds, int kind) {
     const uint64_t from = counts_of_kinds >> (kBits * kind);
     return static_cast<uint32_t>(kind < kShortLines ? from & kMask : from);
@@ -128,8 +128,8 @@ __global__ void fillGapsKernel(const float* measured, int32_t width, int32_t hei
   }
 }
 
-/// Each thread block links and fits a stretch of one row at a time. The stretch's margins may
-/// extend beyond the image; pixels there count as unmeasured, so fits end at the image border.
+/// Each thread block links and fits a stretch of one row at a time. Its margins may extend beyond
+/// the image; pixels there count as unmeasured, so fits end at the image border.
 __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const DepthNoise* noise,
                               float* row_value, float* row_slope, PixelLinks* row_links) {
   waitForPreviousKernel();

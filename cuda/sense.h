@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// What kernels need to load() a FrameSensing, as its noise is in device memory.
+/// Lets kernels load() a FrameSensing, since its noise is in device memory.
 class DeviceSensing {
  public:
   DeviceSensing(const ImageView& image, const DepthNoise* noise, const float* free_depth)
@@ -20,7 +20,7 @@ class DeviceSensing {
 
   DTSDF_HD const ImageView& image() const { return image_; }
   DTSDF_HD const FrameView& frame() const { return image_.frame; }
-  /// Whether the frame clears voxels. False if only space needs free depths.
+  /// Whether the frame clears voxels. False if only the free-space grid needs free depths.
   DTSDF_HD bool hasFreeDepth() const { return free_depth_ != nullptr; }
 #ifdef __CUDACC__
   __device__ __forceinline__ FrameSensing load() const { return {image_, *noise_, free_depth_}; }
@@ -32,7 +32,7 @@ class DeviceSensing {
   const float* free_depth_;
 };
 
-/// A raw depth image on the device, with its rows packed.
+/// A raw depth image on the device, with packed rows.
 struct RawDepth {
   const void* data;
   int32_t width, height;
@@ -49,7 +49,7 @@ __device__ __forceinline__ float inverseDepthAt(const RawDepth& raw, int u, int 
 }
 #endif
 
-/// Numbers of noise lines, by kind and by the bin of their variance; all 0 between frames.
+/// Number of noise lines per kind and variance bin; all 0 between frames.
 struct NoiseCounts {
   alignas(16) uint32_t bins[kNoiseKinds][kNoiseBins];
   uint32_t finished;  ///< Thread blocks that have counted their lines.
@@ -76,7 +76,7 @@ class FrameSensor {
   void reserve(size_t pixels);
 
   const bool clears_;      ///< Whether frames clear voxels.
-  const bool finds_free_;  ///< Whether free depths are needed, for clearing or for space.
+  const bool finds_free_;  ///< Whether clearing or the free-space grid needs free depths.
   const SurfelSettings surfel_settings_;
   const FusionSettings fusion_settings_;
   const Stream& stream_;

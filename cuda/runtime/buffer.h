@@ -45,7 +45,7 @@ class PinnedBuffer {
     if (count > capacity_) reserveExactly(count + count / 2);
   }
 
-  /// Like reserve(), with nothing to spare.
+  /// Like reserve(), but without spare capacity.
   void reserveExactly(size_t capacity) {
     if (capacity <= capacity_) return;
     PinnedBuffer larger;
@@ -99,7 +99,8 @@ class DeviceBuffer {
     swap(larger);
   }
 
-  /// Like reserve(), with nothing to spare, for sizes that do not grow gradually, such as images.
+  /// Like reserve(), but without spare capacity, for sizes that do not grow gradually, such as
+  /// those of images.
   void reserveExactly(size_t count, const Stream& stream) {
     if (count <= capacity_) return;
     DeviceBuffer larger(count);

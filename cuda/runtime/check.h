@@ -14,7 +14,7 @@ namespace gpu {
 /// Whether a process can no longer use the GPU after this error and must be restarted.
 bool isLost(cudaError_t code);
 
-/// For tests: makes the n-th checked call from now on, counted from 1, fail with `code`; if
+/// For tests: makes the n-th checked call after this one, counted from 1, fail with `code`; if
 /// isLost(code), all calls after it fail too. A call that is to fail is not executed, but a kernel
 /// launch is. With n = 0, no call fails.
 void failCall(uint64_t n, cudaError_t code);

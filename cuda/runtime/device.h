@@ -16,7 +16,7 @@ size_t freeDeviceMemory();  ///< In bytes.
 /// thread.
 void useDevice(int device);
 
-/// The reason why kernels of this binary cannot run on the current device; empty if they can.
+/// Why kernels of this binary cannot run on the current device; empty if they can.
 /// @param kernel Any kernel of the binary.
 std::string findDeviceProblem(const void* kernel);
 

@@ -34,7 +34,7 @@ class SlabPool {
   void reserve(size_t count, const Stream& stream) {
     const size_t wanted = slabsFor(count);
     if (wanted <= slabs_.size()) return;
-    // A large map grows in large steps, a small one in small steps.
+    // Grows by at least an eighth, if the device has enough memory.
     const size_t chunk = std::max(wanted - slabs_.size(), slabs_.size() / 8);
     DeviceBuffer<T> memory = allocateChunk(chunk, wanted - slabs_.size());
     memory.zero(stream);

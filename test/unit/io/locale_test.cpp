@@ -1,5 +1,5 @@
-// Tests that numbers in files and messages have decimal points, even if the host program sets a C
-// or C++ locale with decimal commas, for example through Qt.
+// Tests that numbers in files and messages use a decimal point even if the host program, for
+// example one that uses Qt, has set a C or C++ locale with a decimal comma.
 #include <gtest/gtest.h>
 
 #include <clocale>

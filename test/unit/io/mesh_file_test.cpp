@@ -14,7 +14,7 @@
 namespace dtsdf {
 namespace {
 
-/// Two triangles that share an edge, in the planes z = 0 and x = 0.
+/// Two triangles with a common edge, in the planes z = 0 and x = 0.
 Mesh makeMesh() {
   Mesh mesh;
   mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, -0.1f}};
@@ -196,7 +196,7 @@ TEST_F(MeshFile, ExtensionChoosesTheFormatIgnoringCase) {
   }
 }
 
-/// An independent Python script reads and compares both files.
+/// An independent Python script reads both files and compares them.
 TEST_F(MeshFile, GlbIsValidAndMatchesPly) {
   const auto expectAlike = [&](MeshColour colour) {
     const std::string glb = folder_ / "mesh.glb", ply = folder_ / "mesh.ply";
@@ -221,7 +221,7 @@ TEST_F(MeshFile, GlbIsValidAndMatchesPly) {
   expectAlike(MeshColour::kImage);
 }
 
-/// Tests only the size limit; no file of that size is written.
+/// Tests only the size limit, without writing a file of that size.
 TEST(Glb, HoldsSixtyMillionVertices) {
   EXPECT_LT(maxGlbBytes(60'000'000, 120'000'000), kMaxGlbBytes);
   EXPECT_GT(maxGlbBytes(80'000'000, 160'000'000), kMaxGlbBytes);

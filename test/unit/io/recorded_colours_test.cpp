@@ -129,7 +129,7 @@ TEST_F(RecordedColoursTest, UnsupportedSubsamplingIsReported) {
   EXPECT_NE(error().find("subsampling"), std::string::npos) << error();
 }
 
-/// A truncated file is an error, wherever it is cut off.
+/// Files truncated at any point must be refused.
 TEST_F(RecordedColoursTest, TruncatedFilesAreErrors) {
   for (const std::string name : {"rgb/a.png", "rgb/b.jpg"}) {
     cv::Mat image(40, 60, CV_8UC3);
@@ -166,8 +166,8 @@ TEST(RateLimit, RestartsAfterGapsAndJumps) {
   EXPECT_TRUE(limit.takes(100.0));
   EXPECT_FALSE(limit.takes(100.05));
   EXPECT_TRUE(limit.takes(107.0));
-  EXPECT_FALSE(limit.takes(107.05)) << "took an extra image after a gap";
-  EXPECT_TRUE(limit.takes(5.0)) << "dropped an image after a bag looped";
+  EXPECT_FALSE(limit.takes(107.05)) << "only one image should be accepted right after a gap";
+  EXPECT_TRUE(limit.takes(5.0)) << "the first image after a bag loops should be accepted";
   EXPECT_FALSE(limit.takes(5.05));
 }
 

@@ -58,7 +58,7 @@ TEST_F(Recording, FirstPoseOnlyIgnoresLaterPoses) {
   options_.selection.first = 1;
   for (const SourceFrame& frame : readAll(*openRecording(options_))) {
     EXPECT_EQ(frame.depth.T_W_C.translation().x(), 1.0)
-        << "not the pose of the first selected image";
+        << "every frame should have the pose of the first selected image";
   }
   std::filesystem::remove(folder_ / "groundtruth.txt");
   const std::vector<SourceFrame> frames = readAll(*openRecording(options_));
@@ -66,7 +66,7 @@ TEST_F(Recording, FirstPoseOnlyIgnoresLaterPoses) {
   EXPECT_TRUE(frames[0].depth.T_W_C.isApprox(Eigen::Isometry3d::Identity(), 0.0));
   options_.poses_path = folder_ / "none.tum";
   EXPECT_NE(readingErrorOf(options_).find("none.tum"), std::string::npos)
-      << "ignored a missing pose file";
+      << "a missing pose file should be an error";
 }
 
 TEST_F(Recording, PosesMatchByNumberWithoutStamps) {

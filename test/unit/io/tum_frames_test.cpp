@@ -15,7 +15,7 @@ class TumFramesTest : public testing::Test {
     options_.format = "tum";
   }
 
-  /// Reads all frames. @return their indices, which writeTumFolder() stores in the first pixels.
+  /// Reads all frames. @return Their indices, which writeTumFolder() stores in the first pixels.
   std::vector<int> readIndices(FrameSource& source) const {
     std::vector<int> indices;
     while (const auto frame = source.next()) {

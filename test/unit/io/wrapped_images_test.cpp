@@ -9,8 +9,8 @@
 namespace dtsdf {
 namespace {
 
-/// Returns frames with stamps 0, 1, ..., and skips a frame before each of them. If `breaks`, an
-/// error follows the last frame.
+/// Returns frames with stamps 0, 1, ... and counts one skipped frame before each. If `breaks` is
+/// set, an exception is thrown after the last frame.
 class CountingFrames : public FrameSource {
  public:
   CountingFrames(int count, bool breaks) : count_(count), breaks_(breaks) {}

@@ -84,7 +84,7 @@ TEST(YamlParams, LoadsFilesAndNamesUnreadableOnes) {
   }
 }
 
-/// Repeats a text such as `[`, for deep nesting.
+/// Repeats a string, for example `[` to get deep nesting.
 std::string repeated(const std::string& text, int times) {
   std::string result;
   for (int i = 0; i < times; ++i) result += text;
@@ -93,8 +93,8 @@ std::string repeated(const std::string& text, int times) {
 
 TEST(YamlParams, FollowsOnlyFiniteAliases) {
   EXPECT_EQ(parseYamlParams("a: &a 1\nb: *a\n", "file"), (ParamTree{{"a", 1}, {"b", 1}}));
-  // An alias to a node that contains the alias would never end. Each of 24 lists contains the
-  // previous list twice, so the last list has 33 million values.
+  // An alias inside the node that it refers to would expand forever. Each of 24 lists contains the
+  // previous list twice, so the last list would expand to 33 million values.
   std::string doubled = "a0: &a0 [x, x]\n";
   for (int i = 1; i <= 24; ++i) {
     const std::string before = "*a" + std::to_string(i - 1), name = "a" + std::to_string(i);
@@ -106,7 +106,8 @@ TEST(YamlParams, FollowsOnlyFiniteAliases) {
   }
   ParamTree tree;
   EXPECT_NE(errorOf([&] { setParam("cameras=&a [*a]", tree); }), "");
-  EXPECT_EQ(parseYamlParams("a: &name 1\n", "file").size(), 1u) << "an unused anchor was refused";
+  EXPECT_EQ(parseYamlParams("a: &name 1\n", "file").size(), 1u)
+      << "an unused anchor should be accepted";
 }
 
 TEST(YamlParams, RefusesNul) {

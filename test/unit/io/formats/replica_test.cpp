@@ -1,4 +1,4 @@
-/// A small Replica recording, in the folder layout of NICE-SLAM.
+/// Tests reading a small Replica recording in the folder layout of NICE-SLAM.
 #include <gtest/gtest.h>
 
 #include "support/recording_folder.h"
@@ -91,7 +91,7 @@ TEST_F(Replica, ReportsInvalidFiles) {
 }
 
 TEST_F(Replica, ColourHasTheSameCamera) {
-  for (const int i : {0, 1, 2, 3}) {  // image 3 has no line in traj.txt
+  for (const int i : {0, 1, 2, 3}) {  // image 3 has no pose in traj.txt
     const std::string name = "Replica/room0/results/frame00000" + std::to_string(i) + ".jpg";
     writeColourRows(folder_ / name, 12, 8, 5);
   }

@@ -1,4 +1,4 @@
-/// A small ScanNet scan, in the folder layout that ScanNet's .sens reader exports.
+/// Tests reading a small ScanNet scan in the folder layout written by the SensReader.
 #include <gtest/gtest.h>
 
 #include "support/recording_folder.h"
@@ -36,7 +36,7 @@ TEST_F(ScanNet, OrdersByNumberAndSkipsLostPoses) {
   const std::vector<SourceFrame> frames = readAll(*source);
   ASSERT_EQ(frames.size(), 3u);
   EXPECT_EQ(rawAt(frames[1].depth, 0, 0), 102);
-  EXPECT_EQ(rawAt(frames[2].depth, 0, 0), 110);  // 10 follows 2
+  EXPECT_EQ(rawAt(frames[2].depth, 0, 0), 110);  // image 10 comes after image 2
   EXPECT_FLOAT_EQ(frames[0].depth.unit_m, 0.001f);
   EXPECT_FLOAT_EQ(frames[0].depth.intrinsics.fy, 578.729797f);
   EXPECT_EQ(frames[2].depth.T_W_C.translation().x(), 10.0);
@@ -45,7 +45,7 @@ TEST_F(ScanNet, OrdersByNumberAndSkipsLostPoses) {
 }
 
 TEST_F(ScanNet, FramesCanBeSelected) {
-  options_.selection = {1, 3, 2, {}};  // the image without a pose, and image 10
+  options_.selection = {1, 3, 2, {}};  // image 1, which has no pose, and image 10
   const auto source = openRecording(options_);
   EXPECT_EQ(source->size(), 2u);
   EXPECT_EQ(source->posed(), 1u);
@@ -67,7 +67,7 @@ TEST_F(ScanNet, ReportsInvalidFiles) {
   EXPECT_NE(readingErrorOf(options_).find("pose/2.txt: expected 4 x 4 numbers"), std::string::npos);
 }
 
-// Colour images have their own intrinsics, and may differ from depth images in size.
+// Colour images have their own intrinsics and may differ in size from depth images.
 TEST_F(ScanNet, ColourHasItsOwnCamera) {
   for (const int i : {0, 1, 2, 10}) {
     writeColourRows(folder_ / ("color/" + std::to_string(i) + ".jpg"), 32, 20, 5);

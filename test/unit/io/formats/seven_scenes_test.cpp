@@ -1,4 +1,4 @@
-/// A small 7-Scenes sequence.
+/// Tests reading a small 7-Scenes sequence.
 #include <gtest/gtest.h>
 
 #include "dtsdf_mapping/mapper.h"

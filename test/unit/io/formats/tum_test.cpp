@@ -1,4 +1,4 @@
-/// A TUM RGB-D recording as distributed, without camera_info.yaml.
+/// Tests reading a TUM RGB-D recording as downloaded, without camera_info.yaml.
 #include <gtest/gtest.h>
 
 #include "support/recording_folder.h"

@@ -9,14 +9,14 @@ namespace {
 
 constexpr int kCount = 8;
 
-/// The error of pose i of the lap: a turn and a sideways shift that grow with i.
+/// The error in pose i of the lap: a rotation and a sideways shift that grow with i.
 Eigen::Isometry3d drift(int i) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.002 * i, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(0.0, 0.01 * i, 0.0);
   return T;
 }
 
-/// The images of a lap through the room, and a map that records all fused images in a journal.
+/// The images of a lap through the room, and a map that records each fused image in a journal.
 class JournalOfALap : public testing::Test {
  protected:
   JournalOfALap()
@@ -37,7 +37,7 @@ class JournalOfALap : public testing::Test {
     return poses;
   }
 
-  /// Waits until all added records are in the file, then starts a refusion.
+  /// Waits until all records have been written to the file, then starts a refusion.
   Refusion refusionOf(const std::vector<StampedPose>& poses) {
     EXPECT_TRUE(journal_.written().get());
     return Refusion(journal_.path(), journaledParams(), {journal_.count(), poses});
@@ -73,7 +73,7 @@ class CorrectedJournal : public JournalOfALap {
 TEST_F(CorrectedJournal, GivesTheMapOfTheCorrectedPoses) {
   JournalReplay replay(journal_.path());
   const CorrectionEffect effect = replay.correctGiven(truePoses());
-  EXPECT_EQ(effect.moved, size_t{kCount - 1}) << "expected all images but the first to move";
+  EXPECT_EQ(effect.moved, size_t{kCount - 1}) << "all poses but the first should be corrected";
   EXPECT_NEAR(effect.farthest_rad, 0.002 * (kCount - 1), 1e-6);
   EXPECT_TRUE(mapOf(replay, journaledParams()) == trueMap());
 }
@@ -82,7 +82,7 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileBeingWritten) {
   Refusion refusion(journal_.path(), journaledParams(), {journal_.count(), truePoses()});
   EXPECT_EQ(refusion.effect().moved, size_t{kCount - 1});
   EXPECT_TRUE(refusion.step(0));
-  // An image that arrives meanwhile is moved by the same correction as the last image.
+  // An image that arrives in the meantime gets the same correction as the last image.
   fuse(kCount, refusion.motion().inverse());
   ASSERT_TRUE(journal_.written().get());
   while (refusion.step(0)) {
@@ -96,8 +96,8 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileBeingWritten) {
     offline.correct({refusion.correction().before, truePoses()});
     EXPECT_TRUE(mapOf(offline, journaledParams()) == corrected);
   }
-  // Once the correction is in the journal, a replay restores the corrected map, and correcting with
-  // the same poses again moves nothing.
+  // Once the correction is in the journal, a replay restores the corrected map, and correcting it
+  // again with the same poses changes nothing.
   journal_.add(refusion.correction());
   ASSERT_TRUE(journal_.written().get());
   EXPECT_TRUE(mapOf(journal_.path(), journaledParams()) == corrected);
@@ -106,7 +106,7 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileBeingWritten) {
   EXPECT_TRUE(mapOf(again, journaledParams()) == corrected);
 }
 
-/// A path may have a million poses. Only those at the times of images are kept.
+/// The corrected path may contain a million poses. Only those with the stamp of an image are kept.
 TEST_F(CorrectedJournal, KeepsOnlyPosesOfImages) {
   std::vector<StampedPose> poses = truePoses();
   for (int i = 0; i < 1000000; ++i) poses.push_back({1000.0 + i, Eigen::Isometry3d::Identity()});
@@ -140,7 +140,7 @@ TEST_F(CorrectedJournal, IsUnchangedIfACorrectionIsRefused) {
   EXPECT_TRUE(mapOf(replay, journaledParams()) == fileOf(map_.mapper()));
 }
 
-// Once a SLAM system adopts a correction, its poses are no longer moved.
+// Once a SLAM system has adopted the correction, its poses are used unchanged.
 TEST_F(JournalOfALap, MovesLaterPosesUntilTheSourceJumps) {
   for (int i = 0; i < kCount; ++i) fuse(i, drift(11));
   Refusion refusion = refusionOf(truePoses());
@@ -159,7 +159,7 @@ TEST_F(JournalOfALap, MovesLaterPosesUntilTheSourceJumps) {
   EXPECT_TRUE(mapOf(journal_.path(), journaledParams()) == corrected);
 }
 
-// Odometry never adopts a correction, so all of its later poses are moved.
+// Odometry never adopts a correction, so all subsequent poses are corrected.
 TEST_F(JournalOfALap, MovesAllLaterPosesWithoutAJump) {
   for (int i = 0; i < kCount; ++i) fuse(i, drift(11));
   Refusion refusion = refusionOf(truePoses());
@@ -177,7 +177,7 @@ TEST_F(CorrectedJournal, CanBeCorrectedTwice) {
   }
   Refusion first = refusionOf(halfway);
   journal_.add(first.correction());
-  // The second path corrects images 0 to 4, and leaves image 5 and later images where they are.
+  // The second path corrects images 0 to 4 and leaves all images from 5 on unchanged.
   std::vector<StampedPose> rest = truePoses(5);
   rest.push_back(halfway[5]);
   Refusion second = refusionOf(rest);
@@ -228,8 +228,8 @@ TEST(CorrectedJournalWithKeepRadius, DropsBlocksFarFromCorrectedPoses) {
   EXPECT_TRUE(mapOf(replay, near) == fileOf(*expected));
 }
 
-/// correctGiven() levels the given poses like those in the journal, so the map stays level.
-/// correct() expects levelled poses.
+/// correctGiven() applies the journal's levelling transform to the corrected poses, so the map
+/// stays level. correct() expects poses that are already levelled.
 TEST(LevelledJournal, StaysLevel) {
   const TemporaryFolder folder;
   JournalWriter journal(journalOptions(folder.path()));
@@ -245,7 +245,8 @@ TEST(LevelledJournal, StaysLevel) {
   }
   ASSERT_TRUE(journal.written().get());
   JournalReplay replay(journal.path());
-  EXPECT_EQ(replay.correctGiven(given).moved, 0u) << "poses moved that differ only by rounding";
+  EXPECT_EQ(replay.correctGiven(given).moved, 0u)
+      << "poses that differ only by rounding should not be corrected";
   EXPECT_TRUE(mapOf(replay, journaledParams()) == fileOf(map.mapper()));
   JournalReplay tipped(journal.path());
   EXPECT_TRUE(contains(errorOf([&] {

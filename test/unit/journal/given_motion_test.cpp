@@ -1,4 +1,4 @@
-// Tests that GivenMotion detects whether a source of poses has adopted a correction.
+// Tests that GivenMotion detects whether a pose source has adopted a correction.
 #include "journal/pose_correction.h"
 
 #include <gtest/gtest.h>
@@ -21,8 +21,8 @@ GivenMotion seenUpTo(int count) {
   return motion;
 }
 
-// Jumps along the path are detected as well, even if they are only half as long as the step between
-// two images.
+// Jumps along the path are detected as well, even if they are only half as long as the distance
+// between two consecutive images.
 TEST(GivenMotion, JumpsAlongThePathAreDetected) {
   const GivenMotion motion = seenUpTo(10);
   for (const double x : {-0.5, -0.1, -0.05, 0.05, 0.1, 0.5}) {
@@ -66,7 +66,7 @@ TEST(GivenMotion, JumpsAfterAPauseCountOnlyIfStill) {
   }
 }
 
-// If a hand-held camera trembles by 2 cm and stops at times, a 1 cm correction never counts as
+// If a hand-held camera trembles by 2 cm and sometimes stops, a 1 cm correction must never count as
 // adopted.
 TEST(GivenMotion, TremblingIsNotMistakenForACorrection) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 0.01, 0.0));
@@ -78,7 +78,7 @@ TEST(GivenMotion, TremblingIsNotMistakenForACorrection) {
   }
 }
 
-// A jump does not count as uneven motion, so the next correction is detected as well.
+// A detected jump does not count as uneven motion, so the next jump is detected as well.
 TEST(GivenMotion, ConsecutiveJumpsAreDetected) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 0.05, 0.0));
   GivenMotion motion = seenUpTo(10);
@@ -91,7 +91,8 @@ TEST(GivenMotion, ConsecutiveJumpsAreDetected) {
 
 TEST(GivenMotion, StampsGoingBackBeginANewRecording) {
   const GivenMotion motion = seenUpTo(10);
-  EXPECT_FALSE(motion.isNewRecording({0.5, poseAtTime(0.5)})) << "the stamp is only out of order";
+  EXPECT_FALSE(motion.isNewRecording({0.5, poseAtTime(0.5)}))
+      << "a stamp slightly out of order should not begin a recording";
   EXPECT_TRUE(motion.isNewRecording({0.3, poseAtTime(0.3)}));
 }
 
@@ -101,9 +102,9 @@ TEST(GivenMotion, ACorrectionIsAdoptedOnlyOnce) {
   EXPECT_FALSE(motion.adoptsCorrection(T, {1.0, poseAtTime(1.0)}));
   EXPECT_TRUE(motion.adoptsCorrection(T, {1.1, T * poseAtTime(1.1)}));
   EXPECT_FALSE(motion.adoptsCorrection(T, {1.2, T * poseAtTime(1.2)}))
-      << "adopted a correction twice";
+      << "a correction should be adopted only once";
   EXPECT_TRUE(motion.adoptsCorrection(T, {0.3, poseAtTime(0.3)}));
-  EXPECT_FALSE(motion.isNewRecording({0.3, poseAtTime(0.3)})) << "the stamp was not added";
+  EXPECT_FALSE(motion.isNewRecording({0.3, poseAtTime(0.3)})) << "the stamp should have been added";
 }
 
 }  // namespace

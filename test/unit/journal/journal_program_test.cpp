@@ -49,7 +49,7 @@ TEST_F(JournalProgram, ReproducesTheNodesMap) {
   EXPECT_EQ(info.content_hash, live_hash_);
   EXPECT_EQ(info.stamp_s, 0.5);
   EXPECT_EQ(info.map_frame, "map");
-  EXPECT_EQ(info.poses.mode, PoseMode::kTrack) << "not the pose mode of the node";
+  EXPECT_EQ(info.poses.mode, PoseMode::kTrack) << "the map should have the node's pose mode";
 }
 
 TEST_F(JournalProgram, WritesPosesWithoutAMap) {
@@ -59,7 +59,8 @@ TEST_F(JournalProgram, WritesPosesWithoutAMap) {
   ASSERT_EQ(poses.size(), images_.size());
   for (size_t i = 0; i < poses.size(); ++i) {
     EXPECT_NEAR(poses[i].stamp_s, 0.1 * static_cast<double>(i), 1e-9);
-    EXPECT_TRUE(poses[i].T_W_C.isApprox(wrongPose(i), 1e-8)) << "not the fused poses";
+    EXPECT_TRUE(poses[i].T_W_C.isApprox(wrongPose(i), 1e-8))
+        << "the poses should be those used for fusion";
   }
 }
 
@@ -70,8 +71,8 @@ TEST_F(JournalProgram, FusesCorrectedPoses) {
     poses.push_back({0.1 * static_cast<double>(i), images_[i].frame.T_W_C});
   }
   saveTrajectory(poses, folder_ / "poses.txt");
-  // The expected map uses the poses as read from the file, which has limited digits. The first pose
-  // counts as unmoved.
+  // The expected map uses the poses as read from the file, which are rounded. The first pose counts
+  // as unchanged.
   const std::vector<StampedPose> read = readTrajectory(folder_ / "poses.txt", "").poses();
   for (size_t i = 0; i < images_.size(); ++i) {
     plain->integrate(withPose(images_[i], i == 0 ? wrongPose(0) : read[i].T_W_C).view());

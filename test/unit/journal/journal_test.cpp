@@ -28,7 +28,7 @@ class Journal : public testing::Test {
 
   const SceneFrame& image(int i) const { return images_[static_cast<size_t>(i)]; }
 
-  /// Records all images, a colour image and a cleared region. @return the bytes of the saved map.
+  /// Records all depth images, one colour image and a cleared region. @return The saved map.
   std::string write(JournalWriter& journal) {
     JournaledMap map(journaledParams(), journal);
     for (int i = 0; i < kCount; ++i) {
@@ -49,7 +49,7 @@ TEST_F(Journal, RestoresTheMap) {
   JournalWriter journal(journalOptions(folder_.path()));
   const std::string map = write(journal);
   EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == map)
-      << "an open journal restores a different map";
+      << "an open journal should restore the same map";
   JournalReplay replay(journal.path());
   EXPECT_EQ(replay.depthImages(), size_t{kCount});
   EXPECT_EQ(replay.count(), journal.count());
@@ -87,7 +87,7 @@ TEST_F(Journal, KeepsEveryBitOfAnImage) {
   frame.intrinsics = {1.0f, 2.0f, 3.0f, 4.0f};
   frame.keep_center_W = Eigen::Vector3d(1.0, 2.0, 3.0);
   frame.data = whole.data();
-  frame.row_bytes = 6;  // a row has one pixel of padding
+  frame.row_bytes = 6;  // each row is padded by one pixel
   journal.add(journal::Image{0.0, 2, frame.T_W_C, frame, nullptr});
   frame.encoding = DepthEncoding::kFloat32;
   frame.data = parts.data();
@@ -131,12 +131,13 @@ TEST_F(Journal, IsReadableWhereverItIsCutOff) {
   }
   EXPECT_LT(fewest, most);
   writeBytes(path, bytes.substr(0, bytes.size() - 100) + std::string(100, '\0'));
-  EXPECT_NE(JournalReplay(path).incompleteEnd(), "") << "zeroed pages at the end went unnoticed";
+  EXPECT_NE(JournalReplay(path).incompleteEnd(), "")
+      << "zeroed pages at the end should be detected";
   std::string damaged = bytes;
   damaged[bytes.size() / 2] = static_cast<char>(damaged[bytes.size() / 2] ^ 4);
   writeBytes(path, damaged);
   EXPECT_NE(errorOf([&] { mapOf(path, journaledParams()); }), "")
-      << "a flipped bit in the middle went unnoticed";
+      << "a flipped bit in the middle should be detected";
 }
 
 TEST_F(Journal, ReportsWhenAFullDiskStoppedIt) {
@@ -161,11 +162,11 @@ TEST_F(Journal, ReportsWhenAFullDiskStoppedIt) {
     EXPECT_TRUE(contains(report.problem, "nothing has been written since 20")) << report.problem;
     EXPECT_TRUE(contains(report.problem, "call clear_map")) << report.problem;
     EXPECT_GT(report.lost, 0u);
-    EXPECT_FALSE(report.first_stamp_s) << "a correction is still offered";
+    EXPECT_FALSE(report.first_stamp_s) << "no correction should be offered";
     JournalReplay replay(journal.path());
-    EXPECT_EQ(replay.incompleteEnd(), "") << "the journal does not end with a whole record";
+    EXPECT_EQ(replay.incompleteEnd(), "") << "the journal should end with a complete record";
     left = 1 << 30;
-    map.clear();  // begins recording again
+    map.clear();  // starts a new recording
     map.fuse(image(2), 5.0);
     EXPECT_TRUE(journal.written().get());
     EXPECT_EQ(journal.report().problem, "");
@@ -233,7 +234,7 @@ TEST_F(Journal, LeavesAllOtherFilesAlone) {
     bytes += fs::file_size(entry.path());
     ++journals;
   }
-  EXPECT_EQ(journals, 3) << "old journals were removed";
+  EXPECT_EQ(journals, 3) << "old journals should be kept";
   EXPECT_LE(bytes, options.max_bytes);
   JournalWriter journal(options);
   JournaledMap map(journaledParams(), journal);
@@ -244,7 +245,7 @@ TEST_F(Journal, LeavesAllOtherFilesAlone) {
   }
   map.clear();
   map.fuse(image(1), 1.0);
-  EXPECT_TRUE(journal.written().get()) << "removed journals still count";
+  EXPECT_TRUE(journal.written().get()) << "removed journals should not count towards the limit";
 }
 
 TEST_F(Journal, StopsIfTheDiskIsTooSlow) {
@@ -257,10 +258,10 @@ TEST_F(Journal, StopsIfTheDiskIsTooSlow) {
   };
   JournalWriter journal(options);
   JournaledMap map(journaledParams(), journal);
-  for (int i = 0; i < kCount; ++i) map.fuse(image(i), 0.1 * i);  // never waits
+  for (int i = 0; i < kCount; ++i) map.fuse(image(i), 0.1 * i);  // must not block
   EXPECT_TRUE(contains(journal.report().problem, "too slow"));
   EXPECT_LE(journal.report().waiting_bytes, options.max_waiting);
-  EXPECT_FALSE(journal.report().first_stamp_s) << "a correction is still offered";
+  EXPECT_FALSE(journal.report().first_stamp_s) << "no correction should be offered";
   is_slow = false;
   EXPECT_FALSE(journal.written().get());
 }
@@ -271,7 +272,7 @@ TEST_F(Journal, OtherFilesAreRefused) {
   EXPECT_TRUE(contains(errorOf([&] { JournalReplay(folder_ / "pipe"); }), "cannot read"));
   writeBytes(folder_ / "text", "some text, not a journal");
   EXPECT_TRUE(contains(errorOf([&] { JournalReplay(folder_ / "text"); }), "is not a journal"));
-  // A record said to be a terabyte long does not make the reader allocate that much memory.
+  // If a record claims to be a terabyte long, the reader must not allocate that much memory.
   const std::string sparse = folder_ / "sparse.dtsdfj";
   const Bytes head = fileHead(journal::kPurpose);
   ByteWriter record;

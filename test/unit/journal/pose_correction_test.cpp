@@ -1,4 +1,4 @@
-// Tests how corrected poses of some images move all poses, on simple paths.
+// Tests, on simple paths, how corrected poses of some images change the poses of all images.
 #include "journal/pose_correction.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ Eigen::Isometry3d pose(double x, double y, double yaw) {
   return T;
 }
 
-/// A camera that moves along x at 1 m/s and turns, at ten images a second.
+/// The path of a camera that moves along x at 1 m/s while turning, with ten images per second.
 std::vector<StampedPose> straightPath(int count) {
   std::vector<StampedPose> path;
   for (int i = 0; i < count; ++i) path.push_back({0.1 * i, pose(0.1 * i, 0.0, 0.05 * i)});
@@ -27,8 +27,8 @@ double distance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm() + (a.linear() - b.linear()).norm();
 }
 
-// If all corrected poses move by the same rigid motion, so do the images before, between and after
-// them.
+// If all corrected poses differ from the fused poses by the same rigid motion, the poses before,
+// between and after them are moved by that motion, too.
 TEST(PoseCorrection, RigidMotionOfSomePosesMovesAll) {
   const std::vector<StampedPose> fused = straightPath(40);
   const Eigen::Isometry3d T = pose(0.3, -2.0, 0.4);
@@ -67,12 +67,12 @@ TEST(PoseCorrection, DriftIsDistributedByTime) {
   }
 }
 
-// A pose that differs only by the rounding of a file counts as unmoved. Images up to that time keep
-// their poses, bit for bit.
+// A pose that differs only by the rounding in a text file counts as unchanged. Images up to its
+// stamp keep their poses, bit for bit.
 TEST(PoseCorrection, UnmovedPosesStayBitIdentical) {
   const std::vector<StampedPose> fused = straightPath(40);
   Eigen::Isometry3d rounded = fused[10].T_W_C;
-  rounded.translation().x() += 4e-7;  // a file has six decimals
+  rounded.translation().x() += 4e-7;  // files have six decimals
   const PoseCorrection correction({{1.0, rounded}, {2.0, pose(2.0, 0.3, 1.0)}}, fused);
   for (int i = 0; i <= 10; ++i) {
     const Eigen::Isometry3d& before = fused[static_cast<size_t>(i)].T_W_C;
@@ -81,7 +81,7 @@ TEST(PoseCorrection, UnmovedPosesStayBitIdentical) {
   EXPECT_NE(correction.correct(1.1, fused[11].T_W_C).matrix(), fused[11].T_W_C.matrix());
 }
 
-// A SLAM system may give poses at times between images: here, 0.04 s (4 cm) after an image.
+// A SLAM system may provide poses for times between images: here, 0.04 s (4 cm) after an image.
 TEST(PoseCorrection, APoseBetweenImagesCorrectsThemToo) {
   const std::vector<StampedPose> fused = straightPath(20);
   Eigen::Isometry3d T_W_C = pose(0.54, 0.0, 0.27);
@@ -92,7 +92,7 @@ TEST(PoseCorrection, APoseBetweenImagesCorrectsThemToo) {
   EXPECT_LT(distance(correction.correct(1.2, fused[12].T_W_C), expected), 1e-9);
 }
 
-// A second camera, rigidly attached to the first, takes images at different times.
+// A second camera, rigidly mounted to the first, takes images at different times.
 TEST(PoseCorrection, AttachedCamerasAreCorrectedToo) {
   const std::vector<StampedPose> fused = straightPath(20);
   const Eigen::Isometry3d T = pose(0.0, 0.1, 0.02), mount = pose(0.2, 0.1, 1.5);
@@ -124,15 +124,15 @@ TEST(PoseCorrection, RefusesInvalidCorrections) {
   EXPECT_NE(errorFor(wrong).find("not a rigid transform"), std::string::npos);
   wrong = {0.5, fused[6].T_W_C};  // like rtabmap's mapPath, with one stamp for all poses
   EXPECT_NE(errorFor(wrong).find("the same stamp, 0.500 s"), std::string::npos) << errorFor(wrong);
-  EXPECT_EQ(errorFor({0.5, fused[5].T_W_C}), "") << "refuses a pose given twice";
+  EXPECT_EQ(errorFor({0.5, fused[5].T_W_C}), "") << "a pose that is given twice should be accepted";
   const std::string other = errorOf([&] { PoseCorrection({{500.0, fused[0].T_W_C}}, fused); });
   EXPECT_NE(other.find("no corrected pose has the stamp"), std::string::npos) << other;
   EXPECT_NE(errorOf([&] { PoseCorrection({}, fused); }), "");
   EXPECT_NE(errorOf([&] { PoseCorrection({{0.0, fused[0].T_W_C}}, {}); }), "");
 }
 
-// The corrected path may contain poses of images that were not fused. Such poses are not used,
-// since the fused path at those times is unknown (here, a zigzag).
+// The corrected path may contain poses of images that were not fused. Poses of such images are
+// ignored, since the fused path at their stamps is unknown (here, a zigzag).
 TEST(PoseCorrection, PosesOfDroppedImagesAreIgnored) {
   std::vector<StampedPose> path;
   for (int i = 0; i < 20; ++i) path.push_back({0.1 * i, pose(0.1 * i, 0.2 * (i % 2), 0.05 * i)});

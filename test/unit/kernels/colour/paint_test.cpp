@@ -68,8 +68,8 @@ TEST(Exposure, IsOneIfFixed) {
   }
 }
 
-/// The map has grey level 100. The image shows `factor` times that level, alternately `spread`
-/// brighter and darker.
+/// The map has grey level 100. The image has `factor` times that level, plus or minus `spread` in
+/// alternate pixels.
 TEST(Exposure, DifferencesWithinTheSpreadAreIgnored) {
   const auto gain = [](double factor, int spread) {
     ExposureSums sums = {};

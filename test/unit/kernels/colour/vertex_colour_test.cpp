@@ -10,7 +10,7 @@ struct ColouredSample {
   VoxelColour colour;
 };
 
-/// The samples of all directions at both ends of an edge along x.
+/// Samples in all directions at both ends of an edge along x.
 struct Ends {
   ColouredSample lower[kDirectionCount] = {}, upper[kDirectionCount] = {};
 
@@ -58,7 +58,7 @@ TEST(VertexColour, WithoutACrossingIgnoresOppositeDirections) {
   Ends ends;
   ends.lower[2] = {{0.5f, 1.0f}, kRed};
   ends.upper[2] = {{0.6f, 1.0f}, kRed};
-  ends.lower[1] = {{0.5f, 5.0f}, kBlue};  // X- is opposite to the facing
+  ends.lower[1] = {{0.5f, 5.0f}, kBlue};  // X- points against the facing
   EXPECT_EQ(ends.colour(0).red, 200);
   EXPECT_EQ(ends.colour(0).blue, 0);
 }

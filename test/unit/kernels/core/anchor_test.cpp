@@ -33,7 +33,7 @@ TEST(Anchor, RoundingErrorIsAtMostHalfAStep) {
   }
 }
 
-/// Averaged over evenly spread dithers, the rounded anchor is exact.
+/// The mean of the rounded anchor over evenly spaced dither values is exact.
 TEST(Anchor, DitheringIsUnbiased) {
   for (const float offset : {-0.51f, -0.013f, 0.3f, 0.862f}) {
     double sum = 0.0;
@@ -44,8 +44,8 @@ TEST(Anchor, DitheringIsUnbiased) {
   }
 }
 
-/// Nearness is measured along the surface, not across it: the foot of a corner 0.9 voxels in front
-/// of a surface counts as nearer than a point 0.4 voxels beside the corner.
+/// The distance to the foot is measured along the surface, not across it: a point 0.9 voxels below
+/// the corner, at the foot itself, counts as nearer than a point 0.4 voxels beside the corner.
 TEST(PointKey, TheGreatestIsNearestToTheFoot) {
   const uint32_t foot = keyOf({0.0f, 0.0f, -0.9f}, 0.9f), beside = keyOf({0.4f, 0.0f, 0.0f}, 0.0f);
   EXPECT_GT(foot, beside);

@@ -12,7 +12,7 @@ namespace region_test {
 
 using Eigen::Vector3d;
 
-/// A random box and a random sphere near a point. The expected results come from Eigen's geometry.
+/// A random box and a random sphere near a point. Eigen's geometry gives the expected results.
 struct RandomRegion {
   explicit RandomRegion(std::mt19937& random, const Vector3d& near) {
     const auto number = [&](double low, double high) {
@@ -41,7 +41,7 @@ struct RandomRegion {
   SphereRegion sphere;
 };
 
-/// Tests 1 m voxels, near the origin and far from it.
+/// Tests regions near the origin and far from it, with 1 m voxels.
 TEST(Region, ContainsExactlyThePointsInside) {
   std::mt19937 random(7);
   for (const Vector3d& near : {Vector3d(0, 0, 0), Vector3d(8e6, -7e6, 5e6)}) {
@@ -66,7 +66,7 @@ TEST(Region, ContainsExactlyThePointsInside) {
   }
 }
 
-/// No block with a voxel inside the region is skipped, but most other blocks are.
+/// Blocks with a voxel inside the region are never skipped; most other blocks are.
 TEST(Region, NoBlockInsideIsSkipped) {
   std::mt19937 random(8);
   int needless = 0, skipped = 0;

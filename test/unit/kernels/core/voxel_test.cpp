@@ -22,7 +22,7 @@ TEST(Voxel, HoldsDistanceWeightAndEvidence) {
   EXPECT_EQ(sizeof(Voxel), 8u);
 }
 
-/// To the mesh, a voxel with too little evidence counts as not measured.
+/// Meshing treats a voxel with too little evidence as not measured.
 TEST(Voxel, IsKnownWithEnoughEvidence) {
   const Voxel voxel = makeVoxel(-1.25f, 98304, 4);
   EXPECT_EQ(sampleOf(voxel, 4).sdf, -1.25f);
@@ -40,8 +40,8 @@ TEST(VoxelSums, QuantisedDistancesAreClamped) {
   }
 }
 
-/// The worst case in one voxel: each pixel of the largest image adds the greatest distance with
-/// twice the greatest weight, the bound for rounded subpixels.
+/// The worst case for one voxel: every pixel of the largest image adds the maximum distance, with
+/// twice the maximum weight (an upper bound for rounded subpixels).
 TEST(VoxelSums, WorstCaseDoesNotOverflow) {
   const int64_t weight = 2 * quantiseWeight(1.0f), sdf = quantiseSdf(1.0f);
   const int64_t limit = std::numeric_limits<int64_t>::max();

@@ -1,4 +1,4 @@
-// Compares the direction along which a surfel is cast with the definition of this direction.
+// Compares the direction along which a surfel is cast with its definition.
 #include "kernels/fusion/cast.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Tests evidence after frames that support or contradict a surface.
+// Tests how frames that support or contradict a surface change the evidence.
 #include "kernels/fusion/evidence.h"
 
 #include <gtest/gtest.h>
@@ -29,8 +29,8 @@ TEST(Evidence, AContradictionLowersOnlyEvidence) {
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 9), 1, kUncovered, costly)), 5);
 }
 
-/// A voxel that loses its evidence also loses its distance and weight, so they do not mix with
-/// later frames.
+/// A voxel that loses its evidence also loses its distance and weight, so that they do not affect
+/// later measurements.
 TEST(Evidence, AVoxelWithoutEvidenceBecomesEmpty) {
   for (const int32_t evidence : {0, 1, 2}) {
     const Voxel voxel =
@@ -41,14 +41,14 @@ TEST(Evidence, AVoxelWithoutEvidenceBecomesEmpty) {
   EXPECT_FALSE(isEmpty(contradictedVoxel(makeVoxel(-0.75f, 12345, 3), 1, kUncovered, kRules)));
 }
 
-/// If a frame covers the voxel but looks through its anchor, the evidence falls by one support as
-/// well.
+/// If a frame covers the voxel but looks through its anchor, the evidence also drops by the amount
+/// that a support adds.
 TEST(Evidence, ContradictionsOfCoveredVoxelsCostMore) {
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 24), 1, kCovered, kRules)), 19);
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 3), 1, kCovered, kRules)), -2);
 }
 
-/// Negative evidence marks free space, and stays after the distance is removed.
+/// Negative evidence marks free space and is kept after the distance has been removed.
 TEST(Evidence, FreeSpaceEvidenceSaturates) {
   Voxel voxel = contradictedVoxel(makeVoxel(-0.75f, 12345, 1), 1, kUncovered, kRules);
   EXPECT_TRUE(isEmpty(voxel));
@@ -61,7 +61,8 @@ TEST(Evidence, FreeSpaceEvidenceSaturates) {
   EXPECT_EQ(evidenceOf(voxel), -24);
 }
 
-/// One supporting frame gives 3, or 1 after a contradiction; two give 6, or 4; three give 9, or 7.
+/// The required evidence is what one, two or three supporting frames leave after one contradiction:
+/// 1, 4 or 7.
 TEST(MinEvidence, AllowsOneContradiction) {
   constexpr uint64_t kMany = uint64_t{1} << 40;
   EXPECT_EQ(minEvidence(1, kMany, kRules), 1);

@@ -1,4 +1,5 @@
-// Tests where an image shows free space, on analytic surfaces and on images defined pixel by pixel.
+// Tests which points are known to be free in depth images of analytic surfaces and in images
+// defined pixel by pixel.
 #include "kernels/fusion/free_space.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +21,7 @@ constexpr float kVoxel_m = 0.02f, kTruncation = 4.0f;
 const SurfelSettings kSurfels{5, 0.1f, SurfelRules(), 0};
 const FusionSettings kFusion{1, 1, kTruncation, 64.0f, FusionRules()};
 
-/// An image of a surface, with the depth up to which the ray of each pixel is free.
+/// A depth image of a surface, and the depth up to which each pixel's ray is free.
 class FreeSpaceImage {
  public:
   explicit FreeSpaceImage(const Surface& surface, float sigma = 0.0f)
@@ -67,8 +68,8 @@ TEST(FreeDepth, EndsAMarginBeforeThePlane) {
   }
 }
 
-/// One pixel measures 12 m, the other nothing. A negative inverse depth means measured, but beyond
-/// the fusion range. Without a plane, the margin applies along the ray.
+/// One pixel measures 12 m, the other measures nothing. A negative inverse depth marks a
+/// measurement beyond the fusion range. Without a plane, the margin is measured along the ray.
 TEST(FreeDepth, ReachesBeyondTheFusionRange) {
   const float row[] = {0.0f, 0.0f};
   const PixelLinks links[] = {0, 0};
@@ -105,7 +106,7 @@ struct Array {
   }
 };
 
-/// Greater distances are not tested; a voxel can hold up to 16.
+/// The largest tested distance from the plane. Voxels can store distances up to 16.
 constexpr float kFarthest = 12.0f;
 
 void expectNear(const Vec3f& a, const Vec3f& b) {
@@ -149,8 +150,8 @@ TEST(Foot, ToleratesMissingNeighbours) {
   expectNear(lonely.foot(3, 4, 5, 5), {3, 4, 3.5f});
 }
 
-/// An image of 9 x 9 pixels, all free up to 2 m. A point straight ahead at 1 m projects to the
-/// middle pixel.
+/// A 9 x 9 image in which every pixel is free up to 2 m. A point straight ahead at 1 m projects to
+/// the centre pixel.
 class SeesThrough : public testing::Test {
  protected:
   bool sees(const Vec3f& p_L, const Voxel& voxel = makeVoxel(0.0f, 1 << 16, 3)) const {
@@ -191,8 +192,8 @@ TEST_F(SeesThrough, NeedsFreeNeighbourPixels) {
   }
 }
 
-/// A point's own pixel decides on which side of an outline it lies, even if a neighbouring pixel
-/// shows the surface.
+/// A point's own pixel decides on which side of an outline it lies, even if the surface is visible
+/// in a neighbouring pixel.
 TEST_F(SeesThrough, OwnPixelDecidesAtAnOutline) {
   for (int v = 0; v < 9; ++v) {
     for (int u = 0; u < 4; ++u) at(u, v) = 0.9f;

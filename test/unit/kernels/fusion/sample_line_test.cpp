@@ -1,4 +1,4 @@
-// Compares the samples on a surfel's line with their definition, evaluated at every voxel around
+// Compares the samples along a surfel's line with their definition, evaluated at every voxel around
 // the surfel.
 #include "kernels/fusion/sample_line.h"
 
@@ -65,9 +65,9 @@ std::map<VoxelId, LineSample> samplesOf(const SampleLine& line) {
   return samples;
 }
 
-/// The share of a voxel, computed in double precision: the square of its bilinear weight where the
-/// line meets its grid plane normal to the dominant axis, times its closeness to the measured
-/// plane.
+/// The expected fraction of the surfel's weight at a voxel, in double precision: the squared
+/// bilinear weight where the line crosses the voxel's grid plane normal to the dominant axis, times
+/// the closeness to the measured plane.
 double expectedShare(const Cast& cast, const Vec3i& voxel) {
   const double d[3] = {cast.direction.x, cast.direction.y, cast.direction.z};
   const double offset[3] = {voxel.x - double(cast.p.x), voxel.y - double(cast.p.y),
@@ -115,7 +115,7 @@ TEST(SampleLine, VisitsEachSampleOnceWithItsShareAndDistance) {
         }
       }
     }
-    EXPECT_EQ(found, samples.size()) << "some samples are far from the point";
+    EXPECT_EQ(found, samples.size()) << "all samples should be near the point";
   }
 }
 

@@ -41,7 +41,7 @@ TEST(FoldSums, UnmeasuredVoxelsAreUnchanged) {
   EXPECT_TRUE(isEmpty(foldSums(kEmpty, VoxelSums{}, 1.0f, kFusion)));
 }
 
-/// Over several frames, the distance is the mean of the frames' means, each weighted by the frame's
+/// Over several frames, the distance is the mean of the mean distances per frame, weighted by
 /// coverage, which is capped at 1.
 TEST(FoldSums, GivesTheWeightedMean) {
   std::mt19937 random(9);
@@ -65,8 +65,7 @@ TEST(FoldSums, GivesTheWeightedMean) {
   EXPECT_NEAR(sdfOf(voxel), sum / sum_weight, 1e-3);
 }
 
-/// A frame with ten pixels on a voxel adds no more weight than a frame with one pixel that covers
-/// it.
+/// A frame with ten pixels on a voxel adds no more weight than one whose single pixel covers it.
 TEST(FoldSums, AFrameAddsAtMostWeightOne) {
   EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 0.25f)), kOne / 4);
   EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 1.0f)), kOne);
@@ -74,8 +73,8 @@ TEST(FoldSums, AFrameAddsAtMostWeightOne) {
   EXPECT_EQ(weightUnits(fold(fold(kEmpty, 0.5f, 10.0f), 0.5f, 10.0f)), 2 * kOne);
 }
 
-/// The depth weight applies after the cap of 1; otherwise a distant frame that covers the voxel
-/// well would count as much as a near one.
+/// The depth weight is applied after the cap of 1. Otherwise a distant frame that covers the voxel
+/// well would count as much as a near frame.
 TEST(FoldSums, DepthWeightAppliesAfterTheCap) {
   EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 10.0f, 0.25f)), kOne / 4);
   EXPECT_EQ(weightUnits(fold(kEmpty, 0.5f, 0.5f, 0.25f)), kOne / 8);
@@ -93,7 +92,7 @@ TEST(FoldSums, NewMeasurementsCountAtMaximumWeight) {
   EXPECT_NEAR(sdfOf(voxel), 2.0f, 1e-3f);
 }
 
-/// The greatest value of fusion/max_weight fits into 24 bits, next to the evidence.
+/// The maximum of fusion/max_weight fits into 24 bits, next to the evidence.
 TEST(FoldSums, GreatestMaximumWeightFits) {
   const FusionSettings capped{1, 1, kTruncation, 255.0f, FusionRules()};
   Voxel voxel = makeVoxel(0.5f, 255 * kOne - 1, 7);
@@ -116,8 +115,8 @@ TEST(FoldSums, LowCoverageIsAveragedWithoutSupport) {
   EXPECT_EQ(evidenceOf(fold(before, 0.5f, 1.1f * least)), 9);
 }
 
-/// Samples farther than sample_reach (the reach for noise-free points) from the surface, on either
-/// side, are averaged, but give no evidence of a surface.
+/// Samples farther than sample_reach (the largest sample distance for noise-free points) from the
+/// surface, on either side, are averaged, but give no evidence of a surface.
 TEST(FoldSums, FarSamplesAreAveragedWithoutSupport) {
   const float reach = kFusion.rules.sample_reach;
   for (const float side : {-1.0f, 1.0f}) {
@@ -154,7 +153,7 @@ TEST(FoldAnchor, StartsAtTheFirstMeasuredPoint) {
 }
 
 /// A point is weighted by its frame's weight times (1 - t)^2, where t is its distance from the foot
-/// in voxels: here 0.9^2 against 0.5^2.
+/// in voxels. Here, 0.9^2 competes with 0.5^2.
 TEST(FoldAnchor, NearPointsCountMore) {
   const auto meanX = [](float first, float second, float second_weight) {
     double sum = 0.0;

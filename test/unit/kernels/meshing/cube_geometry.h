@@ -1,4 +1,4 @@
-/// Describes the unit cube of the mesh tables without using their code.
+/// An independent description of the unit cube, with which to check the mesh tables.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,14 +13,14 @@
 
 namespace dtsdf {
 
-/// A directed side of a triangle, from one edge of the cube to another.
+/// A directed side of a triangle; its ends lie on two edges of the cube.
 using Segment = std::pair<int, int>;
 
 inline Eigen::Vector3d cornerPoint(int corner) {
   return Eigen::Vector3d(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
 }
 
-/// The two corners of every edge. Edges are numbered by axis, then by their first corner.
+/// The two corners of every edge. Edges are ordered by axis, then by their first corner.
 inline std::array<std::pair<int, int>, 12> cubeEdges() {
   std::array<std::pair<int, int>, 12> edges;
   size_t n = 0;
@@ -58,8 +58,8 @@ inline std::vector<std::array<int, 3>> trianglesOf(int index) {
   return triangles;
 }
 
-/// The rim of an index's surface: the sides of triangles that no other triangle traverses in
-/// reverse.
+/// Rim of the surface of a marching-cubes case: the sides of triangles that no other triangle
+/// traverses in reverse.
 inline std::set<Segment> rimOf(int index) {
   std::set<Segment> sides;
   for (const auto& t : trianglesOf(index)) {

@@ -10,7 +10,7 @@
 namespace dtsdf {
 namespace edge_vertex_test {
 
-/// The samples that edgeOffset() uses: at the ends of an edge and one step beyond them.
+/// Samples used by edgeOffset(): at both ends of an edge and one step beyond each.
 struct EdgeSamples {
   Sample lower[kDirectionCount], upper[kDirectionCount];
   Sample below[kDirectionCount], above[kDirectionCount];
@@ -50,8 +50,8 @@ TEST(EdgeVertex, IsExactOnAPlane) {
   EXPECT_GT(crossed, 10000);
 }
 
-/// Distances that are quadratic along the edge: 0.25 t^2 + t - 0.5 is -1.25, -0.5, 0.75, 2.5 at t =
-/// -1, 0, 1, 2, and 0 at sqrt(6) - 2 = 0.4495; linear interpolation between the ends gives 0.4.
+/// The distance along the edge is quadratic: 0.25 t^2 + t - 0.5 is -1.25, -0.5, 0.75, 2.5 at t =
+/// -1, 0, 1, 2, and 0 at sqrt(6) - 2 = 0.4495. Linear interpolation between the ends gives 0.4.
 TEST(EdgeVertex, IsExactForQuadraticDistances) {
   const float exact = std::sqrt(6.0f) - 2.0f;
   for (const float sign : {1.0f, -1.0f}) {
@@ -69,8 +69,8 @@ TEST(EdgeVertex, IsExactForQuadraticDistances) {
   }
 }
 
-/// The distance is 0 at the lower end, rises, and falls to -0.1 at the upper end. With a second
-/// direction that crosses in the middle, the mean is a quarter.
+/// The distance is 0 at the lower end, rises, and falls to -0.1 at the upper end. A second
+/// direction crosses zero in the middle of the edge, so the mean is at a quarter.
 TEST(EdgeVertex, IsFiniteIfTheLowerEndIsZero) {
   EdgeSamples edge = {};
   edge.below[5] = {-0.9f, 1.0f};
@@ -82,7 +82,7 @@ TEST(EdgeVertex, IsFiniteIfTheLowerEndIsZero) {
   EXPECT_NEAR(offsetOn(edge, 2, 1), 0.25f, 1e-6f);
 }
 
-/// The edge crosses a wall, whose sides have opposite facings.
+/// The edge passes through a wall, whose two sides have opposite facings.
 TEST(EdgeVertex, SeparatesTheSidesOfAWall) {
   EdgeSamples edge = {};
   edge.lower[0] = {-0.7f, 2.0f};  // the side that faces X+ is at 0.7

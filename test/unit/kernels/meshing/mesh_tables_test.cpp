@@ -1,4 +1,4 @@
-// Tests that the tables have the properties of a correct surface in a cube.
+// Tests that in each marching-cubes case, the triangles form a consistent surface in the cube.
 #include "kernels/meshing/mesh_tables.h"
 
 #include <gtest/gtest.h>
@@ -15,9 +15,9 @@ TEST(MeshTables, TrianglesUseExactlyTheCrossedEdges) {
     std::set<int> used;
     for (const auto& t : trianglesOf(index)) {
       used.insert(t.begin(), t.end());
-      EXPECT_EQ(std::set<int>(t.begin(), t.end()).size(), 3u) << "index " << index;
+      EXPECT_EQ(std::set<int>(t.begin(), t.end()).size(), 3u) << "case " << index;
     }
-    EXPECT_EQ(used, crossedEdges(index)) << "index " << index;
+    EXPECT_EQ(used, crossedEdges(index)) << "case " << index;
   }
 }
 
@@ -27,16 +27,17 @@ TEST(MeshTables, EveryLoopIsClosedAndLiesOnTheFacesOfTheCube) {
     for (const Segment& segment : rimOf(index)) {
       ++departures[segment.first];
       ++arrivals[segment.second];
-      EXPECT_EQ(facesOf(segment).size(), 1u) << "index " << index;
+      EXPECT_EQ(facesOf(segment).size(), 1u) << "case " << index;
     }
     for (const int e : crossedEdges(index)) {
-      EXPECT_EQ(arrivals[e], 1) << "index " << index << ", edge " << e;
-      EXPECT_EQ(departures[e], 1) << "index " << index << ", edge " << e;
+      EXPECT_EQ(arrivals[e], 1) << "case " << index << ", edge " << e;
+      EXPECT_EQ(departures[e], 1) << "case " << index << ", edge " << e;
     }
   }
 }
 
-/// Seen from the front, a counter-clockwise surface lies on the left of its rim.
+/// Triangles run counter-clockwise when viewed from the front, so the surface must lie to the left
+/// of its rim.
 TEST(MeshTables, RimsRunCounterClockwiseSeenFromTheFront) {
   for (int index = 0; index < 256; ++index) {
     for (const Segment& segment : rimOf(index)) {
@@ -45,18 +46,19 @@ TEST(MeshTables, RimsRunCounterClockwiseSeenFromTheFront) {
       const Eigen::Vector3d towards_front = facesOf(segment).at(0).cross(along);
       const auto [a, b] = cubeEdges()[static_cast<size_t>(segment.first)];
       const Eigen::Vector3d front = cornerPoint(isBehind(index, a) ? b : a);
-      EXPECT_GT(towards_front.dot(front - start), 0.0) << "index " << index;
+      EXPECT_GT(towards_front.dot(front - start), 0.0) << "case " << index;
     }
   }
 }
 
-/// For all labels of their twelve corners, two units that share a face traverse each segment on it
-/// in opposite directions. So the surfaces of neighbouring units join without gaps or overlaps.
+/// For every labelling of their twelve corners, two units with a common face traverse each segment
+/// on it in opposite directions. So the surfaces of neighbouring units join without gaps or
+/// overlaps.
 TEST(MeshTables, NeighboursAgreeOnTheirSharedFace) {
   for (int axis = 0; axis < 3; ++axis) {
     const int bit = 1 << axis;
     const auto segmentsOn = [&](int index, double side, bool reversed) {
-      std::set<std::pair<int, int>> segments;  // pairs of edge numbers on the low side
+      std::set<std::pair<int, int>> segments;  // pairs of edge indices on the lower face
       for (const auto& [from, to] : rimOf(index)) {
         const Eigen::Vector3d normal = facesOf({from, to}).at(0);
         if (normal[axis] != side) continue;
@@ -77,7 +79,7 @@ TEST(MeshTables, NeighboursAgreeOnTheirSharedFace) {
         right |= (behind ? 1 : 0) << c;
       }
       ASSERT_EQ(segmentsOn(left, 1.0, false), segmentsOn(right, -1.0, true))
-          << "indices " << left << " and " << right << " across axis " << axis;
+          << "cases " << left << " and " << right << " across axis " << axis;
     }
   }
 }

@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace regularisation_test {
 
-/// A cube of units; units outside it have no index.
+/// A cube of mesh units. Units outside it contain no surface and do not count.
 class Units {
  public:
   explicit Units(int side) : side_(side), labels_(static_cast<size_t>(side * side * side)) {}
@@ -40,9 +40,9 @@ UnitLabels single(int index) {
   return labelsOfSheets(static_cast<unsigned>(index), static_cast<unsigned>(index));
 }
 
-/// Around a corner, `behind` units have the corner behind the surface, `in_front` units have the
-/// corner in front, and the other units have no index. Each unit with an index follows the
-/// majority; a tie counts as in front.
+/// Eight units surround a corner. For `behind` of them, the corner is behind the surface; for
+/// `in_front` of them, it is in front. Both follow the majority; a tie counts as in front. The
+/// remaining units do not count and stay unchanged.
 TEST(Regularisation, TheMajorityDecidesACorner) {
   for (int behind = 0; behind <= 8; ++behind) {
     for (int in_front = 0; behind + in_front <= 8; ++in_front) {

@@ -1,4 +1,4 @@
-// Tests single mesh units with samples of known surfaces.
+// Tests the sheets found in single mesh units from samples of known surfaces.
 #include "kernels/meshing/sheets.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 namespace dtsdf {
 namespace sheets_test {
 
-/// The indices of a unit's sheets before regularisation.
+/// The marching-cubes cases of a unit's sheets, before regularisation.
 UnitIndices indexUnit(const UnitSamples& samples, bool directional) {
   return indicesOf(labelUnit(kMeshTables, MeshRules(), samples, directional));
 }
@@ -26,7 +26,7 @@ TEST(Sheets, APlaneGivesOneSheet) {
   }
 }
 
-/// A wall thinner than the unit, with each side measured in the direction that it faces.
+/// A wall thinner than the unit. Each side is measured in the direction that it faces.
 TEST(Sheets, AThinWallHasTwoSheets) {
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::Vector3d n = Eigen::Vector3d::Unit(axis);

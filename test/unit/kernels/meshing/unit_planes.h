@@ -1,4 +1,4 @@
-/// Samples of planes in a mesh unit, as fusion would produce them.
+/// Fills mesh units with samples of planes, as fusion would produce them.
 #pragma once
 
 #include <random>
@@ -16,7 +16,7 @@ struct UnitPlane {
   float at(int corner) const { return static_cast<float>(n.dot(cornerPoint(corner)) - offset); }
 };
 
-/// Sets the samples of all corners, in one direction, to their distances from the plane.
+/// Sets the samples of one direction at all corners to their distances from the plane.
 inline void addPlaneTo(UnitSamples& samples, int direction, const UnitPlane& plane,
                        float weight = 1.0f) {
   for (int c = 0; c < kCubeCorners; ++c) samples.corner[direction][c] = {plane.at(c), weight};

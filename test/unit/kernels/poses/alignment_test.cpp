@@ -1,4 +1,4 @@
-// Tests the rules of image-to-map alignment on known planes and fields.
+// Tests the alignment of images to a map, on known planes and fields.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ FrameView camera() {
   return view;
 }
 
-/// The distance field of a plane in direction Z-, with smaller z in front. Distances are known up
+/// The distance field of a plane in direction Z-; its front faces smaller z. Distances are known up
 /// to `band` voxels from the plane.
 struct PlaneField {
   float z = 50.0f, band = 3.0f;
@@ -58,7 +58,7 @@ TEST(FindSurface, TheBackOfASheetDoesNotAttractItsFront) {
   EXPECT_FALSE(findSurface({0.5f, 0.5f, 50.0f}, to_the_back, true, 8.0f, PlaneField()).known);
 }
 
-/// The surface lookup that addPoint() requires, for PlaneField.
+/// The surface look-up that addPoint() requires, here in a PlaneField.
 auto findIn(float cutoff) {
   return [=](const Vec3f& p_L, const Vec3f& normal) {
     return findSurface(p_L, normal, true, cutoff, PlaneField());

@@ -33,8 +33,8 @@ void forEachCovered(const DrawnTriangle& drawn, const Visit& visit) {
   }
 }
 
-/// A sheet of small triangles that extends beyond the image on all sides; many corners lie on
-/// pixels.
+/// A sheet of small triangles that extends beyond the image on all sides. Many corners lie exactly
+/// on pixels.
 TEST(DrawnTriangle, EachPixelOfASheetIsCoveredOnce) {
   const FrameView frame = cameraAtOrigin();
   constexpr int kSide = 40;

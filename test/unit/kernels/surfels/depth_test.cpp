@@ -59,12 +59,14 @@ TEST(DepthGap, IsFilledWithTheSurroundingPlane) {
       EXPECT_NEAR(image.filledAt(u, v), onPlane(u, v), 1e-6f) << u << ", " << v;
     }
   }
-  EXPECT_NEAR(image.filledAt(1, 6), onPlane(1, 6), 1e-6f) << "pixel in a gap along the border";
-  EXPECT_EQ(image.filledAt(1, 0), -onPlane(2, 0)) << "border pixel next to where two gaps cross";
+  EXPECT_NEAR(image.filledAt(1, 6), onPlane(1, 6), 1e-6f)
+      << "a gap along the border should be filled";
+  EXPECT_EQ(image.filledAt(1, 0), -onPlane(2, 0))
+      << "a border pixel beside two crossing gaps should stay empty";
 }
 
-/// A pixel that stays empty is set to minus the inverse of the nearest depth around it, up to which
-/// its ray is free.
+/// A pixel that stays empty is set to the negative inverse of the nearest depth around it. Its ray
+/// is free up to that depth.
 TEST(DepthGap, IsNotFilledAcrossADepthEdge) {
   Image image;
   image.setColumn(2, 1.0f);
@@ -74,7 +76,7 @@ TEST(DepthGap, IsNotFilledAcrossADepthEdge) {
   EXPECT_NEAR(image.filledAt(3, 3), 0.99f, 1e-6f);
 }
 
-/// A floor with depths rounded to millimetres has steps of 1 mm, but no noise.
+/// A floor without noise; rounding depths to millimetres turns it into 1 mm steps.
 TEST(DepthGap, IsFilledInRoundedDepths) {
   for (int first_mm = 1000; first_mm < 1100; ++first_mm) {
     const auto measured = [&](int u, int) {

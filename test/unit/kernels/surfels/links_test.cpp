@@ -1,5 +1,5 @@
-// Tests which neighbours are linked, on steps, steep sides and mixed pixels with expected links
-// found by hand.
+// Tests which neighbouring pixels are linked at steps, on steep sides and at mixed pixels. The
+// expected links were derived by hand.
 #include "kernels/surfels/links.h"
 
 #include <gtest/gtest.h>
@@ -41,14 +41,14 @@ std::vector<bool> linksAlong(const std::vector<std::vector<float>>& rows, float 
 
 using Links = std::vector<bool>;
 
-/// The allowance for a voxel of this size covers rounding, but none of the steps below.
+/// With voxels of this size, the tolerance of a voxel covers rounding, but none of the steps below.
 constexpr float kSmallVoxel_m = 0.002f;
 Links linksWithSmallVoxels(const std::vector<std::vector<float>>& rows, bool down = false) {
   return linksAlong(rows, 0.0f, 0, down, kSmallVoxel_m);
 }
 
 /// A step of 0.02 1/m is within 3 sqrt(2) deviations of 0.005 1/m. For time of flight, a deviation
-/// of 5 mm is only a quarter of that in inverse depth at 2 m.
+/// of 5 mm in depth is only 0.00125 1/m at 2 m.
 TEST(Links, StepsWithinNoiseAreLinked) {
   const std::vector<float> step{0.5f, 0.5f, 0.48f, 0.48f};
   EXPECT_EQ(linksAlong({step}), Links({true, false, true, false}));

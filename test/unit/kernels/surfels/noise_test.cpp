@@ -1,4 +1,5 @@
-/// Tests the noise estimated from single lines of depths, and the window and reach derived from it.
+/// Tests the noise estimated from single lines of depths, and the window size and maximum sample
+/// distance derived from it.
 #include "kernels/surfels/noise.h"
 
 #include <gtest/gtest.h>
@@ -45,8 +46,8 @@ TEST(Noise, LinesAcrossEdgesDoNotCount) {
   }
 }
 
-/// To within 5 %, the window is the smallest in which the scatter of the normal stays within the
-/// limit.
+/// The window should be the smallest that keeps the scatter of the normal within its limit, to
+/// within 5 %.
 TEST(Noise, WindowLimitsNormalScatter) {
   constexpr float kNoise = 0.0019f, kDepth_m = 2.0f, kFocal = 525.0f;
   FrameView frame{};
@@ -55,7 +56,7 @@ TEST(Noise, WindowLimitsNormalScatter) {
   const WindowRadius found = windowRadius(1.0f / kDepth_m, window);
   const int radius = found.both;
   EXPECT_EQ(found.one_side, radius);
-  const auto slopeDeviation = [](int r) {  // along a row, for a noise of 1
+  const auto slopeDeviation = [](int r) {  // along a row, per unit of noise
     double spread = 0.0;
     for (int k = -r; k <= r; ++k) spread += static_cast<double>(k) * k * (2 * r + 1);
     return 1.0 / std::sqrt(spread);

@@ -21,7 +21,7 @@ class MergedImage {
   MergedImage(const Surface& surface, float voxel_m)
       : image_(surface, frontalFrame(kWidth, kHeight, kIntrinsics, voxel_m), kSurfels) {}
 
-  /// Side length of the square that contains a pixel.
+  /// Side length of the square that contains the pixel.
   int sideAt(int u, int v) const {
     const MergedPatch patch = patchAt(u, v);
     if (patch >> kPatchBit & 1) return kPatchSide;
@@ -29,7 +29,7 @@ class MergedImage {
     return patch >> quad & 1 ? kQuadSide : 1;
   }
 
-  /// The surfel of the square whose first pixel is (u, v); noSurfel() at the square's other pixels.
+  /// The surfel of the square whose first pixel is (u, v); noSurfel() at all other pixels.
   Surfel surfelAt(int u, int v) const {
     const int side = mergedSide(patchAt(u, v), {u, v});
     if (side == 0) return noSurfel();
@@ -80,14 +80,14 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
     }
     const int side = voxel_m > 0.03f ? 4 : 2;
     EXPECT_EQ(count, (kWidth - 8) * (kHeight - 8) / (side * side));
-    const double voxel_px_m = kIntrinsics.fx * voxel_m;  // the width of a voxel at 1 m, in pixels
+    const double voxel_px_m = kIntrinsics.fx * voxel_m;  // width in pixels of a voxel at 1 m
     const double expected = single_weight / (voxel_px_m * voxel_px_m);
     EXPECT_NEAR(weight, expected, 1e-3 * expected);
   }
 }
 
-/// A step runs through patches and quads. If it is deeper than a voxel, the squares across or
-/// beside it are not merged, but all others are.
+/// A step in depth runs through patches and quads. If it is deeper than a voxel, squares across it
+/// or next to it are not merged, but all others are.
 TEST(PixelMerging, DoesNotSpanAStep) {
   const int edge = 27;  // first column on the far side
   const double x_edge = (edge - 0.5 - kIntrinsics.cx) / kIntrinsics.fx;

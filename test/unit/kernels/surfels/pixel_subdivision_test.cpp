@@ -42,8 +42,8 @@ class SubdividedImage {
   SurfaceImage image_;
 };
 
-/// The subpixels lie on the plane, evenly spread over the pixel, and weigh as much as the whole
-/// pixel.
+/// Subpixels lie on the plane, evenly distributed over the pixel. Their total weight is that of the
+/// whole pixel.
 TEST(PixelSubdivision, KeepsPlaneAndWeight) {
   const double n[3] = {0.4, -0.7, 1.0}, delta = 2.0;
   const float voxel_m = 0.002f;

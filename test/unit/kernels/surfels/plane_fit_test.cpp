@@ -78,7 +78,7 @@ std::vector<PixelPlane> planesOf(const Image& image, const SurfelSettings& surfe
   return planes;
 }
 
-/// Normals of all pixels; 0 where a pixel lacks one of its two fits.
+/// The normals of all pixels; 0 where the fit along the row or column is missing.
 std::vector<Vec3f> fitAll(const Image& image, const SurfelSettings& surfels = kSurfels) {
   std::vector<Vec3f> normals;
   for (const PixelPlane& plane : planesOf(image, surfels)) {
@@ -97,8 +97,8 @@ FreePlane makePlane(double x, double y, double z, double delta) {
   return {{x / length, y / length, z / length}, delta};
 }
 
-/// Tests every pixel of the image, including borders and corners, without a jump limit, which
-/// neighbouring depths of a tilted plane would exceed at this short focal length.
+/// Tests every pixel, including borders and corners. There is no depth jump limit, since
+/// neighbouring depths on a tilted plane would exceed it at this short focal length.
 TEST(NormalFit, IsExactOnPlanesOfAnyTilt) {
   std::mt19937 random(12);
   std::uniform_real_distribution<double> tilt(-0.75, 0.75), distance(0.3, 8.0);
@@ -116,7 +116,7 @@ TEST(NormalFit, IsExactOnPlanesOfAnyTilt) {
   }
 }
 
-/// Two planes with a jump in depth along a slanted border: no normal mixes both planes.
+/// Two planes with a jump in depth along a slanted border. No normal may mix both planes.
 TEST(NormalFit, DoesNotMixAcrossADepthJump) {
   const FreePlane near = makePlane(0.2, -0.1, -1.0, -2.0), far = makePlane(-0.4, 0.3, -1.0, -3.8);
   const auto onNear = [](int u, int v) { return 3 * u + 5 * v < 120; };
@@ -136,7 +136,7 @@ TEST(NormalFit, DoesNotMixAcrossADepthJump) {
   EXPECT_GT(fitted, kWidth * kHeight * 95 / 100);
 }
 
-/// A strip three pixels wide between holes has the normal of its plane.
+/// On a strip three pixels wide between holes, the normal is that of the strip's plane.
 TEST(NormalFit, IsExactOnStripsBetweenHoles) {
   const FreePlane plane = makePlane(0.3, 0.4, -1.0, -1.2);
   Image image;

@@ -1,4 +1,4 @@
-// Tests the floors found in the first images of scenes with known floors.
+// Tests that the floor is found in the first images of scenes whose floor is known.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = 0.017453292519943295;
 
-/// T_M_R. R is the room's frame (z up, floor at z = 0), and the given poses are in M.
+/// T_M_R. R is the room's frame (z up, floor at z = 0); M is the frame of the input poses.
 Eigen::Isometry3d tilted(double tilt_deg, const Vector3d& axis, const Vector3d& shift_m) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = Eigen::AngleAxisd(tilt_deg * kDegree, axis.normalized()).toRotationMatrix();
@@ -39,7 +39,7 @@ std::vector<SceneFrame> lapFrames(const Eigen::Isometry3d& T_M_R,
   return frames;
 }
 
-/// Searches for a floor in all frames together.
+/// Searches all frames for one common floor.
 FloorSearch searched(const std::vector<SceneFrame>& frames) {
   FloorSearch search;
   for (const SceneFrame& frame : frames) search.add(frame.view());
@@ -99,7 +99,7 @@ FloorSearch searchResultFrom(const Scene& scene, const Vector3d& eye, const Vect
 TEST(Floor, IsFoundNextToALargeTable) {
   Scene scene;
   scene.add(Plane{Vector3d::Zero(), Vector3d::UnitZ()});
-  scene.add(makeBox(Vector3d(1.6, 0.0, 0.4), Vector3d(1.6, 1.0, 0.8)));  // fills most of the view
+  scene.add(makeBox(Vector3d(1.6, 0.0, 0.4), Vector3d(1.6, 1.0, 0.8)));  // fills most of the image
   scene.add(makeBox(Vector3d(4.0, 0.0, 1.5), Vector3d(0.2, 8.0, 3.0)));
   const FloorSearch search =
       searchResultFrom(scene, Vector3d(0.0, 0.0, 1.5), Vector3d(2.0, 0.0, 0.6));
@@ -119,7 +119,7 @@ TEST(Floor, IsNeitherWallNorCeilingNorStrip) {
   Scene ceiling;
   ceiling.add(Room{Vector3d(-3.0, -3.0, -100.0), Vector3d(3.0, 3.0, 2.5)});
   EXPECT_FALSE(searchResultFrom(ceiling, Vector3d(0.0, 0.0, 1.5), Vector3d(2.0, 0.0, 2.2)).floor());
-  Scene beam;  // too narrow to determine the tilt
+  Scene beam;  // too narrow for determining the tilt
   beam.add(Plane{Vector3d(1.5, 0.0, 0.0), -Vector3d::UnitX()});
   beam.add(makeBox(Vector3d(1.4, 0.0, 0.5), Vector3d(0.2, 8.0, 0.2)));
   EXPECT_FALSE(searchResultFrom(beam, Vector3d(0.0, 0.0, 1.0), Vector3d(1.5, 0.0, 0.6)).floor());
@@ -187,7 +187,7 @@ TEST(FloorSearch, SearchesUntilAFloorIsFound) {
   EXPECT_TRUE(search.problem().empty());
   const FloorPlane found = *search.floor();
   for (size_t i = 0; i < FloorSearch::kViews; ++i) EXPECT_FALSE(search.add(no_floor.view()));
-  EXPECT_EQ(search.floor()->offset(), found.offset()) << "a later result replaced the first";
+  EXPECT_EQ(search.floor()->offset(), found.offset()) << "the first floor found should be kept";
 }
 
 TEST(FloorSearch, SkipsUnusableImages) {
@@ -213,7 +213,7 @@ TEST(LevelPose, IsTheSmallestRotation) {
   const Eigen::Isometry3d of_optical = levelPose(-Vector3d::UnitY(), 0.5);
   EXPECT_TRUE((of_optical.linear() * Vector3d::UnitX()).isApprox(Vector3d::UnitX()));
   EXPECT_TRUE((of_optical.linear() * Vector3d::UnitZ()).isApprox(Vector3d::UnitY()))
-      << "the optical axis is not y";
+      << "levelling should turn z into y";
   EXPECT_NEAR((of_optical * Vector3d(0.0, -0.5, 0.0)).z(), 0.0, 1e-12);
   EXPECT_NEAR(tiltOf(of_optical), 90.0, 1e-9);
   const Eigen::Isometry3d of_ned = levelPose(-Vector3d::UnitZ());

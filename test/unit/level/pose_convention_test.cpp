@@ -17,8 +17,8 @@ Eigen::Isometry3d opticalFromBody() {
   return T;
 }
 
-/// The doubt that PoseConvention reports after the first 4 s of a lap of `lap_s` seconds, if each
-/// given pose is poseOf(true pose).
+/// What PoseConvention reports after the first 4 s of a lap of `lap_s` seconds if each input pose
+/// is poseOf(true pose).
 template <class PoseOf>
 std::string doubtAbout(const PoseOf& poseOf, double lap_s = 6.0,
                        DepthEncoding encoding = DepthEncoding::kFloat32) {

@@ -1,4 +1,4 @@
-// Tests the up vector from an accelerometer, which is computed only while the sensor is held still.
+// Tests the up vector computed from accelerometer samples while the sensor is held still.
 #include "level/still_gravity.h"
 
 #include <gtest/gtest.h>
@@ -64,7 +64,8 @@ TEST(StillGravity, IsNotFoundInMotion) {
     up = shaken.add({t, kGravity * kUp + Vector3d(std::sin(20.0 * t), 0.0, 0.0), {}});
     EXPECT_FALSE(up);
   }
-  EXPECT_TRUE(feed(shaken, 2.0, 1.5, 200.0, kGravity * kUp)) << "not found after coming to rest";
+  EXPECT_TRUE(feed(shaken, 2.0, 1.5, 200.0, kGravity * kUp))
+      << "gravity should be found once the sensor is at rest";
 
   StillGravity turning;
   for (int i = 0; i < 400; ++i) {
@@ -74,7 +75,7 @@ TEST(StillGravity, IsNotFoundInMotion) {
 
 TEST(StillGravity, RejectsImplausibleMagnitudes) {
   StillGravity in_g, falling;
-  EXPECT_FALSE(feed(in_g, 0.0, 2.0, 100.0, kUp)) << "accepts values in units of g";
+  EXPECT_FALSE(feed(in_g, 0.0, 2.0, 100.0, kUp)) << "values in units of g should be rejected";
   EXPECT_FALSE(feed(falling, 0.0, 2.0, 100.0, Vector3d::Zero()));
 }
 
@@ -85,7 +86,8 @@ TEST(StillGravity, SkipsNonFiniteSamplesAndHandlesRestarts) {
   EXPECT_FALSE(gravity.add({52.01, Vector3d(nan, 0.0, 0.0), {}}));
   EXPECT_FALSE(gravity.add({nan, kGravity * kUp, {}}));
   EXPECT_TRUE(gravity.add({52.02, kGravity * kUp, {}}));
-  EXPECT_FALSE(gravity.add({10.0, kGravity * kUp, {}})) << "kept samples although stamps went back";
+  EXPECT_FALSE(gravity.add({10.0, kGravity * kUp, {}}))
+      << "earlier samples should be discarded when stamps go back";
   EXPECT_TRUE(feed(gravity, 10.0, 1.1, 100.0, kGravity * kUp));
 }
 

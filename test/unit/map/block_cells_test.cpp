@@ -45,8 +45,8 @@ BlockKey randomBlock(std::mt19937& random, const BlockKey& around, int reach) {
   return {around.x + offset(random), around.y + offset(random), around.z + offset(random)};
 }
 
-/// Moves a block to a corner of its cell. Such blocks would be the first to be missed if the cell's
-/// bounds were too small.
+/// Moves a block to a corner of its cell. If the cell's bounds were too small, blocks at its
+/// corners would be the first to be missed.
 BlockKey cornerOfCell(std::mt19937& random, const BlockKey& block) {
   const auto snap = [&](int32_t at) {
     const int32_t first = at & ~(BlockCells::kSide - 1);
@@ -79,7 +79,7 @@ TEST(BlockCells, ListEachBlockOnce) {
   EXPECT_EQ(listed, live);
 }
 
-/// The camera is near the origin, or near the greatest keys, where floats are coarse.
+/// The camera is near the origin or near the largest keys, where floats are coarse.
 TEST(BlockCells, ListAllBlocksInViewAndFewOthers) {
   std::mt19937 random(2);
   constexpr int kFar = kMaxBlockCoordinate - 700;
@@ -106,8 +106,8 @@ TEST(BlockCells, ListAllBlocksInViewAndFewOthers) {
       all += table.blocksInUse();
     }
   }
-  EXPECT_GT(in_view, all / 100) << "hardly any block is in view";
-  EXPECT_LT(listed - in_view, all / 10) << "too many other blocks are listed";
+  EXPECT_GT(in_view, all / 100) << "the test should have enough blocks in view";
+  EXPECT_LT(listed - in_view, all / 10) << "few blocks outside the view should be listed";
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ void expectConsistent(const BlockTable& table) {
     EXPECT_EQ(table.find(key), slot);
     for (const int32_t array : entry.array) {
       if (array == kNoArray) continue;
-      EXPECT_TRUE(arrays.insert(array).second) << "array " << array << " is used twice";
+      EXPECT_TRUE(arrays.insert(array).second) << "array " << array << " should be used only once";
       EXPECT_LT(static_cast<size_t>(array), table.arrayCount());
     }
   }
@@ -68,12 +68,13 @@ TEST(BlockTable, IgnoresBlocksOutsideItsExtent) {
   EXPECT_EQ(count.slots, 2u);
   EXPECT_EQ(count.arrays, 12u);
   const Admission admission = table.admit(requests);
-  EXPECT_EQ(admission.refused, 0u) << "blocks outside the extent counted against the budget";
+  EXPECT_EQ(admission.refused, 0u) << "blocks outside the extent should not count as refused";
   EXPECT_EQ(admission.changed_slots.size(), 2u);
   EXPECT_LT(table.find(requests.back().key), 0);
   expectConsistent(table);
   table.clear();
-  EXPECT_TRUE(table.admit({{keyOf(7), 1}}).changed_slots.empty()) << "clear() removed the extent";
+  EXPECT_TRUE(table.admit({{keyOf(7), 1}}).changed_slots.empty())
+      << "clear() should keep the extent";
 }
 
 /// allocate() followed by publish() has the same effect as admit(), even if some blocks exist
@@ -124,19 +125,20 @@ TEST(BlockTable, ARefusedRequestLeavesNothingBehind) {
   expectConsistent(table);
 }
 
-/// Arrays are released at once; the block stays until a mesh update has reported that it is empty.
+/// Arrays are released at once. The block is kept until a mesh update has reported that it is
+/// empty.
 TEST(BlockTable, AVacatedBlockStaysUntilItIsReleased) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x23}, {keyOf(2), 0x01}});
   const int32_t slot = table.find(keyOf(1));
   table.vacate(slot, 0x21);
   EXPECT_EQ(table.arraysInUse(), 2u);
-  EXPECT_TRUE(table.takeVacant().empty()) << "reported with one array left";
+  EXPECT_TRUE(table.takeVacant().empty()) << "a block with an array should not be reported";
   table.vacate(slot, 0x02);
   EXPECT_EQ(table.arraysInUse(), 1u);
   EXPECT_EQ(table.find(keyOf(1)), slot);
   EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{slot});
-  EXPECT_TRUE(table.takeVacant().empty()) << "reported twice";
+  EXPECT_TRUE(table.takeVacant().empty()) << "a vacated block should be reported only once";
   EXPECT_EQ(table.releaseVacant({slot}), std::vector<int32_t>{slot});
   EXPECT_EQ(table.find(keyOf(1)), -1);
   EXPECT_EQ(table.bytesInUse(), kBlock + kArray);
@@ -162,7 +164,7 @@ TEST(BlockTable, VacatingUnderRandomLoadLosesNothing) {
   EXPECT_EQ(table.bytesInUse(), 0u);
 }
 
-/// A vacated block that no extraction has included can be released at once. Other vacated blocks
+/// If no extraction has included a vacated block, it can be released at once. Other vacated blocks
 /// are kept until a mesh update.
 TEST(BlockTable, DistinguishesUnmeshedVacantBlocks) {
   BlockTable table(kPlenty);
@@ -220,10 +222,12 @@ TEST(BlockTable, FindsBlocksBeyondABall) {
     return found;
   };
   EXPECT_EQ(beyond(11.9), slots({keyOf(3), keyOf(2, 2), keyOf(-2), keyOf(2)}));
-  EXPECT_EQ(beyond(12.0), slots({keyOf(3), keyOf(2, 2)})) << "a touching block was listed";
+  EXPECT_EQ(beyond(12.0), slots({keyOf(3), keyOf(2, 2)}))
+      << "blocks that touch the ball should not be listed";
 }
 
-/// Memory is allocated in advance for the sizes that sizesAfter() returns, so they must suffice.
+/// Memory for the pools is allocated in advance, so the sizes returned by sizesAfter() must
+/// suffice.
 TEST(BlockTable, PoolsStayWithinThePredictedSizes) {
   std::mt19937 random(25);
   for (const size_t budget : {kPlenty, 40 * BlockTable::kArrayBytes}) {

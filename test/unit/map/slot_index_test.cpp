@@ -16,7 +16,7 @@ TEST(SlotIndex, FindsTheZeroKey) {
   EXPECT_EQ(index.find(0), -1);
 }
 
-/// Key number `number` of a grid so coarse that each cube of the index holds only a few keys.
+/// Key `number` in a grid so coarse that each cube of the index holds only a few keys.
 PackedKey numberedKey(unsigned number) {
   constexpr int kApart = 5;
   return packKey({static_cast<int32_t>(number % 17) * kApart - 40,
@@ -61,7 +61,7 @@ TEST(SlotIndex, FollowsInsertionsAndErasures) {
   }
 }
 
-/// Keys are inserted and erased as in a map that keeps only the blocks near a moving camera.
+/// Keys are inserted and erased as by a map that keeps only the blocks near a moving camera.
 TEST(SlotIndex, ReusesTheMemoryOfErasedKeys) {
   constexpr int32_t kKept = 20, kApart = 8;
   const auto key_at = [](int32_t step) { return packKey({step * kApart, 0, 0}); };

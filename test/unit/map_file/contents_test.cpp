@@ -1,4 +1,4 @@
-// Tests that the contents of a map can be moved to another mapper, which then continues the map.
+// Tests that a map's contents can be moved to another mapper, which then continues the map.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -22,7 +22,7 @@ class Contents : public testing::TestWithParam<Mode> {
   }
 };
 
-/// Moves a map to another mapper during a recording, with everything that later frames depend on.
+/// A map is moved to another mapper during a recording, with everything that affects later frames.
 TEST_P(Contents, CanBeContinuedInAnotherMapper) {
   const size_t frames = roomRecording().depth.size();
   for (const bool painted : {false, true}) {
@@ -55,7 +55,7 @@ TEST(ContentsOfAMap, AreRestoredUnchanged) {
   const MapContents contents = roomContents();
   EXPECT_TRUE(contents.painted);
   EXPECT_GT(contents.colours.size(), 0u);
-  EXPECT_NE(contents.exposure[0], 1.0f) << "the gains are not tested";
+  EXPECT_NE(contents.exposure[0], 1.0f) << "this test needs a gain other than 1";
   const auto mapper = makeMapper(roomParams(), contents);
   EXPECT_TRUE(sameContents(mapper->contents(), contents));
   EXPECT_EQ(mapper->stats().map_bytes, sizeOf(contents.blocks).bytes());
@@ -87,10 +87,11 @@ TEST(ContentsOfAMap, AreRefusedIfSettingsDiffer) {
   other.fusion.max_depth_m = 3.0f;
   other.mesh.min_support = 1;
   EXPECT_EQ(errorOf([&] { makeMapper(other, contents); }), "")
-      << "refused for settings that affect only later frames";
+      << "settings that affect only later frames may differ";
 }
 
-/// A distance limit that is valid for the node's voxel size may span too many cells in a finer map.
+/// A maximum distance that is valid for the node's voxel size may span too many cells in a finer
+/// map.
 TEST(ContentsOfAMap, DistanceLimitsUseTheMapsVoxelSize) {
   const MapContents fine = makeMapper(roomParams(0.005f))->contents();
   MapperParams params = roomParams(0.02f);
@@ -119,8 +120,8 @@ MapperParams spaceParams(int cell_voxels = 2) {
   return params;
 }
 
-/// Free cells move with the map. A mapper without space drops them; a mapper with a different cell
-/// size refuses them.
+/// Free cells are moved with the map. A mapper without a free-space grid drops them; one with a
+/// different cell size refuses them.
 TEST(ContentsOfAMap, IncludeFreeCells) {
   const MapContents contents = roomContents(false, spaceParams());
   EXPECT_EQ(contents.cell_voxels, 2);
@@ -146,7 +147,8 @@ TEST(ContentsOfAMap, NeedMemoryForFreeCells) {
   }
   MapperParams params = spaceParams();
   EXPECT_EQ(minMemoryMb(contents, params), 12);
-  EXPECT_LT(minMemoryMb(contents, roomParams(0.04f)), 12) << "counts dropped free cells";
+  EXPECT_LT(minMemoryMb(contents, roomParams(0.04f)), 12)
+      << "free cells that are dropped should need no memory";
   params.map.max_memory_mb = 12;
   EXPECT_EQ(errorOf([&] { makeMapper(params, contents); }), "");
   params.map.max_memory_mb = 11;

@@ -1,5 +1,5 @@
-// Tests that meshes and published chunks of a wall up to 100 km from the map's origin are as good
-// as those of a wall near the origin.
+// Tests that a wall up to 100 km from the map's origin has meshes and published chunks as good as
+// those of a wall near the origin.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,16 +18,17 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A metre is a whole number of voxels, so a shift by metres does not move a wall within the grid.
+/// A metre is a whole number of voxels, so shifting a wall by metres does not move it relative to
+/// the grid.
 constexpr float kVoxel_m = 1.0f / 64.0f;
-/// Bound on the additional error of the wall far from the origin.
+/// Maximum additional error of the wall far from the origin.
 constexpr double kMaxError_m = 1e-4;
 constexpr double kMapError_m = 1e-3;
-/// Far from the origin, up to this many additional triangles may be too thin to have an area in
-/// floats.
+/// The maximum number of additional triangles that are so thin, far from the origin, that their
+/// area is 0 in floats.
 constexpr size_t kMaxThinTriangles = 5;
 
-/// A tilted wall in front of a camera, both shifted.
+/// A tilted wall in front of a camera; both are shifted.
 struct Wall {
   explicit Wall(const Vector3d& shift_W)
       : shift_W(shift_W),
@@ -53,13 +54,13 @@ struct Wall {
   Vector3d shift_W, normal_W, point_W;
 };
 
-/// A mesh as a listener receives it, in double precision.
+/// A mesh as a subscriber receives it, in double precision.
 struct ReadMesh {
   std::vector<Vector3d> positions, normals;
   std::vector<std::array<uint32_t, 3>> triangles;
 };
 
-/// Assembles the mesh from the chunks of mesh_blocks, as a listener does.
+/// Assembles the mesh from the chunks of mesh_blocks, as a subscriber does.
 ReadMesh assembledFromChunks(const MeshStore& store) {
   constexpr int kChunkBlocks = 4;
   const ChunkLattice lattice(store.voxelSize(), kChunkBlocks);
@@ -83,7 +84,7 @@ ReadMesh assembledFromChunks(const MeshStore& store) {
   return mesh;
 }
 
-/// Errors in the wall's mesh, away from the border of the measured part.
+/// Errors in the wall's mesh, away from the border of the measured area.
 struct Quality {
   size_t triangles = 0, without_area = 0;  ///< In the whole mesh.
   size_t inner_vertices = 0;
@@ -128,7 +129,7 @@ TEST_P(FarFromOrigin, ChunksAreAsGoodAsNearby) {
                measure(assembledFromChunks(near.map()), near));
 }
 
-/// A mesh far from the map's origin differs from one near it only in the origin of the mesh.
+/// A mesh far from the map's origin equals the mesh nearby, except for the mesh's own origin.
 TEST_P(FarFromOrigin, NormalsAndTrianglesMatchThoseNearby) {
   const Mesh near = Wall(Vector3d::Zero()).map().assemble();
   const Mesh far = Wall(shift()).map().assemble();

@@ -55,7 +55,7 @@ struct SplitMapFile {
     Bytes content;
   };
   std::vector<Part> parts;
-  Bytes end_of_content;  ///< End of the last record: content hash and checksums.
+  Bytes end_of_content;  ///< End of the last record, with content hash and checksums.
 
   explicit SplitMapFile(const std::string& path) {
     const RecordFile file(path, map_format::kPurpose, "map file");
@@ -73,7 +73,7 @@ struct SplitMapFile {
     throw std::runtime_error("no such record");
   }
 
-  /// The file with corrected checksums of all records, but with the old `end_of_content`.
+  /// The file, with the checksums of all records corrected, but with the old `end_of_content`.
   std::string bytes() const {
     const Bytes head = fileHead(map_format::kPurpose);
     std::string text(head.begin(), head.end());
@@ -112,7 +112,7 @@ TEST_F(MapFile, RestoresTheSavedMap) {
   EXPECT_TRUE(sameContents(loadMap(path_), smallMap()));
   EXPECT_EQ(saved_.file_bytes, bytes_.size());
   EXPECT_EQ(saved_.size.blocks, smallMap().blocks.size());
-  EXPECT_LT(bytes_.size(), saved_.size.bytes() / 2) << "not compressed";
+  EXPECT_LT(bytes_.size(), saved_.size.bytes() / 2) << "the file should be compressed";
 }
 
 TEST_F(MapFile, StoresTheLevelInItsOwnRecord) {
@@ -125,13 +125,16 @@ TEST_F(MapFile, StoresTheLevelInItsOwnRecord) {
   levelled.T_W_M->translation() = Eigen::Vector3d(0.0, 0.0, 1.0 / 3.0);
   const std::string path = folder_ / "levelled.dtsdf";
   const MapInfo saved = saveMap(levelled, path);
-  EXPECT_EQ(saved.content_hash, saved_.content_hash) << "the level changes the content hash";
-  EXPECT_TRUE(sameContents(loadMap(path), levelled)) << "not restored bit for bit";
+  EXPECT_EQ(saved.content_hash, saved_.content_hash)
+      << "the levelling transform should not affect the content hash";
+  EXPECT_TRUE(sameContents(loadMap(path), levelled))
+      << "the levelling transform should be restored bit for bit";
   ASSERT_TRUE(readMapInfo(path).T_W_M);
   EXPECT_EQ(readMapInfo(path).T_W_M->matrix(), levelled.T_W_M->matrix());
 
   SplitMapFile bent(path);
-  EXPECT_EQ(bent.get("LEVL").flags, 0u) << "readers may skip the level";
+  EXPECT_EQ(bent.get("LEVL").flags, 0u)
+      << "readers should not be allowed to skip the levelling transform";
   bent.get("LEVL").content[6] ^= 0x10;
   EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "its level is not a rigid transform"));
   bent.get("LEVL").content.resize(88);
@@ -146,7 +149,8 @@ TEST(Level, MustMatchTheContinuedRun) {
   EXPECT_TRUE(contains(errorOf([&] { checkLevel(plain, true); }), "set map/level to none"));
   EXPECT_TRUE(contains(errorOf([&] { checkLevel(levelled, false); }), "floor or imu"));
   plain.frames = levelled.frames = 0;
-  EXPECT_EQ(errorOf([&] { checkLevel(plain, true); }), "") << "an empty map refused a level";
+  EXPECT_EQ(errorOf([&] { checkLevel(plain, true); }), "")
+      << "an empty map should accept levelling";
   EXPECT_EQ(errorOf([&] { checkLevel(levelled, false); }), "");
 }
 
@@ -176,7 +180,7 @@ TEST_F(MapFile, OnlyEqualMapsHaveEqualHashes) {
   other.map_frame = "map";
   other.stamp_s = 5.0;
   other.settings["mesh/min_support"] = 1;
-  EXPECT_EQ(contentHash(other), saved_.content_hash) << "the hash depends on more than the map";
+  EXPECT_EQ(contentHash(other), saved_.content_hash) << "the hash should depend only on the map";
   const auto expectOther = [&](const auto& change) {
     MapContents changed = copyOf(smallMap());
     change(changed);
@@ -226,7 +230,7 @@ TEST_F(MapFile, SettingsAreRestoredExactly) {
   EXPECT_EQ(loadMap(path_).settings, contents.settings);
 }
 
-/// The file records how poses were found, unless they were used as given.
+/// The file records how poses were found, unless the input poses were used unchanged.
 TEST_F(MapFile, RecordsHowPosesWereFound) {
   MapContents contents = copyOf(smallMap());
   ParamTree settings = readMapInfo(path_).settings;
@@ -312,7 +316,7 @@ TEST_F(MapFile, WithMissingOrDuplicateRecordsIsRefused) {
 }
 
 TEST_F(MapFile, SplitFilesAreRestored) {
-  EXPECT_EQ(splitMapFile().bytes(), bytes_) << "splitting a file changes it";
+  EXPECT_EQ(splitMapFile().bytes(), bytes_) << "splitting should not change the file";
 }
 
 TEST_F(MapFile, SkipsUnknownOptionalRecords) {
@@ -349,7 +353,7 @@ TEST_F(MapFile, WithWrongSizesIsRefused) {
   EXPECT_TRUE(contains(errorOfBytes(longer), "damaged"));
 }
 
-/// The map file of a box also stores the box and the numbers of its frames.
+/// The map file of a box also stores the box and the indices of its frames.
 TEST_F(MapFile, OfABoxStoresTheBox) {
   MapBox box{{-4, -5, -6}, {1, 2, 3}, 2, {{0, 4}, {7, 9}}, {{7, 9}}};
   const auto mapper = makeProbedMapper(smallParams());
@@ -387,7 +391,7 @@ TEST_F(MapFile, FreeCellsCountTowardsTheLimit) {
   EXPECT_EQ(errorOf([&] { EXPECT_TRUE(sameContents(loadMap(path_, params), contents)); }), "");
 }
 
-/// A small file may expand to a large map, since zeros compress to almost nothing.
+/// A small file may expand to a large map, since zeros compress extremely well.
 TEST_F(MapFile, BeyondTheBudgetTakesNoMemory) {
   constexpr int kSide = 36;  // 46656 blocks of six arrays: 1.1 GiB
   MapContents head;
@@ -453,14 +457,14 @@ TEST_F(MapFile, IsIntactAfterAKilledSave) {
     kill(child, SIGKILL);
     int status = 0;
     ASSERT_EQ(waitpid(child, &status, 0), child);
-    ASSERT_TRUE(WIFSIGNALED(status)) << "the save itself failed";
+    ASSERT_TRUE(WIFSIGNALED(status)) << "the save itself should not fail";
     const bool is_old = readBytes(path_) == bytes_;
     if (is_old) ++killed_in_time;
     const uint64_t hash = contentHash(loadMap(path_));
     EXPECT_EQ(hash, is_old ? saved_.content_hash : saved.content_hash);
     writeBytes(path_, bytes_);
   }
-  EXPECT_GT(killed_in_time, 0) << "no save was killed before its end";
+  EXPECT_GT(killed_in_time, 0) << "at least one save should be killed before it ends";
 }
 
 TEST_F(MapFile, WithInvalidFreeCellsIsRefused) {
@@ -481,8 +485,7 @@ TEST_F(MapFile, WithInvalidFreeCellsIsRefused) {
   }
 }
 
-/// Runs examples/read_map.py on a file and appends what it prints to `output`. @return its exit
-/// code.
+/// Runs examples/read_map.py on a file and appends its output to `output`. @return Exit code.
 int readByExample(const std::string& path, std::string& output) {
   FILE* pipe = popen((std::string(DTSDF_READ_MAP) + " " + path + " 2>&1").c_str(), "r");
   if (pipe == nullptr) return -1;

@@ -1,4 +1,4 @@
-// Tests the alignment of images to maps of analytic scenes, from poses with known errors.
+// Tests the alignment of images to maps of analytic scenes, starting from poses with known errors.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,7 +34,7 @@ Scene wall() {
 Isometry3d cornerPose() { return lookAt({0.3, 0.2, 0.1}, {2.0, 2.0, -1.0}, Vector3d::UnitZ()); }
 Isometry3d wallPose() { return lookAt({0.3, 0.2, 0.1}, {2.0, 0.2, 0.1}, Vector3d::UnitZ()); }
 
-/// Maps a scene with three frames from one pose.
+/// Fuses three frames of a scene, all from one pose.
 void mapFrom(Session& session, const Scene& scene, const Isometry3d& T_W_C) {
   for (int i = 0; i < 3; ++i) session.integrate(renderFrame(scene, T_W_C, 320, 240));
 }
@@ -47,7 +47,7 @@ Isometry3d off(const Isometry3d& T_W_C, const Vector3d& shift_m, double turn_deg
   return moved;
 }
 
-/// The pose found for an image taken at `truth` with the given pose `given`.
+/// The pose found for an image taken at `truth` if the input pose is `given`.
 Alignment alignAt(Session& session, const Scene& scene, const Isometry3d& truth,
                   const Isometry3d& given, const PosePrior& prior = {0.1, 0.15}) {
   const SceneFrame image = renderFrame(scene, truth, 320, 240);
@@ -61,7 +61,7 @@ struct Offset {
   double turn_deg;
 };
 
-/// With 20 mm voxels, the map itself is off by about 0.2 mm. All given poses must lead to the same
+/// With 20 mm voxels, the map itself is off by about 0.2 mm. All input poses must lead to the same
 /// result.
 class Corner : public testing::TestWithParam<Offset> {};
 
@@ -82,7 +82,8 @@ TEST_P(Corner, DeterminesThePose) {
   EXPECT_LT(turnBetween_rad(found.T_W_C, from_truth.T_W_C), 0.1e-3);
 }
 
-/// Shifts of 10 cm towards each corner of a cube, with turns of 8 degrees in either direction.
+/// Shifts of 10 cm towards each corner of a cube, combined with rotations of 8 degrees in either
+/// direction.
 std::vector<Offset> farOffsets() {
   std::vector<Offset> offsets;
   for (int i = 0; i < 16; ++i) {
@@ -101,7 +102,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Offset{{0.06, 0.06, -0.05}, 4.0}, Offset{{-0.06, 0.06, 0.053}, 0.0},
                     Offset{{0.0, 0.0, 0.0}, 8.0}, Offset{{0.0, 0.0, 0.0}, -8.0}));
 
-/// Errors that a wall does not constrain remain; other errors are corrected.
+/// Errors that a wall does not constrain stay; all others are corrected.
 TEST(Align, AWallConstrainsThreeDegreesOfFreedom) {
   Session session(makeCpuParams());
   mapFrom(session, wall(), wallPose());
@@ -121,7 +122,8 @@ TEST(Align, AWallConstrainsThreeDegreesOfFreedom) {
   EXPECT_LT(std::sqrt(found.covariance(4, 4)), 0.1 * prior.sigma_rad);
 }
 
-/// A plate half a voxel thick, seen from both sides: images of each side are aligned to that side.
+/// A plate half a voxel thick, mapped from both sides. Images of each side must be aligned to that
+/// side.
 TEST(Align, DistinguishesTheSidesOfAPlate) {
   Scene plate;
   plate.add(Box{Isometry3d(Eigen::Translation3d(1.0, 0.0, 0.0)), {0.005, 0.4, 0.4}});
@@ -151,7 +153,7 @@ TEST(Align, AnEmptyMapLeavesThePoseUnchanged) {
 TEST(Align, AnotherPlaceDoesNotFit) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());
-  Scene other;  // balls close to where the walls are
+  Scene other;  // balls close to the positions of the walls
   for (int i = 0; i < 20; ++i) {
     for (int k = 0; k < 10; ++k) other.add(Sphere{{1.9, 0.3 * i - 1.0, 0.3 * k - 1.5}, 0.12});
     for (int k = 0; k < 10; ++k) other.add(Sphere{{0.3 * i - 1.0, 1.9, 0.3 * k - 1.5}, 0.12});
@@ -172,7 +174,8 @@ TEST(Align, RefusesBadFramesAndLeavesTheMapUnchanged) {
   bad.T_W_C.translation().x() = NAN;
   const Alignment refused = session.mapper().align(bad, {0.1, 0.2});
   EXPECT_EQ(refused.status, AlignmentStatus::kUnmapped);
-  EXPECT_NEAR(refused.covariance(0, 0), 0.01, 1e-12) << "not the given covariance";
+  EXPECT_NEAR(refused.covariance(0, 0), 0.01, 1e-12)
+      << "the covariance should be that of the input pose";
   EXPECT_NEAR(refused.covariance(5, 5), 0.04, 1e-12);
   bad = image.view();
   bad.intrinsics.fx = 0.0f;
@@ -180,7 +183,7 @@ TEST(Align, RefusesBadFramesAndLeavesTheMapUnchanged) {
   EXPECT_TRUE(sameMaps(untouched.mapper(), session.mapper()));
 }
 
-/// All given poses have the same error, plus noise. Each image is corrected, and the filter learns
+/// All input poses have the same error, plus noise. Each image is corrected, and the filter learns
 /// most of the common error, but little of the noise.
 TEST(PoseRefiner, LearnsAConstantErrorButNotNoise) {
   Session session(makeCpuParams());
@@ -198,7 +201,7 @@ TEST(PoseRefiner, LearnsAConstantErrorButNotNoise) {
     frame.T_W_C = off(truth, constant + sign * noise, 0.5 * sign);
     const Alignment found = refiner.refine(session.mapper(), frame);
     ASSERT_EQ(found.status, AlignmentStatus::kAligned);
-    // An uncorrected error is insignificant: it moves no wall by more than 0.2 voxels (4 mm).
+    // An uncorrected error is insignificant: it shifts no wall by more than 0.2 voxels (4 mm).
     const double least_m = found.is_significant ? 1e-3 : 0.2 * 0.02 * std::sqrt(3.0);
     EXPECT_LT((found.T_W_C.translation() - truth.translation()).norm(), least_m) << i;
     if (i < 10) continue;
@@ -218,7 +221,7 @@ TEST(PoseRefiner, LearnsTheOffsetOfTheOdometry) {
   for (int i = 0; i < 30; ++i) {
     const Alignment found = refiner.refine(session.mapper(), frame);
     ASSERT_EQ(found.status, AlignmentStatus::kAligned);
-    // The remaining error is insignificant: it moves no wall by more than 0.2 voxels (4 mm).
+    // The remaining error is insignificant: it shifts no wall by more than 0.2 voxels (4 mm).
     EXPECT_LT((found.T_W_C.translation() - cornerPose().translation()).norm(), 0.0075) << i;
   }
   EXPECT_LT((refiner.T_W_O().translation() + offset).norm(), 0.0075);
@@ -240,7 +243,7 @@ TEST(PoseRefiner, LeavesCorrectPosesUnchanged) {
   EXPECT_TRUE(refiner.T_W_O().isApprox(Isometry3d::Identity(), 1e-12));
 }
 
-/// At the given pose, the image fits all walls but one, and the alignment from there slips by
+/// At the input pose, the image fits all walls but one, and the alignment from there is off by
 /// centimetres.
 TEST(PoseRefiner, AlsoTriesThePreviousPose) {
   Session session(makeCpuParams());
@@ -262,7 +265,7 @@ TEST(PoseRefiner, AlsoTriesThePreviousPose) {
   EXPECT_NEAR(found.shift_m, (cornerPose().translation() - given.translation()).norm(), 1e-3);
 }
 
-/// The previous image's pose fits, but is too far from the given pose.
+/// The image fits at the previous pose, but that pose is too far from the input pose.
 TEST(PoseRefiner, RejectsThePreviousPoseIfTooFar) {
   for (const double turn_deg : {20.0, 180.0}) {
     Session session(makeCpuParams());
@@ -277,8 +280,8 @@ TEST(PoseRefiner, RejectsThePreviousPoseIfTooFar) {
   }
 }
 
-/// Along the wall's normal, the deviation is the remaining error; along the wall, it is that of the
-/// given pose.
+/// Along the wall's normal, the standard deviation is the remaining error. Along the wall, it is
+/// that of the input pose.
 TEST(PoseRefiner, CovarianceIncludesUncorrectedErrors) {
   Session session(makeCpuParams());
   mapFrom(session, wall(), wallPose());
@@ -296,7 +299,7 @@ TEST(PoseRefiner, CovarianceIncludesUncorrectedErrors) {
   EXPECT_GE(std::sqrt(found.covariance(1, 1)), params.sigma_m);
 }
 
-/// Invalid poses have no effect, neither on the first image nor later.
+/// Invalid poses have no effect, neither for the first image nor later.
 TEST(PoseRefiner, IgnoresInvalidPoses) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());

@@ -1,4 +1,4 @@
-/// Tests how far refined poses follow alignments, depending on the noise in given poses and
+/// Tests how closely refined poses follow alignments, depending on the noise in input poses and
 /// alignments.
 #include "dtsdf_mapping/alignment_gain.h"
 
@@ -13,7 +13,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// The true pose of a hand-held camera for an image.
+/// The true pose of a hand-held camera when an image is taken.
 Isometry3d truthAt(int image) {
   const double t = 0.1 * image;
   Isometry3d T = Isometry3d::Identity();
@@ -26,7 +26,7 @@ class Noise {
  public:
   Noise(double sigma, unsigned seed) : sigma_(sigma), engine_(seed) {}
 
-  /// Adds noise to a pose: a shift in metres and a turn in radians, per axis.
+  /// Adds noise to a pose: a shift in metres and a rotation in radians, about each axis.
   Isometry3d operator()(const Isometry3d& pose) {
     Isometry3d noisy = pose;
     noisy.translation() += vector();
@@ -47,7 +47,7 @@ class Noise {
   std::normal_distribution<double> normal_;
 };
 
-/// The gain after `images` images, with independent errors in given poses and alignments.
+/// The gain after `images` images with independent errors in input poses and alignments.
 AlignmentGain after(int images, double given_sigma, double aligned_sigma) {
   AlignmentGain gain;
   Noise given(given_sigma, 7), aligned(aligned_sigma, 8);
@@ -69,7 +69,7 @@ TEST(AlignmentGain, FollowsAlignmentsFullyIfPosesAreNoisy) {
   EXPECT_EQ(shareOfStep(after(100, 0.02, 0.01), 0.01), 1.0);
 }
 
-/// The share is the gain of a Kalman filter with noise of 2 mm and 20 mm: 2^2 / (2^2 + 20^2) =
+/// The expected gain is that of a Kalman filter with noise of 2 mm and 20 mm: 2^2 / (2^2 + 20^2) =
 /// 0.01.
 TEST(AlignmentGain, FollowsNoisyAlignmentsSlowlyIfPosesAreSmooth) {
   const double share = shareOfStep(after(100, 0.002, 0.02), 0.01);
@@ -84,7 +84,7 @@ TEST(AlignmentGain, FollowsStepsLargerThanNoise) {
   EXPECT_NEAR(shareOfStep(gain, 0.20), 1.0 - 0.052 / 0.20, 0.1);
 }
 
-/// A smooth error in the odometry, which the alignments correct, does not count as noise in the
+/// A smooth error in the odometry, which alignments correct, does not count as noise in the
 /// alignments.
 TEST(AlignmentGain, FollowsExactAlignmentsIfOdometryDriftsSmoothly) {
   AlignmentGain gain;

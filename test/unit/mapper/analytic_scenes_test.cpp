@@ -1,5 +1,5 @@
 // Tests maps of analytic scenes in all fusion modes: the distance of the mesh from the true
-// surface, and its topology. Lengths are in voxels unless their names say otherwise.
+// surface, and its topology. Lengths are in voxels unless their names end in another unit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ void expectWithin(const SurfaceError& error, const Bounds& bounds) {
   EXPECT_LT(error.max_m / kSceneVoxel_m, bounds.max) << error.vertices << " vertices";
 }
 
-/// Checks properties that every mesh must have, with or without holes.
+/// Checks properties of every valid mesh, with or without holes.
 void expectValidMesh(const Mesh& mesh) {
   const MeshTopology topology = measureTopology(mesh);
   EXPECT_GT(topology.triangles, 1000u);
@@ -47,8 +47,8 @@ void expectValidMesh(const Mesh& mesh) {
   for (const Vec3f& n : mesh.normals) ASSERT_NEAR(norm(n), 1.0f, 1e-4f);
 }
 
-/// Checks that vertex normals point to the scene's free side. Slivers at a border that are smaller
-/// than the step of an anchor may have any orientation.
+/// Checks that vertex normals point into free space. Slivers at a border that are smaller than the
+/// rounding step of anchors may have any orientation.
 void expectNormalsFaceFreeSpace(const Mesh& mesh, const Scene& scene) {
   size_t wrong = 0;
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
@@ -62,9 +62,9 @@ void expectNormalsFaceFreeSpace(const Mesh& mesh, const Scene& scene) {
 
 /// Six views of a tilted plane, up to 1.6 m away. Point-to-plane distances are exact, so only
 /// rounding remains. In a directional map, this includes the rounding of anchors, which attract
-/// vertices at the edge of what was seen. Projective distances are off by up to half a pixel's step
-/// in depth, 8 mm for pixels 6 mm wide and a plane inclined by 60 degrees. Bounds leave room for
-/// the interpolation.
+/// vertices at the edge of the measured surface. Projective distances are off by up to half a
+/// pixel's step in depth, 8 mm for pixels 6 mm wide and a plane inclined by 60 degrees. The limits
+/// also allow for interpolation errors.
 TEST_P(AnalyticScenes, TiltedPlane) {
   Scene scene;
   scene.add(Plane{Vector3d(0.1, 0.05, 0.02), Vector3d(0.3, -0.4, 1.0).normalized()});
@@ -83,10 +83,10 @@ TEST_P(AnalyticScenes, TiltedPlane) {
   expectNormalsFaceFreeSpace(mesh, scene);
 }
 
-/// A ball with a radius R of 20 voxels, seen from all sides. At a distance r from the point of
+/// A ball with a radius R of 20 voxels, viewed from all sides. At a distance r from the point of
 /// contact, a tangent plane is off by r^2 / (2 R): 0.05 at sqrt(2) voxels, where the weight has
 /// fallen to 0. Projective distances grow without bound where rays graze the ball, and the
-/// undirected map uses no normals that would lower the weights of such views.
+/// undirected map uses no normals that would lower the weights of grazing views.
 TEST_P(AnalyticScenes, Ball) {
   const Vector3d centre(0.13, -0.07, 0.21);
   Scene scene;
@@ -112,7 +112,7 @@ TEST_P(AnalyticScenes, FacesOfARotatedBox) {
     Vector3d inside =
         Vector3d(0.25, 0.2, 0.3) - (R_B_W * (Vector3d(p.x, p.y, p.z) - centre)).cwiseAbs();
     std::sort(inside.data(), inside.data() + 3);
-    if (inside[1] < 6.0 * kSceneVoxel_m) continue;  // close to a second face
+    if (inside[1] < 6.0 * kSceneVoxel_m) continue;  // close to another face
     worst = std::max(worst, std::abs(inside[0]) / kSceneVoxel_m);
     ++on_faces;
   }
@@ -150,8 +150,8 @@ TEST(GrazingView, LeavesNoHolesInAFloor) {
   EXPECT_NEAR(areaWithin(mesh, part), 0.56, 0.02);
 }
 
-/// A wall in one image, with pixels narrower or wider than a voxel. Neither wide pixels nor the
-/// empty lines of registered depth images leave holes.
+/// A wall in one image, with pixels narrower or wider than a voxel. There must be no holes due to
+/// wide pixels or to the empty lines of registered depth images.
 TEST(Wall, HasNoHolesAtAnyPixelWidth) {
   Scene scene;
   scene.add(Plane{Vector3d(2.0, 0.0, 0.0), Vector3d(-1.0, 0.3, 0.1).normalized()});
@@ -187,7 +187,7 @@ TEST(ThinWire, IsMappedFromOneColumnOfPixels) {
   ASSERT_LT(hits, 120);  // the number of rows
   const Mesh mesh = reconstruct(makeCpuParams(), frames);
   const Eigen::AlignedBox3d around(Vector3d(1.4, -0.05, -0.25), Vector3d(1.6, 0.05, 0.25));
-  // The wire is narrower in the mesh, since anchoring attracts vertices to the column.
+  // In the mesh, the wire is narrower, since anchoring attracts vertices to the column.
   EXPECT_GT(areaWithin(mesh, around), 0.4 * wire_m);
   EXPECT_LT(measureError(mesh, scene).max_m, 1.5 * kSceneVoxel_m);
 }
@@ -201,9 +201,9 @@ INSTANTIATE_TEST_SUITE_P(All, AnalyticScenes,
                            return modeName(std::get<0>(info.param), std::get<1>(info.param));
                          });
 
-/// The mesh of a ball seen from all sides is closed and consistently oriented. With support from
-/// one frame, 24 views are enough. If each sample needs support from two frames, twice as many
-/// views are needed, because view rays miss some far samples.
+/// The mesh of a ball viewed from all sides is closed and consistently oriented. If a surface needs
+/// support from only one frame, 24 views are enough. If it needs support from two, twice as many
+/// views are needed, because view rays miss some samples.
 class ClosedBall : public testing::TestWithParam<Mode> {};
 
 TEST_P(ClosedBall, HasNoBoundary) {
@@ -223,8 +223,8 @@ TEST_P(ClosedBall, HasNoBoundary) {
   }
 }
 
-/// Casting along view rays into the directional map is left out, as it misses some triangles with
-/// any number of views.
+/// Casting along view rays into the directional map is not tested, since the mesh then lacks some
+/// triangles with any number of views.
 INSTANTIATE_TEST_SUITE_P(Modes, ClosedBall,
                          testing::Values(Mode{FusionMode::kVoxelProjection, true},
                                          Mode{FusionMode::kVoxelProjection, false},

@@ -24,8 +24,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 MapperParams testParams() { return makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f); }
 
-/// A frame of the room, with `later` from a later pose. Each of the two frames is rendered only
-/// once.
+/// A frame of the room, or one from a later pose if `later` is set. Both are rendered only once.
 SceneFrame goodFrame(bool later = false) {
   static const SceneFrame frames[] = {renderFrame(makeRoomScene(), roomCameraPose(0.0), 80, 60),
                                       renderFrame(makeRoomScene(), roomCameraPose(2.0), 80, 60)};
@@ -38,7 +37,7 @@ struct BadFrame {
   std::function<void(DepthFrame&)> spoil;
 };
 
-/// Without this operator, GoogleTest prints the bytes of a BadFrame.
+/// Without this operator, GoogleTest would print the bytes of a BadFrame.
 std::ostream& operator<<(std::ostream& out, const BadFrame& frame) { return out << frame.name; }
 
 BadFrame badPose(const std::string& name, const std::function<void(DepthFrame&)>& spoil) {
@@ -104,7 +103,7 @@ std::vector<BadFrame> badPoses() {
       badPose("Mirrored", [](DepthFrame& f) { f.T_W_C.linear().col(0) *= -1.0; }),
       badPose("Sheared", [](DepthFrame& f) { f.T_W_C.linear()(0, 1) += 0.2; }),
       badPose("BeyondTheMap", [](DepthFrame& f) { f.T_W_C.translation().y() = 1e9; }),
-      // The pose is valid, but the camera's view is beyond the map.
+      // The pose is valid, but the view lies outside the map.
       badPose("HugeCx", [](DepthFrame& f) { f.intrinsics.cx = 1e30f; }),
       badPose("HugeCy", [](DepthFrame& f) { f.intrinsics.cy = -1e12f; }),
       badPose("FarBeyondTheMap", [](DepthFrame& f) { f.T_W_C.translation().y() = -1e300; }),
@@ -149,8 +148,8 @@ TEST(EmptyDepth, IsNoMeasurement) {
   }
 }
 
-/// Depths of 50 m are too far to be fused, but clear space. Without clearing, or with voxel
-/// projection, such a frame counts as empty.
+/// Depths of 50 m are too far to be fused, but they still clear voxels. Without clearing, or with
+/// voxel projection, the frame counts as empty.
 TEST(EmptyDepth, OutOfRangeDepthOnlyClears) {
   SceneFrame frame = goodFrame();
   std::fill(frame.depth_m.begin(), frame.depth_m.end(), 50.0f);
@@ -168,7 +167,7 @@ TEST(EmptyDepth, OutOfRangeDepthOnlyClears) {
   }
 }
 
-/// NaN, infinity and other invalid values count as no measurement, like 0.
+/// NaN, infinity and other invalid values count as unmeasured, like 0.
 TEST(OddFrames, InvalidPixelsAreHoles) {
   const auto odd = makeProbedMapper(testParams()), plain = makeProbedMapper(testParams());
   SceneFrame holes = goodFrame();
@@ -222,12 +221,12 @@ TEST(OddFrames, EncodingsAgree) {
 TEST(OddFrames, RoundedRotationsAreAccepted) {
   const std::unique_ptr<ProbedMapper> mapper = makeProbedMapper(testParams());
   SceneFrame frame = goodFrame();
-  frame.frame.T_W_C.linear() *= 1.0 + 1e-5;  // for example after rounding
+  frame.frame.T_W_C.linear() *= 1.0 + 1e-5;  // as after rounding
   EXPECT_EQ(mapper->integrate(frame.view()).status, FrameStatus::kFused);
 }
 
-/// A pixel that is more than one pixel away from all other measured pixels has no normal. Only
-/// voxel projection into the undirected map needs no normals, so only there do such pixels count.
+/// A pixel without measured pixels around it has no normal. Only voxel projection into the
+/// undirected map needs no normals, so only there do isolated pixels count.
 TEST(LonelyPixels, CountIfNoNormalsAreNeeded) {
   SceneFrame frame = goodFrame();
   for (int v = 0; v < frame.frame.height; ++v) {

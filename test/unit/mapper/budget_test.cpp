@@ -1,4 +1,4 @@
-// Tests that a map that has reached its budget keeps and updates its blocks, while further blocks
+// Tests that a map that has used up its budget keeps and updates its blocks, while further blocks
 // are refused and counted.
 #include <gtest/gtest.h>
 
@@ -66,7 +66,7 @@ TEST_P(Budget, ScratchMemoryIsReported) {
   EXPECT_EQ(after.meshes + after.staging, 0u);
 }
 
-/// Every array within the budget has the same distances and states as with a larger budget.
+/// All arrays within the budget have the same distances and states as with a larger budget.
 TEST_P(Budget, MappedVoxelsAreCorrect) {
   MapperParams plenty_params = smallParams(GetParam());
   plenty_params.map.max_memory_mb = 1024;
@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(Maps, Budget, testing::Bool(),
                            return info.param ? "Directional" : "Undirected";
                          });
 
-/// Blocks that a frame only touches, without updating a sample, are removed from the map.
+/// Blocks that a frame only touches, without updating a voxel, are removed from the map.
 TEST(Recycling, LeavesNoEmptyArrays) {
   for (const FusionMode mode :
        {FusionMode::kVoxelProjection, FusionMode::kRayCasting, FusionMode::kNormalRayCasting}) {

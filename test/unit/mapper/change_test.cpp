@@ -1,4 +1,4 @@
-// Tests changing scenes: objects that disappear, come back, or are seen only once.
+// Tests changing scenes, with objects that disappear, return, or are visible in only one frame.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ Scene wallAndBall() {
   return scene;
 }
 
-/// A view from the origin, turned about the vertical axis.
+/// A view from the origin, rotated about the vertical axis.
 SceneFrame look(const Scene& scene, double yaw_rad = 0.0) {
   const Vector3d ahead(std::cos(yaw_rad), std::sin(yaw_rad), 0.0);
   return renderFrame(scene, lookAt(Vector3d::Zero(), ahead, Vector3d::UnitZ()));
@@ -58,8 +58,8 @@ class Change : public testing::TestWithParam<bool> {
   MapperParams params() const { return makeCpuParams(FusionMode::kNormalRayCasting, GetParam()); }
 };
 
-/// An object vanishes after the number of frames in docs/method.md (Evidence), however long it was
-/// in view.
+/// An object vanishes after the number of frames given in docs/method.md (Evidence), no matter how
+/// long it was visible.
 TEST_P(Change, RemovedObjectsVanish) {
   const auto check = [&](int memory_frames, int min_support, int seen, int removed_after) {
     MapperParams settings = params();
@@ -70,8 +70,8 @@ TEST_P(Change, RemovedObjectsVanish) {
     ASSERT_GT(trianglesOfBallNow(session), 300u);
     see(session, look(farWall()), removed_after);
     EXPECT_EQ(trianglesOfBallNow(session), 0u)
-        << "memory_frames " << memory_frames << ", min_support " << min_support << ", seen "
-        << seen;
+        << "memory_frames " << memory_frames << ", min_support " << min_support
+        << ", frames in view " << seen;
   };
   for (const int seen : {2, 60}) check(8, 2, seen, 12);
   check(8, 1, 60, 12);
@@ -79,7 +79,7 @@ TEST_P(Change, RemovedObjectsVanish) {
   check(19, 1, 60, 32);
 }
 
-/// Frames that only clear do not raise the required support.
+/// Frames that only clear voxels do not raise the required support.
 TEST_P(Change, ClearingFramesDoNotRaiseRequiredSupport) {
   Session session(params());
   Scene far;
@@ -89,7 +89,7 @@ TEST_P(Change, ClearingFramesDoNotRaiseRequiredSupport) {
   EXPECT_GT(trianglesOfBallNow(session), 300u);
 }
 
-/// An object comes back while the mesh update that removes it is in progress.
+/// An object returns while the mesh update that removes it is in progress.
 TEST_P(Change, ObjectsReturningDuringAnUpdateAreNotLost) {
   Session session(params()), fresh(params());
   see(session, look(wallAndBall()), 3);
@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(Maps, Change, testing::Bool(),
                            return info.param ? "Directional" : "Undirected";
                          });
 
-/// Balls to the left and right of the origin, never in view at the same time.
+/// Balls to the left and right of the origin, never both in one view.
 Scene twoBalls() {
   Scene scene;
   scene.add(Sphere{{0.0, 1.0, 0.0}, 0.3});
@@ -126,7 +126,7 @@ class MinSupport : public testing::TestWithParam<int> {
           return params;
         }()) {}
 
-  /// Fuses one more view of the left or right ball, then checks which balls the mesh shows.
+  /// Fuses one more view of the left or right ball, then checks which balls are in the mesh.
   void see(bool left) {
     session_.integrate(look(twoBalls(), left ? 1.5708 : -1.5708));
     session_.updateMesh();
@@ -140,7 +140,7 @@ class MinSupport : public testing::TestWithParam<int> {
 };
 
 /// The first frame is meshed immediately. From the second frame on, if min_support is 2, a surface
-/// seen in only one frame disappears until it is seen again.
+/// visible in only one frame is removed until a second frame supports it.
 TEST_P(MinSupport, AppliesFromTheSecondFrame) {
   const bool one_is_enough = GetParam() == 1;
   see(true);

@@ -74,7 +74,8 @@ class ClearRegion : public testing::TestWithParam<RegionCase> {
   }
 };
 
-/// Voxels inside are empty, voxels outside are unchanged, and the removed voxels are counted.
+/// Voxels inside the region are empty, voxels outside are unchanged, and the removed voxels are
+/// counted.
 TEST_P(ClearRegion, EmptiesExactlyTheVoxelsInside) {
   Session session(params());
   seeAll(session);
@@ -105,7 +106,7 @@ TEST_P(ClearRegion, EmptiesExactlyTheVoxelsInside) {
         ++(inside ? emptied : kept);
         holds = holds || !inside;
       }
-      EXPECT_EQ(is_there, holds) << "freed an array with distances or kept an empty one";
+      EXPECT_EQ(is_there, holds) << "only arrays that still hold distances should be kept";
       arrays += holds;
     }
   }

@@ -1,4 +1,4 @@
-// Tests that blocks beyond map/keep_radius_m, and only these, are dropped from a map.
+// Tests that blocks beyond map/keep_radius_m, and no others, are dropped from a map.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -37,8 +37,8 @@ double distanceOf(const BlockKey& block, const Vector3d& p_W) {
   return Eigen::AlignedBox3d(low, low + Vector3d::Constant(edge)).exteriorDistance(p_W);
 }
 
-/// After a walk along the wall, the map equals an unlimited map without the blocks beyond the
-/// radius.
+/// After a walk along the wall, the map equals an unlimited map from which the blocks beyond the
+/// radius have been removed.
 TEST(KeepRadius, KeepsExactlyTheBlocksItReaches) {
   Session all(params(0.0f)), near(params(kKeptRadius_m));
   double x = 0.0;
@@ -72,7 +72,7 @@ TEST(KeepRadius, KeepsExactlyTheBlocksItReaches) {
   EXPECT_EQ(near.mapper().stats().dropped_blocks, dropped);
   EXPECT_EQ(all.mapper().stats().dropped_blocks, 0u);
   near.updateMesh();
-  EXPECT_EQ(near.mapper().stats().blocks, kept) << "the entries of dropped blocks were not freed";
+  EXPECT_EQ(near.mapper().stats().blocks, kept) << "the entries of dropped blocks should be freed";
   for (const Vec3f& p : near.mesh().vertices_m) {
     ASSERT_LT((Vector3d(p.x, p.y, p.z) - camera).norm(), kKeptRadius_m + 1.75 * 8 * kKeptVoxel_m);
   }
@@ -80,7 +80,7 @@ TEST(KeepRadius, KeepsExactlyTheBlocksItReaches) {
   EXPECT_EQ(near.mapper().stats().dropped_blocks, 0u);
 }
 
-/// Meshes of dropped blocks are removed: meshing after every frame or once at the end gives the
+/// The meshes of dropped blocks are removed. Meshing after every frame or once at the end gives the
 /// same mesh.
 TEST(KeepRadius, MeshesOfDroppedBlocksAreRemoved) {
   Session often(params(kKeptRadius_m)), once(params(kKeptRadius_m));
@@ -97,7 +97,7 @@ TEST(KeepRadius, MeshesOfDroppedBlocksAreRemoved) {
 }
 
 /// A long flight passes far more blocks than fit into the budget, but no blocks are refused,
-/// whether meshes are updated throughout, never or only at first.
+/// whether meshes are updated all the time, never, or only at first.
 TEST(KeepRadius, BoundsMemoryOnLongFlights) {
   for (const int meshed_frames : {0, 40, 1000}) {
     MapperParams settings = params(kKeptRadius_m);
@@ -133,7 +133,7 @@ TEST(KeepRadius, UsesTheCentreGivenByAFrame) {
   EXPECT_EQ(session.mapper().integrate(away.view()).status, FrameStatus::kBadPose);
 }
 
-/// A jump leaves more blocks behind than a single frame may drop.
+/// A jump moves more blocks beyond the radius than a single frame may drop.
 TEST(KeepRadius, DropsALimitedNumberOfBlocksPerFrame) {
   MapperParams settings = params(kKeptRadius_m);
   settings.map.voxel_size_m = 0.0025f;

@@ -1,5 +1,5 @@
-// Tests that packed meshes of whole maps stay close to the originals, and that neighbouring chunks
-// still meet.
+// Tests that packed meshes of whole maps stay close to the original meshes, and that neighbouring
+// chunks still meet.
 #include "meshing/packed_chunk.h"
 
 #include <gtest/gtest.h>
@@ -100,7 +100,7 @@ TEST_P(PackedBall, IsAtMostHalfAStepFromTheMesh) {
     for (const PackedKey key : chunks.all()) {
       const PackedChunk packed =
           packChunk(store, lattice, chunks.cornerOf(key), chunks.blocksOf(key));
-      // A closed mesh has no outline to smooth, and vertices where chunks meet stay in place.
+      // A closed mesh has no outline to smooth. Vertices where chunks meet stay in place.
       const Mesh mesh = rawMesh(store, chunks.blocksOf(key));
       ASSERT_EQ(packed.vertexCount(), mesh.vertices_m.size());
       ASSERT_EQ(packed.triangleCount(), mesh.triangles.size());

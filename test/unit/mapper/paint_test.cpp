@@ -1,4 +1,4 @@
-// Tests painting surfaces from colour images, on scenes with known colours.
+// Tests how colour images paint surfaces, on scenes with known colours.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -75,8 +75,8 @@ Mesh paintedPlate(float voxel_size_m, bool directional) {
   return meshOf(*mapper, voxel_size_m);
 }
 
-/// The number of vertices on the plate's sides, more than a voxel from its rim, and the shares of
-/// them with a wrong colour or none.
+/// The number of vertices on the plate's sides, more than a voxel from its rim, and the fractions
+/// of them with a wrong colour or no colour.
 struct PlateColours {
   size_t vertices = 0;
   double other_side = 0.0, background = 0.0, unpainted = 0.0;
@@ -124,13 +124,13 @@ INSTANTIATE_TEST_SUITE_P(Voxels, PaintedPlate, testing::Values(0.01f, 0.02f),
                            return std::to_string(std::lround(1000.0f * info.param)) + "mm";
                          });
 
-/// A voxel of an undirected map has one colour for both sides.
+/// In an undirected map, a voxel has one colour for both sides.
 TEST(Paint, UndirectedMapMixesTheSides) {
   const PlateColours judged = judgePlate(paintedPlate(0.02f, false), 0.02);
   EXPECT_GT(judged.other_side + judged.background + judged.unpainted, 0.05);
 }
 
-/// A wall at y = 1.5 m; tests add other objects.
+/// A wall at y = 1.5 m, to which tests add objects.
 Scene wallScene() {
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 1.5, 0.0), Vector3d(0.0, -1.0, 0.0)});
@@ -141,7 +141,7 @@ Eigen::Isometry3d lookingAtWall(const Vector3d& eye_W) {
   return lookAt(eye_W, eye_W + Vector3d::UnitY(), Vector3d::UnitZ());
 }
 
-/// Fuses enough depth images of a scene for a mesh.
+/// Fuses enough depth images of a scene to get a mesh.
 void fuse(Mapper& mapper, const Scene& scene, const Eigen::Isometry3d& T_W_C) {
   const SceneFrame frame = renderFrame(scene, T_W_C);
   for (int i = 0; i < 3; ++i) mapper.integrate(frame.view());
@@ -194,7 +194,7 @@ TEST(Paint, HiddenSurfacesAreNotPainted) {
       renderColour(scene, colour, lookingAtWall(Vector3d::Zero()), kWidth, kHeight);
   ASSERT_EQ(mapper->paint(frame.view()).status, FrameStatus::kFused);
   const Mesh mesh = meshOf(*mapper, 0.02f);
-  const double shadow_m = 0.15 * 1.5 / 0.79;  // half of the shadow's width on the wall
+  const double shadow_m = 0.15 * 1.5 / 0.79;  // half the width of the hidden part of the wall
   const WallColours hidden =
       wallColours(mesh, [&](const Vec3f& p) { return std::abs(p.x) < shadow_m - 0.02; });
   EXPECT_GT(hidden.unpainted, 300u);
@@ -371,7 +371,7 @@ TEST(Paint, BadImagesAreRefusedAndChangeNothing) {
   EXPECT_EQ(makeMapperAt(0.02f)->paint(good.view()).status, FrameStatus::kNoMeasurement);
 }
 
-/// Uniform images in each colour encoding, and a uniform grey image, all with padded rows.
+/// Uniform images in every encoding, in colour and in grey, all with padded rows.
 TEST(Paint, ReadsEveryEncoding) {
   const PaintedFrame rgb = plainFrame({200, 100, 50}, lookingAtWall(Vector3d::Zero()));
   const auto colours = [&](ColourEncoding encoding, const std::vector<uint8_t>& pixel) {

@@ -1,4 +1,4 @@
-// Tests finding the pose of a camera in a map from an image alone.
+// Tests finding the pose of a camera in a map from an image alone, without a prior pose.
 #include "dtsdf_mapping/place_search.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Tests tracking a camera through analytic scenes, in the map built from its images.
+// Tests tracking a camera through analytic scenes, in a map built from the camera's own images.
 #include "dtsdf_mapping/pose_tracker.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ class Tracking {
  public:
   explicit Tracking(const PoseParams& params = {}) : session_(makeCpuParams()), tracker_(params) {}
 
-  /// Tracks an image taken at `truth`. @param given The pose given with the image.
+  /// Tracks an image taken at `truth`. @param given The input pose.
   Alignment see(const Scene& scene, const Isometry3d& truth, double stamp_s,
                 const Isometry3d& given = Isometry3d::Identity()) {
     return take(renderFrame(scene, truth, 320, 240), stamp_s, given);
@@ -72,7 +72,7 @@ class Tracking {
   size_t fused_ = 0;
 };
 
-/// Tracks the hand-held camera for `frames` frames, of which only the first has a given pose.
+/// Tracks the hand-held camera for `frames` frames. Only the first frame has an input pose.
 void follow(Tracking& tracking, const Scene& scene, int frames) {
   for (int i = 0; i < frames; ++i) {
     const double time_s = kPeriod_s * i;
@@ -91,7 +91,7 @@ TEST(PoseTracker, UsesOnlyTheFirstGivenPose) {
   const double next_s = 90 * kPeriod_s;
   const auto expected = tracking.tracker().poseAt(next_s);
   ASSERT_TRUE(expected);
-  EXPECT_LT(shiftBetween_m(*expected, handAt(next_s)), 5e-3) << "not extrapolated";
+  EXPECT_LT(shiftBetween_m(*expected, handAt(next_s)), 5e-3) << "the pose should be extrapolated";
 }
 
 /// The camera accelerates sideways to 0.2 m per image.
@@ -117,7 +117,8 @@ TEST(PoseTracker, ExtrapolatesAcrossOneMissingImage) {
   for (const double periods : {1.95, 2.0, 2.1}) {
     EXPECT_NEAR(aheadAt(periods), periods * step_m, 5e-3) << periods;
   }
-  EXPECT_EQ(aheadAt(3.0), 0.0) << "extrapolated beyond the reach of an alignment";
+  EXPECT_EQ(aheadAt(3.0), 0.0)
+      << "motion beyond the range of an alignment should not be extrapolated";
 }
 
 /// How far the camera moves during two seconds in the dark.
@@ -158,7 +159,7 @@ TEST_P(AfterTheDark, TheCameraIsFoundAgainNearby) {
   }
   EXPECT_EQ(found.status, AlignmentStatus::kAligned);
   EXPECT_FALSE(tracking.tracker().isLost());
-  EXPECT_GE(unsure, 2) << "trusted a single image";
+  EXPECT_GE(unsure, 2) << "one image should not be enough";
   EXPECT_GT(tracking.fused(), 30u);
 }
 
@@ -167,8 +168,8 @@ INSTANTIATE_TEST_SUITE_P(Away, AfterTheDark,
                                          Movement{{0.02, 0.0, 0.0}, 0.25},
                                          Movement{{-0.2, 0.0, 0.0}, 0.0}));
 
-/// After an image without measurements, the camera is in another room, whose images must not be
-/// fused.
+/// After an image without measurements, the camera is in another room. Images of that room must not
+/// be fused.
 TEST(PoseTracker, NeverFusesImagesOfAnotherPlace) {
   Tracking tracking;
   follow(tracking, furnishedRoom(), 30);
@@ -200,7 +201,7 @@ TEST(PoseTracker, ResumesFromASetPose) {
   EXPECT_LT(shiftBetween_m(found.T_W_C, truth), 5e-3);
 }
 
-/// The alignment of the first image slides away, so the tracker searches around the set pose.
+/// The alignment of the first image drifts away, so the tracker searches around the set pose.
 TEST(PoseTracker, SearchesAroundASetPose) {
   FakeMapper mapper;
   mapper.integrate(DepthFrame());
@@ -218,11 +219,11 @@ TEST(PoseTracker, SearchesAroundASetPose) {
   EXPECT_TRUE(tracker.lastPose()->isApprox(handAt(0.0)));
   tracker.track(mapper, DepthFrame(), kPeriod_s);
   ASSERT_GT(tried.size(), 1u);
-  EXPECT_TRUE(tried[1].isApprox(handAt(0.0))) << "the search began elsewhere";
+  EXPECT_TRUE(tried[1].isApprox(handAt(0.0))) << "the search should begin at the set pose";
 }
 
-/// In a loaded map the camera may be anywhere. The step from the first guess to the found pose must
-/// not count as motion.
+/// In a loaded map, the camera may be anywhere. The step from the initial guess to the pose that
+/// was found must not count as motion.
 TEST(PoseTracker, FusesNothingUntilLocalised) {
   const Scene scene = furnishedRoom();
   Tracking tracking;
@@ -243,7 +244,7 @@ TEST(PoseTracker, FusesNothingUntilLocalised) {
   EXPECT_LT(shiftBetween_m(*tracking.tracker().poseAt(34 * kPeriod_s), truth), 5e-3);
 }
 
-/// After two seconds in the dark, the camera is far from all of its earlier poses.
+/// After two seconds in the dark, the camera is far from all its earlier poses.
 TEST(PoseTracker, FindsALostCameraAnywhereInTheMap) {
   const Scene scene = furnishedRoom();
   Tracking tracking;
@@ -259,10 +260,10 @@ TEST(PoseTracker, FindsALostCameraAnywhereInTheMap) {
     }
   }
   EXPECT_FALSE(tracking.tracker().isLost());
-  EXPECT_GE(image, 3) << "fewer than three images agreed";
+  EXPECT_GE(image, 3) << "three images should have to agree";
 }
 
-/// Frames without measurements neither start a map nor keep the next frame from starting one.
+/// Frames without measurements do not start a map; the next frame with measurements does.
 TEST(PoseTracker, StartsAtTheFirstNonEmptyImage) {
   const Scene scene = furnishedRoom();
   Tracking tracking;
@@ -274,7 +275,7 @@ TEST(PoseTracker, StartsAtTheFirstNonEmptyImage) {
   EXPECT_LT(shiftBetween_m(*T_W_C, Isometry3d::Identity()), 2e-3);
 }
 
-/// Only the first image has a given pose. The second image shows an unmapped place, so its pose is
+/// Only the first image has an input pose. The second image shows an unmapped place, so its pose is
 /// unknown.
 TEST(PoseTracker, DoesNotFuseAnUnmappedSecondImage) {
   Scene near, far;
@@ -291,8 +292,8 @@ TEST(PoseTracker, DoesNotFuseAnUnmappedSecondImage) {
   EXPECT_EQ(tracking.fused(), 1u);
 }
 
-/// Walls and floor constrain five of the six degrees of freedom: the camera may drift along the
-/// corridor, and the covariance reflects this.
+/// Walls and floor constrain five of the six degrees of freedom. The camera may drift along the
+/// corridor, which the covariance reflects.
 TEST(PoseTracker, ACorridorLeavesItsAxisUnconstrained) {
   Scene corridor;
   corridor.add(Plane{{0.0, 1.0, 0.0}, -Vector3d::UnitY()});

@@ -65,7 +65,7 @@ Mesh verticesBeside(const Mesh& mesh, const Mesh& other) {
   return beside;
 }
 
-/// The mesh is closed across units and blocks, even a kilometre from the origin, where positions
+/// The mesh is closed across units and blocks, even at a distance of one kilometre, where positions
 /// are rounded to 2^-14 m.
 TEST_P(RefinedMesh, OfABallIsClosed) {
   for (const Vector3d& centre : {Vector3d(0.13, -0.07, 0.21), Vector3d(1000.13, -700.07, 30.21)}) {
@@ -92,8 +92,8 @@ double meanRadius(const Mesh& mesh, const Vector3d& centre) {
   return sum / static_cast<double>(mesh.vertices_m.size());
 }
 
-/// New vertices lie as far from the centre as the vertices of the plain mesh; midpoints of straight
-/// sides do not.
+/// New vertices lie as far from the ball's centre as the vertices of the plain mesh; the midpoints
+/// of straight sides do not.
 TEST_P(RefinedMesh, OfABallIsRoundBetweenVertices) {
   const Vector3d centre(0.13, -0.07, 0.21);
   Scene scene;
@@ -107,8 +107,8 @@ TEST_P(RefinedMesh, OfABallIsRoundBetweenVertices) {
   EXPECT_LT(std::abs(rest_m), 0.2 * sagitta_m);
 }
 
-/// The vertices on edges come first and equal those of the plain mesh; the number of each midpoint
-/// encodes the edges of two such vertices.
+/// The vertices on grid edges come first and equal those of the plain mesh. The `edge` of each
+/// midpoint encodes the edges of the two vertices between which it lies.
 TEST_P(RefinedMesh, KeepsTheVerticesOfThePlainMesh) {
   const std::vector<SceneFrame> frames = {renderFrame(makeRoomScene(), roomCameraPose(2.0))};
   const MeshUpdate plain = fuseAndMesh(params(0), frames), mesh = fuseAndMesh(params(1), frames);

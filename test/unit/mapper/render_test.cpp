@@ -27,7 +27,7 @@ RenderCamera cameraOf(const DepthFrame& frame) {
   return {frame.width, frame.height, frame.intrinsics};
 }
 
-/// Maps a scene, with three frames from each pose.
+/// Fuses three frames of a scene from each pose.
 void see(Session& session, const Scene& scene, const std::vector<Isometry3d>& T_W_C) {
   for (int i = 0; i < 3; ++i) {
     for (const Isometry3d& pose : T_W_C) {
@@ -36,7 +36,7 @@ void see(Session& session, const Scene& scene, const std::vector<Isometry3d>& T_
   }
 }
 
-/// Differences between a view and the scene's true depth.
+/// Differences between a rendered view and the scene's true depth.
 struct Differences {
   double median_voxels = 0.0, p95_voxels = 0.0;
   size_t missing = 0, extra = 0,
@@ -80,7 +80,7 @@ std::vector<Isometry3d> cornerPoses() {
 
 class Views : public testing::TestWithParam<bool> {};
 
-/// The view's pose lies between those of the mapped images.
+/// The pose of the view lies between those of the fused images.
 TEST_P(Views, MatchTheScene) {
   Session session(makeCpuParams(FusionMode::kNormalRayCasting, GetParam(), kViewVoxel_m));
   see(session, cornerWithBall(), cornerPoses());
@@ -92,7 +92,7 @@ TEST_P(Views, MatchTheScene) {
   const Differences found = compare(view, truth);
   EXPECT_LT(found.median_voxels, 0.05);
   EXPECT_LT(found.p95_voxels, 0.5);
-  EXPECT_LT(found.missing, found.pixels / 20);  // no image shows what is behind the ball
+  EXPECT_LT(found.missing, found.pixels / 20);  // the surface behind the ball is not mapped
   EXPECT_EQ(found.extra, 0u);
 }
 
@@ -187,7 +187,7 @@ bool sameViews(const RenderedView& a, const RenderedView& b) {
          sameBytes(a.normals_C, b.normals_C) && sameBytes(a.colours, b.colours);
 }
 
-/// Checks that views equal those of a copy of the map, which has no cached triangles.
+/// Checks that views equal those of a copied map, which has no cached triangles.
 void expectViewsAsOfACopy(Session& session, const MapperParams& params) {
   const RenderCamera camera{120, 90, {100.0f, 100.0f, 59.5f, 44.5f}};
   const auto copy = makeMapper(params, session.mapper().contents());
@@ -225,7 +225,7 @@ TEST_P(KeptViews, FollowTheMap) {
 INSTANTIATE_TEST_SUITE_P(Refined, KeptViews, testing::Values(0, 1));
 
 /// Some blocks are rendered, but cleared before they are extracted. Their neighbours, which are
-/// otherwise unchanged, must look as if the cleared blocks had never existed.
+/// otherwise unchanged, must be rendered as if the cleared blocks had never existed.
 TEST(Render, BlocksClearedBeforeExtractionLeaveNoTrace) {
   for (const int refine : {0, 1}) {
     MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kViewVoxel_m);
@@ -242,7 +242,7 @@ TEST(Render, BlocksClearedBeforeExtractionLeaveNoTrace) {
     expectViewsAsOfACopy(seen, params);
     const double block_m = 8.0 * kViewVoxel_m;
     both([&](Session& session) {
-      for (int i = 1; i < 14; i += 2) {  // every second layer of blocks only
+      for (int i = 1; i < 14; i += 2) {  // only every second layer of blocks
         const Isometry3d middle(
             Eigen::Translation3d(0.0, (i + 0.5) * block_m - 0.5 * kViewVoxel_m, 0.0));
         session.mapper().clearRegion(BoxRegion{middle, {18.0, block_m, 18.0}});

@@ -1,4 +1,4 @@
-// Tests walls up to two voxels thick, seen from both sides.
+// Tests walls up to two voxels thick, mapped from both sides.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 constexpr double kThinVoxel_m = 0.02;
 const Vector3d kCentre(0.013, 0.007, 0.004);
 
-/// Results for the central 0.6 m x 0.6 m of one side of the wall, well away from its rim; lengths
+/// Results for the central 0.6 m x 0.6 m of one side of the wall, well away from its rim. Lengths
 /// are in voxels.
 struct WallSide {
   double coverage = 0.0;  ///< Area of the mesh divided by the area of the side.
@@ -88,14 +88,14 @@ TEST_P(ThinWall, TheDirectionalMapKeepsBothSidesInPlace) {
     const WallSides sides = mapWall(thickness(), yaw(), mode, true);
     for (const WallSide& side : {sides.front, sides.back}) {
       EXPECT_NEAR(side.coverage, 1.0,
-                  0.05);  // triangles at the border of the square are counted in full or not at all
+                  0.05);  // triangles at the border of the square count in full or not at all
       EXPECT_LT(side.worst, 0.05);
     }
   }
 }
 
-/// The undirected map mixes the distances of both sides. Walls up to 1.5 voxels thick become too
-/// thick.
+/// The undirected map mixes the distances of both sides. Walls up to 1.5 voxels thick become
+/// thicker.
 TEST_P(ThinWall, TheUndirectedMapDistortsIt) {
   const WallSides sides = mapWall(thickness(), yaw(), FusionMode::kNormalRayCasting, false);
   const double too_thick = sides.front.outwards + sides.back.outwards;

@@ -12,7 +12,8 @@ namespace {
 constexpr int kCellLog2 = 10;
 constexpr int kCell = 1 << kCellLog2;
 
-/// A grid of `side` x `side` cells, each 256 steps wide, at a height of z steps, facing up or down.
+/// A grid of `side` x `side` cells, each 256 steps wide, at a height of z steps. It faces up or
+/// down.
 PackedChunk gridChunk(std::array<int64_t, 3> origin, int side, int z, float faces) {
   PackedChunk chunk;
   chunk.origin = origin;
@@ -62,14 +63,14 @@ TEST(CoarseChunk, KeepsTheSidesOfThinObjectsApart) {
   EXPECT_GT(front.positions[2], back.positions[2]);
 }
 
-/// Positions of a chunk's vertices. @param step The length of a step.
+/// The positions of a chunk's vertices. @param step The unit of the packed coordinates.
 std::set<std::array<double, 3>> placesOf(const PackedChunk& chunk, double step) {
   std::set<std::array<double, 3>> places;
   for (size_t i = 0; i < chunk.vertexCount(); ++i) places.insert(positionOf(chunk, step, i));
   return places;
 }
 
-/// The vertices lie below the side that the chunks share, in cells that begin below the upper
+/// The vertices lie below the face between the two chunks, in cells that begin below the upper
 /// chunk.
 TEST(CoarseChunk, MeetsItsNeighbourDespiteLargeCells) {
   constexpr int kVoxel = 512, kSide = 32 * kVoxel, kMargin = 2 * kVoxel, kBelow = 154;
@@ -82,8 +83,8 @@ TEST(CoarseChunk, MeetsItsNeighbourDespiteLargeCells) {
   }
 }
 
-/// Both chunks have vertices on the side that they share, and their origins are not multiples of
-/// the cell size.
+/// Both chunks have vertices on the face between them, and their origins are not multiples of the
+/// cell size.
 TEST(CoarseChunk, MeetsItsNeighbour) {
   const PackedChunk left = coarsen(gridChunk({100, 300, 0}, 16, 1500, 1.0f), kCellLog2);
   const PackedChunk right = coarsen(gridChunk({100 + 16 * 256, 300, 0}, 16, 1500, 1.0f), kCellLog2);

@@ -30,8 +30,8 @@ BlockMesh slopeBlock(const BlockKey& key, float height) {
 
 bool isSame(const Vec3f& a, const Vec3f& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
-/// Cropping gives the same triangles, in the same order, as filtering the whole mesh, even at the
-/// borders of blocks.
+/// Cropping returns the same triangles, in the same order, as filtering the whole mesh, even at
+/// block borders.
 TEST(CroppedMesh, HasExactlyTheTrianglesInside) {
   MeshStore store(kVoxel_m);
   MeshUpdate update;

@@ -57,7 +57,7 @@ TEST(MeshChunks, RoundRobinReachesAllDespiteNewChunks) {
   }
   for (const PackedKey chunk : first) EXPECT_EQ(had_turn.count(chunk), 1u);
   EXPECT_EQ(chunks.nextRoundRobin(100), chunks.nextRoundRobin(30))
-      << "a round does not list every chunk exactly once";
+      << "a round should list every chunk exactly once";
 }
 
 }  // namespace

@@ -21,8 +21,8 @@ namespace {
 
 constexpr float kVoxelSize = 0.05f;
 
-/// A block's part of the plane z = height, with free space above. `height` is in voxels above the
-/// block's first voxel, and not an integer.
+/// A block's part of the plane z = height, with free space above it. `height` is in voxels above
+/// the block's first voxel and must not be an integer.
 BlockMesh planeBlock(const BlockKey& key, float height) {
   BlockMesh mesh;
   mesh.key = key;
@@ -109,11 +109,11 @@ TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
   };
   EXPECT_LE(farthest(rawMesh(store)), 8 * kVoxelSize);
   EXPECT_FLOAT_EQ(farthest(mesh), (8.0f + 1.0f / 16.0f) * kVoxelSize)
-      << "vertices next to corners did not move outwards";
+      << "vertices next to corners should move outwards";
 }
 
-/// Sheets with holes everywhere, stacked or in one long strip, so that outlines continue from piece
-/// to piece.
+/// Sheets with holes everywhere, stacked or in one long strip, so that outlines extend over several
+/// pieces.
 TEST(MeshStore, IsTheSameInPieces) {
   for (const Vec3i& blocks : {Vec3i{6, 6, 50}, Vec3i{200, 3, 1}}) {
     MeshStore store(kVoxelSize);
@@ -130,8 +130,8 @@ TEST(MeshStore, IsTheSameInPieces) {
       store.apply(updateOf({block}));
     }
     const Mesh mesh = store.assemble(), raw = rawMesh(store);
-    EXPECT_LT(mesh.vertices_m.size(), raw.vertices_m.size()) << "crumbs were kept";
-    EXPECT_GT(mesh.triangles.size(), raw.triangles.size() + 1000) << "holes were not closed";
+    EXPECT_LT(mesh.vertices_m.size(), raw.vertices_m.size()) << "crumbs should be removed";
+    EXPECT_GT(mesh.triangles.size(), raw.triangles.size() + 1000) << "holes should be closed";
     Mesh in_pieces;
     int pieces = 0;
     MeshStream stream(kVoxelSize, false, {{0, 0, 0}, blocks - Vec3i{1, 1, 1}},
@@ -183,7 +183,7 @@ TEST(MeshStore, NormalsOfFoldedTrianglesAreFlipped) {
   for (const Vec3f& n : store.assemble().normals) EXPECT_FLOAT_EQ(n.z, 1.0f);
 }
 
-/// Beyond 64 m, vertices are relative to the middle of the mesh, rounded to a metre.
+/// Beyond 64 m, vertices are relative to the centre of the mesh, rounded to a metre.
 TEST(MeshStore, MeshesFarAwayHaveTheirOwnOrigin) {
   const auto meshOf = [](std::vector<int> xs) {
     MeshStore store(0.125f);  // 1 m blocks
@@ -200,7 +200,7 @@ TEST(MeshStore, MeshesFarAwayHaveTheirOwnOrigin) {
   EXPECT_EQ(positionInMap(mesh, inside), (std::array<double, 3>{1000.125, 0.125, -2.5625}));
 }
 
-/// Blocks meshed before the first colour image lie next to painted blocks.
+/// Blocks meshed before the first colour image are joined with painted blocks.
 TEST(MeshStore, JoinsBlocksWithAndWithoutColours) {
   MeshStore store(kVoxelSize);
   const auto block = [](int x, std::vector<VertexColour> colours) {
@@ -253,7 +253,7 @@ TEST(VertexColour, NormalsAreRedGreenBlue) {
   EXPECT_EQ(colourOf(MeshColour::kNormal, origin, {0, 0, 1}), (Rgb{128, 128, 255}));
 }
 
-/// Each height has a saturated hue, and hues change without steps.
+/// Each height has a saturated hue. Hues change continuously with height.
 TEST(VertexColour, HeightsAreAContinuousRainbow) {
   std::set<std::array<uint8_t, 3>> colours;
   auto previous = colourOf(MeshColour::kHeight, {0, 0, -5.0f}, {0, 0, 1});

@@ -1,5 +1,4 @@
-// Tests how outlines are smoothed, which holes and cracks are closed, and which crumbs are left
-// out.
+// Tests how outlines are smoothed, which holes and cracks are closed, and which crumbs are removed.
 #include "meshing/mend.h"
 
 #include <gtest/gtest.h>
@@ -23,8 +22,8 @@ using Triangle = std::array<uint32_t, 3>;
 
 constexpr uint32_t kColumns = 20, kRows = 5, kVertices = kColumns * kRows;
 
-/// A sheet of squares, each split into two triangles. Vertices are numbered at random, as no result
-/// may depend on their numbers.
+/// A sheet of squares, each split into two triangles. Vertices are in random order, which must not
+/// affect the results.
 struct Sheet {
   Sheet() {
     numbers.resize(kColumns * kRows);
@@ -120,7 +119,7 @@ TEST(Outline, MovesToAWeightedMean) {
     }
     EXPECT_LT(distance(smoothed[sheet.at(x, kRows - 1)], mean), 1e-5f);
     EXPECT_EQ(distance(smoothed[sheet.at(x, 1)], sheet.positions[sheet.at(x, 1)]), 0.0f)
-        << "an inner vertex moved";
+        << "inner vertices should not move";
   }
 }
 
@@ -148,7 +147,7 @@ TEST(Outline, StopsAtFixedVertices) {
   EXPECT_EQ(after[sheet.at(11, 0)].y, before[sheet.at(11, 0)].y);
 }
 
-/// The outlines of two sheets meet at a vertex. Neither outline continues into the other.
+/// The outlines of two sheets touch at a vertex. Neither outline continues into the other.
 TEST(Outline, StaysWhereOutlinesMeet) {
   Outline outline;
   const std::vector<Vec3f> positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};
@@ -159,7 +158,8 @@ TEST(Outline, StaysWhereOutlinesMeet) {
   EXPECT_EQ(distance(smoothed(outline, 0, positions), positions[0]), 0.0f);
 }
 
-/// Midpoints of sides do not count as steps: a refined outline is smoothed as much as a plain one.
+/// Midpoints of sides do not count as steps, so a refined outline is smoothed as much as a plain
+/// outline.
 TEST(Outline, MidpointsAreNotSteps) {
   Sheet sheet;
   for (uint32_t x = 0; x < kColumns; ++x) {
@@ -211,8 +211,8 @@ TEST(Outline, MidpointsDoNotSplitEdgesOfAHole) {
   EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim);
 }
 
-/// A strip beside the end of a sheet is kept if it has 18 triangles rather than 16, or lies more
-/// than four voxels away.
+/// A strip next to the end of a sheet is kept if it has 18 triangles instead of 16, or is more than
+/// four voxels away.
 TEST(Outline, LeavesOutSmallPiecesNearLargerOnes) {
   for (const auto& [columns, distance, kind, stay] : {std::tuple{8u, 3.0f, Kind::kPlain, false},
                                                       {8u, 4.5f, Kind::kPlain, true},
@@ -241,7 +241,7 @@ TEST(Outline, KeepsSmallPiecesThatTouchLargerOnes) {
   EXPECT_EQ(sheet.mended().triangles.size(), 2 * 17 * 4u + 2u);
 }
 
-/// One crack cuts the sheet in two, with or without a step in height. Another crack lies inside the
+/// One crack cuts the sheet in two, with or without a step in height. Another lies inside the
 /// sheet.
 TEST(Outline, BridgesCracksOfAVoxel) {
   for (const float step : {0.0f, 0.5f, -0.5f}) {

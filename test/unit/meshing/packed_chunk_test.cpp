@@ -1,4 +1,4 @@
-// Tests the checks that chunks from other programs must pass before use.
+// Tests the checks that chunks received from other programs must pass.
 #include "meshing/packed_chunk.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-/// A chunk of this many coincident vertices, with a triangle that uses the last vertex.
+/// A chunk with this many coincident vertices and one triangle, which uses the last vertex.
 PackedChunk chunkOf(size_t vertices) {
   PackedChunk chunk;
   chunk.positions.resize(3 * vertices);

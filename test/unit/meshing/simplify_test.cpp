@@ -15,7 +15,8 @@
 namespace dtsdf {
 namespace {
 
-/// Adds a height field over a square of `side_m`, in steps of `step_m`, facing up or down.
+/// Adds a height field over a square with sides of `side_m`, sampled every `step_m`, facing up or
+/// down.
 template <class Height>
 void addSheet(Mesh& mesh, float side_m, float step_m, bool up, const Height& height) {
   const auto first = static_cast<uint32_t>(mesh.vertices_m.size());
@@ -52,7 +53,7 @@ std::set<std::array<float, 3>> placesOf(const Mesh& mesh) {
   return places;
 }
 
-/// Only the border of a plane needs vertices. The remaining error is due to the rounding of floats.
+/// A plane needs vertices only at its border. The remaining error is due to rounding to floats.
 TEST_F(Simplify, ReducesAPlaneButKeepsItsBorder) {
   Mesh mesh;
   addSheet(mesh, 1.0f, 0.02f, true, [](float, float) { return 0.1f; });
@@ -80,7 +81,7 @@ TEST_F(Simplify, RespectsTheLimitAndReportsTheError) {
     EXPECT_LT(simple.mesh.triangles.size(), last / 1.5) << error_m;
     last = simple.mesh.triangles.size();
     const MeshTopology topology = measureTopology(simple.mesh);
-    EXPECT_EQ(topology.boundary_edges, 400u) << "the border changed: " << topology;
+    EXPECT_EQ(topology.boundary_edges, 400u) << "the border should not change: " << topology;
     EXPECT_EQ(topology.nonmanifold_edges + topology.inconsistent_edges, 0u) << topology;
     EXPECT_EQ(topology.unused_vertices, 0u) << topology;
   }
@@ -98,7 +99,8 @@ TEST_F(Simplify, KeepsTheSidesOfAThinPlateApart) {
   addSheet(mesh, 1.0f, 0.01f, false,
            [&](float x, float) { return 0.05f * std::sin(5.0f * x) + noise(random); });
   const SimplifiedMesh simple = simplifyMesh(mesh, 0.02);
-  EXPECT_LT(simple.mesh.triangles.size(), mesh.triangles.size() / 2) << "hardly simplified";
+  EXPECT_LT(simple.mesh.triangles.size(), mesh.triangles.size() / 2)
+      << "at least half of the triangles should be removed";
   EXPECT_LE(simple.error_m, 0.02);
   // Checks that the upper side lies above the lower side at each sampled point.
   Mesh upper = simple.mesh, lower = simple.mesh;
@@ -156,7 +158,7 @@ TEST_F(Simplify, ALargerLimitNeverLeavesMoreTriangles) {
     EXPECT_LE(simple.error_m, error_m);
     last = simple.mesh.triangles.size();
   }
-  EXPECT_LT(last, 600u) << "too many triangles for 400 border vertices";
+  EXPECT_LT(last, 600u) << "few triangles should remain besides those at the border";
 }
 
 TEST_F(Simplify, ReportsProgressAndCanBeCancelled) {

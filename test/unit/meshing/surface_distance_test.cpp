@@ -70,7 +70,7 @@ TEST(SurfaceTree, FindsTheDistanceToTheNearestTriangle) {
 }
 
 TEST(SurfaceTree, IgnoresTrianglesWithOtherFacings) {
-  // Two squares, one above the other: the lower one faces up, the upper one down.
+  // Two squares, one above the other. The lower square faces up, the upper square down.
   const std::vector<Vec3f> vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                                        {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
   const std::vector<std::array<uint32_t, 3>> triangles = {

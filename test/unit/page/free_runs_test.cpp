@@ -13,12 +13,12 @@ namespace {
 TEST(FreeRuns, MergesAdjacentFreeRuns) {
   FreeRuns runs(30);
   for (uint64_t i = 0; i < 3; ++i) EXPECT_EQ(runs.take(10), 10 * i);
-  EXPECT_FALSE(runs.take(1)) << "allocated a unit in a full file";
+  EXPECT_FALSE(runs.take(1)) << "nothing should be allocated in a full file";
   runs.give(0, 10);
   runs.give(10, 10);
   EXPECT_EQ(runs.take(20), 0u);
   runs.give(20, 10);
-  EXPECT_EQ(runs.end(), 20u) << "the file does not end with its last used unit";
+  EXPECT_EQ(runs.end(), 20u) << "the file should end with the last unit in use";
   runs.give(0, 20);
   EXPECT_EQ(runs.end(), 0u);
   EXPECT_EQ(runs.inUse(), 0u);
@@ -52,7 +52,7 @@ TEST(FreeRuns, NeverAllocatesAUnitTwice) {
     taken.emplace(*first, units);
   }
   EXPECT_GT(taken.size(), 10u);
-  EXPECT_GT(refused, 0u) << "the file was never full";
+  EXPECT_GT(refused, 0u) << "the file should be full at times";
   for (const auto& [first, units] : taken) runs.give(first, units);
   EXPECT_EQ(runs.end(), 0u);
 }

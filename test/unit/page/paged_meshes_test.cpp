@@ -1,4 +1,4 @@
-// Compares block meshes that are partly on disk with a store that keeps all of them in memory.
+// Compares block meshes, some of which are on disk, with a store that keeps all of them in memory.
 #include "page/paged_meshes.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr float kPagedVoxel_m = 0.04f;
 
-/// The block meshes of a room from eight mesh updates, in order.
+/// The block meshes of a room from eight mesh updates, in the order of the updates.
 const std::vector<SharedBlockMesh>& meshesOfARoom() {
   static const std::vector<SharedBlockMesh> meshes = [] {
     Scene scene;
@@ -52,7 +52,7 @@ SharedBlockMesh painted(const BlockMesh& block, uint8_t red) {
 MapParams paramsIn(const std::string& folder) {
   MapParams params;
   params.voxel_size_m = kPagedVoxel_m;
-  params.max_memory_mb = 1;  // an eighth of this budget is for meshes
+  params.max_memory_mb = 1;  // meshes get an eighth of this budget
   params.page_folder = folder;
   params.page_max_gb = 1.0f;
   return params;
@@ -109,14 +109,14 @@ class PagedMeshesTest : public testing::Test {
 TEST_F(PagedMeshesTest, AreReadBackUnchanged) {
   ASSERT_NO_FATAL_FAILURE(putAll());
   EXPECT_LE(meshes_.bytes(), meshes_.maxBytes());
-  EXPECT_GT(meshes_.stats().bytes, 2 * meshes_.maxBytes()) << "too few meshes are on disk";
+  EXPECT_GT(meshes_.stats().bytes, 2 * meshes_.maxBytes()) << "most meshes should be on disk";
   ASSERT_NO_FATAL_FAILURE(expectSame());
   EXPECT_TRUE(savedPiecewise() == savedAtOnce());
   EXPECT_EQ(meshes_.stats().failures + meshes_.stats().lost, 0u);
-  EXPECT_EQ(pages_.entryCount(), 0u) << "the page file is visible in its folder";
+  EXPECT_EQ(pages_.entryCount(), 0u) << "the page file should not be visible in its folder";
 }
 
-/// Random meshes, in memory or on disk, are painted or removed.
+/// Random meshes, in memory or on disk, are replaced by painted ones or removed.
 TEST_F(PagedMeshesTest, FollowChanges) {
   ASSERT_NO_FATAL_FAILURE(putAll());
   std::mt19937 random(3);
@@ -158,7 +158,7 @@ TEST_F(PagedMeshesTest, DetectDamage) {
   expectSame();
 }
 
-/// Meshes that cannot be written stay in memory until the disk accepts them.
+/// Meshes that cannot be written stay in memory until the disk accepts them again.
 TEST_F(PagedMeshesTest, SurviveFailedWrites) {
   {
     const FileSizeLimit disk(100000);

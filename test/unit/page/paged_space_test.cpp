@@ -1,5 +1,5 @@
-// Tests space that is paged to disk with the map: all answers equal those without paging, and
-// memory, apart from an index, does not grow with the distance travelled.
+// Tests a free-space grid that is paged to disk together with its map. All query results equal
+// those without paging, and apart from an index, memory does not grow with the distance travelled.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -22,10 +22,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStepsOut = 45;  ///< Number of frames on the way out, and on the way back.
+constexpr int kStepsOut = 45;  ///< Number of frames on the way out, and again on the way back.
 
-/// Pose i of a camera that moves along a corridor and back, looking ahead alternately to the left
-/// and right.
+/// Pose i of a camera that moves along a corridor and back, facing alternately left and right of
+/// the direction of motion.
 Eigen::Isometry3d poseInCorridor(int i) {
   const int step = i < kStepsOut ? i : 2 * kStepsOut - i;
   const Vector3d eye(1.0 * step, 0.2 * (i % 3) - 0.2, 0.1 * (i % 2));
@@ -62,7 +62,7 @@ MapperParams plainParams() {
   return params;
 }
 
-/// A mapper with a follower of its space, as in the node.
+/// A mapper and a follower of its free-space grid, as in the node.
 class Walk {
  public:
   explicit Walk(const MapperParams& params)
@@ -143,7 +143,7 @@ TEST_F(PagedSpace, EqualsUnpagedSpace) {
     whole.look();
     near.look();
     const MapStats stats = near.mapper().stats();
-    EXPECT_GT(stats.pages.space_bytes, size_t{1} << 20) << "too little is on disk";
+    EXPECT_GT(stats.pages.space_bytes, size_t{1} << 20) << "more cells should be on disk";
     EXPECT_GT(near.followerPages().bytes, size_t{1} << 20);
     EXPECT_EQ(stats.refused_cubes + stats.refused_blocks, 0u);
     EXPECT_EQ(stats.pages.lost + stats.pages.failures, 0u) << stats.pages.problem;
@@ -166,8 +166,9 @@ TEST_F(PagedSpace, MemoryDoesNotGrowWithDistance) {
   const size_t index = near.mapper().stats().pages.index_bytes;
   EXPECT_LE(most, kInMemory + kWriting + index);
   EXPECT_LE(max_of_follower, kInMemory + kWriting + near.followerPages().index_bytes);
-  EXPECT_GT(whole.space().bytes(), 3 * (kInMemory + kWriting)) << "the walk is too short";
-  std::cout << "memory of the map's space: " << (most >> 10)
+  EXPECT_GT(whole.space().bytes(), 3 * (kInMemory + kWriting))
+      << "the walk should exceed the memory for cells";
+  std::cout << "memory of the map's free-space grid: " << (most >> 10)
             << " KiB (unpaged: " << (whole.space().bytes() >> 10)
             << " KiB), its follower's: " << (max_of_follower >> 10)
             << " KiB (unpaged: " << (whole.followerBytes() >> 10) << " KiB)\n";
@@ -192,7 +193,7 @@ TEST_F(PagedSpace, CanBeLoadedBeyondTheBudget) {
   ASSERT_NO_FATAL_FAILURE(expectSameAnswers(*whole.known(), *follower.snapshot()));
 }
 
-/// A large map is published in parts while it changes. At the end, the follower has all cells.
+/// A large map is published in parts while it changes. Finally, the follower contains all cells.
 TEST_F(PagedSpace, IsPublishedInParts) {
   MapContents contents = makeMapper(plainParams())->contents();
   for (int32_t i = 0; i < 70000; ++i) {
@@ -231,7 +232,7 @@ TEST_F(PagedSpace, IsPublishedInParts) {
   }
 }
 
-/// Cubes that were lost on disk no longer count towards the budget.
+/// Cubes lost on disk no longer count towards the budget.
 TEST_F(PagedSpace, DoesNotCountLostCubes) {
   MapContents contents = makeMapper(plainParams())->contents();
   for (int32_t i = 0; i < 70000; ++i) {
@@ -249,7 +250,7 @@ TEST_F(PagedSpace, DoesNotCountLostCubes) {
   map.addFree(seen);
   MapContents left;
   map.copyTo(left);
-  EXPECT_LT(map.freeBytes(), all) << "no cube was lost";
+  EXPECT_LT(map.freeBytes(), all) << "some cubes should be lost";
   EXPECT_EQ(map.freeBytes(), left.free_cubes.size() * kFreeCubeBudgetBytes);
 }
 

@@ -1,4 +1,5 @@
-// Tests that values written to a file while unused are read back unchanged, or reported as lost.
+// Tests that values that were written to a file while unused are read back unchanged or reported as
+// lost.
 #include "page/paged_values.h"
 
 #include <gtest/gtest.h>
@@ -54,20 +55,20 @@ class PagedValuesTest : public testing::Test {
 
 TEST_F(PagedValuesTest, AreReadBackUnchanged) {
   keep(300);
-  EXPECT_LE(pages_->bytes(), 3 * kMaxBytes) << "too much is in memory";
-  EXPECT_GT(pages_->stats().bytes, size_t{5} << 20) << "too little is on disk";
+  EXPECT_LE(pages_->bytes(), 3 * kMaxBytes) << "most values should not be in memory";
+  EXPECT_GT(pages_->stats().bytes, size_t{5} << 20) << "most values should be on disk";
   for (uint32_t i = 0; i < 300; ++i) ASSERT_TRUE(isThere(i)) << i;
   for (uint32_t i = 300; i-- > 0;) ASSERT_TRUE(isThere(i)) << i;
   EXPECT_LE(pages_->bytes(), 3 * kMaxBytes);
   EXPECT_FALSE(pages_->isFull());
-  EXPECT_EQ(folder_.entryCount(), 0u) << "the page file is visible in its folder";
+  EXPECT_EQ(folder_.entryCount(), 0u) << "the page file should not be visible in its folder";
   values_.clear();
   EXPECT_EQ(pages_->stats().bytes, 0u);
   EXPECT_EQ(pages_->bytes(), 0u);
 }
 
-/// Threads read their copies of the values while the values are replaced, like planners that query
-/// a snapshot.
+/// Several threads, like planners that query a snapshot, read copies of the values while the values
+/// are replaced.
 TEST_F(PagedValuesTest, CanBeReadBySeveralThreads) {
   keep(100);
   std::atomic<int> wrong{0};
@@ -109,12 +110,12 @@ TEST_F(PagedValuesTest, StayInMemoryWhileTheDiskFails) {
     EXPECT_TRUE(pages_->isFull());
     const PagedValues::Stats stats = pages_->stats();
     EXPECT_GT(stats.failures, 0u);
-    EXPECT_LT(stats.failures, 40u) << "the disk was tried for every value";
+    EXPECT_LT(stats.failures, 40u) << "writing should not be retried for every value";
     EXPECT_NE(stats.problem.find("map/page_folder"), std::string::npos);
     for (uint32_t i = 0; i < 200; ++i) ASSERT_TRUE(isThere(i)) << i;
   }
   keep(400);
-  EXPECT_FALSE(pages_->isFull()) << "the disk was not used again";
+  EXPECT_FALSE(pages_->isFull()) << "the disk should be used again";
   EXPECT_EQ(pages_->stats().lost, 0u);
 }
 

@@ -1,4 +1,4 @@
-// Tests that a map that pages to disk equals, bit for bit, a map with enough memory.
+// Tests that a map that is paged to disk equals, bit for bit, a map with enough memory.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/syscall.h>
@@ -43,7 +43,7 @@ void takeTimeOfDisk(size_t bytes) {
 
 }  // namespace
 
-// The program calls these instead of the C library's pwrite() and pread().
+// The program calls the following functions instead of the C library's pwrite() and pread().
 extern "C" ssize_t pwrite(int file, const void* data, size_t bytes, off_t offset) {
   takeTimeOfDisk(bytes);
   return syscall(SYS_pwrite64, file, data, bytes, offset);
@@ -87,7 +87,7 @@ const RoomRecording& tour() {
   return recording;
 }
 
-/// What a tour does besides fusing.
+/// Options for what a tour does besides fusing.
 struct TourOptions {
   int mesh_every = 3;  ///< Frames between mesh updates; 0 means one update at the end.
   bool painted = false;
@@ -120,7 +120,7 @@ size_t bytesOfMeshes(const MeshUpdate& update) {
   return bytes;
 }
 
-/// A mapper on its tour, and the mesh assembled from its updates.
+/// A mapper that is taken on a tour, and the mesh assembled from its updates.
 class Tour {
  public:
   Tour(const TourOptions& options, const MapperParams& params)
@@ -137,7 +137,7 @@ class Tour {
     }
   }
   void updateMesh() { store_.apply(mapper_->updateMesh()); }
-  /// Takes one part of an update, as the node does. @return whether more parts follow.
+  /// Applies one part of an update, as the node does. @return Whether more parts follow.
   bool updatePart() {
     mapper_->beginMeshUpdate();
     const MeshUpdate update = mapper_->finishMeshUpdate();
@@ -145,7 +145,7 @@ class Tour {
     max_made_ = std::max(max_made_, bytesOfMeshes(update));
     return update.is_part;
   }
-  /// Takes all parts of an update. @return the number of parts.
+  /// Applies all parts of an update. @return The number of parts.
   int updateMeshInParts() {
     int parts = 1;
     while (updatePart()) ++parts;
@@ -181,16 +181,16 @@ TEST_F(Paging, MeshesALargeMapInParts) {
       near(options, pagedParams(paramsOf(options), 2, folder_.path()));
   ASSERT_NO_FATAL_FAILURE(whole.go());
   ASSERT_NO_FATAL_FAILURE(near.go());
-  EXPECT_EQ(whole.updateMeshInParts(), 1) << "a map in memory was meshed in parts";
+  EXPECT_EQ(whole.updateMeshInParts(), 1) << "a map in memory should be meshed at once";
   EXPECT_GT(near.updateMeshInParts(), 3);
   EXPECT_LT(near.maxMade(), whole.maxMade() / 3);
   EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));
-  EXPECT_EQ(near.updateMeshInParts(), 1) << "meshed an unchanged map again";
+  EXPECT_EQ(near.updateMeshInParts(), 1) << "an unchanged map should not be meshed again";
   EXPECT_TRUE(sameMeshes(near.meshSoFar(), whole.meshSoFar()));
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
-/// The blocks with the greatest keys are meshed, too, even if a camera keeps changing other blocks.
+/// Blocks with the greatest keys are meshed as well, even if a camera keeps changing other blocks.
 TEST_F(Paging, MeshesAllPartsWhileACameraMaps) {
   TourOptions options;
   options.mesh_every = 0;
@@ -207,7 +207,7 @@ TEST_F(Paging, MeshesAllPartsWhileACameraMaps) {
   EXPECT_GT(near.meshSoFar().vertices_m.size(), all - all / 100);
 }
 
-/// Blocks are removed before the whole mesh is extracted again, part by part.
+/// Blocks are removed before the whole mesh is extracted again in parts.
 TEST_F(Paging, RemovesBlocksFromAMeshInParts) {
   TourOptions options;
   options.mesh_every = 0;
@@ -276,8 +276,8 @@ TEST_F(Paging, LoadsMapsLargerThanTheBudget) {
   EXPECT_EQ(resumed->stats().refused_blocks, 0u);
 }
 
-/// Two places fit in memory. When a third place is mapped, blocks of the first place are written to
-/// disk, but none of the second.
+/// Two places fit in memory. While a third place is mapped, blocks of the first place are written
+/// to disk, but none of the second.
 TEST_F(Paging, WritesTheOldestBlocksFirst) {
   const auto see = [](ProbedMapper& mapper, double x_m, double aside) {
     const Eigen::Vector3d eye(x_m, 0.0, 0.0);
@@ -288,18 +288,18 @@ TEST_F(Paging, WritesTheOldestBlocksFirst) {
     const SceneFrame image = renderFrame(scene, pose, 96, 72);
     ASSERT_EQ(mapper.integrate(image.view()).status, FrameStatus::kFused);
   };
-  for (const double sign : {1.0, -1.0}) {  // the second place has greater or smaller keys
+  for (const double sign : {1.0, -1.0}) {  // block keys at the second place are greater or smaller
     const auto mapper = makeProbedMapper(pagedParams(paramsOf(TourOptions()), 2, folder_.path()));
     for (const double x_m : {6.0 - 4.0 * sign, 6.0 + 4.0 * sign}) {
       for (const double aside : {1.0, -1.0}) ASSERT_NO_FATAL_FAILURE(see(*mapper, x_m, aside));
     }
     ASSERT_EQ(mapper->stats().pages.written, 0u);
     ASSERT_NO_FATAL_FAILURE(see(*mapper, 6.0, 1.0));
-    ASSERT_GT(mapper->stats().pages.written, 0u) << "nothing was written to disk";
+    ASSERT_GT(mapper->stats().pages.written, 0u) << "some blocks should be written to disk";
     for (const double aside : {1.0, -1.0}) {
       ASSERT_NO_FATAL_FAILURE(see(*mapper, 6.0 + 4.0 * sign, aside));
     }
-    EXPECT_EQ(mapper->stats().pages.read, 0u) << "the newer blocks were written";
+    EXPECT_EQ(mapper->stats().pages.read, 0u) << "the newer blocks should not be written";
   }
 }
 
@@ -316,7 +316,7 @@ TEST_F(Paging, IsResetByClearing) {
   EXPECT_TRUE(sameMaps(near.mapper(), whole.mapper()));
 }
 
-/// Each map has its own file.
+/// Each map has a file of its own.
 TEST_F(Paging, MapsCanShareAFolder) {
   const MapperParams params = pagedParams(paramsOf(TourOptions()), 5, folder_.path());
   Tour whole(TourOptions(), paramsOf(TourOptions())), first(TourOptions(), params),
@@ -330,8 +330,8 @@ TEST_F(Paging, MapsCanShareAFolder) {
   EXPECT_TRUE(sameMaps(second.mapper(), whole.mapper()));
 }
 
-/// The blocks of a depth image stay in memory, however small the budget; a colour image paints only
-/// the blocks that fit.
+/// The blocks touched by a depth image stay in memory, however small the budget is. A colour image
+/// paints only the blocks that fit.
 TEST_F(Paging, ExceedsABudgetThatIsTooSmallForAnImage) {
   for (const bool painted : {false, true}) {
     SCOPED_TRACE(painted);
@@ -349,7 +349,7 @@ TEST_F(Paging, ExceedsABudgetThatIsTooSmallForAnImage) {
   }
 }
 
-/// When the disk is full, new blocks are refused and counted; fused blocks stay.
+/// When the disk is full, new blocks are refused and counted. Blocks already in the map stay.
 TEST_F(Paging, RefusesNewBlocksWhenTheDiskIsFull) {
   const TourOptions options;
   MapperParams params = pagedParams(paramsOf(options), 4, folder_.path());
@@ -367,8 +367,8 @@ TEST_F(Paging, RefusesNewBlocksWhenTheDiskIsFull) {
   EXPECT_EQ(near.mapper().contents().blocks.size(), stats.blocks + stats.pages.blocks);
 }
 
-/// When memory and disk are full, far blocks are still dropped from the disk, whether or not they
-/// have meshes.
+/// When memory and disk are full, blocks beyond the radius are still dropped from the disk, whether
+/// or not they have meshes.
 TEST_F(Paging, DropsFarBlocksFromAFullDisk) {
   for (const bool meshed : {false, true}) {
     SCOPED_TRACE(meshed);
@@ -384,7 +384,7 @@ TEST_F(Paging, DropsFarBlocksFromAFullDisk) {
     };
     for (int i = 0; i < kFramesOut; ++i) see(i, {6.0, 0.0, 0.0});
     if (meshed) mapper->updateMesh();
-    ASSERT_GT(mapper->stats().pages.failures, 0u) << "the disk is not full";
+    ASSERT_GT(mapper->stats().pages.failures, 0u) << "the disk should be full";
     const size_t on_disk = mapper->stats().pages.blocks;
     for (int i = 0; i < (meshed ? 2 : 1); ++i) see(kFramesOut - 1, {11.0, 0.0, 0.0});
     EXPECT_GT(mapper->stats().dropped_blocks, on_disk / 4);
@@ -394,7 +394,7 @@ TEST_F(Paging, DropsFarBlocksFromAFullDisk) {
   }
 }
 
-/// With a 20 MB/s disk, fusing has to wait for the disk, and the waits are counted. The map is the
+/// With a 20 MB/s disk, fusion has to wait for the disk. The waits are counted, and the map is the
 /// same.
 TEST_F(Paging, WaitsForASlowDisk) {
   TourOptions options;
@@ -416,8 +416,8 @@ TEST_F(Paging, WaitsForASlowDisk) {
   EXPECT_EQ(near.mapper().stats().refused_blocks, 0u);
 }
 
-/// Clearing removes the blocks that can be read, and all space inside the region. An exception
-/// reports that other blocks remain.
+/// Clearing removes the blocks that can be read, and all free-space cells inside the region. An
+/// exception reports that some blocks remain.
 TEST_F(Paging, ClearsPartlyIfTheDiskFails) {
   TourOptions options;
   options.space = true;
@@ -446,7 +446,8 @@ TEST_F(Paging, ClearsPartlyIfTheDiskFails) {
   }
   EXPECT_EQ(free_cells(), 0u);
   near.go(seen, kTourFrames);
-  EXPECT_GT(near.mapper().clearRegion(region).voxels, 0u) << "the rest was never cleared";
+  EXPECT_GT(near.mapper().clearRegion(region).voxels, 0u)
+      << "the remaining blocks should be cleared";
   const MapContents contents = near.mapper().contents();
   EXPECT_EQ(near.mapper().clearRegion(region).voxels, 0u);
   const auto anew = makeProbedMapper(paramsOf(options), Rules(), contents);
@@ -466,29 +467,30 @@ TEST_F(Paging, SurvivesTemporaryWriteFailures) {
     near.go(0, 7);  // next to blocks on disk that do not fit in memory
     const uint64_t counted = near.mapper().stats().refused_blocks;
     near.updateMesh();
-    EXPECT_GT(near.mapper().stats().refused_blocks, counted) << "blocks left out were not counted";
+    EXPECT_GT(near.mapper().stats().refused_blocks, counted)
+        << "blocks that were refused should be counted";
   }
   MapStats stats = near.mapper().stats();
   EXPECT_GT(stats.refused_blocks, 0u);
   EXPECT_GT(stats.pages.failures, 0u);
   EXPECT_NE(stats.pages.problem.find("map/page_folder"), std::string::npos);
   EXPECT_EQ(stats.pages.lost, 0u);
-  EXPECT_GE(near.mapper().contents().blocks.size(), blocks) << "blocks were lost";
+  EXPECT_GE(near.mapper().contents().blocks.size(), blocks) << "no block should be lost";
   for (int i = 0; i < 32; ++i) near.updateMesh();  // until writing is retried
   const auto anew = makeProbedMapper(paramsOf(TourOptions()), Rules(), near.mapper().contents());
   const uint64_t counted = near.mapper().stats().refused_blocks;
   EXPECT_TRUE(sameMeshes(near.mesh(), meshOf(*anew, kVoxel_m)))
-      << "mesh updates during the failures left errors";
-  EXPECT_EQ(near.mapper().stats().refused_blocks, counted) << "some blocks could not be read";
+      << "mesh updates during the failures should leave no errors";
+  EXPECT_EQ(near.mapper().stats().refused_blocks, counted) << "all blocks should be readable";
   near.go(14, kTourFrames);
   near.go(kFramesOut, kTourFrames);
   const uint64_t refused = near.mapper().stats().refused_blocks;
   near.go(0, kTourFrames);
   stats = near.mapper().stats();
-  EXPECT_EQ(stats.refused_blocks, refused) << "the disk was not used again";
+  EXPECT_EQ(stats.refused_blocks, refused) << "the disk should be used again";
 }
 
-/// Blocks that cannot be read for a while are not lost.
+/// Blocks that cannot be read for some time are not lost.
 TEST_F(Paging, SurvivesATemporaryDiskOutage) {
   Tour near(TourOptions(), pagedParams(paramsOf(TourOptions()), 4, folder_.path()));
   near.go(0, kFramesOut);
@@ -504,15 +506,16 @@ TEST_F(Paging, SurvivesATemporaryDiskOutage) {
   EXPECT_GE(near.mapper().contents().blocks.size(), blocks);
 }
 
-/// If a few sectors cannot be read, their blocks are lost and the rest of the map is saved. If none
-/// can be read, saving fails and nothing is lost.
+/// If a few sectors cannot be read, the blocks in them are lost, and the rest of the map is saved.
+/// If no sector can be read, saving fails and nothing is lost.
 TEST_F(Paging, SavesMapsDespiteAFewBadSectors) {
   Tour near(TourOptions(), pagedParams(paramsOf(TourOptions()), 4, folder_.path()));
   near.go(0, kFramesOut);
   near.updateMesh();
   const size_t before = near.mapper().contents().blocks.size();
   bad_sectors = 1;
-  EXPECT_NE(errorOf([&] { near.mapper().contents(); }), "") << "copied unreadable blocks";
+  EXPECT_NE(errorOf([&] { near.mapper().contents(); }), "")
+      << "unreadable blocks should not be copied";
   EXPECT_EQ(near.mapper().stats().pages.lost, 0u);
   bad_sectors = 499;
   saveMapOf(near.mapper(), {}, folder_ / "saved.dtsdf");
@@ -523,8 +526,8 @@ TEST_F(Paging, SavesMapsDespiteAFewBadSectors) {
   EXPECT_TRUE(sameContents(loadMap(folder_ / "saved.dtsdf"), near.mapper().contents()));
 }
 
-/// Damaged blocks are lost and counted. Their meshes are removed, and later frames map these places
-/// again.
+/// Damaged blocks are lost and counted. Their meshes are removed, and the areas they covered can be
+/// mapped again.
 TEST_F(Paging, SurvivesDamage) {
   Tour near(TourOptions(), pagedParams(paramsOf(TourOptions()), 4, folder_.path()));
   near.go(0, kFramesOut);
@@ -533,7 +536,7 @@ TEST_F(Paging, SurvivesDamage) {
   damagePages(folder_.path(), 20, 100000);
   const MapContents copy = near.mapper().contents();
   MapStats stats = near.mapper().stats();
-  EXPECT_GT(stats.pages.lost, 0u) << "blocks left out of the copy were not counted";
+  EXPECT_GT(stats.pages.lost, 0u) << "blocks missing from the copy should be counted as lost";
   EXPECT_LE(stats.pages.lost, 20u);
   EXPECT_EQ(copy.blocks.size(), before - stats.pages.lost);
   EXPECT_TRUE(sameContents(near.mapper().contents(), copy));
@@ -543,10 +546,11 @@ TEST_F(Paging, SurvivesDamage) {
   EXPECT_NE(stats.pages.problem.find("damaged"), std::string::npos) << stats.pages.problem;
   Mesh mesh = near.mesh();
   const auto anew = makeProbedMapper(paramsOf(TourOptions()), Rules(), near.mapper().contents());
-  EXPECT_TRUE(sameMeshes(mesh, meshOf(*anew, kVoxel_m))) << "not the mesh of the remaining blocks";
+  EXPECT_TRUE(sameMeshes(mesh, meshOf(*anew, kVoxel_m)))
+      << "the mesh should be that of the remaining blocks";
 }
 
-/// Copying the same part again after damage was detected gives the same intact blocks.
+/// Copying the same part again after damage has been detected returns the same intact blocks.
 TEST_F(Paging, RepeatedCopiesOmitDamagedBlocks) {
   TourOptions options;
   options.painted = true;
@@ -557,7 +561,7 @@ TEST_F(Paging, RepeatedCopiesOmitDamagedBlocks) {
   damagePages(folder_.path(), 20, 100000);
   const std::vector<MapBlock> blocks = near.mapper().outline().blocks;
   const MapContents first = near.mapper().part(blocks);
-  ASSERT_GT(near.mapper().stats().pages.lost, 0u) << "no block was lost";
+  ASSERT_GT(near.mapper().stats().pages.lost, 0u) << "some blocks should be lost";
   const MapContents again = near.mapper().part(blocks);
   EXPECT_TRUE(sameContents(again, first));
   saveMapOf(near.mapper(), {}, folder_ / "saved.dtsdf");

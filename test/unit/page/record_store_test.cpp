@@ -1,4 +1,4 @@
-// Tests that records in a file, and blocks stored as records, are read back unchanged, or reported
+// Tests that records in a file, and blocks stored as records, are read back unchanged or reported
 // as lost.
 #include "page/record_store.h"
 
@@ -61,10 +61,11 @@ TEST_F(RecordStoreTest, ReadsBackWhatWasWritten) {
     store_.readAhead(records_[i]);
     ASSERT_EQ(read(i), RecordStore::Reading::kIntact);
   }
-  EXPECT_EQ(folder_.entryCount(), 0u) << "the page file is visible in its folder";
+  EXPECT_EQ(folder_.entryCount(), 0u) << "the page file should not be visible in its folder";
   for (const StoredRecord& record : records_) store_.erase(record);
   EXPECT_EQ(store_.stats().bytes, 0u);
-  EXPECT_EQ(lseek(openFilesIn(folder_.path()).front(), 0, SEEK_END), 0) << "disk space not freed";
+  EXPECT_EQ(lseek(openFilesIn(folder_.path()).front(), 0, SEEK_END), 0)
+      << "disk space should be freed";
 }
 
 TEST_F(RecordStoreTest, RespectsItsSizeLimit) {
@@ -86,7 +87,8 @@ TEST_F(RecordStoreTest, DetectsDamage) {
   EXPECT_EQ(read(3), RecordStore::Reading::kDamaged);
   EXPECT_EQ(store_.stats().lost, 1u);
   EXPECT_EQ(ftruncate(openFilesIn(folder_.path()).front(), 100), 0);
-  EXPECT_EQ(read(20), RecordStore::Reading::kDamaged) << "read beyond the end of the file";
+  EXPECT_EQ(read(20), RecordStore::Reading::kDamaged)
+      << "reads beyond the end of the file should be detected";
 }
 
 TEST_F(RecordStoreTest, SurvivesADiskOutage) {
@@ -101,10 +103,11 @@ TEST_F(RecordStoreTest, SurvivesADiskOutage) {
       taken += stored->bytes;
       ASSERT_LE(taken, kMaxWaiting);
     }
-    EXPECT_GT(records_.size(), 30u) << "no record waited in memory";
+    EXPECT_GT(records_.size(), 30u) << "records should wait in memory";
     EXPECT_EQ(store_.waitingBytes(), taken);
     EXPECT_GT(store_.stats().failures, 1u);
-    EXPECT_EQ(read(30), RecordStore::Reading::kIntact) << "a waiting record was not read";
+    EXPECT_EQ(read(30), RecordStore::Reading::kIntact)
+        << "a record that waits in memory should be readable";
     store_.erase(records_.back());
     records_.pop_back();
   }
@@ -169,7 +172,7 @@ TEST_F(RecordStoreTest, CanBeReadAndErasedDuringWrites) {
   EXPECT_EQ(store_.waitingBytes(), 0u);
 }
 
-/// The index lists no block that the store refused.
+/// The index lists none of the blocks that the store refused.
 TEST_F(RecordStoreTest, StoresPagedBlocks) {
   PagedBlocks blocks(folder_.path(), size_t{1} << 20, kMaxWaiting);
   const auto put = [&](int32_t x) {

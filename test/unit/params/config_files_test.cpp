@@ -1,4 +1,4 @@
-/// Tests that config/default.yaml equals the defaults of the structs, and that every file in
+/// Tests that config/default.yaml equals the default values in the code, and that every file in
 /// config/ can be loaded.
 #include <gtest/gtest.h>
 

@@ -152,7 +152,7 @@ TEST(ParamSet, ReportsAddedViolations) {
   reader.addViolation("part/count", "must be odd");
   try {
     reader.finish();
-    FAIL() << "no violation was reported";
+    FAIL() << "a violation should be reported";
   } catch (const ParamError& e) {
     EXPECT_EQ(e.violations(), std::vector<std::string>{"part/count = 4: must be odd"});
   }

@@ -1,4 +1,4 @@
-// Tests that the numbers in the rules are set by their keys.
+// Tests that each rule parameter can be set by its key.
 #include <gtest/gtest.h>
 
 #include "backend/rule_settings.h"
@@ -21,8 +21,8 @@ ParamTree treeOf(Rules rules) {
   return writer.tree;
 }
 
-/// Each key sets exactly one number. All numbers have four bytes. One number has no key, as it is
-/// determined by a setting.
+/// Each key sets exactly one rule parameter. All rule parameters have four bytes. One of them has
+/// no key, since a setting determines it.
 TEST(Rules, EachKeySetsOneNumber) {
   const ParamTree defaults = treeOf(Rules());
   EXPECT_EQ(defaults.size() + 1, sizeof(Rules) / sizeof(float));
@@ -38,7 +38,7 @@ TEST(Rules, EachKeySetsOneNumber) {
   }
 }
 
-/// Zeros would cause a division by 0. A surface that gains no evidence would never appear.
+/// Values of 0 would cause divisions by 0. A surface that gains no evidence would never appear.
 TEST(Rules, UnusableValuesAreRefused) {
   EXPECT_THROW(readRules({{"rules/surfels/largest_noise_turn", 0.0}}), ParamError);
   EXPECT_THROW(readRules({{"rules/fusion/sample_reach", 0.0}}), ParamError);
@@ -58,7 +58,8 @@ TEST(FusionRules, MaxEvidenceDependsOnMemoryFrames) {
   EXPECT_EQ(maxWith(42), 126);  // evidence is stored as a signed byte
 }
 
-/// A nearness of 0 would cause a division by 0, and a negative share would mesh unseen surfaces.
+/// A nearness of 0 would cause a division by 0. A negative weight fraction would mesh unmeasured
+/// surfaces.
 TEST(MeshRules, UnusableValuesAreRefused) {
   EXPECT_THROW(readRules({{"rules/mesh/min_weight_share", -0.1}}), ParamError);
   EXPECT_THROW(readRules({{"rules/mesh/min_weight_share", 1.0}}), ParamError);

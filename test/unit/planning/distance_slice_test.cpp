@@ -1,4 +1,5 @@
-// Tests that a slice of space contains exactly the known cells at its height, with their distances.
+// Tests that a distance slice contains exactly the known cells of the free-space grid at its
+// height, with their distances.
 #include <gtest/gtest.h>
 
 #include <cmath>

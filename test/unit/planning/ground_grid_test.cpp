@@ -15,7 +15,7 @@ using Pending = GroundGrid::Pending;
 
 constexpr double kCell_m = 0.1;
 
-/// Cells that are set one by one, and the cubes that contain them.
+/// Cells that are set individually, and the cubes that contain them.
 class Cells {
  public:
   void set(int x, int y, int z, CellState state) {
@@ -64,7 +64,7 @@ class Cells {
   std::map<Key, bool> changed_;
 };
 
-/// A follower that copies grids and updates like costmap_2d's StaticLayer: updates are placed
+/// A follower that copies and updates grids like costmap_2d's StaticLayer: updates are placed
 /// relative to the corner of the last grid, without checks.
 struct GridFollower {
   GridBox window;
@@ -91,7 +91,7 @@ struct GridFollower {
 };
 
 TEST(GroundGrid, UsesLayersThatOverlapTheHeightRange) {
-  // The first and the last layer in which a surface makes its column occupied.
+  // The first and last layers in which a surface makes its column occupied.
   const auto layers = [](double min_m, double max_m, double cell_m) {
     GroundGrid grid(min_m, max_m, 1.0);
     Cells cells;
@@ -114,7 +114,8 @@ TEST(GroundGrid, UsesLayersThatOverlapTheHeightRange) {
   EXPECT_EQ(layers(-0.8, -0.08, cell_m), std::make_pair(-10, -2));
 }
 
-/// Layers 1 to 3 count. If half of the layers must be free, two are enough but one is not.
+/// Layers 1 to 3 count. If half of the layers must be free, two free layers are enough and one is
+/// not.
 TEST(GroundGrid, ColumnsSummariseTheirCells) {
   double share = 0.5;
   const auto valueOf = [&](std::vector<CellState> layers) {
@@ -138,10 +139,12 @@ TEST(GroundGrid, ColumnsSummariseTheirCells) {
   EXPECT_EQ(valueOf({f, s, f, f, f}), kColumnOccupied);
   share = 1.0;
   EXPECT_EQ(valueOf({u, f, f, f, u}), kColumnFree);
-  EXPECT_EQ(valueOf({f, u, f, f, f}), kColumnUnknown) << "free despite an unknown layer";
+  EXPECT_EQ(valueOf({f, u, f, f, f}), kColumnUnknown)
+      << "an unknown layer should make the column unknown";
   EXPECT_EQ(valueOf({f, f, f, u, f}), kColumnUnknown);
   share = 0.0;
-  EXPECT_EQ(valueOf({u, u, u, u, u}), kColumnUnknown) << "free without any free layer";
+  EXPECT_EQ(valueOf({u, u, u, u, u}), kColumnUnknown)
+      << "a column without a free layer should be unknown";
   EXPECT_EQ(valueOf({u, u, f, u, u}), kColumnFree);
 }
 
@@ -188,7 +191,7 @@ TEST(GroundGrid, ANewCellSizeMakesANewGrid) {
   EXPECT_EQ(grid.next(), Pending::kGrid);
   EXPECT_EQ(grid.cellSize_m(), 2.0 * kCell_m);
   grid.apply({true, {}}, kCell_m);
-  EXPECT_EQ(grid.next(), Pending::kGrid) << "an empty grid is not sent";
+  EXPECT_EQ(grid.next(), Pending::kGrid) << "an empty grid should be sent";
 }
 
 /// A single remote cell must not make the grid allocate the whole area in between.

@@ -11,7 +11,7 @@ TEST(ProgressLine, ShowsWhatIsKnown) {
   EXPECT_EQ(progressLine("frames", 7, std::nullopt, 2.0), "7 frames, 3.5/s");
   EXPECT_NE(progressLine("frames", 0, 10, 0.0), "");
   EXPECT_NE(progressLine("frames", 0, 0, 0.0), "");
-  // The share shown is at most 100 %.
+  // The percentage is at most 100 %.
   EXPECT_NE(progressLine("frames", 11, 10, 1.0).find("100 %"), std::string::npos);
 }
 

@@ -11,7 +11,7 @@
 namespace dtsdf {
 namespace {
 
-/// The standard error output of a program that fails with this text.
+/// What a program writes to standard error if it fails with this text.
 std::string outputOf(const std::string& text) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(runProgram("a_tool", 0, nullptr,

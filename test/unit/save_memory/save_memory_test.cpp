@@ -19,7 +19,7 @@ namespace {
 constexpr int kLayers = kBlockSide;
 constexpr size_t kTrianglesPerBlock = kLayers * 2 * kBlockSide * kBlockSide;
 
-/// A block filled with sheets, with each vertex on its own edge.
+/// A block filled with sheets, in which each vertex lies on a different edge.
 SharedBlockMesh fullBlock(const BlockKey& key) {
   const auto mesh = std::make_shared<BlockMesh>();
   mesh->key = key;
@@ -40,7 +40,7 @@ SharedBlockMesh fullBlock(const BlockKey& key) {
   return mesh;
 }
 
-/// A value from /proc/self/status in bytes: VmRSS, the memory in use, or VmHWM, its peak.
+/// A value in bytes from /proc/self/status: VmRSS, the memory in use, or VmHWM, its peak.
 size_t memory(const std::string& name) {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;) {
@@ -81,7 +81,7 @@ TEST(SaveMemory, IsAtMostOneAndAHalfTimesTheMesh) {
     std::printf("%s with %zu triangles: %.2f times the mesh's %.0f MB\n", extension.c_str(),
                 store.triangleCount(), share, static_cast<double>(mesh_bytes) / 1e6);
     EXPECT_LE(share, 1.5);
-    EXPECT_GT(share, 0.25) << "the measured memory does not include the mesh";
+    EXPECT_GT(share, 0.25) << "the measured memory should include the mesh";
   }
 }
 

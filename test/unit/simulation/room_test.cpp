@@ -40,7 +40,7 @@ TEST(Room, BallsMoveInSightAndClearOfTheCamera) {
       EXPECT_GT((later[i].centre_W - balls[i].centre_W).norm(), 0.01);
       EXPECT_GT(scene.signedDistance(balls[i].centre_W),
                 -balls[i].radius_m);  // not hidden inside an object
-      // This must hold wherever the camera is on its lap.
+      // The balls must be in free space wherever the camera is on its lap.
       for (double other_s = 0.0; other_s < kLap_s; other_s += 0.1) {
         const Vector3d eye_W = roomCameraPose(other_s, kLap_s).translation();
         EXPECT_GT((eye_W - balls[i].centre_W).norm() - balls[i].radius_m, 0.3);

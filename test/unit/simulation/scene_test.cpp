@@ -18,7 +18,7 @@ Scene sceneOf(const Shape& shape) {
   return scene;
 }
 
-/// One of each shape, rotated relative to the axes where possible.
+/// One shape of each type, rotated relative to the axes where possible.
 std::vector<Shape> someShapes() {
   return {Plane{Vector3d(0.0, 0.0, -2.0), Vector3d(0.6, 0.0, 0.8)},
           Sphere{Vector3d(0.5, -0.3, 0.2), 0.7},
@@ -37,7 +37,8 @@ TEST(SceneShapes, PlaneMatchesKnownValues) {
   EXPECT_DOUBLE_EQ(scene.intersect(Vector3d(5, 5, 3), -Vector3d::UnitZ()), 2.0);
   EXPECT_DOUBLE_EQ(scene.intersect(Vector3d(5, 5, 3), Vector3d(0, 0, -4)), 0.5);
   EXPECT_TRUE(std::isinf(scene.intersect(Vector3d(0, 0, 3), Vector3d::UnitZ())));
-  EXPECT_TRUE(std::isinf(scene.intersect(Vector3d(0, 0, -3), Vector3d::UnitZ()))) << "from behind";
+  EXPECT_TRUE(std::isinf(scene.intersect(Vector3d(0, 0, -3), Vector3d::UnitZ())))
+      << "a plane should be invisible from behind";
   EXPECT_DOUBLE_EQ(scene.signedDistance(Vector3d(7, -2, 0.25)), -0.75);
 }
 
@@ -75,7 +76,7 @@ TEST(SceneShapes, RoomIsSeenFromInside) {
   EXPECT_TRUE(std::isinf(scene.intersect(Vector3d(0, 5, 1), -Vector3d::UnitY())));
 }
 
-/// Hits lie on the surface, with free space in front of it: intersections and distances agree.
+/// Hits lie on the surface, with free space in front of it, so intersections and distances agree.
 TEST(SceneProperty, HitsLieOnTheSurface) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5), share(0.0, 1.0);
@@ -96,7 +97,7 @@ TEST(SceneProperty, HitsLieOnTheSurface) {
   }
 }
 
-/// No surface is nearer than the distance, and a step of that length leads to a surface.
+/// No surface is nearer than the distance, and a step of that length reaches a surface.
 TEST(SceneProperty, DistancesAreTight) {
   std::mt19937 random(8);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
@@ -108,9 +109,9 @@ TEST(SceneProperty, DistancesAreTight) {
       for (int k = 0; k < 20; ++k) {
         const double there = scene.signedDistance(p + 0.1 * randomUnit(random));
         ASSERT_LE(std::abs(there - distance), 0.1 + kTolerance_m)
-            << "distance changed by more than the step";
+            << "the distance should change by at most the length of the step";
       }
-      // The gradient leads to the surface where the nearest point is unique.
+      // Where the nearest point is unique, a step along the gradient reaches the surface.
       Vector3d gradient;
       for (int axis = 0; axis < 3; ++axis) {
         const Vector3d step = 1e-6 * Vector3d::Unit(axis);
@@ -126,11 +127,12 @@ TEST(SceneRender, LookAtFollowsTheOpticalFrame) {
   const Eigen::Isometry3d T_W_C = lookAt(Vector3d(1, 2, 3), Vector3d(4, 2, 3), Vector3d::UnitZ());
   EXPECT_TRUE(T_W_C.linear().isUnitary(1e-12));
   EXPECT_NEAR(T_W_C.linear().determinant(), 1.0, 1e-12);
-  EXPECT_TRUE((T_W_C * Vector3d(0, 0, 2)).isApprox(Vector3d(3, 2, 3))) << "z is not forward";
-  EXPECT_TRUE((T_W_C * Vector3d(0, 1, 0)).isApprox(Vector3d(1, 2, 2))) << "y is not down";
+  EXPECT_TRUE((T_W_C * Vector3d(0, 0, 2)).isApprox(Vector3d(3, 2, 3))) << "z should point forward";
+  EXPECT_TRUE((T_W_C * Vector3d(0, 1, 0)).isApprox(Vector3d(1, 2, 2))) << "y should point down";
 }
 
-/// The image bounds of a shape must not cut off any part of it.
+/// Rendering skips pixels outside a shape's bounds in the image; these must not cut off any part of
+/// it.
 TEST(SceneRender, EqualsSingleRays) {
   std::mt19937 random(9);
   std::uniform_real_distribution<double> coordinate(-1.2, 1.2);

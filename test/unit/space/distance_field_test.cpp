@@ -15,7 +15,7 @@ namespace {
 
 bool isBefore(const Vec3i& a, const Vec3i& b) { return packKey(a) < packKey(b); }
 
-/// Holds surface cells both in a list and in a table.
+/// Keeps the surface cells both in a list and in a table.
 class Surfaces {
  public:
   void put(const Vec3i& cell) {
@@ -69,7 +69,7 @@ std::vector<Vec3i> someCells(std::mt19937& random, int count, int range) {
   return cells;
 }
 
-/// Adds surface cells. Every third round then removes most of them.
+/// Adds surface cells. In every third round, most of them are then removed.
 void Surfaces::changeSome(std::mt19937& random, int round) {
   for (const Vec3i& cell : someCells(random, 6, 40)) put(cell);
   while (round % 3 == 2 && sites_.size() > 5) take(random() % sites_.size());
@@ -85,14 +85,15 @@ TEST(DistanceField, IsExactAfterEveryChange) {
       surfaces.updateAll(field);
       for (const Vec3i& cell : someCells(random, 400, 50 + std::max(25, reach / 2))) {
         ASSERT_EQ(squaredAt(field.sectors(), cell), surfaces.squaredDistance(cell, reach))
-            << "reach " << reach << ", round " << round << ", cell " << cell.x << " " << cell.y
-            << " " << cell.z;
+            << "maximum distance " << reach << ", round " << round << ", cell " << cell.x << " "
+            << cell.y << " " << cell.z;
       }
     }
   }
 }
 
-/// The squared distance of a cell, computed as the minimum over all rows within reach.
+/// The squared distance of a cell, computed as the minimum over all rows within the maximum
+/// distance.
 uint16_t rowMinimum(const DistanceTask& task, const SectorStack& stack, const Vec3i& cell) {
   int32_t least = kSquaredFar;
   std::vector<uint32_t> words(static_cast<size_t>(windowSide(task.reach)));
@@ -109,7 +110,7 @@ uint16_t rowMinimum(const DistanceTask& task, const SectorStack& stack, const Ve
 
 constexpr uint16_t kNotAsked = 0xfffe;
 
-/// Computes the distance of every step-th cell in each sector; a device would compute all cells.
+/// Computes the distance of every step-th cell in each sector. A device would compute all cells.
 void computeSome(const DistanceTask& task, std::vector<SectorSquares>& squares, int step) {
   for (int32_t i = 0; i < task.stack_count; ++i) {
     const SectorStack& stack = task.stacks[i];
@@ -125,8 +126,8 @@ void computeSome(const DistanceTask& task, std::vector<SectorSquares>& squares, 
   }
 }
 
-/// If the backend declines, as it sometimes does here with a reach of 1, the host computes the
-/// distances.
+/// If the backend declines a task, as it sometimes does here if the maximum distance is 1, the host
+/// computes the distances.
 TEST(DistanceField, UsesABackend) {
   std::mt19937 random(caseSeed(0));
   for (const auto& [reach, step] :
@@ -160,8 +161,8 @@ TEST(DistanceField, UsesABackend) {
   }
 }
 
-/// If an update fails, for example because the device was lost, the next update computes the
-/// distances for both.
+/// If an update fails, for example because the device was lost, the next update also computes the
+/// distances that the failed update did not.
 TEST(DistanceField, TheNextUpdateCompletesAFailedOne) {
   DistanceField field(25, 1), undisturbed(25, 1);
   bool fails = false;

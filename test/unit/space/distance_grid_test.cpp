@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kCellOfGrid_m = 0.05, kReachOfGrid_m = 0.6;
 
-/// Whether a cell's centre lies in the region, as defined in the header.
+/// Whether a cell's centre lies in the region, as the header defines it.
 bool liesIn(const Region& region, const Vec3i& cell) {
   const Vector3d p = kCellOfGrid_m * (Vector3d(cell.x, cell.y, cell.z) + Vector3d::Constant(0.5));
   if (const auto* const ball = std::get_if<SphereRegion>(&region)) {
@@ -24,7 +24,7 @@ bool liesIn(const Region& region, const Vec3i& cell) {
   return ((box.T_W_B.inverse() * p).cwiseAbs() - 0.5 * box.size_m).maxCoeff() <= 0.0;
 }
 
-/// Random cells, most of them free; all cells in the `cleared` regions are free.
+/// Random cells, most of them free. All cells in the `cleared` regions are free.
 SpaceChanges randomCells(const std::vector<Region>& cleared) {
   std::mt19937 random(7);
   SpaceChanges changes{true, {}};

@@ -1,4 +1,4 @@
-// Tests that cells that cannot be read from disk are unknown, but that distances never become too
+// Tests that cells that cannot be read from disk are unknown, and that distances are then never too
 // large.
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kWalls = 64, kReach = 10;
 
-/// Each wall is in its own sector, at the border to the next sector.
+/// Each wall lies in its own sector, next to the border to the following sector.
 Vec3i cubeOfWall(int i) { return {8 * i + 3, 0, 0}; }
 CellMask wall() {
   CellMask mask{};
@@ -29,7 +29,7 @@ CellMask wall() {
 /// A cell three cells in front of a wall.
 Vec3i cellBefore(int i) { return firstCellOfCube(cubeOfWall(i)) + Vec3i{4, 4, 4}; }
 
-/// A surface cell behind a wall, in the next sector but within reach.
+/// A surface cell behind a wall, in the next sector but within the maximum distance.
 CubeMask cubeBehind(int i) {
   CubeMask behind{cubeOfWall(i) + Vec3i{1, 0, 0}, {}};
   add(behind.cells, cellIndex(4, 4, 4));
@@ -45,7 +45,7 @@ class LostCells : public testing::Test {
     for (int i = 0; i < 5000 && pages_->bytes() > 1; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    ASSERT_LE(pages_->bytes(), 1u) << "sectors are still in memory";
+    ASSERT_LE(pages_->bytes(), 1u) << "all sectors should be on disk";
   }
 };
 
@@ -116,7 +116,7 @@ class LostCubes : public LostCells {
     table_.close();
     waitUntilWritten();
   }
-  /// Checks that all taken cubes are walls. @return their number.
+  /// Checks that all returned cubes are walls. @return The number of cubes.
   int take(bool all) {
     const SpaceChanges taken = table_.takeTouched(all, 1000);
     for (const SpaceCube& cube : taken.cubes) {
@@ -141,22 +141,22 @@ TEST_F(LostCubes, ArePublishedOnceReadable) {
 TEST_F(LostCubes, AreUnknown) {
   ASSERT_NO_FATAL_FAILURE(touch());
   overwritePages(folder_.path());
-  const Vec3i beside = cubeOfWall(0) - Vec3i{1, 0, 0};  // in a sector that was lost
+  const Vec3i beside = cubeOfWall(0) - Vec3i{1, 0, 0};  // in a lost sector
   table_.at(beside).surface = wall();
   table_.close();
   EXPECT_TRUE(isEmpty(table_.find(cubeOfWall(0))));
-  EXPECT_FALSE(isEmpty(table_.find(beside))) << "a cell added after the loss is unknown";
+  EXPECT_FALSE(isEmpty(table_.find(beside))) << "a cell added after the loss should be known";
 }
 
-/// Two blocks in different sectors may have a triangle in the same cell. The cell must stay when
-/// one block removes its triangle, even if the list of the other block is lost.
+/// Blocks in two sectors may each have a triangle in the same cell. The cell must stay when one
+/// block removes its triangle, even if the cell list of the other block is lost.
 class LostLists : public LostCells {
  protected:
   const Vec3i cell_{32, 1, 1};
   CellTable table_;
   SurfaceCells surfaces_{0, 1, pages_};
 
-  void SetUp() override { put(3, 8.5f); }  // beyond the block's border
+  void SetUp() override { put(3, 8.5f); }  // outside the block
 
   void put(int32_t x, float at) {
     BlockMesh mesh;
@@ -188,7 +188,7 @@ TEST_F(LostLists, KeepSurfacesDuringAnOutage) {
   putEmpty(4);
   EXPECT_TRUE(isThere());
   putEmpty(3);
-  EXPECT_FALSE(isThere()) << "the cell stayed although nothing was lost";
+  EXPECT_FALSE(isThere()) << "the cell should be removed if nothing is lost";
 }
 
 TEST_F(LostLists, KeepSurfaces) {

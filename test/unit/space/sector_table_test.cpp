@@ -15,7 +15,7 @@
 
 namespace {
 
-/// The number of upcoming reads that fail.
+/// How many of the next reads fail.
 thread_local int reads_to_fail = 0;
 
 }  // namespace
@@ -49,7 +49,7 @@ class SectorTableTest : public testing::Test {
     for (int i = 0; i < 5000 && pages_->bytes() > 1; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    ASSERT_LE(pages_->bytes(), 1u) << "sectors are still in memory";
+    ASSERT_LE(pages_->bytes(), 1u) << "all sectors should be on disk";
   }
   void expectAll() const {
     for (PackedKey key = 0; key < kSectors; ++key) {
@@ -65,7 +65,7 @@ TEST_F(SectorTableTest, RetriesFailedReads) {
   for (PackedKey key = 0; key < kSectors; ++key) {
     reads_to_fail = 2;
     table_.open(key);
-    EXPECT_EQ(reads_to_fail, 0) << "too few reads failed";
+    EXPECT_EQ(reads_to_fail, 0) << "all simulated read failures should occur";
   }
   table_.close();
   expectAll();
@@ -82,8 +82,8 @@ TEST_F(SectorTableTest, LosesNothingIfMemoryRunsOut) {
   bool is_done = false;
   int failed = 0;
   for (int round = 0; !is_done; ++round) {
-    const int allocations = round / 2;  // each number twice, as freeing disk space may need memory
-    for (int i = 0; i < 70; ++i) {      // after a failure, writing is not retried at once
+    const int allocations = round / 2;  // each value twice, as freeing disk space may need memory
+    for (int i = 0; i < 70; ++i) {      // after a failure, writing is retried only after a while
       Paged<CellSector>(std::make_shared<CellSector>(), pages_);
     }
     ASSERT_NO_FATAL_FAILURE(waitUntilWritten());

@@ -1,4 +1,4 @@
-// Tests that a follower of a map's space gives the same answers as the map.
+// Tests that a follower of a map's free-space grid returns the same query results as the map.
 #include "space/space_follower.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ void expectSameCubes(const std::vector<SpaceCube>& a, const std::vector<SpaceCub
   }
 }
 
-/// Points in and around the scene, and two points that no map can contain.
+/// Points in and around the scene, and two points that cannot be in any map.
 std::vector<Vector3d> somePoints(size_t count) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<double> any(-2.4, 2.4);
@@ -95,7 +95,7 @@ class SpaceFollowerTest : public ::testing::Test {
 TEST_F(SpaceFollowerTest, KnowsWhatTheMapKnows) {
   EXPECT_TRUE(follower_.snapshot()->isEmpty());
   EXPECT_FALSE(follower_.snapshot()->distanceAt(Vector3d::Zero()).known)
-      << "knew cells before any update";
+      << "no cell should be known before an update";
   fuse(-1.2, 1.0);
   follow();
   EXPECT_FALSE(follower_.snapshot()->isEmpty());
@@ -113,7 +113,7 @@ TEST_F(SpaceFollowerTest, KnowsWhatTheMapKnows) {
   expectSameAnswers(*mapper_->space(), *follower_.snapshot());
 }
 
-/// A snapshot keeps its contents when the follower is updated.
+/// A snapshot does not change when the follower is updated.
 TEST_F(SpaceFollowerTest, SnapshotsDoNotChange) {
   fuse(-1.2, 1.0);
   follow();
@@ -126,7 +126,7 @@ TEST_F(SpaceFollowerTest, SnapshotsDoNotChange) {
   mapper_->clearRegion(SphereRegion{{0.3, 0.1, 0.0}, 0.6});
   follow();
   EXPECT_NE(follower_.snapshot()->distanceAt(p).distance_m, distance.distance_m)
-      << "the distance ignores the cleared region";
+      << "the distance should respect the cleared region";
   expectSameCubes(before->cubes(-1000, 1000), cubes);
   EXPECT_EQ(before->distanceAt(p).distance_m, distance.distance_m);
 }
@@ -142,7 +142,7 @@ TEST_F(SpaceFollowerTest, FollowsAMapWithAnotherCellSize) {
   expectSameAnswers(*mapper_->space(), *follower_.snapshot());
 }
 
-/// The map drops space far from the camera, and the follower forgets it.
+/// The map drops cells far from the camera, and so does the follower.
 TEST_F(SpaceFollowerTest, ForgetsDroppedSpace) {
   MapperParams params = followedParams();
   params.fusion.max_depth_m = 3.0f;

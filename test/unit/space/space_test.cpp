@@ -1,4 +1,4 @@
-// Tests the states of cells, and distances to surfaces, in maps of analytic scenes.
+// Tests the states of free-space cells, and distances to surfaces, in maps of analytic scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -58,7 +58,7 @@ TEST(Space, IsOffByDefault) { EXPECT_EQ(makeMapper(makeCpuParams())->space(), nu
 class SpaceCells : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Sizes, SpaceCells, ::testing::Values(1, 2, 4, 8));
 
-/// Free cells lie on the free side of all surfaces, and most cells away from surfaces are found to
+/// Free cells lie on the free side of all surfaces, and most cells away from surfaces are known to
 /// be free.
 TEST_P(SpaceCells, FreeCellsLieInFreeSpace) {
   const Scene scene = makeBallRoom();
@@ -85,8 +85,8 @@ TEST_P(SpaceCells, FreeCellsLieInFreeSpace) {
   EXPECT_GE(static_cast<double>(found), 0.9 * static_cast<double>(inside));
 }
 
-/// Compares distances with the distance to the nearest vertex, which is close to the nearest point
-/// of the mesh.
+/// Compares distances with those to the nearest vertex, which is close to the nearest point of the
+/// mesh.
 TEST_P(SpaceCells, DistancesMatchTheMesh) {
   const MapperParams params = spaceParams(GetParam());
   const auto mapper = makeMapper(params);
@@ -132,7 +132,7 @@ TEST(Space, GradientsPointAwayFromSurfaces) {
   EXPECT_NEAR(beside_floor.gradient.y, 0.0, 0.1);
 }
 
-/// Distances in unknown space are negative and rise to 0 at the surface, so below the floor, the
+/// Distances in unknown space are negative and rise to 0 at the surface. So below the floor, the
 /// gradient points up.
 TEST(Space, GradientsInUnknownSpacePointToSurfaces) {
   const auto mapper = mapOf(makeBallRoom(), posesInRoom(), spaceParams(2));
@@ -160,7 +160,7 @@ TEST(Space, IsUnknownBehindWalls) {
   EXPECT_FALSE(space.distanceAt(Vector3d(300.0, 0.0, 0.0)).known);
 }
 
-/// Whether a path of free cells connects two cells.
+/// Whether two cells are connected by a path of free cells.
 bool isConnected(const Space& space, const Vec3i& from, const Vec3i& to) {
   const auto keyOf = [](const Vec3i& c) { return std::make_tuple(c.x, c.y, c.z); };
   std::map<std::tuple<int, int, int>, bool> met;
@@ -181,8 +181,8 @@ bool isConnected(const Space& space, const Vec3i& from, const Vec3i& to) {
   return false;
 }
 
-/// A 2 mm plate across a corridor, seen from both sides, blocks every path, even with 80 mm cells.
-/// Without the plate, there is a path.
+/// A 2 mm plate across a corridor, mapped from both sides, blocks every path, even with 80 mm
+/// cells. Without the plate, there is a path.
 TEST(Space, AThinPlateBlocksEveryPath) {
   for (const bool is_closed : {true, false}) {
     Scene scene;
@@ -217,7 +217,7 @@ SceneFrame randomLook(std::mt19937& random) {
   return renderFrame(scene, lookAt(eye, at, Vector3d::UnitZ()), 48, 36);
 }
 
-/// The states and distances of all cells up to `reach` cells from the origin.
+/// The states and distances of all cells that are up to `reach` cells away from the origin.
 std::string stateInBox(const Space& space, int reach) {
   std::string bytes;
   for (int z = -reach; z < reach; ++z) {
@@ -233,7 +233,7 @@ std::string stateInBox(const Space& space, int reach) {
 }
 
 /// At random, a box appears or disappears, regions are cleared, and the mesh and distances are
-/// updated. The resulting space equals that of a new mapper with the same map.
+/// updated. The resulting free-space grid equals that of a new mapper with the same map.
 TEST(Space, RandomUpdatesMatchAFreshMapper) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<double> any(-0.8, 0.8);
@@ -242,7 +242,7 @@ TEST(Space, RandomUpdatesMatchAFreshMapper) {
   params.space.enabled = true;
   params.space.cell_voxels = 2;
   params.space.max_distance_m = 0.6f;
-  constexpr int kReach = 20;  // in cells; beyond the walls of the room
+  constexpr int kReach = 20;  // in cells; this is beyond the walls of the room
   const auto mapper = makeMapper(params);
   size_t vanished = 0;
   for (int update = 1; update <= 100; ++update) {
@@ -266,7 +266,7 @@ TEST(Space, RandomUpdatesMatchAFreshMapper) {
   EXPECT_GT(vanished, 500u);
 }
 
-/// Free cells get an eighth of the budget. Further cells are refused and counted.
+/// Free cells get an eighth of the budget. Any more cells are refused and counted.
 TEST(Space, StaysWithinItsPartOfTheBudget) {
   MapperParams params = spaceParams(1);
   params.map.max_memory_mb = 1;

@@ -1,4 +1,4 @@
-// Tests finding the cells that triangles pass through.
+// Tests finding the cells through which triangles pass.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,8 +25,8 @@ bool has(const std::vector<Vec3i>& cells, const Vec3i& cell) {
   return std::find(cells.begin(), cells.end(), cell) != cells.end();
 }
 
-/// All points of random triangles lie in the listed cells, and each listed cell is at most about a
-/// tenth of its edge away from such a point.
+/// All points of random triangles lie in the returned cells, and each returned cell is at most
+/// about a tenth of its edge away from the nearest point.
 TEST(CellsOfMesh, AreThoseThatTrianglesPassThrough) {
   std::mt19937 random(caseSeed(0));
   std::uniform_real_distribution<float> any(-1.9f, 9.9f);
@@ -78,12 +78,12 @@ TEST(SurfaceCells, StayWhileAnyBlockNeedsThem) {
   EXPECT_EQ(surfaces.apply({meshOf({0, 0, 0}, beyond)}, cells).size(), 1u);
   EXPECT_TRUE(isThere());
   EXPECT_TRUE(surfaces.apply({meshOf({1, 0, 0}, own)}, cells).empty())
-      << "reported unchanged cells";
+      << "unchanged cells should not be reported";
   EXPECT_TRUE(surfaces.apply({meshOf({0, 0, 0}, {})}, cells).empty());
   EXPECT_TRUE(isThere());
   EXPECT_EQ(surfaces.apply({meshOf({1, 0, 0}, {})}, cells).size(), 1u);
   EXPECT_FALSE(isThere());
-  EXPECT_TRUE(cells.all().empty()) << "a cube without known cells was not removed";
+  EXPECT_TRUE(cells.all().empty()) << "cubes without known cells should be removed";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Tests that a helper thread runs one task at a time, and that exceptions from tasks reach the
-// waiting thread.
+// Tests that a helper thread runs one task at a time and passes exceptions on to the thread that
+// waits for the task.
 #include "threads/helper.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace dtsdf {
 namespace {
 
 TEST(Helper, RunsTasksOneAfterAnother) {
-  int done = 0;  // changed by tasks only, and read when they are done
+  int done = 0;  // changed only by tasks, and read once they are done
   Helper helper;
   helper.wait();
   for (int i = 0; i < 200; ++i) {
@@ -38,7 +38,7 @@ TEST(Helper, RethrowsEachExceptionOnce) {
   bool is_done = false;
   helper.start([] { throw std::runtime_error("another task fails"); });
   EXPECT_THROW(helper.start([&is_done] { is_done = true; }), std::runtime_error);
-  EXPECT_FALSE(is_done) << "the task was started despite the exception";
+  EXPECT_FALSE(is_done) << "the task should not be started after an exception";
   helper.start([&is_done] { is_done = true; });
   helper.wait();
   EXPECT_TRUE(is_done);

@@ -1,4 +1,4 @@
-// Tests that parallel loops visit each number once, use all threads, and pass exceptions on.
+// Tests that parallel loops visit each index once, use all threads, and rethrow exceptions.
 #include "threads/parallel.h"
 
 #include <gtest/gtest.h>
@@ -68,7 +68,7 @@ TEST(ParallelFor, ThrowsOnceAllThreadsHaveStopped) {
   EXPECT_EQ(inside, 0);
   visited = 0;
   EXPECT_THROW(parallelFor(100000, 1, body), std::runtime_error);
-  EXPECT_EQ(visited, 11) << "the loop continued after an exception";
+  EXPECT_EQ(visited, 11) << "the loop should stop after an exception";
   parallelFor(5, 2, body);  // the next loop works as usual
   EXPECT_EQ(inside, 0);
 }
@@ -91,7 +91,7 @@ TEST(ParallelFor, WorksInAForkedChild) {
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
-    alarm(60);  // in case it hangs
+    alarm(60);  // in case the loop hangs
     parallelFor(50, 2, [&](size_t) { ++visits; });
     exit(visits == 50 ? 0 : 1);
   }

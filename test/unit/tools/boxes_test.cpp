@@ -1,4 +1,4 @@
-// Tests that joined maps of boxes equal the map of a single process, byte for byte.
+// Tests that joined maps of boxes equal the map built by a single process, byte for byte.
 #include "tools/boxes.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST(BoxText, RoundTrips) {
   }
 }
 
-/// Cuts space into `count` boxes at random planes.
+/// Divides space into `count` boxes at random planes.
 std::vector<BlockExtent> cutAtRandom(size_t count, std::mt19937& random) {
   std::vector<BlockExtent> boxes{BlockExtent()};
   constexpr int32_t BlockKey::*kAxes[] = {&BlockKey::x, &BlockKey::y, &BlockKey::z};
@@ -78,7 +78,7 @@ TEST(IndexRanges, CountEachIndexOnce) {
   EXPECT_EQ(countOfUnion({}), 0u);
 }
 
-/// A lap through the room, with one empty frame. The second half of the lap is 60 m away.
+/// A lap through the room, with one empty frame. The second half of the lap is shifted by 60 m.
 class Boxes : public testing::Test {
  protected:
   static constexpr int kFrames = 14;
@@ -134,7 +134,7 @@ class Boxes : public testing::Test {
                (out_ / "all.dtsdf"));
   }
 
-  /// Checks that joined boxes have the same map and mesh as a single process.
+  /// Checks that joining the boxes gives the same map and mesh as a single process.
   void expectSame(const std::string& settings, const std::string& how) const {
     const Outcome one = run(reconstruct(settings, "one.dtsdf", "--mesh " + (out_ / "one.ply")));
     ASSERT_EQ(one.exit_code, 0) << one.err;
@@ -167,7 +167,7 @@ TEST_F(Boxes, GiveTheSameColours) {
   expectSame(std::string(kFixed) + kDepth + space, "--count 6");
 }
 
-/// Each box continues its own map of the first half of a recording.
+/// Each box is continued from its own map of the first half of the recording.
 TEST_F(Boxes, CanBeContinued) {
   const std::string half = std::string(kPlain), first = "--frames :6 ", second = "--frames 7: ";
   ASSERT_EQ(run(reconstruct(half, "begun.dtsdf", first)).exit_code, 0);
@@ -194,7 +194,7 @@ TEST_F(Boxes, MissingOrOverlappingBoxesAreReported) {
   const Outcome missing = join();
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_NE(missing.err.find("boxes are missing: " + boxes[2]), std::string::npos) << missing.err;
-  // Once the missing box is made, all boxes can be joined.
+  // Once the missing box has been mapped, all boxes can be joined.
   make({boxes[0], boxes[1], boxes[2], boxes[3]}, kPlain);
   EXPECT_EQ(join().exit_code, 0);
   make({boxes[0], boxes[0]}, kPlain);

@@ -28,8 +28,8 @@ std::vector<Eigen::Isometry3d> lapPoses(size_t count) {
 
 class LevelProgram : public testing::Test {
  protected:
-  /// Writes a recording of the room, with poses in the frame of its first camera, and another
-  /// recording that shows only a wall.
+  /// Writes a recording of the room, with poses in the frame of its first camera, and a second
+  /// recording in which only a wall is visible.
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
     const std::vector<Eigen::Isometry3d> poses = lapPoses(20);
@@ -77,14 +77,14 @@ TEST_F(LevelProgram, PutsTheFloorAtZero) {
   const Vector3d up_W = T_W_R.linear().col(2);
   EXPECT_LT(std::hypot(up_W.x(), up_W.y()), 0.1 * M_PI / 180.0);
   EXPECT_NEAR((T_W_R * Vector3d::Zero()).z(), 0.0, 0.002);
-  // The map is level, too: its blocks reach from the floor to the ceiling.
+  // The map itself is level as well: its blocks extend from the floor to the ceiling.
   const double block_m = 0.04 * kBlockSide;
   int lowest = 1000, highest = -1000;
   for (const MapBlock& block : map.blocks) {
     lowest = std::min(lowest, block.key.z);
     highest = std::max(highest, block.key.z);
   }
-  EXPECT_EQ(lowest, -1) << "the floor is not at a block border";
+  EXPECT_EQ(lowest, -1) << "the floor should be at a block border";
   EXPECT_EQ(highest, static_cast<int>(std::floor((2.6 + 0.16) / block_m)));
   const Outcome info = run(std::string(DTSDF_MAP_TOOL) + " info " + in("map.dtsdf"));
   EXPECT_EQ(info.exit_code, 0) << info.err;
@@ -99,8 +99,8 @@ TEST_F(LevelProgram, IsOffByDefault) {
   EXPECT_FALSE(contains(readBytes(in("plain.dtsdf")), "LEVL"));
 }
 
-/// A map made in two runs equals a map made in one run. The second run takes the level from the
-/// file.
+/// A map built in two runs equals one built in a single run. The second run reads the levelling
+/// transform from the map file.
 TEST_F(LevelProgram, ContinuesInTheFrameOfTheMap) {
   const std::string input = "--tum " + in("first") + " ";
   mapOf(input + "--set map/level=floor", "whole.dtsdf");
@@ -124,11 +124,12 @@ TEST_F(LevelProgram, FailsIfUpCannotBeFound) {
   const Outcome floor = reconstruct(input + " --set map/level=floor");
   EXPECT_EQ(floor.exit_code, 1);
   EXPECT_TRUE(contains(floor.err, "--frames FIRST:")) << floor.err;
-  EXPECT_FALSE(std::filesystem::exists(in("mesh.ply"))) << "frames were fused without a level";
+  EXPECT_FALSE(std::filesystem::exists(in("mesh.ply")))
+      << "no frames should be fused if no floor is found";
   EXPECT_EQ(reconstruct(input + " --set map/level=imu").exit_code, 1);
 }
 
-/// Each process finds the same level, although it maps only one box.
+/// Each process finds the same levelling transform, although it maps only one box.
 TEST_F(LevelProgram, BoxesGiveTheMapOfOneRun) {
   const std::string input =
       "--tum " + in("first") + " --frames 0:11 --poses-mode tf --set map/level=floor --save-map ";

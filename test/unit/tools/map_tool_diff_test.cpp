@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 class MapToolDiff : public testing::Test {
  protected:
-  /// Maps the room, with or without the ball, from six poses; the map is shifted by `shift`.
+  /// Maps the room, with or without the ball, from six poses. The map is shifted by `shift`.
   void save(const std::string& name, bool with_ball, const Vector3d& shift = Vector3d::Zero(),
             bool with_space = true) {
     MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f);
@@ -66,12 +66,12 @@ TEST_F(MapToolDiff, SwappingMapsSwapsGoneAndAdded) {
   const Outcome gone = diff("ball", "empty");
   ASSERT_EQ(gone.exit_code, 0) << gone.err;
   const double gone_m2 = valueOf("gone", gone.out);
-  EXPECT_GT(gone_m2, 0.8 * kBall_m2) << gone.out;  // the ball's underside is never in view
+  EXPECT_GT(gone_m2, 0.8 * kBall_m2) << gone.out;  // the underside of the ball is never visible
   EXPECT_LT(gone_m2, 1.05 * kBall_m2) << gone.out;
   EXPECT_EQ(valueOf("added", gone.out), 0.0);
   EXPECT_GT(valueOf("unchanged", gone.out), 20.0) << gone.out;
   const Outcome far = diff("ball", "empty", "--tolerance 0.6");
-  EXPECT_GT(valueOf("gone", far.out), 0.1 * kBall_m2) << far.out;  // the part far from the walls
+  EXPECT_GT(valueOf("gone", far.out), 0.1 * kBall_m2) << far.out;  // far from the walls
   const Outcome added = diff("empty", "ball", "--changes-only");
   ASSERT_EQ(added.exit_code, 0) << added.err;
   EXPECT_EQ(valueOf("added", added.out), gone_m2);

@@ -1,4 +1,4 @@
-/// Tests `map_tool bt` and `map_tool render` on a map that was saved with free space.
+/// Tests `map_tool bt` and `map_tool render` on a map saved with its free-space grid.
 #include <gtest/gtest.h>
 
 #ifdef DTSDF_WITH_OCTOMAP
@@ -87,7 +87,7 @@ TEST_F(MapToolSpace, OctreeMatchesTheCells) {
 #endif
 }
 
-/// `render` writes a recording with the given pose. Its images match the rendered view of the map.
+/// `render` writes a recording with the input poses. Its images equal rendered views of the map.
 TEST_F(MapToolSpace, RendersARecording) {
   const auto T_W_C = lookAt(Vector3d(1.0, 0.2, 0.2), Vector3d(0.0, 0.0, -0.1), Vector3d::UnitZ());
   saveTrajectory({{2.5, T_W_C}}, out_ / "poses.txt");

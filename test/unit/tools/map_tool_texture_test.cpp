@@ -1,5 +1,5 @@
-/// Tests `map_tool texture` on recordings of analytic scenes, reading its .obj and .glb files with
-/// independent code.
+/// Tests `map_tool texture` on recordings of analytic scenes. Independent code reads the .obj and
+/// .glb files.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 /// A corner of a triangle in an .obj file.
 struct ObjCorner {
   Vector3d p_W, vertex_rgb, normal;
-  double u, v;  ///< From the lower left corner of the texture.
+  double u, v;  ///< Measured from the lower left corner of the texture.
 };
 
 using ObjTriangle = std::array<ObjCorner, 3>;
@@ -145,7 +145,7 @@ TEST_F(MapToolTexture, ResolvesDetailsFinerThanVoxels) {
   }
   ASSERT_GT(count, 1000u);
   EXPECT_LT(std::sqrt(of_texture / static_cast<double>(count)), 25.0);
-  EXPECT_LT(of_texture, 0.25 * of_vertices) << "less than 6 dB better than vertex colours";
+  EXPECT_LT(of_texture, 0.25 * of_vertices) << "should be 6 dB better than vertex colours";
 }
 
 TEST_F(MapToolTexture, SeparatesTheSidesOfAThinPlate) {

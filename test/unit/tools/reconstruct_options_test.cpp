@@ -9,7 +9,7 @@ namespace {
 
 using Arguments = std::vector<std::string>;
 
-/// The text of the usage error; empty if the arguments are accepted.
+/// The text of the usage error, or an empty string if the arguments are accepted.
 std::string parseErrorOf(const Arguments& arguments) {
   return errorOf<UsageError>([&] { parseReconstructOptions(arguments); });
 }

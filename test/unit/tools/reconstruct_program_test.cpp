@@ -1,4 +1,4 @@
-/// Tests the exit codes, error lines and files of the program `reconstruct`.
+/// Tests the exit codes, error messages and output files of the program `reconstruct`.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ class ReconstructProgram : public testing::Test {
  protected:
   void SetUp() override {
     writeTumFolder(tum_, 6, 80, 60);
-    // Each image shows a different place, so surfaces are seen only once.
+    // Each image covers a different area, so every surface is visible in only one image.
     tum_option_ = "--tum " + tum_.path() + " --poses-mode tf --set mesh/min_support=1 ";
   }
 
@@ -26,7 +26,7 @@ class ReconstructProgram : public testing::Test {
     return runIn(out_, program + " " + arguments);
   }
 
-  /// The bytes of the mesh that a run saves.
+  /// The bytes of the mesh saved by a run.
   std::string meshOf(const std::string& arguments) const {
     const Outcome outcome = run(tum_option_ + "--mesh " + (out_ / "mesh.ply") + " " + arguments);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -114,7 +114,7 @@ TEST_F(ReconstructProgram, ReportsAFullPageFolder) {
 }
 
 /// Meshes that do not fit into an eighth of the budget are written to disk. Simplified or not, the
-/// saved file equals the file saved without paging.
+/// saved file equals one saved without paging.
 TEST_F(ReconstructProgram, SavesMeshesThatArePartlyOnDisk) {
   const TemporaryFolder room;
   std::vector<Eigen::Isometry3d> poses;
@@ -130,7 +130,8 @@ TEST_F(ReconstructProgram, SavesMeshesThatArePartlyOnDisk) {
   };
   const std::string paged = "map/max_memory_mb=2 map/page_folder=" + (out_ / "pages");
   const std::string whole = saved("");
-  EXPECT_GT(whole.size(), 4u * (2 << 20) / 8) << "the mesh is too small for this test";
+  EXPECT_GT(whole.size(), 4u * (2 << 20) / 8)
+      << "the mesh should be larger than its part of the budget";
   EXPECT_TRUE(saved(paged) == whole);
   const std::string simplified = saved("--simplify-error 0.005");
   EXPECT_TRUE(saved(paged + " --simplify-error 0.005") == simplified);
@@ -146,7 +147,7 @@ TEST_F(ReconstructProgram, MeshDoesNotDependOnThreadsOrUpdates) {
   EXPECT_NE(meshOf("--set mesh/colour=plain"), mesh);
 }
 
-/// The file may be the node's configuration and contain settings such as map_frame.
+/// The settings file may be that of the node, with settings such as map_frame.
 TEST_F(ReconstructProgram, CommandLineOverridesConfigFile) {
   writeBytes(out_ / "a.yaml",
              "backend: cuda\nthreads: 1\nmap_frame: odom\nmap:\n  voxel_size_m: 0.05\n");
@@ -163,7 +164,7 @@ TEST_F(ReconstructProgram, ContinuesALoadedMapExactly) {
   ASSERT_EQ(run(tum_option_ + cpu + to_half).exit_code, 0);
   EXPECT_TRUE(meshOf("--backend cpu --frames 3:" + half + "--save-map " + (out_ / "both.dtsdf")) ==
               mesh)
-      << "did not use the voxel size of the file";
+      << "the voxel size in the file should be used";
   EXPECT_TRUE(readBytes(out_ / "both.dtsdf") == readBytes(out_ / "whole.dtsdf"));
   EXPECT_TRUE(meshOf(cpu + "--frames 3:" + half) == mesh);
 
@@ -192,7 +193,8 @@ TEST_F(ReconstructProgram, MapToolDescribesAndMeshesASavedMap) {
   std::string bytes = readBytes(file);
   bytes[bytes.size() / 2] = static_cast<char>(~bytes[bytes.size() / 2]);
   writeBytes(file, bytes);
-  EXPECT_EQ(run("info " + file, DTSDF_MAP_TOOL).exit_code, 0) << "`info` reads the damaged record";
+  EXPECT_EQ(run("info " + file, DTSDF_MAP_TOOL).exit_code, 0)
+      << "`info` should not read the damaged record";
   EXPECT_EQ(run("info " + file + " --verify", DTSDF_MAP_TOOL).exit_code, 1);
   EXPECT_EQ(run("mesh " + file + " " + (out_ / "tool.ply"), DTSDF_MAP_TOOL).exit_code, 1);
   EXPECT_EQ(run("", DTSDF_MAP_TOOL).exit_code, 2);
@@ -233,13 +235,14 @@ TEST_F(ReconstructProgram, SimplifiesOnRequest) {
   EXPECT_NE(outcome.out.find(std::to_string(before)), std::string::npos) << outcome.out;
   EXPECT_LT(triangles(readBytes(out_ / "mesh.ply")), before / 2);
   ASSERT_EQ(run(arguments + " --simplify-error 0").exit_code, 0);
-  EXPECT_EQ(triangles(readBytes(out_ / "mesh.ply")), before) << "an error of 0 simplified the mesh";
+  EXPECT_EQ(triangles(readBytes(out_ / "mesh.ply")), before)
+      << "an error of 0 should not simplify the mesh";
   expectError(arguments + " --simplify-error -0.1", 2, "--simplify-error");
   expectError(arguments + " --simplify-error 1000", 2, "larger than the whole mesh");
 }
 
-/// A recording of a corner of a room with a slowly moving camera. All poses but the first are 45 mm
-/// off, in alternating directions.
+/// A recording of a corner of a room by a slowly moving camera. All poses except the first are 45
+/// mm off, in alternating directions.
 TEST_F(ReconstructProgram, RefinesAndTracksPoses) {
   Scene corner;
   corner.add(Plane{{2.0, 0.0, 0.0}, -Eigen::Vector3d::UnitX()});
@@ -287,7 +290,7 @@ TEST_F(ReconstructProgram, RefinesAndTracksPoses) {
   EXPECT_GT(report["poses_moved"]["points_on_surfaces"], 0.9);
   const std::string mesh = readBytes(out_ / "mesh.ply");
   ASSERT_EQ(run(command + " --poses-mode refine").exit_code, 0);
-  EXPECT_TRUE(readBytes(out_ / "mesh.ply") == mesh) << "the default is not refine";
+  EXPECT_TRUE(readBytes(out_ / "mesh.ply") == mesh) << "the default should be refine";
   EXPECT_EQ(readMapInfo(map).poses.mode, PoseMode::kRefine);
   // Without poses, the map is in the first camera's frame.
   std::filesystem::remove(folder / "groundtruth.txt");
@@ -298,7 +301,7 @@ TEST_F(ReconstructProgram, RefinesAndTracksPoses) {
   EXPECT_LT(largestError(), 0.002);
 }
 
-/// Images without poses show a room that was mapped from another recording.
+/// Images without poses are taken in a room that was mapped from another recording.
 TEST_F(ReconstructProgram, LocalisesInALoadedMap) {
   TemporaryFolder room, later;
   const Scene scene = roomWithFurniture();

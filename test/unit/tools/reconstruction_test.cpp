@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-/// Accepts frames with a positive width.
+/// Accepts only frames with a positive width.
 class OrderedMapper : public FakeMapper {
  public:
   IntegrationResult integrate(const DepthFrame& frame) override {
@@ -24,11 +24,11 @@ class OrderedMapper : public FakeMapper {
   }
   void beginMeshUpdate() override { calls += 'm'; }
 
-  /// 'i' for each frame, 'p' for each colour image, 'm' for each extraction.
+  /// One character per call: 'i' for a frame, 'p' for a colour image, 'm' for an extraction.
   std::string calls;
 };
 
-/// Returns frames with these widths and reports three more frames as skipped.
+/// Returns frames with these widths and reports three additional frames as skipped.
 class FakeSource : public FrameSource {
  public:
   explicit FakeSource(std::vector<int> widths) : widths_(std::move(widths)) {}
@@ -48,7 +48,7 @@ class FakeSource : public FrameSource {
   std::map<std::string, size_t> skipped_{{"no pose", 3}};
 };
 
-/// Returns images with these stamps and reports one more image as skipped.
+/// Returns images with these stamps and reports one additional image as skipped.
 class FakeColours : public ColourSource {
  public:
   explicit FakeColours(std::vector<double> stamps_s) : stamps_s_(std::move(stamps_s)) {}
@@ -86,8 +86,8 @@ TEST_F(ReconstructionTest, PaintsInTheOrderOfStamps) {
   EXPECT_EQ(result.skipped.at("colour without pose"), 1u);
 }
 
-/// The map contains all images up to its stamp of -1. Later images are painted, even before the
-/// first frame.
+/// The map contains all images up to its stamp, -1. Colour images after this stamp are painted,
+/// even those before the first frame.
 TEST_F(ReconstructionTest, PaintsOnlyImagesNewToTheMap) {
   FakeSource source({1, 1});
   FakeColours colours({-2.0, -1.0, 0.5, 1.5});

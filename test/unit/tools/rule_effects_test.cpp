@@ -1,5 +1,5 @@
-/// Tests that each number in the surfel, fusion and mesh rules has an effect: with the number at
-/// one end of its range or the other, the mesh changes.
+/// Tests that each rule parameter for surfels, fusion and the mesh has an effect: the mesh changes
+/// if the parameter is set to one end of its range or the other.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -12,8 +12,9 @@ namespace {
 
 constexpr size_t kWidth = 160;  // the default of renderFrame()
 
-/// A wall at 2.2 m, with a box, a rod one pixel wide, and one or two balls in front. One part of
-/// the noise is independent between pixels, another is shared by neighbours.
+/// A wall at 2.2 m, with a box, a rod one pixel wide, and one or two balls in front of it. The
+/// noise has one part that is independent between pixels and one that neighbouring pixels have in
+/// common.
 SceneFrame renderView(double x_m, bool with_small_ball, double noise) {
   Scene scene;
   scene.add(Plane{{0.0, 0.0, 2.2}, Eigen::Vector3d(0.2, -0.1, -1.0).normalized()});
@@ -27,7 +28,7 @@ SceneFrame renderView(double x_m, bool with_small_ball, double noise) {
   // std::normal_distribution is not the same on all platforms.
   std::mt19937 random(7);
   const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0 - 0.5; };
-  std::vector<double> shared(frame.depth_m.size());  // shared by squares of 7 x 7 pixels
+  std::vector<double> shared(frame.depth_m.size());  // the same for all pixels of a 7 x 7 square
   for (double& value : shared) value = unit();
   for (size_t i = 0; i < frame.depth_m.size(); ++i) {
     const size_t square = i / kWidth / 7 * kWidth + i % kWidth / 7;
@@ -70,7 +71,7 @@ bool areEqual(const Mesh& a, const Mesh& b) {
          std::equal(a.vertices_m.begin(), a.vertices_m.end(), b.vertices_m.begin(), same);
 }
 
-/// Sets the `wanted`-th visited number to an end of its range.
+/// Sets the `wanted`-th rule parameter visited to an end of its range.
 struct NumberSetter {
   int wanted;
   bool to_greatest;
@@ -86,8 +87,8 @@ struct NumberSetter {
   }
 };
 
-/// @return the rules with one number at an end of its range, and the number's key, which is empty
-/// if there is no such number.
+/// @return The rules, with one parameter at an end of its range, and the key of this parameter. The
+/// key is empty if there is no such parameter.
 std::pair<Rules, std::string> rulesWith(int wanted, bool to_greatest) {
   Rules rules;
   NumberSetter set{wanted, to_greatest, {}};
@@ -102,7 +103,7 @@ TEST(RuleEffects, EachNumberChangesTheMesh) {
     const auto [least, key] = rulesWith(i, false);
     EXPECT_TRUE(!areEqual(meshWith(least), as_it_is) ||
                 !areEqual(meshWith(rulesWith(i, true).first), as_it_is))
-        << key << " changes nothing";
+        << key << " should change the mesh";
   }
 }
 

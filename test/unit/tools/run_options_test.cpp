@@ -28,7 +28,7 @@ TEST(RunSettings, ReportsSettingsAndRulesTogether) {
   EXPECT_EQ(violations[1], "rules/none = 1: no such setting");
 }
 
-/// Frame names lose a leading slash, as in the node. Otherwise, programs would refuse each other's
+/// As in the node, frame names lose a leading slash. Otherwise, programs would refuse each other's
 /// maps.
 TEST(RunSettings, FramesHaveNoLeadingSlash) {
   RunOptions options;
@@ -55,7 +55,7 @@ TEST(SettingList, HasEveryKeyWithDefaultUnitAndRange) {
   EXPECT_EQ(static_cast<size_t>(std::count(list.begin(), list.end(), '\n')), writer.tree.size());
 }
 
-/// Evidence lasts longer with aligned poses. An explicit setting is kept.
+/// With aligned poses, the default of fusion/memory_frames is larger. An explicit setting is kept.
 TEST(RunSettings, AlignedPosesLengthenTheMemory) {
   const auto memoryWith = [](const std::string& mode, std::vector<std::string> settings) {
     RunOptions options;

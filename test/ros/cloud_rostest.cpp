@@ -1,4 +1,4 @@
-/// Organised clouds give the same mesh as the depth images that they were made from.
+/// Tests that organised point clouds give the same mesh as equivalent depth images.
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
 
@@ -64,7 +64,7 @@ TEST_F(Clouds, GiveTheSameMeshAsDepthImages) {
     ASSERT_TRUE(status_.waitForFused(fused + 1 + static_cast<uint64_t>(i)))
         << status_.status().message;
     DepthFrame frame = depthFrameOf(depth_m, kCloudCamera, kCloudWidth, kCloudHeight, T_W_C);
-    // The pose as the node gets it: the message's quaternion rounds the rotation.
+    // The node receives the rotation as a quaternion, which rounds it.
     frame.T_W_C = toIsometry(makeTransform("map", "camera", T_W_C, stamp).transform);
     mapper->integrate(frame);
   }

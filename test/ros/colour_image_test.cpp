@@ -39,7 +39,7 @@ sensor_msgs::ImagePtr makeImage(const std::string& encoding, const std::vector<u
   return image;
 }
 
-/// Red, green and blue of the first pixel, as read by the mapper.
+/// RGB values of the first pixel as the mapper reads them.
 std::vector<int> firstPixel(const sensor_msgs::ImageConstPtr& image) {
   const sensor_msgs::CameraInfo info = colourInfo(image->width, image->height);
   const auto rejection = checkColourImage(*image, info);
@@ -78,7 +78,7 @@ TEST(ColourImage, SupportsTheEncodingsOfTheMapper) {
 
 TEST(ColourImage, ConvertsOtherEncodings) {
   EXPECT_EQ(firstPixel(makeImage("mono16", {0, 77})), (std::vector<int>{77, 77, 77}));
-  // Grey pixels (U = V = 128): with swapped bytes, all would have the same luminance.
+  // With U = V = 128, swapped bytes would give every pixel the same luminance.
   for (const int luminance : {50, 200}) {
     const auto y = static_cast<uint8_t>(luminance);
     const std::vector<int> uyvy = firstPixel(makeImage("yuv422", {128, y}));
@@ -89,7 +89,7 @@ TEST(ColourImage, ConvertsOtherEncodings) {
   }
 }
 
-/// An image of a single colour, in each Bayer pattern.
+/// Encodes a uniformly coloured image in each Bayer pattern.
 TEST(ColourImage, DemosaicsBayerPatterns) {
   const auto bayer = [](const std::string& pattern, const std::vector<int>& colour, int depth) {
     const auto image =

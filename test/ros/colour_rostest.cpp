@@ -1,5 +1,5 @@
-/// A colour camera next to the depth camera, with a different image size and rate. Its images
-/// arrive late, lack transforms, or stop arriving. Depth is fused in all cases.
+/// Tests a colour camera whose image size and rate differ from those of the depth camera. Depth
+/// must be fused even if colour images arrive late, lack transforms or stop arriving.
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 
@@ -19,7 +19,7 @@
 namespace dtsdf {
 namespace {
 
-/// The colour camera is 5 cm to the right of the depth camera, with a wider view.
+/// The colour camera is 5 cm to the right of the depth camera.
 const Eigen::Translation3d kColourOffset(0.05, 0.0, 0.0);
 
 struct Lens {
@@ -74,8 +74,8 @@ class Colour : public testing::Test {
     begin();
   }
 
-  /// Sets start_ to a time after all earlier stamps. The following stamps may be up to two seconds
-  /// after start_.
+  /// Sets start_ to a time after all stamps sent so far. Stamps sent before the next call may be up
+  /// to two seconds after start_.
   void begin() {
     static ros::Time last;
     start_ = last = std::max(last + ros::Duration(2.0), ros::Time::now());
@@ -157,7 +157,7 @@ std::string bytesOfBag(const std::string& bag_path) {
   options.path = bag_path;
   const std::unique_ptr<FrameSource> depth = openBagFrames(options);
   const std::unique_ptr<ColourSource> colours = openBagColours(options);
-  if (colours == nullptr) return "the bag has no colour";
+  if (colours == nullptr) return "the bag contains no colour images";
   const std::unique_ptr<Mapper> mapper = makeMapper(params.mapper);
   const ReconstructionResult result =
       reconstruct({*depth, colours.get()}, *mapper, params.mapper.map, 0, [](size_t) {});
@@ -165,12 +165,12 @@ std::string bytesOfBag(const std::string& bag_path) {
   return plyOf(result.meshes->all().assemble(), params.mapper.mesh.colour);
 }
 
-/// Must be the first test, because it needs an empty map. The mesh from live messages equals, byte
-/// for byte, the mesh from a bag of these messages.
+/// Live messages and a bag of the same messages must give identical meshes. This must be the first
+/// test, because it needs an empty map.
 TEST_F(Colour, BagAndLiveGiveTheSameBytes) {
   std::vector<Sent> depth, colour;
   for (int i = 0; i < 10; ++i) depth.push_back(makeDepth(start_ + ros::Duration(0.1 * i), 0.3 * i));
-  for (int i = 0; i < 15; ++i) {  // every third stamp is that of a depth image
+  for (int i = 0; i < 15; ++i) {  // every third image has a depth stamp
     colour.push_back(makeColour(start_ + ros::Duration(0.1 * i * 2 / 3), 0.2 * i));
   }
   while (colour.back().image.header.stamp > depth.back().image.header.stamp) colour.pop_back();
@@ -192,7 +192,8 @@ TEST_F(Colour, BagAndLiveGiveTheSameBytes) {
   EXPECT_TRUE(bytes == bytesOfBag(folder / "room.bag"));
   colour.pop_back();
   writeBag(folder / "less.bag", depth, colour);
-  EXPECT_FALSE(bytes == bytesOfBag(folder / "less.bag")) << "colour has no effect";
+  EXPECT_FALSE(bytes == bytesOfBag(folder / "less.bag"))
+      << "leaving out a colour image should change the mesh";
 }
 
 TEST_F(Colour, IsPaintedEvenIfLate) {

@@ -1,4 +1,4 @@
-/// Compressed depth is fused, or dropped and counted, with or without image_transport's plugin.
+/// Tests that valid compressed depth images are fused and damaged ones are dropped and counted.
 #include <gtest/gtest.h>
 #include <image_transport/image_transport.h>
 #include <sensor_msgs/CompressedImage.h>
@@ -68,7 +68,7 @@ TEST_F(Compressed, BothCodecsAndEncodingsAreFused) {
 }
 
 TEST_F(Compressed, DamagedImagesAreCounted) {
-  if (hasPlugin()) GTEST_SKIP() << "image_transport's plugin is installed and decodes the images";
+  if (hasPlugin()) GTEST_SKIP() << "the compressedDepth plugin is installed and decodes the images";
   std::vector<uint8_t> huge = compressedHeader();
   for (int i = 0; i < 8; ++i) huge.push_back(0xff);
   const std::pair<std::string, std::vector<uint8_t>> damaged[] = {

@@ -1,5 +1,5 @@
-/// Corrects poses while mapping continues. The map then equals, byte for byte, the map that
-/// reconstruct makes from the journal and the corrected poses.
+/// Tests pose corrections while mapping continues. The corrected map must be identical to the one
+/// that reconstruct builds from the journal and the corrected poses.
 #include <dtsdf_mapping/CorrectPoses.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 constexpr double kPeriod_s = 1.0 / 15.0;
 
-/// Error in camera pose `i`.
+/// Drift of camera pose `i`.
 Eigen::Isometry3d drift(int i) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.001 * i, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(0.0, 0.005 * i, 0.0);
@@ -74,7 +74,8 @@ class Correction : public testing::Test {
     ASSERT_TRUE(waitUntil([&] { return hasReceivedTransform(); })) << status_.status().message;
   }
 
-  /// Whether the node has received a transform from this test; a busy node may connect late.
+  /// Sends a transform and returns whether the node has received any from this test yet. A busy
+  /// node may connect late.
   bool hasReceivedTransform() {
     camera_.sendTransform("map", "base", Eigen::Isometry3d::Identity(),
                           start_ - ros::Duration(0.5));
@@ -87,8 +88,8 @@ class Correction : public testing::Test {
     last_at_ = ros::WallTime::now();
   }
 
-  /// The last stamp plus the wall time since then. On a busy machine, images are sent more slowly
-  /// than their stamps advance.
+  /// Stamp of the last image plus the wall time since it was sent. On a busy machine, stamps fall
+  /// behind the wall time.
   static double currentImageTime_s() {
     if (last_s_ == 0.0) return ros::Time::now().toSec();
     return last_s_ + (ros::WallTime::now() - last_at_).toSec();
@@ -146,7 +147,7 @@ class Correction : public testing::Test {
     return path;
   }
 
-  /// The map file and mesh file that reconstruct makes from the journal.
+  /// Contents of the map and mesh files that reconstruct writes.
   struct Made {
     std::string map, mesh;
   };
@@ -201,7 +202,7 @@ TEST_F(Correction, GivesTheSameMapAsReconstruct) {
 
   const Answer answer = callCorrect("/mapping", "poses.txt");
   ASSERT_TRUE(answer.success) << answer.message;
-  EXPECT_EQ(answer.moved, 39u) << "the first image has no drift";
+  EXPECT_EQ(answer.moved, 39u) << "all images except the first have drifted";
   EXPECT_EQ(answer.fused, 40u);
   EXPECT_GT(answer.seconds, 0.0);
   EXPECT_TRUE(map() == expected.map);
@@ -209,14 +210,14 @@ TEST_F(Correction, GivesTheSameMapAsReconstruct) {
   expectJournalRestoresMap();
   EXPECT_TRUE(waitUntil([&] { return status_.status().last_correction == answer.message; }))
       << status_.status().last_correction;
-  // Listeners have the corrected mesh.
+  // Subscribers receive the corrected mesh.
   const MeshOfMap corrected = meshOfMap(in("again.dtsdf"));
   EXPECT_TRUE(waitUntil([&] { return status_.status().triangles == corrected.triangles; }));
   EXPECT_TRUE(waitUntil([&] { return blocks.state().triangles() == corrected.shown; }))
       << blocks.state().triangles() << " of " << corrected.shown << " triangles";
   EXPECT_GT(blocks.state().addedChunks(), chunks);
 
-  // Later frames, which still drift, are fused relative to the corrected frames.
+  // New frames with the same drift are fused relative to the corrected frames.
   drive(10, drifted);
   expectJournalRestoresMap();
 }
@@ -298,14 +299,15 @@ TEST_F(Correction, MappingContinuesMeanwhile) {
       std::async(std::launch::async, callCorrect, "/mapping", "live.txt", "", "");
   ASSERT_TRUE(waitUntil([&] { return status_.status().correction_total > 0; }));
   drive(4, drifted);
-  drive(41, truth);  // from here on, the SLAM system gives true poses
+  drive(41, truth);  // from here on, the SLAM system provides true poses
   const Answer done = answer.get();
   ASSERT_TRUE(done.success) << done.message;
-  EXPECT_GT(done.fused, 60u) << "images fused meanwhile are missing from the correction";
+  EXPECT_GT(done.fused, 60u) << "images fused during the correction should be included";
   EXPECT_EQ(status_.status().frames_dropped, dropped);
   expectJournalRestoresMap();
-  // The correction also moved the 4 images with drifted poses, so only the drift since the last
-  // corrected image remains. Later images have true poses and need not move.
+  // The correction also moved the 4 drifted images that were fused while it ran, so only their
+  // drift since the last corrected image remains. The 41 images after them have true poses and need
+  // not move.
   saveTrajectory(posesOf(truth), in("all.txt"));
   const Answer rest = callCorrect("/mapping", "all.txt");
   ASSERT_TRUE(rest.success) << rest.message;
@@ -347,7 +349,7 @@ TEST_F(Correction, EndsWhenTheMapIsCleared) {
   expectJournalRestoresMap();
 }
 
-/// A separate node is killed during a correction. Its journal restores either the old map or the
+/// Kills a separate node during a correction. Its journal must restore either the old map or the
 /// corrected map.
 TEST_F(Correction, KillingTheNodeLeavesAValidJournal) {
   ros::param::set("/second/backend", "cpu");
@@ -392,7 +394,7 @@ TEST_F(Correction, KillingTheNodeLeavesAValidJournal) {
     if (after == corrected) ++corrected_maps;
   }
   ros::param::del("/second");
-  EXPECT_GT(corrected_maps, 0) << "no correction was completed";
+  EXPECT_GT(corrected_maps, 0) << "at least one correction should have been completed";
 }
 
 TEST_F(Correction, NeedsAJournal) {

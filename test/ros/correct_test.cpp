@@ -1,5 +1,5 @@
-// A corrected map equals, byte for byte, a map fused at the corrected poses, whatever arrives
-// during the correction and however the work is split into steps.
+// Tests that a corrected map is identical to a map fused at the corrected poses, regardless of what
+// arrives during the correction and how the work is split into steps.
 #include "ros/steps/correct.h"
 
 #include <gtest/gtest.h>
@@ -54,11 +54,11 @@ CubesByPlace byPlace(const std::vector<SpaceCube>& cubes) {
   return by_place;
 }
 
-/// A drifting camera, and a SLAM system that corrects its poses.
+/// Simulates a drifting camera and a SLAM system that corrects its poses.
 class CorrectTest : public testing::Test {
  protected:
   CorrectTest() : CorrectTest(nullptr) {}
-  /// If `mapper` is null, makes a new one.
+  /// If `mapper` is null, creates one.
   explicit CorrectTest(std::unique_ptr<Mapper> mapper)
       : host_(mapper ? std::move(mapper) : makeMapper(mapped().mapper),
               journaledIn(folder_ / "journal")) {
@@ -75,7 +75,7 @@ class CorrectTest : public testing::Test {
   ~CorrectTest() override { host_.steps.clear(); }
 
   static ros::Time stampOf(int i) { return ros::Time(100.0) + ros::Duration(0.1 * i); }
-  /// Image `i`; after a lap, the images repeat.
+  /// Image `i`. The images repeat after one lap.
   const SceneFrame& image(int i) const { return images_[static_cast<size_t>(i % kCount)]; }
   Eigen::Isometry3d truth(int i) const { return image(i).frame.T_W_C; }
   Eigen::Isometry3d drifted(int i) const {
@@ -126,7 +126,7 @@ class CorrectTest : public testing::Test {
                       }});
   }
 
-  /// Adds an image that is too large to be written in time, which ends the journal.
+  /// Ends the journal by adding an image too large to be written in time.
   void endJournal() {
     PosedFrame frame;
     DepthFrame depth = images_[0].view();
@@ -156,7 +156,7 @@ class CorrectTest : public testing::Test {
     return poses;
   }
 
-  /// Poses with `left` times the drift, starting at image `from`.
+  /// Poses of the images from index `from` on, with the drift scaled by `left`.
   std::vector<StampedPose> corrected(double left, int from = 0) const {
     std::vector<StampedPose> poses;
     for (int i = from; i < kBefore; ++i) {
@@ -166,8 +166,8 @@ class CorrectTest : public testing::Test {
     return poses;
   }
 
-  /// Applies the waiting mesh changes to mesh_, and publishes space. Returns the number of changed
-  /// blocks.
+  /// Applies the queued mesh changes to mesh_ and publishes the free-space grid. Returns the number
+  /// of changed blocks.
   size_t follow() {
     MeshChanges changes = host_.mesh_changes.take();
     if (!changes.stamp.isZero()) mesh_stamp_ = changes.stamp;
@@ -178,7 +178,8 @@ class CorrectTest : public testing::Test {
     return changes.blocks.size();
   }
 
-  /// Checks that map, mesh and space equal those made from the first images, fused at these poses.
+  /// Checks that the map, mesh and free-space grid equal those built from the first images at the
+  /// poses `T_W_C`.
   void expectMapOf(const std::vector<Eigen::Isometry3d>& T_W_C) {
     ASSERT_EQ(host_.map.flushMesh(), "");
     follow();
@@ -192,13 +193,14 @@ class CorrectTest : public testing::Test {
     EXPECT_EQ(contentHash(now), contentHash(plain->contents()));
     std::vector<SharedBlockMesh> all;
     for (const auto& [key, block] : expected.blocks()) all.push_back(block);
-    EXPECT_EQ(differences(mesh_, all).size(), 0u) << "a listener has a different mesh";
+    EXPECT_EQ(differences(mesh_, all).size(), 0u)
+        << "the published mesh should equal the expected mesh";
     const std::shared_ptr<const SpaceSnapshot> space = space_->known().space;
     constexpr int32_t kLowest = std::numeric_limits<int32_t>::min(),
                       kHighest = std::numeric_limits<int32_t>::max();
     EXPECT_EQ(byPlace(space->cubes(kLowest, kHighest)),
               byPlace(plain->space()->takeChanges().cubes))
-        << "a listener has a different space";
+        << "the published free-space grid should equal the expected grid";
   }
 
   std::vector<Eigen::Isometry3d> truths(int count) const {
@@ -235,7 +237,7 @@ TEST_F(CorrectTest, MatchesAMapFusedAtCorrectedPoses) {
   expectMapOf(truths(kBefore));
 }
 
-/// Only the last image moves: blocks outside of its view are not sent again.
+/// If only the last image moves, blocks outside its view are not sent again.
 TEST_F(CorrectTest, ListenersGetOnlyChangedBlocks) {
   begin();
   ASSERT_EQ(host_.map.flushMesh(), "");
@@ -252,7 +254,7 @@ TEST_F(CorrectTest, ListenersGetOnlyChangedBlocks) {
   EXPECT_LT(changed, all * 3 / 4);
 }
 
-/// Although a frame is always waiting, the correction ends, and no frame is lost.
+/// A correction must end without losing frames even if the queue is never empty.
 TEST_F(CorrectTest, EndsEvenIfFramesKeepArriving) {
   begin();
   int next = kBefore;
@@ -271,8 +273,8 @@ TEST_F(CorrectTest, EndsEvenIfFramesKeepArriving) {
   expectMapOf(truths(next));
 }
 
-/// Later frames with the drift of the last corrected image are corrected too, until their poses
-/// jump.
+/// Frames that arrive after a correction are corrected like the last corrected image, until their
+/// poses jump.
 TEST_F(CorrectTest, LaterFramesAreCorrectedUntilAJump) {
   begin();
   correct(corrected(0.0));
@@ -282,7 +284,8 @@ TEST_F(CorrectTest, LaterFramesAreCorrectedUntilAJump) {
   for (int i = 16; i < kCount; ++i) push(i, truth(i));
   work();
   const MapContents now = contents();
-  // The poses agree except for the last bits, so the map is compared with a replay of the journal.
+  // Rounding errors in the poses make an exact comparison with the truth impossible, so the map is
+  // compared with a replay of the journal.
   ASSERT_EQ(host_.map.flushMesh(), "");
   follow();
   ASSERT_TRUE(journal_->writer().written().get());
@@ -298,8 +301,8 @@ TEST_F(CorrectTest, LaterFramesAreCorrectedUntilAJump) {
   EXPECT_EQ(contentHash(again->contents()), contentHash(now));
 }
 
-/// While a correction runs, only the newest further correction waits. Older ones are refused at
-/// once.
+/// While a correction runs, only the newest request is kept. Older requests that have not started
+/// are refused at once.
 TEST_F(CorrectTest, OnlyTheNewestCorrectionWaits) {
   begin();
   correct(corrected(0.9));
@@ -316,8 +319,8 @@ TEST_F(CorrectTest, OnlyTheNewestCorrectionWaits) {
   expectMapOf(truths(kBefore));
 }
 
-/// When the journal ends, even a running correction is refused, as it would lose frames fused after
-/// that. Clearing the map starts a new journal.
+/// When the journal ends, even a running correction is refused, because it would lose the frames
+/// fused since then. Clearing the map starts a new journal.
 TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   begin();
   correct(corrected(0.0));
@@ -327,7 +330,7 @@ TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   workUntilAnswered();
   work();
   correct(corrected(0.0));
-  ASSERT_EQ(answers_.size(), 2u) << "the second is refused before it starts";
+  ASSERT_EQ(answers_.size(), 2u) << "the second correction should be refused at once";
   for (const CorrectionResult& answer : answers_) {
     EXPECT_FALSE(answer.success);
     EXPECT_NE(answer.message.find("too slow; nothing has been written since"), std::string::npos)
@@ -341,7 +344,8 @@ TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   EXPECT_TRUE(answers_[2].success) << answers_[2].message;
 }
 
-/// The second correction has the same poses as the running one, and is answered when that ends.
+/// Requests the same correction again while it is running. The second request is answered when the
+/// first correction ends.
 TEST_F(CorrectTest, ARepeatedCorrectionMovesNothing) {
   begin();
   correct(corrected(0.0));

@@ -205,13 +205,13 @@ TEST(ImageArrival, OversizedImagesAreRefused) {
   EXPECT_EQ(checkArrival(image, 10).value().reason, drop::kTooLarge);
   image.width = 8192;
   image.height = 1024;
-  EXPECT_FALSE(checkArrival(image, 1000)) << "2^23 pixels are the limit";
+  EXPECT_FALSE(checkArrival(image, 1000)) << "2^23 pixels should be accepted";
   image.height = 1025;
   EXPECT_EQ(checkArrival(image, 1000).value().reason, drop::kTooLarge);
   image.width = image.height = 0xffffffffu;
   EXPECT_EQ(checkArrival(image, 1000).value().reason, drop::kTooLarge);
   image.height = 0;
-  EXPECT_FALSE(checkArrival(image, 1000)) << "another check reports this error";
+  EXPECT_FALSE(checkArrival(image, 1000)) << "checkDepthImage() should report empty images";
 }
 
 sensor_msgs::CompressedImage makeMessage(const std::string& encoding) {

@@ -1,5 +1,5 @@
-/// A disk that is full, read-only or gone during a save: the service answers with the error and
-/// advice, existing files stay intact, and the node continues.
+/// Tests saving to a disk that is full, read-only or gone. The service must return the error with
+/// advice, existing files must stay intact, and the node must continue.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ FileAnswer save(const std::string& file_name) {
              : call<dtsdf_mapping::SaveMesh>("save_mesh", file_name);
 }
 
-/// The bytes of all files in a folder and its subfolders, by path.
+/// Contents of all files below a folder, by path.
 std::map<std::string, std::string> filesIn(const std::string& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -82,7 +82,7 @@ class Disk : public WallCamera {
     ASSERT_EQ(before.size(), std::size(kNames));
     fuseFrame();
     for (const char* name : kNames) expectOneSentence(save(name), what, advice);
-    EXPECT_TRUE(filesIn(folder_) == before) << "files were changed or added";
+    EXPECT_TRUE(filesIn(folder_) == before) << "a failed save should neither change nor add files";
     fuseFrame();  // the node continues
     mendDisk();
     for (const char* name : kNames) EXPECT_TRUE(save(name).success);

@@ -1,4 +1,5 @@
-/// With wrong settings, neither the nodelet nor the node starts, and the log names every wrong key.
+/// Tests that neither the node nor the nodelet starts with invalid parameters, and that the log
+/// names every invalid parameter.
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <sys/wait.h>
@@ -86,7 +87,7 @@ TEST_P(FailingStart, AMissingMapIsAnError) {
   ros::param::del("/mapless");
 }
 
-/// The error must be logged before the last node handle is destroyed, as that ends logging.
+/// The error must be logged before the last node handle is destroyed, because that ends logging.
 TEST(Arguments, WrongCameraParametersAreNamed) {
   ros::param::set("/camera/rate_hz", std::string("often"));
   ros::param::set("/camera/widht_px", 640);
@@ -100,7 +101,7 @@ TEST(Arguments, WrongCameraParametersAreNamed) {
   ros::param::del("/camera");
 }
 
-/// ROS reads `rate_hz:=5` as a remapping of a topic, and would abort because of the number.
+/// ROS takes `rate_hz:=5` for a topic remapping and would abort because 5 is not a valid name.
 TEST(Arguments, MissingUnderscoresAreReported) {
   EXPECT_EQ(run(std::string(DTSDF_SIMULATED_CAMERA) + " rate_hz:=5").exit_code, 2);
   const Outcome node = run(std::string(DTSDF_MAPPING_NODE) + " map/voxel_size_m:=0.05");
@@ -109,7 +110,7 @@ TEST(Arguments, MissingUnderscoresAreReported) {
   EXPECT_EQ(run(std::string(DTSDF_MAPPING_NODE) + " rate:=5").exit_code, 2);
 }
 
-// The node is started by its path, because rosrun does not search the build folder.
+// The node is started by path, because rosrun does not search the build folder.
 INSTANTIATE_TEST_SUITE_P(Programs, FailingStart,
                          testing::Values(DTSDF_MAPPING_NODE,
                                          "rosrun nodelet nodelet standalone "

@@ -90,7 +90,7 @@ TEST_F(FrameQueueTest, MessagesAreMatchedByStamp) {
   EXPECT_FALSE(pose());
   image(3.0);
   info(3.0);
-  EXPECT_TRUE(pose()) << "the image without camera_info was not dropped";
+  EXPECT_TRUE(pose()) << "the image without camera_info should be dropped";
   EXPECT_EQ(dropped(drop::kNoCameraInfo), 1u);
   EXPECT_EQ(taken(), (Stamps{1.0, 3.0}));
   EXPECT_EQ(queue_->bytes(), 0u);
@@ -116,7 +116,7 @@ TEST_F(FrameQueueTest, FramesWaitForTheirMasks) {
 
 TEST_F(FrameQueueTest, LaterStampsDoNotBlockEarlierOnes) {
   make({5, 1 << 20, 0.1});
-  for (int i = 0; i < 100; ++i) info(1000.0 + i);  // after that, the recording starts again
+  for (int i = 0; i < 100; ++i) info(1000.0 + i);  // afterwards, the recording starts again
   for (int i = 0; i < 10; ++i) image(2000.0 + i);
   for (const double stamp_s : {1.0, 2.0, 3.0}) {
     info(stamp_s);
@@ -126,8 +126,8 @@ TEST_F(FrameQueueTest, LaterStampsDoNotBlockEarlierOnes) {
   EXPECT_EQ(taken(), (Stamps{1.0, 2.0, 3.0}));
 }
 
-/// The image with the stamp far ahead waits for its camera_info, which arrives on another
-/// connection.
+/// The image with the stamp far ahead waits for its camera_info, which arrives after the next
+/// image.
 TEST_F(FrameQueueTest, AStampFarAheadDropsNoFrames) {
   make({});
   image(60.0);
@@ -146,7 +146,7 @@ TEST_F(FrameQueueTest, TheOldestFramesAreDroppedWhenFull) {
   EXPECT_EQ(taken(), (Stamps{3.0, 4.0, 5.0}));
 }
 
-/// Pixels, distortion coefficients and names are counted, even those of incomplete frames.
+/// The limit includes pixels, distortion coefficients and names, even those of incomplete frames.
 TEST_F(FrameQueueTest, AllWaitingDataCountsTowardsTheLimit) {
   make({100, 4000, 0.1});
   const auto large = makeCameraInfo(1.0);
@@ -170,19 +170,20 @@ TEST_F(FrameQueueTest, AllWaitingDataCountsTowardsTheLimit) {
 TEST_F(FrameQueueTest, CamerasAreMergedByStamp) {
   make({}, 2);
   posed(1.0, 1);
-  EXPECT_TRUE(taken().empty()) << "the other camera may still send an earlier frame";
+  EXPECT_TRUE(taken().empty())
+      << "the other camera may still send an earlier frame, so this one should wait";
   posed(0.9, 0);
   EXPECT_EQ(taken(), (Stamps{0.9}));
   posed(1.0, 0);
   EXPECT_EQ(taken(), (Stamps{1.0, 1.0}));
   posed(2.0, 0);
   clock_.advance(0.11);
-  EXPECT_EQ(taken(), (Stamps{2.0})) << "still waiting for the other camera";
+  EXPECT_EQ(taken(), (Stamps{2.0})) << "the frame should be taken after merge_wait_s";
   posed(1.5, 1);
   EXPECT_EQ(dropped(drop::kOutOfOrder, 1), 1u);
 }
 
-/// The first colour frame may be late: it is taken even after a newer depth frame.
+/// The first colour frame is taken even if it is older than the last depth frame.
 TEST_F(FrameQueueTest, DepthWaitsOnceColourHasArrived) {
   make({});
   posed(1.0);
@@ -195,7 +196,7 @@ TEST_F(FrameQueueTest, DepthWaitsOnceColourHasArrived) {
   EXPECT_EQ(taken(), (Stamps{2.0, 2.0}));
 }
 
-/// Two cameras with equal stamps; the map takes only half of the frames.
+/// Two cameras send frames with equal stamps, but only half of the frames are taken.
 TEST_F(FrameQueueTest, NoCameraStarves) {
   make({5, 1 << 20, 0.1}, 2);
   for (int i = 1; i <= 400; ++i) {
@@ -217,7 +218,7 @@ TEST_F(FrameQueueTest, ColourDoesNotStarveDepth) {
   EXPECT_GT(accounting_[0].counts().fused, 100u);
 }
 
-/// The first of every three frames is colour; the map takes only a third of the frames.
+/// One in every three frames is a colour image, and only a third of the frames are taken.
 TEST_F(FrameQueueTest, InfrequentColourAndDepthBothProgress) {
   make({5, 1 << 20, 0.1});
   for (int i = 1; i <= 400; ++i) {
@@ -230,7 +231,8 @@ TEST_F(FrameQueueTest, InfrequentColourAndDepthBothProgress) {
   EXPECT_GT(accounting_[1].counts().fused, 20u);
 }
 
-/// If frames arrive in time, their order does not depend on how their messages interleave.
+/// If all frames arrive in time, the order in which they are taken does not depend on how the
+/// streams interleave.
 TEST_F(FrameQueueTest, TheOrderDoesNotDependOnArrival) {
   std::mt19937 random(7);
   for (int round = 0; round < 200; ++round) {
@@ -249,7 +251,7 @@ TEST_F(FrameQueueTest, TheOrderDoesNotDependOnArrival) {
   }
 }
 
-/// If the map is too slow, its queue is shortened, so that the map shows recent frames.
+/// If fusion is too slow, the queue is shortened so that the map keeps up with the camera.
 TEST_F(FrameQueueTest, ALastingBacklogIsShortened) {
   make({30, 1 << 20, 0.1});
   size_t most = 0;
@@ -263,9 +265,9 @@ TEST_F(FrameQueueTest, ALastingBacklogIsShortened) {
   }
   EXPECT_GE(most, 6u);
   EXPECT_LE(most, 8u)
-      << "3 may always wait; the backlog grows by 1 per 9 frames taken, and is shortened after 30";
+      << "3 frames may always wait; the backlog grows by 1 per 9 frames taken and is cut after 30";
 
-  // Once the map has caught up, the whole queue may fill in a burst again.
+  // Once the backlog is gone, a burst may fill the whole queue again.
   taken();
   const uint64_t dropped_before = dropped(drop::kQueueFull);
   EXPECT_GT(dropped_before, 0u);
@@ -274,7 +276,7 @@ TEST_F(FrameQueueTest, ALastingBacklogIsShortened) {
   EXPECT_EQ(dropped(drop::kQueueFull), dropped_before);
 }
 
-/// Number of images that the map takes for each new image; during the stall it takes none.
+/// Number of images taken per image added. None are taken from `stall_begin` to `stall_end`.
 struct MapSpeed {
   double taken_per_image;
   size_t room;
@@ -295,12 +297,12 @@ TEST_P(FrameQueueAtPace, DropsNoFrames) {
   EXPECT_EQ(dropped(drop::kQueueFull), 0u);
 }
 
-/// The map stalls, for example, while it is saved.
+/// Fusion stalls, for example, while the map is being saved.
 INSTANTIATE_TEST_SUITE_P(CatchingUpAfterAStall, FrameQueueAtPace,
                          testing::Values(MapSpeed{1.25, 30, 20, 35}, MapSpeed{1.5, 30, 20, 35},
                                          MapSpeed{2.0, 30, 20, 35}, MapSpeed{10.0, 30, 20, 35}));
 
-/// A queue that has room for a whole recording drops no frame.
+/// A queue large enough for a whole recording drops no frame.
 INSTANTIATE_TEST_SUITE_P(WithRoomForAll, FrameQueueAtPace,
                          testing::Values(MapSpeed{0.25, 200, 0, 0}, MapSpeed{0.5, 200, 0, 0},
                                          MapSpeed{0.75, 200, 0, 0}, MapSpeed{0.9, 200, 0, 0}));
@@ -347,12 +349,12 @@ TEST_F(FrameQueueTest, NothingIsTakenWhilePausedOrEnding) {
   queue_->refuseAll(Rejection{drop::kEnding, ""});
   queue_->refuseAll(std::nullopt);
   image(5.0);
-  EXPECT_EQ(dropped(drop::kEnding), 2u) << "resuming has no effect after the end";
+  EXPECT_EQ(dropped(drop::kEnding), 2u) << "resuming should have no effect after the end";
   EXPECT_TRUE(taken().empty());
   EXPECT_EQ(queue_->bytes(), 0u);
 }
 
-/// Every image is either taken or dropped for a reason, and none is left.
+/// Every image must be either taken or dropped with a reason.
 TEST_F(FrameQueueTest, EveryImageIsAccountedFor) {
   std::mt19937 random(7);
   make({7, 700, 0.1}, 2);

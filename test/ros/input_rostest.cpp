@@ -1,5 +1,5 @@
-/// Wrong, late or incomplete frames: each is fused with its true pose, or dropped and counted by
-/// reason. ros_parts_test covers individual errors in images and transforms.
+/// Tests that wrong, late or incomplete frames are either fused at their true pose or dropped and
+/// counted by reason. ros_parts_test covers individual errors in images and transforms.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <gtest/gtest.h>
@@ -94,7 +94,7 @@ TEST_F(Input, OversizedImagesAreDropped) {
   expectGoodFrameFused();
 }
 
-/// Images that wait for camera_info take up at most input/queue_mb, and are counted in the status.
+/// Images waiting for camera_info may use at most input/queue_mb, and the status must count them.
 TEST_F(Input, WaitingImagesAreCountedAndBounded) {
   constexpr int kImages = 60;
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 0; }));
@@ -151,8 +151,8 @@ TEST_F(Input, RatesMayChangeAtRunTime) {
   ASSERT_TRUE(callService("/mapping/publish/set_parameters", call));
 }
 
-/// After a transform stamped an hour ahead, here on /tf_static, tf2 refuses all current transforms
-/// as too old. The node must recover.
+/// After a transform stamped an hour ahead, tf2 rejects all current transforms as too old. The node
+/// must recover.
 TEST_F(Input, MappingRecoversFromAWrongTransform) {
   expectGoodFrameFused();
   constexpr bool kLatched = true;
@@ -175,8 +175,8 @@ TEST_F(Input, MappingRecoversFromAWrongTransform) {
   EXPECT_EQ(status_.status().transform_restarts, 1u);
 }
 
-/// After a stamp far ahead, the next image counts as a jump back in time, which discards waiting
-/// frames and all transforms.
+/// After a stamp far ahead, the next image is treated as a jump back in time: queued frames and all
+/// transforms are discarded.
 TEST_F(Input, MappingRecoversFromAStampFarAhead) {
   expectGoodFrameFused();
   const uint64_t dropped = status_.dropped("time_jump");
@@ -209,7 +209,7 @@ TEST_F(Input, APoseJumpCostsOneFrame) {
   expectGoodFrameFused();
 }
 
-/// The node must not keep names of 20 MB, which could exhaust memory.
+/// The node must not store 20 MB names, which could exhaust its memory.
 TEST_F(Input, LongNamesAreRefused) {
   expectGoodFrameFused();
   const int process = publishingProcess("/mapping/status");
@@ -244,7 +244,7 @@ TEST_F(Input, LongNamesAreRefused) {
   expectGoodFrameFused();
 }
 
-/// As a double, this stamp rounds to 2^32 s, for which ros::Time throws.
+/// Converted to double, this stamp rounds up to 2^32 s, for which ros::Time throws.
 TEST_F(Input, AStampAtTheEndOfTimeIsHarmless) {
   const ros::Time end(4294967295u, 999999900u);
   camera_.send(camera_.image(end), camera_.info(end));
@@ -254,7 +254,7 @@ TEST_F(Input, AStampAtTheEndOfTimeIsHarmless) {
   expectGoodFrameFused();
 }
 
-/// Stops a separate node while many images and long paths are waiting.
+/// Stops a separate node while many images and long paths are queued.
 TEST_F(Input, NodeEndsSoonDespiteWaitingInput) {
   ros::param::set("/second/backend", "cpu");
   ros::param::set("/second/threads", 1);
@@ -301,7 +301,7 @@ TEST_F(Input, SilenceIsAWarningThenAnError) {
       << status_.status().message;
   EXPECT_TRUE(waitUntil([&] { return level() == dtsdf_mapping::MapStatus::ERROR; }));
   expectGoodFrameFused();
-  // Frames dropped in other tests may still cause a warning.
+  // Frames dropped in earlier tests may still cause a warning.
   EXPECT_TRUE(waitUntil([&] { return !isSilent(); })) << status_.status().message;
   EXPECT_NE(level(), dtsdf_mapping::MapStatus::ERROR);
 }

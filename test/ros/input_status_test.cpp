@@ -13,7 +13,7 @@ namespace {
 PublishedTopics published;
 constexpr char kImage[] = "sensor_msgs/Image", kCompressed[] = "sensor_msgs/CompressedImage";
 
-/// Fills the input's status from reports and times that the test sets.
+/// Computes the input status from reports and times set by the test.
 class InputStatusTest : public testing::Test {
  protected:
   InputStatusTest() {
@@ -86,7 +86,7 @@ TEST_F(InputStatusTest, ReportsThatDepthIsPublishedAsClouds) {
   EXPECT_EQ(update().message, "no frame fused yet: frame stamped 1 dropped");
 }
 
-/// Steps through the states from no images to mapping, with one message for each.
+/// Steps through the states from no images to mapping and checks the message for each state.
 TEST_F(InputStatusTest, ReportsWhatIsMissingStepByStep) {
   at_ = SteadyTime(std::chrono::seconds(1000));
   expect(MapStatus::WARN, MapStatus::NO_IMAGES,
@@ -163,13 +163,14 @@ TEST_F(InputStatusTest, UnexpectedDropsAreReportedForAWhile) {
   EXPECT_NE(status_.message.find("mostly as queue_full: use larger voxels"), std::string::npos);
   EXPECT_EQ(statusAfter(20, drop::kQueueFull, 80), MapStatus::SOME_DROPPED);
   EXPECT_EQ(statusAfter(300, drop::kPaused, 100), MapStatus::SOME_DROPPED)
-      << "the drops are recent";
+      << "recent drops should still be reported";
   statusAfter(300, drop::kPaused, 0);
   statusAfter(300, drop::kPaused, 0);
-  EXPECT_EQ(statusAfter(300, drop::kPaused, 0), MapStatus::MAPPING) << "the drops are too old";
+  EXPECT_EQ(statusAfter(300, drop::kPaused, 0), MapStatus::MAPPING)
+      << "old drops should no longer be reported";
   drop(drop::kNoMask, 100);
   EXPECT_EQ(update().message.find("no_mask: "), std::string::npos)
-      << "the last drop had another reason";
+      << "the last drop text should not be used for a different reason";
   depth().last_reason = drop::kNoMask;
   EXPECT_NE(update().message.find("no_mask: frame stamped 1"), std::string::npos);
 }
@@ -191,7 +192,7 @@ TEST_F(InputStatusTest, SilenceIsAWarningThenAnError) {
   paused_ = true;
   EXPECT_EQ(update().code, MapStatus::PAUSED);
   paused_ = false;
-  EXPECT_NE(update().code, MapStatus::NOT_FUSED) << "the waiting time starts again";
+  EXPECT_NE(update().code, MapStatus::NOT_FUSED) << "the timeout should start again";
 }
 
 TEST_F(InputStatusTest, MissingColourIsReportedOnlyIfNeeded) {
@@ -219,7 +220,8 @@ TEST_F(InputStatusTest, EachCameraIsNamedAndCounted) {
   depth().last_fused_stamp = ros::Time(7.0);
   EXPECT_EQ(update().message.find("rear: no depth image received"), 0u);
   EXPECT_EQ(status_.frames_fused, 10u);
-  EXPECT_EQ(status_.cameras[1].streams.at(0).received_age_s, -1.0f) << "no image was received";
+  EXPECT_EQ(status_.cameras[1].streams.at(0).received_age_s, -1.0f)
+      << "without an image, the age should be -1";
   StreamReport& rear = streams_[1];
   rear = depth();
   rear.camera = "rear";
@@ -252,7 +254,8 @@ TEST_F(InputStatusTest, StoppedTimeIsNotAnError) {
   fuse(10);
   update();
   now_ -= ros::Duration(0.9);
-  EXPECT_EQ(update(0.9).code, MapStatus::MAPPING) << "simulated time advances in steps";
+  EXPECT_EQ(update(0.9).code, MapStatus::MAPPING)
+      << "simulated time should be allowed to advance in steps";
   now_ -= ros::Duration(3.0);
   for (int i = 0; i < 3; ++i) {
     update();
@@ -261,7 +264,7 @@ TEST_F(InputStatusTest, StoppedTimeIsNotAnError) {
   EXPECT_EQ(update().code, MapStatus::TIME_STANDS);
   EXPECT_EQ(status_.level, MapStatus::OK);
   depth().received_age_s = depth().fused_age_s = 16.0;
-  EXPECT_EQ(update().code, MapStatus::MAPPING) << "the waiting time starts again";
+  EXPECT_EQ(update().code, MapStatus::MAPPING) << "the timeout should start again";
   for (int i = 0; i < 3; ++i) {  // /use_sim_time without /clock
     status_ = MapStatus();
     input_status_.fill(streams_, false, at_ += std::chrono::seconds(1), ros::Time(), status_);

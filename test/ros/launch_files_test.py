@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Tests that each launch file loads correctly and, with stub drivers, starts a mapper that fuses frames.
-Needs the build's environment (env.sh), but no camera."""
+Needs the build environment (env.sh), but no camera."""
 import ast
 import concurrent.futures
 import contextlib
@@ -37,7 +37,7 @@ MANAGERS = {"realsense": "/camera/realsense2_camera_manager",
 ENVIRONMENT = {("MALLOC_ARENA_MAX", "2")}
 EXTRA = {"gazebo": ["world:=room.world"]}
 
-# Waits until an expression in `status` is true, then prints the value of another.
+# Waits until an expression in `status` is true, then prints the value of a second expression.
 WATCH = """
 import rospy, sys, time
 from dtsdf_mapping.msg import MapStatus
@@ -123,7 +123,7 @@ def tearDownModule():
 
 @contextlib.contextmanager
 def drivers_alone():
-    """Inside the block, ROS finds only the drivers and this package, not rtabmap."""
+    """Hides all packages from ROS except the drivers and this package."""
     with tempfile.TemporaryDirectory() as folder:
         stub_drivers.make_drivers(folder)
         with unittest.mock.patch.dict(os.environ, ROS_PACKAGE_PATH=f"{folder}:{package_path}"):
@@ -191,7 +191,7 @@ class Loading(unittest.TestCase):
                 self.assertIn(name, arguments, file)
             for name in arguments:
                 if file in ("mapping.launch", "bag.launch", "demo.launch"):
-                    self.assertIn(f"`{name}`", page, f"{file}: {name} is not in docs/ros.md")
+                    self.assertIn(f"`{name}`", page, f"{file}: {name} should be described in docs/ros.md")
 
     def test_poses_argument(self):
         for name in CAMERAS:
@@ -219,7 +219,7 @@ class Loading(unittest.TestCase):
                     load(name, "poses:=guess", *extra)
 
     def test_tracking_needs_only_the_driver(self):
-        """Every node is found although no package that estimates poses is installed."""
+        """All nodes must be found even if no package that estimates poses is installed."""
         ours = {"dtsdf_mapping", "nodelet", "tf2_ros"}  # the stubs start nodes of tf2_ros
         for name in CAMERAS:
             for package in ([], ["package:=astra_camera"]) if name == "astra" else ([],):
@@ -258,9 +258,9 @@ class Loading(unittest.TestCase):
         for file in sorted(os.listdir(LAUNCH)):
             arguments = roslaunch.arg_dump.get_args([os.path.join(LAUNCH, file)])
             for name, (doc, default) in arguments.items():
-                self.assertTrue(doc, f"{file}: {name} has no doc")
+                self.assertTrue(doc, f"{file}: {name} should have a doc")
                 self.assertNotRegex(doc.lower(), "not to be set", f"{file}: {name}")
-                self.assertTrue(default or name == "bag", f"{file}: {name} looks required")
+                self.assertTrue(default or name == "bag", f"{file}: {name} should have a default")
                 self.assertEqual(name == "bag", doc.startswith("Required"), f"{file}: {name}")
 
     def test_docs_mention_every_launch_file(self):
@@ -270,10 +270,10 @@ class Loading(unittest.TestCase):
 
 
 class Running(unittest.TestCase):
-    """Runs each launch file with its stub driver and a separate master."""
+    """Runs each launch file with its stub driver and a separate ROS master."""
 
     def fused(self, name, *arguments, then=()):
-        """Runs commands once frames are fused; returns the map frame."""
+        """Runs the commands `then` once frames are fused. Returns the map frame."""
         with tempfile.TemporaryDirectory() as home, free_master(os.getcwd()) as environment:
             with launched(environment, *of_mapping(
                     name, environment, f"output_directory:={home}", *arguments)) as printed:
@@ -318,11 +318,11 @@ class Running(unittest.TestCase):
         self.assertGreater(os.path.getsize(os.path.join(folder, name)), 1000)
 
     def test_commands_of_the_cameras_page(self):
-        """Runs each command on the page as far as possible without a camera: with stub drivers and made-up
+        """Runs the commands on the page as far as possible without a camera: with stub drivers and synthetic
         recordings, and without installing anything."""
         sections = commands_of(cameras_page())
         self.assertIn("roslaunch dtsdf_mapping rtabmap.launch",
-                      "\n".join(sections.pop("rtabmap as SLAM")))  # has its own test
+                      "\n".join(sections.pop("rtabmap as SLAM")))  # has a separate test
         self.assertEqual(len([s for s in sections.values() if s]), 5)
         for title, commands in sections.items():
             with self.subTest(title):
@@ -337,7 +337,7 @@ class Running(unittest.TestCase):
                     if name == "tum_bag":
                         write_tum_bag(os.path.join(folder, "tum.bag"))
                         arguments = [f"bag:={folder}/tum.bag"]
-                    if name == "gazebo":  # in place of a simulation and a robot's odometry
+                    if name == "gazebo":  # replaces the simulation and the robot's odometry
                         arguments += EXTRA["gazebo"] + ["poses:=fixed"]
                     self.fused(name, *arguments, then=commands[i + 1:])
             elif words[:3] == ["rosrun", "dtsdf_mapping", "reconstruct"]:
@@ -384,7 +384,7 @@ class Running(unittest.TestCase):
             self.assertIn(expected[name], topics)
 
     def counts(self, name, *arguments, cwd, kinds=("depth", "color"), least=3):
-        """{kind: number of fused images}, once `least` of each of `kinds` are fused, or after 15 s."""
+        """Waits until `least` images of each of `kinds` are fused, or 15 s. Returns {kind: fused images}."""
         with free_master(cwd) as environment:
             with launched(environment, *of_mapping(
                     name, environment, f"output_directory:={cwd}", *arguments), cwd=cwd) as printed:
@@ -423,14 +423,14 @@ class Running(unittest.TestCase):
             self.assertGreaterEqual(counts["depth"], 3)
 
     def output_of(self, name, *arguments, cwd):
-        """The output of a launch that ends by itself."""
+        """Output of a launch file that is expected to exit by itself."""
         with free_master(cwd) as environment:
             launch = start(environment, *of_mapping(name, environment, *arguments), cwd=cwd)
             try:
                 return launch.communicate(timeout=60)[0]
             except subprocess.TimeoutExpired:
                 launch.send_signal(signal.SIGINT)
-                self.fail(f"{arguments}: does not end:\n{launch.communicate(timeout=60)[0]}")
+                self.fail(f"{arguments}: the launch did not exit:\n{launch.communicate(timeout=60)[0]}")
 
     def test_errors_are_printed_and_end_the_launch(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -445,7 +445,7 @@ class Running(unittest.TestCase):
                 (["bag:=tum.bag", depth, "voxel_size_m:=5"], "map/voxel_size_m = 5"),
                 (["bag:=tum.bag", depth, "voxel_size_m:=5", "nodelet:=false"],
                  "map/voxel_size_m = 5"))
-            with concurrent.futures.ThreadPoolExecutor(2) as pool:  # they mostly wait
+            with concurrent.futures.ThreadPoolExecutor(2) as pool:  # the launches mostly sleep
                 outputs = list(pool.map(
                     lambda case: self.output_of("bag", *case[0], cwd=folder), cases))
             for (_, text), output in zip(cases, outputs):
@@ -464,7 +464,7 @@ def grey_png(width, height, value):
 
 
 def write_tum_folder(folder):
-    """Writes a folder like an unpacked freiburg1 archive, with images of a wall at 2 m."""
+    """Writes a folder laid out like an unpacked freiburg1 archive, with images of a wall at 2 m."""
     image = grey_png(640, 480, 10000)
     tum_folder.write(folder, [
         (f"{1305031102.16 + 0.1 * i:.6f}", image, (0.01 * i, 0, 0, 0, 0, 0, 1)) for i in range(5)])
@@ -512,7 +512,7 @@ def write_tum_bag(path, with_colour=False, with_imu=False, with_masks=False, pac
                 bag.write("/masks", Image(header=image.header, height=48, width=64,
                                           encoding="mono8", step=64, data=bytes(64 * 48)), stamp)
             if with_imu:
-                for part in range(5):  # held still, upright
+                for part in range(5):  # upright and at rest
                     sample = Imu(header=image.header)
                     sample.header.stamp = stamp + rospy.Duration(0.02 * part)
                     sample.linear_acceleration.y = -9.81

@@ -1,5 +1,5 @@
-/// Tests the setting map/level. The frame `map` is tilted: it is the room camera's frame at time 0.
-/// The frame `map_level` is level.
+/// Tests map/level. The frame `map` is tilted, because it is the room camera's frame at time 0. The
+/// node publishes the levelled frame `map_level`.
 #include <dtsdf_mapping/CorrectPoses.h>
 #include <dtsdf_mapping/GetDistances.h>
 #include <dtsdf_mapping/LoadMap.h>
@@ -38,7 +38,7 @@ class LevelTest : public WallCamera {
     listener_.emplace(transforms_);  // after SetUp(), which waits for the node to subscribe to /tf
   }
 
-  /// Sends the view of the room camera at `time_s`, and waits until it is fused or dropped.
+  /// Sends the room camera's image at `time_s`, and waits until it is fused or dropped.
   void sendRoom(double time_s) {
     const uint64_t done = status_.status().frames_fused + status_.status().frames_dropped;
     const Eigen::Isometry3d T_R_C = roomCameraPose(time_s);
@@ -62,7 +62,8 @@ class LevelTest : public WallCamera {
            roomInMap();
   }
 
-  /// Checks that the map is level to within max_deg, with the floor at floor_m to within max_m.
+  /// Checks that the map is level to within max_deg and that its floor is at floor_m to within
+  /// max_m.
   void expectLevel(double max_deg, double floor_m, double max_m) {
     const Eigen::Isometry3d T_W_R = roomInLevel();
     const Vector3d up_W = T_W_R.linear().col(2);
@@ -72,7 +73,7 @@ class LevelTest : public WallCamera {
                 roomCameraPose(0.0).translation().z() + floor_m, max_m);
   }
 
-  /// Checks that everything is published in the level frame, with the floor at floor_m.
+  /// Checks that mesh, status and grid are published in map_level with the floor at floor_m.
   void expectMapAt(double floor_m) {
     const BlocksWatcher blocks(nh_);
     const GridReader grid(nh_);
@@ -111,7 +112,7 @@ class LevelTest : public WallCamera {
 
   std::string lastDrop() const { return status_.status().cameras.at(0).streams.at(0).last_drop; }
 
-  /// Sends the images' poses, in `map`, as corrections, which must not move the levelled map.
+  /// Sends the images' own poses in `map` as a correction, which must not move the levelled map.
   void expectNothingIsCorrected() {
     saveTrajectory(sent_, outputFolder() + "/sent.txt");
     dtsdf_mapping::CorrectPoses call;
@@ -127,7 +128,7 @@ class LevelTest : public WallCamera {
 };
 
 TEST_F(LevelTest, floor) {
-  // The camera faces a wall: no floor is found, and no frame is fused.
+  // The camera faces a wall, so no floor is found and no frame is fused.
   for (int i = 0; i < 12; ++i) {
     const uint64_t dropped = status_.dropped("not_level");
     camera_.sendFrame();
@@ -139,21 +140,22 @@ TEST_F(LevelTest, floor) {
   const auto early = ask("camera", Vector3d::Zero());
   EXPECT_FALSE(early.success);
   EXPECT_NE(early.message.find("not level yet"), std::string::npos) << early.message;
-  EXPECT_FALSE(savedMap().T_W_M) << "an empty map has no level";
+  EXPECT_FALSE(savedMap().T_W_M) << "an empty map should have no levelling transform";
 
-  // Each search uses ten images. The first has failed, as all ten show the wall. The second uses
-  // two images of the wall and eight of the room, and may fail, too; the third uses only images of
-  // the room.
+  // Each search for the floor uses ten images. The first search has failed, because only the wall
+  // is visible. The second uses two images of the wall and eight of the room, so it may fail too.
+  // The third uses only images of the room.
   for (int i = 0; i < 18 && status_.status().frames_fused == 0; ++i) sendRoom(0.1 * i);
   sendRoom(1.8);
   EXPECT_GE(status_.status().frames_fused, 1u);
   const uint64_t dropped = status_.dropped("not_level");
   expectLevel(0.3, 0.0, 0.01);
   expectMapAt(0.0);
-  EXPECT_EQ(status_.dropped("not_level"), dropped) << "all later frames are fused";
+  EXPECT_EQ(status_.dropped("not_level"), dropped)
+      << "once the map is levelled, all frames should be fused";
   expectNothingIsCorrected();
 
-  // A point has the same distance, whichever frame its coordinates are given in.
+  // The distance of a point does not depend on the frame in which its coordinates are given.
   const Vector3d p_R(1.2, 0.9, 0.3);
   const auto in_level = ask("map_level", roomInLevel() * p_R),
              in_map = ask("map", roomInMap() * p_R);
@@ -167,9 +169,9 @@ TEST_F(LevelTest, floor) {
        roomInLevel().linear() * roomInMap().linear().transpose() * vectorOf(in_map.gradients[0]))
           .norm(),
       0.05)
-      << "gradients are not along the axes of the requested frame";
+      << "gradients should be in the requested frame";
 
-  // The level of a loaded map replaces the level that the node has found.
+  // The levelling transform of a loaded map replaces the one estimated by the node.
   const MapContents saved = savedMap();
   ASSERT_TRUE(saved.T_W_M);
   EXPECT_EQ(saved.map_frame, "map");
@@ -181,7 +183,7 @@ TEST_F(LevelTest, floor) {
   clearMap();
   expectMapAt(1.0);
 
-  // A map without a level is refused.
+  // A map that is not levelled is refused.
   moved.T_W_M.reset();
   saveMap(moved, outputFolder() + "/plain.dtsdf");
   const auto loaded = loadMapFrom("plain.dtsdf");
@@ -220,7 +222,8 @@ TEST_F(LevelTest, imu) {
 
   sendImuForOneSecond(0.02);
   expectLevel(0.1, -roomCameraPose(0.0).translation().z(), 1e-6);
-  EXPECT_TRUE(waitUntil([&] { return publisher.getNumSubscribers() == 0; })) << "still subscribed";
+  EXPECT_TRUE(waitUntil([&] { return publisher.getNumSubscribers() == 0; }))
+      << "the node should unsubscribe from the IMU once the map is levelled";
   sendRoom(0.0);
   EXPECT_EQ(status_.status().frames_fused, 1u);
   expectMapAt(-roomCameraPose(0.0).translation().z());

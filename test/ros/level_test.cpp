@@ -26,7 +26,7 @@ class LevelTest : public testing::Test {
 
   bool place(PosedFrame& frame) { return !step_->place(frame); }
 
-  /// The room camera's view at `time_s`. The map frame is the camera's frame at time 0.
+  /// Frame of the room camera at `time_s`. The map frame is the camera's frame at time 0.
   PosedFrame frameAt(double time_s) {
     const Intrinsics K{60.0f, 60.0f, 31.5f, 23.5f};
     const Eigen::Isometry3d T_R_C = roomCameraPose(time_s);
@@ -83,7 +83,7 @@ TEST_F(LevelTest, FloorIsFoundBeforeTheFirstFrameIsFused) {
   PosedFrame colour;
   colour.image = ColourFrame();
   for (size_t i = 0; i < FloorSearch::kViews; ++i) {
-    EXPECT_FALSE(place(colour)) << "colour frames must wait, too";
+    EXPECT_FALSE(place(colour)) << "colour frames should be refused until the map is levelled";
     EXPECT_FALSE(frame_.level().has_value());
     EXPECT_FALSE(frame_.levelProblem().empty());
     EXPECT_THROW(frame_.inMap(Eigen::Isometry3d::Identity()), std::runtime_error);
@@ -108,7 +108,7 @@ TEST_F(LevelTest, ALoadedMapProvidesItsLevel) {
   loaded.T_W_M = T_W_M;
   step_->replaced(&loaded, nullptr);
   PosedFrame frame = frameAt(0.0);
-  ASSERT_TRUE(place(frame)) << "the search for the floor continues";
+  ASSERT_TRUE(place(frame)) << "the search for the floor should end";
   EXPECT_TRUE(poseOf(frame).isApprox(T_W_M, 1e-12));
 }
 
@@ -121,7 +121,7 @@ TEST_F(LevelTest, ImuIsRotatedIntoTheMapFrame) {
     EXPECT_FALSE(place(frame));
     step_->add(atRest(10.0 + 0.01 * i));
   }
-  EXPECT_FALSE(frame_.level().has_value()) << "no transform was received";
+  EXPECT_FALSE(frame_.level().has_value()) << "levelling should need a transform";
   EXPECT_NE(frame_.levelProblem().find("no transform from 'imu'"), std::string::npos)
       << frame_.levelProblem();
   for (const double stamp_s : {10.5, 11.5}) {
@@ -130,7 +130,7 @@ TEST_F(LevelTest, ImuIsRotatedIntoTheMapFrame) {
   step_->add(atRest(11.02));
   ASSERT_TRUE(frame_.level().has_value());
   EXPECT_TRUE((frame_.level()->linear() * -Vector3d::UnitX()).isApprox(Vector3d::UnitZ(), 1e-9));
-  EXPECT_EQ(frame_.level()->translation().norm(), 0.0) << "gravity gives no height";
+  EXPECT_EQ(frame_.level()->translation().norm(), 0.0) << "gravity should not change the height";
   EXPECT_TRUE(place(frame));
 }
 

@@ -22,7 +22,7 @@ MapContents mapOf(double stamp_s, const std::optional<Eigen::Isometry3d>& T_W_M 
   return contents;
 }
 
-/// Requests the mesh at a rate, or never if the rate is 0.
+/// Requests the mesh at the given rate, or not at all if it is 0.
 class MeshRequest : public Step {
  public:
   explicit MeshRequest(const double& rate_hz) : rate_hz_(rate_hz) {}
@@ -86,10 +86,10 @@ TEST_F(LiveMapTest, TheMeshIsExtractedAtTheRequestedRate) {
   EXPECT_EQ(mapper_->meshes, 11);
   host_.clock.advance(10.0);
   work();
-  EXPECT_EQ(mapper_->meshes, 11) << "nothing has changed";
+  EXPECT_EQ(mapper_->meshes, 11) << "an unchanged map should not be meshed";
 }
 
-/// After a slow extraction, at least as much time is spent on fusing frames.
+/// After a slow mesh extraction, frames are fused for at least as long before the next extraction.
 TEST_F(LiveMapTest, FramesGetAsMuchTimeAsMeshing) {
   mapper_->mesh_ms = 3000.0;
   for (int i = 0; i < 100; ++i) {
@@ -128,10 +128,10 @@ TEST_F(LiveMapTest, MappingContinuesAfterAPartialClear) {
   host_.clock.advance(1.0);
   const int meshes = mapper_->meshes;
   work();
-  EXPECT_EQ(mapper_->meshes, meshes + 1) << "the cleared blocks are still in the mesh";
+  EXPECT_EQ(mapper_->meshes, meshes + 1) << "the mesh should be updated after a partial clear";
   pushFrame();
   work();
-  EXPECT_EQ(mapper_->frames, 2) << "mapping does not continue";
+  EXPECT_EQ(mapper_->frames, 2) << "mapping should continue";
 }
 
 TEST_F(LiveMapTest, NothingIsClearedAfterAFailure) {
@@ -164,8 +164,8 @@ TEST_F(LiveMapTest, FusesInOrderAndQueuesTheMesh) {
   EXPECT_EQ(changes.stamp, ros::Time(3.0));
 }
 
-/// The report would have to wait until blocks have been moved to disk after meshing. So it is made
-/// after the next frame, or as soon as no frame is ready.
+/// Updating the status right after meshing would block until blocks have been moved to disk. So the
+/// update is postponed until a frame has been fused or no frame is ready.
 TEST_F(LiveMapTest, AReadyFrameDelaysTheMeshReport) {
   pushFrame();
   map_.step();  // fuses
@@ -178,10 +178,10 @@ TEST_F(LiveMapTest, AReadyFrameDelaysTheMeshReport) {
   EXPECT_EQ(changes_.take().blocks.size(), 1u);
   EXPECT_EQ(mapper_->reports, reports);
   work();
-  EXPECT_EQ(mapper_->reports, reports + 1) << "no report after the frame";
+  EXPECT_EQ(mapper_->reports, reports + 1) << "the status should be updated after the frame";
   map_.flushMesh();
   work();
-  EXPECT_EQ(mapper_->reports, reports + 2) << "no report when idle";
+  EXPECT_EQ(mapper_->reports, reports + 2) << "the status should be updated when idle";
 }
 
 TEST_F(LiveMapTest, NothingIsMeshedUnlessRequested) {
@@ -192,10 +192,10 @@ TEST_F(LiveMapTest, NothingIsMeshedUnlessRequested) {
   work();
   EXPECT_TRUE(changes_.take().blocks.empty());
   map_.flushMesh();
-  EXPECT_EQ(changes_.take().blocks.size(), 1u) << "the mesh was not extracted for saving";
+  EXPECT_EQ(changes_.take().blocks.size(), 1u) << "flushMesh() should extract the mesh";
 }
 
-/// Each further part is extracted when the mesh is due again, or in the next flushMesh().
+/// The next part is extracted when the mesh is due again, or in the next flushMesh().
 TEST_F(LiveMapTest, MeshesInPartsUntilNothingIsLeft) {
   mapper_->parts_left = 2;
   pushFrame();
@@ -224,7 +224,7 @@ TEST_F(LiveMapTest, FusesWhileTheOutputIsStalled) {
     work();
   }
   EXPECT_EQ(mapper_->frames, 1000);
-  // As no changes were taken, each block is in the queue once, with its newest mesh.
+  // No changes were taken, so the queue contains each block only once, with its newest mesh.
   const MeshChanges changes = changes_.take();
   ASSERT_EQ(changes.blocks.size(), 4u);
   for (const SharedBlockMesh& block : changes.blocks) {
@@ -244,7 +244,7 @@ TEST_F(LiveMapTest, ClearingRecoversFromAFailure) {
   mapper_->fails_to_integrate = false;
   pushFrame();
   work();
-  EXPECT_EQ(mapper_->frames, 1) << "nothing is fused on top of a partly fused frame";
+  EXPECT_EQ(mapper_->frames, 1) << "nothing should be fused after a partly fused frame";
   EXPECT_EQ(dropped(), 2u);
 
   map_.clear();
@@ -270,7 +270,7 @@ TEST_F(LiveMapTest, TheMeshCanBeSavedAfterAFailure) {
   EXPECT_EQ(changes_.take().blocks.size(), 1u);
 }
 
-/// Until the map is cleared, the mesh stays as it was before the failure.
+/// Until the map is cleared, the mesh remains as it was before the failure.
 TEST_F(LiveMapTest, FailedMeshingKeepsTheLastMesh) {
   mesh_rate_hz_ = 0.0;
   pushFrame();
@@ -283,7 +283,7 @@ TEST_F(LiveMapTest, FailedMeshingKeepsTheLastMesh) {
   EXPECT_NE(map_.flushMesh().find("last extracted mesh: out of memory"), std::string::npos);
   EXPECT_EQ(host_.status().message, "the backend failed: out of memory");
   mapper_->fails_to_mesh = false;
-  EXPECT_NE(map_.flushMesh(), "") << "the mesh would lack the part that failed";
+  EXPECT_NE(map_.flushMesh(), "") << "an incomplete mesh should not be saved without a warning";
   EXPECT_TRUE(changes_.take().blocks.empty());
   map_.clear();
   EXPECT_EQ(map_.flushMesh(), "");
@@ -337,7 +337,7 @@ TEST_F(LiveMapTest, MappingContinuesInALoadedMap) {
   host_.clock.advance(1.0);
   work();
   EXPECT_EQ(loaded->frames, 8);
-  EXPECT_EQ(map_.origin().stamp_s, 2.0) << "not the stamp of the frame";
+  EXPECT_EQ(map_.origin().stamp_s, 2.0) << "the map should have the stamp of its last frame";
   EXPECT_EQ(changes_.take().blocks.size(), 1u);
   map_.clear();
   EXPECT_EQ(host_.status().loaded_map, "");
@@ -349,7 +349,7 @@ TEST_F(LiveMapTest, LoadingAMapRecoversFromAFailure) {
   pushFrame();
   work();
   mapper_->fails_to_count = true;
-  EXPECT_FALSE(map_.isEmpty()) << "its contents are unknown";
+  EXPECT_FALSE(map_.isEmpty()) << "a map with unknown contents should not count as empty";
   map_.replace(std::make_unique<FakeMapper>(), 0.05f, "/a.dtsdf", mapOf(0.0));
   EXPECT_FALSE(hasFailed());
   pushFrame();
@@ -375,7 +375,7 @@ TEST_F(LiveMapTest, ColourIsPaintedAndCountedSeparately) {
   EXPECT_EQ(host_.colour.counts().dropped_by[drop::kBackendError], 1u);
 }
 
-/// Until the map is level, frames are dropped. After that, they are fused in the level frame.
+/// Frames are dropped until the map is levelled, and then fused in the levelled frame.
 TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
   NodeParams params;
   params.level = LevelChoice::kImu;
@@ -403,14 +403,15 @@ TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
   push(2.0);
   EXPECT_EQ(loaded->frames, 1);
   loaded->beginMeshUpdate();
-  EXPECT_EQ(loaded->finishMeshUpdate().blocks.at(0).key.x, 7) << "not fused at the level pose";
+  EXPECT_EQ(loaded->finishMeshUpdate().blocks.at(0).key.x, 7)
+      << "the frame should be fused at its levelled pose";
   ASSERT_TRUE(host.map.origin().T_W_M);
   EXPECT_EQ(host.map.origin().T_W_M->matrix(), T_W_M.matrix());
   host.map.clear();
-  EXPECT_TRUE(host.map.origin().T_W_M) << "clearing removed the level";
+  EXPECT_TRUE(host.map.origin().T_W_M) << "clearing should keep the levelling transform";
 }
 
-/// An example of a feature: rejects frames on one side of a plane, and counts them in the status.
+/// Example of a custom step. Rejects frames from one side of a plane and counts them in the status.
 class HalfSpaceStep : public Step {
  public:
   std::optional<Rejection> place(PosedFrame& frame) override {

@@ -1,5 +1,6 @@
-/// make_room_bag KIND OUT.bag writes a bag of images along a path through the analytic room. KIND
-/// is `late` (transforms come after their images), `drifting` or `covered` (see room_bags.h).
+/// Writes a bag of images along a path through the analytic room. Usage: make_room_bag KIND
+/// OUT.bag. KIND is `late` (transforms arrive after their images), `drifting` or `covered` (see
+/// room_bags.h).
 #include <rosbag/bag.h>
 
 #include <exception>

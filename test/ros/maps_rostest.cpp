@@ -1,4 +1,4 @@
-/// Tests the services save_map and load_map, including calls that they refuse.
+/// Tests the services save_map and load_map, including calls that must be refused.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
@@ -94,7 +94,7 @@ TEST_F(MapsTest, AreRestoredAsTheyWereSaved) {
   EXPECT_EQ(loaded.path, saved.path);
   EXPECT_EQ(loaded.blocks, saved.blocks);
   EXPECT_TRUE(waitUntil([&] { return mesh.triangles() == before.triangles; }))
-      << "the mesh is not published again";
+      << "the mesh of the loaded map should be published";
   EXPECT_TRUE(waitUntil([&] { return status_.status().loaded_map == saved.path; }));
   EXPECT_EQ(status_.status().blocks, saved.blocks);
   EXPECT_FLOAT_EQ(status_.status().voxel_size_m, 0.05f);
@@ -114,7 +114,7 @@ TEST_F(MapsTest, ReplaceTheCurrentMap) {
   EXPECT_TRUE(readBytes(saveMesh("after.ply").path) == mesh);
 }
 
-/// The journal restores a map that was loaded, partly cleared and extended.
+/// The journal must restore a map that was loaded, partly cleared and extended.
 TEST_F(MapsTest, AreRestoredByTheirJournal) {
   ASSERT_TRUE(saveMapAs("wall.dtsdf").success);
   fuseFrames(2);
@@ -137,7 +137,7 @@ TEST_F(MapsTest, AreRestoredByTheirJournal) {
   })) << readBytes(in("reconstruct.log"));
 }
 
-/// If the camera is elsewhere when a map is loaded, at most one frame is lost.
+/// If the camera is far from its last position when a map is loaded, at most one frame is dropped.
 TEST_F(MapsTest, LetTheCameraStartAnywhere) {
   ASSERT_TRUE(saveMapAs("wall.dtsdf").success);
   ASSERT_TRUE(loadMapFrom("wall.dtsdf").success);
@@ -191,13 +191,15 @@ TEST_F(MapsTest, AreRefusedIfTheyDoNotFit) {
   expectRefused("coarse.dtsdf", "map/voxel_size_m");
   writeOtherMap("elsewhere.dtsdf", 0.05f, "odom");
   expectRefused("elsewhere.dtsdf", "'odom'");
-  // The map frame's name comes from a file: it must not move the cursor or forge a log line.
+  // The name of the map frame comes from a file, so it must not be able to move the cursor or forge
+  // log lines.
   const std::string evil = "map\n[INFO] all is well\x1b[2J\u009b2J\u202e" + std::string(5000, 'x');
   writeOtherMap("evil.dtsdf", 0.05f, evil);
   expectRefused("evil.dtsdf", "'map\\x0a[INFO] all is well\\x1b[2J\\xc2\\x9b2J\\xe2\\x80\\xae");
   EXPECT_LT(loadMapFrom("evil.dtsdf").message.size(), 500u);
   writeOtherMap("unnamed.dtsdf", 0.05f, "");
-  EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success) << "a map without a frame name is accepted";
+  EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success)
+      << "a map without a frame name should be accepted";
 }
 
 TEST_F(MapsTest, AreRefusedIfDamaged) {
@@ -246,7 +248,7 @@ TEST_F(MapsTest, ConcurrentCallsAreServedOneByOne) {
   fuseFrames(1);
 }
 
-/// A separate node starts with a map from outside its output directory.
+/// Starts a separate node with a map from outside its output directory.
 TEST_F(MapsTest, CanBeLoadedAtStart) {
   const auto saved = saveMapAs("start.dtsdf");
   const TemporaryFolder elsewhere;
@@ -264,7 +266,7 @@ TEST_F(MapsTest, CanBeLoadedAtStart) {
       [&](const dtsdf_mapping::MapStatus::ConstPtr& message) { status = *message; });
   EXPECT_TRUE(waitUntil([&] { return status.blocks == saved.blocks; }));
   EXPECT_EQ(status.loaded_map, elsewhere / "start.dtsdf");
-  EXPECT_FLOAT_EQ(status.voxel_size_m, 0.05f) << "not the voxel size of the file";
+  EXPECT_FLOAT_EQ(status.voxel_size_m, 0.05f) << "the node should use the voxel size of the file";
   kill(node, SIGINT);
   int result = 0;
   EXPECT_EQ(waitpid(node, &result, 0), node);

@@ -1,4 +1,4 @@
-/// Frames with masks, and a single camera_info message for all of them.
+/// Tests images with masks. A single camera_info message is used for all images.
 #include <gtest/gtest.h>
 
 #include "ros/support/fake_camera.h"

@@ -47,7 +47,7 @@ TEST_F(MeshQueueTest, KeepsOnlyTheNewestMeshPerBlock) {
     queue_.add(makeUpdate({{0, 0, 0}, {-1, 2, 3}}, i), ros::Time(static_cast<double>(i)));
   }
   const MeshChanges changes = queue_.take();
-  ASSERT_EQ(changes.blocks.size(), 2u) << "at most one mesh per block waits";
+  ASSERT_EQ(changes.blocks.size(), 2u) << "the queue should contain at most one mesh per block";
   for (const SharedBlockMesh& block : changes.blocks) EXPECT_EQ(block->triangles.size(), 300u);
   EXPECT_EQ(changes.stamp, ros::Time(100.0));
 }
@@ -92,7 +92,7 @@ TEST(MeshDifferences, AreEmptyForEqualMeshes) {
   std::vector<SharedBlockMesh> same = {block(7, 0.0f, 0)};  // empty, and not in the store
   for (int x = 0; x < 4; ++x) same.push_back(block(x, 0.25f));
   EXPECT_TRUE(differences(store, same).empty());
-  EXPECT_EQ(differences(store, {}).size(), 4u) << "all blocks were removed";
+  EXPECT_EQ(differences(store, {}).size(), 4u) << "all blocks should be removed";
 }
 
 }  // namespace

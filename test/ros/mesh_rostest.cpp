@@ -1,4 +1,4 @@
-/// Tests the mesh on its topics and in files: chunks, late subscribers, surface points, services.
+/// Tests the published and saved mesh: chunks, late subscribers, surface points and services.
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ using visualization_msgs::Marker;
 
 class MeshTest : public WallCamera {
  protected:
-  /// Waits until the markers have as many triangles as the status reports.
+  /// Waits until the markers contain as many triangles as the status reports.
   bool waitForMesh(const MeshWatcher& mesh) {
     return waitUntil(
         [&] { return mesh.triangles() > 0 && mesh.triangles() == status_.status().triangles; });
@@ -90,14 +90,15 @@ TEST_F(MeshTest, LateSubscriberGetsTheWholeMesh) {
   EXPECT_EQ(pclose(pipe), 0);
   EXPECT_EQ(triangles, early.triangles());
   EXPECT_EQ(markers, early.shown().size());
-  EXPECT_EQ(added, markers) << "each chunk is sent once";
+  EXPECT_EQ(added, markers) << "each chunk should be sent only once";
 
   clearMap();
   EXPECT_TRUE(waitUntil([&] { return early.shown().empty(); }));
   EXPECT_EQ(early.deletedMarkers(), markers);
 }
 
-/// The blocks contain the same mesh as the markers; a new subscriber gets each chunk once.
+/// The blocks must contain the same mesh as the markers, and a new subscriber must receive each
+/// chunk only once.
 TEST_F(MeshTest, BlocksContainTheMeshOfTheMarkers) {
   const MeshWatcher mesh(nh_);
   const BlocksWatcher blocks(nh_);
@@ -142,8 +143,8 @@ TEST_F(MeshTest, OnlyChangedChunksAreSent) {
   for (const auto& [id, marker] : mesh.shown()) old_ids.insert(id);
   const uint64_t added = mesh.addedMarkers();
 
-  // From its new position, the camera sees no part of the old chunks. The first frame after the
-  // jump is dropped, and a surface is meshed only after two frames.
+  // None of the old chunks is visible from the new position. The first frame after the jump is
+  // dropped, and a surface is meshed only after two frames.
   const uint64_t fused = status_.status().frames_fused;
   for (int i = 0; i < 3; ++i) {
     const ros::Time stamp = camera_.nextStamp();
@@ -171,7 +172,7 @@ TEST_F(MeshTest, SurfacePointsAreTheVerticesWithNormals) {
     EXPECT_EQ(fields.count(name), 1u) << name;
   }
   const sensor_msgs::PointCloud2ConstIterator<float> p_W(cloud, "x"), normal(cloud, "normal_x");
-  EXPECT_NEAR(p_W[2], 1.0f, 0.005f) << "the point is not on the wall";
+  EXPECT_NEAR(p_W[2], 1.0f, 0.005f) << "the point should be on the wall";
   EXPECT_LT(normal[2], -0.99f);
 }
 
@@ -186,7 +187,7 @@ TEST_F(MeshTest, ExampleWritesTheBlocksThatItReads) {
   EXPECT_NE(header.find("element face " + std::to_string(saved.triangles) + "\n"),
             std::string::npos);
   EXPECT_NE(header.find("property double x\n"), std::string::npos);
-  // The first vertex is 1 m ahead and faces the camera.
+  // The first vertex is 1 m ahead, and its normal points towards the camera.
   const size_t begin = header.find("end_header\n") + 11;
   double p_W[3];
   float normal[3];
@@ -197,7 +198,7 @@ TEST_F(MeshTest, ExampleWritesTheBlocksThatItReads) {
   EXPECT_LT(normal[2], -0.99f);
 }
 
-/// Invalid messages are refused: here, a block with a triangle but no vertices.
+/// A block with a triangle but no vertices is invalid and must be refused.
 TEST_F(MeshTest, ExampleRefusesInvalidMeshes) {
   dtsdf_mapping::MeshBlocks message;
   message.step_m = 0.001;
@@ -213,7 +214,7 @@ TEST_F(MeshTest, ExampleRefusesInvalidMeshes) {
   EXPECT_FALSE(fs::exists(path));
 }
 
-/// Unit tests cover the contents of the files.
+/// The contents of the files are covered by unit tests.
 TEST_F(MeshTest, SavesEveryFormatAndReportsCounts) {
   const auto ply = saveMesh("folder/mesh.ply");
   ASSERT_TRUE(ply.success) << ply.message;
@@ -228,14 +229,15 @@ TEST_F(MeshTest, SavesEveryFormatAndReportsCounts) {
     ASSERT_TRUE(saved.success) << saved.message;
     EXPECT_EQ(saved.triangles, ply.triangles);
   }
-  EXPECT_TRUE(readBytes(saveMesh("again.ply").path) == bytes) << "saved again, the bytes differ";
+  EXPECT_TRUE(readBytes(saveMesh("again.ply").path) == bytes)
+      << "saving the mesh twice should give identical files";
   for (const auto& entry : fs::directory_iterator(folder_)) {
     EXPECT_TRUE(entry.is_directory() || !meshFormatOf(entry.path().string()).empty())
         << "left behind: " << entry.path();
   }
 }
 
-/// rosservice fills omitted fields with zeros.
+/// All fields except the file name are omitted, so rosservice sets them to zero.
 TEST_F(MeshTest, SavingNeedsOnlyAFileName) {
   const std::string command =
       std::string(DTSDF_ENVIRONMENT) +
@@ -292,7 +294,7 @@ TEST_F(MeshTest, SavesASimplifiedMeshWithItsError) {
   }
 }
 
-/// Calls are also answered while mapping is paused.
+/// Also tests that calls are served while mapping is paused.
 TEST_F(MeshTest, ConcurrentCallsSaveTheSameMesh) {
   pauseMapping(true);
   std::vector<std::thread> callers;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""node_help_test.py MAPPING_NODE SIMULATED_CAMERA: tests that --help works without a ROS master."""
+"""Tests that --help works without a ROS master. Usage: node_help_test.py MAPPING_NODE SIMULATED_CAMERA"""
 import os
 import subprocess
 import sys

@@ -32,7 +32,8 @@ TEST(NodeParams, DocumentationNamesEveryKeyAndDropReason) {
   std::ifstream file(DTSDF_DOCS_FOLDER "/ros.md");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   for (const auto& [key, value] : toTree(NodeParams())) {
-    EXPECT_NE(text.find("`" + key + "`"), std::string::npos) << key << " is not in docs/ros.md";
+    EXPECT_NE(text.find("`" + key + "`"), std::string::npos)
+        << key << " should be described in docs/ros.md";
   }
   std::ifstream header(DTSDF_DOCS_FOLDER "/../src/ros/input/frame_accounting.h");
   const std::string code{std::istreambuf_iterator<char>(header), std::istreambuf_iterator<char>()};
@@ -51,7 +52,8 @@ TEST(NodeParams, LevelledMapsHaveAFrameOfTheirOwn) {
   EXPECT_EQ(frameOf({{"map_frame", std::string("odom")}}), "odom");
   EXPECT_EQ(frameOf({{"map_frame", std::string("odom")}, {"map/level", floor}}), "odom_level");
   EXPECT_EQ(frameOf({{"map/level", floor}, {"map/level_frame", std::string("/site")}}), "site");
-  EXPECT_EQ(frameOf({{"map/level_frame", std::string("site")}}), "map") << "not levelled";
+  EXPECT_EQ(frameOf({{"map/level_frame", std::string("site")}}), "map")
+      << "map/level_frame should be ignored if the map is not levelled";
   EXPECT_EQ(violationsOf({{"map/level", floor}, {"map/level_frame", std::string("/map")}}).size(),
             1u);
   EXPECT_EQ(violationsOf({{"map/level", std::string("gravity")}}).size(), 1u);
@@ -106,7 +108,8 @@ TEST(NodeParams, CamerasAreDistinctNamespaces) {
       1u);
 }
 
-/// In dynamic_reconfigure, the rates have the same keys, defaults and ranges as in the settings.
+/// The rates in dynamic_reconfigure must have the same names, defaults and ranges as the node's
+/// parameters.
 TEST(NodeParams, ReconfigurableRatesMatchTheSettings) {
   const auto minimum = dtsdf_mapping::PublishConfig::__getMin__();
   const auto defaults = dtsdf_mapping::PublishConfig::__getDefault__();

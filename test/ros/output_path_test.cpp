@@ -55,7 +55,8 @@ TEST(OutputPath, RefusesPathsOutsideTheOutputDirectory) {
   }
 }
 
-/// The operating system ends a name at its first NUL, but the check of the extension would read on.
+/// For the operating system, the first NUL ends a name, but a check of the extension would look
+/// past it.
 TEST(OutputPath, RefusesControlCharacters) {
   const TemporaryFolder folder;
   for (const std::string& name :

@@ -1,5 +1,5 @@
-/// A map that is mostly on disk: the displayed mesh stays complete, late subscribers get all of it,
-/// and saved files equal those of a map in memory.
+/// Tests a map that is mostly on disk. The published mesh must stay complete, late subscribers must
+/// receive all of it, and saved files must equal those of a map in memory.
 #include <dtsdf_mapping/GetDistances.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ class PagedMap : public WallCamera {
  protected:
   static constexpr int kFrames = 100;
 
-  /// Fuses frames along the wall.
+  /// Fuses frames while moving along the wall.
   void fly() {
     for (int i = 0; i < kFrames; ++i) {
       ASSERT_NO_FATAL_FAILURE(fuseFrame({1.2 * i, 0.0, 0.0}));
@@ -40,7 +40,7 @@ class PagedMap : public WallCamera {
     return {};
   }
 
-  /// Checks that the node's distances along the whole wall equal those in `space`.
+  /// Checks that the distances returned by the node along the whole wall equal those in `space`.
   void expectSameDistances(Space& space) {
     space.updateDistances();
     dtsdf_mapping::GetDistances call;
@@ -71,8 +71,8 @@ class PagedMap : public WallCamera {
               2 * kFrames);
   }
 
-  /// Saves the map and loads it into memory. Checks that its distances equal the node's, and
-  /// returns its mesh as a .ply file.
+  /// Saves the map and loads it into memory. Checks that its distances equal those of the node.
+  /// Returns the contents of its mesh as a .ply file.
   std::string meshOfSavedMap() {
     const auto saved = saveMapAs("map.dtsdf");
     EXPECT_TRUE(saved.success) << saved.message;
@@ -105,21 +105,22 @@ TEST_F(PagedMap, IsShownAndSavedAsAWhole) {
   EXPECT_GT(status.paged_blocks, status.blocks);
   EXPECT_EQ(status.pages_lost + status.page_failures, 0u) << status.message;
   EXPECT_LE(partOf("mesh").bytes, partOf("mesh").limit_bytes);
-  EXPECT_EQ(partOf("mesh").limit_bytes, uint64_t{1} << 18) << "not an eighth of the budget";
+  EXPECT_EQ(partOf("mesh").limit_bytes, uint64_t{1} << 18)
+      << "the mesh limit should be an eighth of the budget";
   EXPECT_GT(partOf("pages").bytes, status.paged_bytes + 2 * partOf("mesh").bytes)
-      << "blocks or meshes are not counted";
+      << "both blocks and meshes on disk should be counted";
 
   const MeshWatcher late(nh_);
   EXPECT_TRUE(waitUntil([&] { return late.triangles() == triangles_on_display; }))
       << late.triangles() << " of " << triangles_on_display;
 
-  // The other formats are saved, too.
+  // Save the other formats, too.
   for (const char* name : {"mesh.obj", "mesh.stl", "mesh.glb"}) {
     const auto saved = saveMesh(name);
     EXPECT_TRUE(saved.success) << saved.message;
     EXPECT_EQ(saved.triangles, triangles_on_display);
   }
-  // On the way back, blocks on disk change, and the changes are shown.
+  // On the way back, blocks on disk change and the changes are published.
   for (int i = kFrames; i-- > 0;) ASSERT_NO_FATAL_FAILURE(fuseFrame({1.2 * i, 0.1, 0.0}));
   const auto again = saveMesh("again.ply");
   ASSERT_TRUE(again.success) << again.message;

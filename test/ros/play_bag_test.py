@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests which topics play_bag plays, and what it reports about missing topics. Needs no ROS."""
+"""Tests which topics play_bag plays and how it reports missing topics. Does not need ROS."""
 import importlib.machinery
 import importlib.util
 import os

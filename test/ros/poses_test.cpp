@@ -18,7 +18,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// The fake mapper aligns only frames within 0.1 m of camera_x_m_ along the x axis.
+/// Uses a fake mapper that only aligns frames within 0.1 m of camera_x_m_ along the x axis.
 class PosesTest : public testing::Test {
  protected:
   PosesTest() {
@@ -69,7 +69,7 @@ class PosesTest : public testing::Test {
     frame.frame_id = frame_id;
     host_->push(stream, std::move(frame));
     host_->work();
-    host_->clock.advance(1.0);  // frames that wait for another camera are due
+    host_->clock.advance(1.0);  // frames waiting for another camera become due
     host_->work();
   }
 
@@ -108,7 +108,7 @@ class PosesTest : public testing::Test {
 TEST_F(PosesTest, RefinedFramesAreFusedAtAlignedPoses) {
   start(PoseMode::kRefine);
   push(1.0);
-  EXPECT_EQ(alignments_, 0) << "frames cannot be aligned to an empty map";
+  EXPECT_EQ(alignments_, 0) << "the first frame should not be aligned to the empty map";
   push(1.1, 0.04);
   EXPECT_EQ(fused(), 2u);
   EXPECT_NEAR(foundX_m(), 0.0, 1e-9);
@@ -146,7 +146,7 @@ TEST_F(PosesTest, MisfitsCanBeDropped) {
   expectAccounted();
 }
 
-/// Two stationary cameras whose given poses drift in opposite directions.
+/// The input poses of two stationary cameras drift in opposite directions.
 TEST_F(PosesTest, CamerasOfARigAreCorrectedSeparately) {
   params_.cameras = {"left", "right"};
   params_.poses.drift = 1.0;
@@ -171,7 +171,7 @@ TEST_F(PosesTest, CamerasOfARigAreCorrectedSeparately) {
     EXPECT_GE(countOf(statusOf(camera), AlignmentStatus::kAligned), 9u);
   }
   EXPECT_LT(poses_->T_M_O().translation().x(), -0.3)
-      << "the first camera's correction is published";
+      << "the correction of the first camera should be published";
   EXPECT_EQ(poses_->fusedPoses().size(), 10u);
   for (const size_t camera : {0, 1}) {
     ColourFrame colour;
@@ -179,7 +179,7 @@ TEST_F(PosesTest, CamerasOfARigAreCorrectedSeparately) {
     push(1.95 + 0.01 * static_cast<double>(camera), colour, 1, "colour", camera);
   }
   ASSERT_EQ(painted_x_m.size(), 2u);
-  for (const double x_m : painted_x_m) EXPECT_NEAR(x_m, 0.0, 0.1) << "not moved like its camera";
+  for (const double x_m : painted_x_m) EXPECT_NEAR(x_m, 0.0, 0.1) << "must move with its camera";
   expectAccounted();
 }
 
@@ -224,7 +224,7 @@ TEST_F(PosesTest, ALostCameraFusesNothingUntilItFitsAgain) {
   camera_x_m_ = 0.02;
   for (int i = 6; i < 12; ++i) push(1.0 + 0.1 * i);
   EXPECT_TRUE(statusOf(0).lost_since.isZero());
-  EXPECT_GT(dropped(drop::kLost), 4u) << "a single fit may be a coincidence";
+  EXPECT_GT(dropped(drop::kLost), 4u) << "a single match should not be enough";
   EXPECT_GT(fused(), 2u);
   pushColour(2.15, "camera");
   EXPECT_EQ(host_->colour.counts().fused, 1u);
@@ -273,7 +273,8 @@ TEST_F(PosesTest, TheBaseStartsAtTheOrigin) {
   params_.base_frame = "base";
   start(PoseMode::kTrack);
   push(1.0);
-  EXPECT_EQ(dropped(drop::kNoTransform), 1u) << "frames do not wait for a missing pose";
+  EXPECT_EQ(dropped(drop::kNoTransform), 1u)
+      << "a frame without a transform should be dropped at once";
   putTransform(host_->transforms, 1.0, 0.4, "camera", "base");
   camera_x_m_ = 0.45;
   push(1.1);
@@ -309,8 +310,8 @@ using Eigen::Matrix3d;
 
 constexpr double kSigma_m = 0.05, kSigma_rad = 0.035;
 
-/// An alignment that does not observe shifts along `axis`, where the standard deviation is
-/// kSigma_m. All others are 1 mm or 1 mrad.
+/// An alignment that does not determine the shift along `axis`, which has a standard deviation of
+/// kSigma_m. All other standard deviations are 1 mm or 1 mrad.
 Alignment slidingAlong(const Vector3d& axis) {
   Alignment alignment;
   alignment.status = AlignmentStatus::kAligned;
@@ -346,10 +347,10 @@ TEST(PoseCovariance, TrackedPosesAreUncertainAlongFreeAxes) {
   first.covariance.diagonal().setConstant(kSigma_m * kSigma_m);
   params.mode = PoseMode::kTrack;
   EXPECT_EQ(odometryCovariance(first, params), first.covariance)
-      << "an image that was not aligned must keep its covariance";
+      << "an image that was not aligned should keep its covariance";
 }
 
-/// Compares with an error in the camera's pose, transformed to another point on the rigid body.
+/// Compares with a camera pose error transformed to another point on the rigid body.
 TEST(PoseCovariance, ErrorsMoveWithTheBody) {
   Eigen::Matrix<double, 6, 1> error;
   error << 0.01, -0.02, 0.03, 0.001, 0.002, -0.003;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kSensorWidth = 60, kSensorHeight = 40;
 
-/// Each pixel has a different value: 100 + 60 v + u.
+/// An image in which pixel (u, v) has the value 100 + 60 v + u.
 sensor_msgs::ImagePtr makeRawImage() {
   const auto image = boost::make_shared<sensor_msgs::Image>();
   image->encoding = "16UC1";
@@ -45,7 +45,7 @@ sensor_msgs::CameraInfoPtr makeInfo(const std::string& model, const std::vector<
   return info;
 }
 
-/// The published formula of each distortion model, on the plane z = 1.
+/// Distorts a point on the plane z = 1 with the published formula of the distortion model.
 Eigen::Vector2d distort(const std::string& model, const std::vector<double>& D, double x,
                         double y) {
   const double r2 = x * x + y * y;
@@ -70,8 +70,8 @@ std::vector<double> padded(std::vector<double> D, size_t size) {
   return D;
 }
 
-/// Checks that each measured pixel has the value of the raw pixel nearest to its ray, or of either
-/// if two are equally near. Returns the number of measured pixels.
+/// Checks that each valid pixel has the value of the raw pixel nearest to its ray. If two raw
+/// pixels are equally near, either value is accepted. Returns the number of valid pixels.
 int checkPixels(const sensor_msgs::CameraInfo& info, const sensor_msgs::Image& rectified,
                 const Eigen::Vector4d& K, const Eigen::Vector4d& P) {
   int measured = 0;
@@ -153,7 +153,7 @@ TEST(Rectification, RotationLeavesPointsInPlace) {
   EXPECT_GT(measured, kSensorWidth * kSensorHeight / 2);
 }
 
-/// R turns the rectified camera by 180 degrees, so all its rays point behind the raw camera.
+/// R turns the rectified camera by 180 degrees, so that all its rays lie behind the raw camera.
 TEST(Rectification, NothingIsMeasuredBehindTheCamera) {
   const auto info = makeInfo("plumb_bob", kPlumbBob);
   info->R = {-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0};
@@ -172,7 +172,7 @@ TEST(Rectification, LeavesRectifiedImagesUnchanged) {
   const auto zeros = makeInfo("plumb_bob", std::vector<double>(5, 0.0));
   EXPECT_TRUE(isChanged(Usage::kAuto, "/camera/depth/image_raw", distorted));
   EXPECT_TRUE(isChanged(Usage::kAuto, "/rectified/image", distorted))
-      << "only the last part of the topic counts";
+      << "only the last part of the topic should count";
   EXPECT_FALSE(isChanged(Usage::kAuto, "/camera/depth/image_rect_raw", distorted));
   EXPECT_FALSE(isChanged(Usage::kAuto, "/d/image_rect/compressedDepth", distorted));
   EXPECT_FALSE(isChanged(Usage::kAuto, "image_rect", zeros));
@@ -182,7 +182,8 @@ TEST(Rectification, LeavesRectifiedImagesUnchanged) {
   plain->R = {0.8, 0.0, 0.6, 0.0, 1.0, 0.0, -0.6, 0.0, 0.8};
   EXPECT_TRUE(isChanged(Usage::kAuto, "image_raw", plain)) << "R is not the identity";
   plain->K.fill(0.0);
-  EXPECT_FALSE(isChanged(Usage::kAuto, "image_raw", plain)) << "K is not given";
+  EXPECT_FALSE(isChanged(Usage::kAuto, "image_raw", plain))
+      << "without K, images should not be rectified";
   EXPECT_TRUE(isChanged(Usage::kAlways, "image_rect", distorted));
   EXPECT_FALSE(isChanged(Usage::kNever, "image_raw", distorted));
 }

@@ -1,4 +1,4 @@
-/// A bag with drifting odometry: images are fused at corrected poses, and the correction is
+/// Tests that drifting odometry is corrected before images are fused, and that the correction is
 /// published.
 #include <dtsdf_mapping/SetPose.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-/// Tests the published view of the map from the camera's pose.
+/// Tests the published rendering of the map from the camera's pose.
 #include <gtest/gtest.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>

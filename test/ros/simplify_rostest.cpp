@@ -1,5 +1,5 @@
-/// If another call saves a file, or the node ends, the simplification of a mesh is cancelled at
-/// once. The cancelled call says so and leaves no file.
+/// Tests that mesh simplification is cancelled at once if another call saves a file or the node
+/// ends. The cancelled call must report this and must not leave a file.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using SaveMesh = dtsdf_mapping::SaveMesh;
 
-/// Long enough for a call to start, but short compared with its duration.
+/// Long enough for a call to start, but short compared with the duration of a call.
 constexpr std::chrono::milliseconds kStartDelay{150};
 
 double secondsSince(Clock::time_point begin) {
@@ -105,7 +105,7 @@ class Simplify : public testing::Test {
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
 
-  /// Number of files whose names contain `begin`, including partly written files.
+  /// Number of files, including partly written ones, whose names contain `begin`.
   static size_t filesNamed(const std::string& begin) {
     size_t count = 0;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
@@ -147,7 +147,7 @@ TEST_F(Simplify, IsCancelledBySavingAnotherMesh) {
   EXPECT_TRUE(readBytes(folder_ + "/next.ply") == readBytes(folder_ + "/whole.ply"));
 }
 
-/// A separate node with the same map ends while it simplifies the mesh.
+/// Stops a separate node with the same map while it is simplifying the mesh.
 TEST_F(Simplify, EndsWithTheNode) {
   ros::param::set("/ending/backend", "cpu");
   ros::param::set("/ending/output_directory", folder_);
@@ -168,7 +168,7 @@ TEST_F(Simplify, EndsWithTheNode) {
   RecordProperty("seconds_to_the_end", std::to_string(secondsSince(begin)));
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
   EXPECT_LT(secondsSince(begin), 10.0);
-  const Saved saved = slow.get();  // roscpp may or may not deliver the answer
+  const Saved saved = slow.get();  // roscpp may or may not deliver the response
   EXPECT_FALSE(saved.answered && saved.response.success) << saved.response.message;
   EXPECT_EQ(filesNamed("slow"), 0u);
   ros::param::del("/ending");

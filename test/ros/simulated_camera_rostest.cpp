@@ -1,4 +1,5 @@
-/// The demo without RViz: the simulated camera circles in its room, and the mesh matches the room.
+/// Tests the demo without RViz. The simulated camera circles in its room, and the mesh must match
+/// the room.
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +19,7 @@ constexpr uint64_t kFramesOfLap = 60;
 constexpr double kVoxel_m = 0.05;
 
 /// Checks that the wall in the middle is yellow on one side and green on the other, although it is
-/// only 30 mm thick, less than a voxel.
+/// only 30 mm thick, which is less than a voxel.
 void expectWallPainted(const MeshWatcher& mesh) {
   size_t sides[2] = {0, 0}, wrong = 0;
   for (const auto& [id, marker] : mesh.shown()) {

@@ -1,4 +1,4 @@
-/// Fusion continues while a large mesh is published and saved.
+/// Tests that fusion continues while a large mesh is published and saved.
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
 
@@ -20,8 +20,8 @@ TEST_F(SlowOutput, DoesNotStopFusing) {
       "/mapping/surface_points", 1, [&](const sensor_msgs::PointCloud2::ConstPtr&) { ++clouds; });
   for (int i = 0; i < kPlaces; ++i) fuseNextPlace();
 
-  // Each frame is sent once the previous one is fused, so all counted frames were fused before the
-  // save ended.
+  // Each frame is sent only after the previous frame was fused, so all counted frames were fused
+  // before the save ended.
   int fused_while_saving = 0;
   for (int saves = 0; saves < 10 && fused_while_saving < 5; ++saves) {
     auto saving = std::async(std::launch::async, [] { return saveMesh("large.obj"); });
@@ -37,7 +37,7 @@ TEST_F(SlowOutput, DoesNotStopFusing) {
   EXPECT_GE(fused_while_saving, 5);
   EXPECT_EQ(status_.status().frames_dropped, 0u);
 
-  // Once the output has caught up, everything is published.
+  // Once publishing has caught up, the whole mesh has been published.
   const auto saved = saveMesh("large.obj");
   EXPECT_TRUE(waitUntil([&] { return mesh.triangles() == saved.triangles; }));
   EXPECT_TRUE(waitUntil([&] { return clouds > 0; }));

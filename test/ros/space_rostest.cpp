@@ -1,4 +1,4 @@
-/// Tests what planners get from the node (grid, slices and distances), and that it follows the map.
+/// Tests that the grid, slices and distances provided for planners are correct and follow the map.
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dtsdf_mapping/GetDistanceGrid.h>
 #include <dtsdf_mapping/GetDistances.h>
@@ -31,7 +31,7 @@ using dtsdf_mapping::GetDistances;
 
 constexpr double kCell_m = 0.05;
 
-/// Pose of a camera at x_m that faces along the map's x axis, with z up. The wall is 1 m ahead.
+/// Pose of an upright camera at x_m facing along the map's x axis. The wall is 1 m ahead.
 Eigen::Isometry3d lookAlongX(double x_m) {
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();
   T_W_C.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -39,7 +39,7 @@ Eigen::Isometry3d lookAlongX(double x_m) {
   return T_W_C;
 }
 
-/// The first message that a new subscriber to the topic gets.
+/// The first message received by a new subscriber.
 template <class Message>
 Message firstMessage(const std::string& topic) {
   const auto message = listenRaw<Message>(topic).template readMessage<Message>(10.0);
@@ -87,7 +87,7 @@ class SpaceTest : public WallCamera {
     clearMap();
   }
 
-  /// The camera is at x_m plus 0.02 m, so that the wall is in the middle of a cell.
+  /// Places the camera at x_m plus 0.02 m, so that the wall is near the centre of a cell.
   void fuseFrames(int count, double x_m = 0.0) {
     for (int i = 0; i < count; ++i) {
       const uint64_t fused = status_.status().frames_fused;
@@ -98,7 +98,7 @@ class SpaceTest : public WallCamera {
     }
   }
 
-  /// Number of grids that the reader has received, once none has arrived for half a second.
+  /// Waits until no grid has arrived for half a second. Returns the number of grids received.
   static size_t settledGrids(const GridReader& reader) {
     size_t grids = 0;
     ros::WallTime since = ros::WallTime::now();
@@ -110,7 +110,7 @@ class SpaceTest : public WallCamera {
     return grids;
   }
 
-  /// Waits until the reader has the same grid as a new subscriber.
+  /// Waits until the reader's grid equals that of a new subscriber.
   void expectUpToDate(const GridReader& reader) {
     nav_msgs::OccupancyGrid grid;
     EXPECT_TRUE(waitUntil([&] {
@@ -124,7 +124,7 @@ class SpaceTest : public WallCamera {
   ros::Time last_stamp_;  ///< Stamp of the last fused frame.
 };
 
-/// Queries points on a robot, in the robot's frame. The wall is to its right.
+/// Queries points in the frame of a robot with the wall on its right.
 TEST_F(SpaceTest, AFootprintCanBeQueried) {
   fuseFrames(3);
   Eigen::Isometry3d T_W_B(Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()));
@@ -148,7 +148,7 @@ TEST_F(SpaceTest, AFootprintCanBeQueried) {
       EXPECT_NEAR(response.gradients[i].y, 1.0, 0.05) << i;
       EXPECT_NEAR(response.gradients[i].x, 0.0, 0.05) << i;
     }
-    EXPECT_FALSE(response.known[3]) << "space behind the wall is unknown";
+    EXPECT_FALSE(response.known[3]) << "cells behind the wall should be unknown";
     EXPECT_LT(response.distances[3], 0.0f);
   }
 }
@@ -179,14 +179,14 @@ TEST_F(SpaceTest, BadRequestsAreRefusedWithAReason) {
   const GetDistances::Response many = ask(bad);
   EXPECT_TRUE(many.success) << many.message;
   EXPECT_EQ(many.distances.size(), 100000u);
-  // No point is too far away to be queried.
+  // Even points very far away can be queried.
   good.points = {pointOf(1e300, -1e300, 0.0)};
   const GetDistances::Response far = ask(good);
   ASSERT_TRUE(far.success) << far.message;
   EXPECT_FALSE(far.known[0]);
 }
 
-/// The transform never arrives, so the query waits for input/tf_timeout_s.
+/// The query's transform never arrives, so the query waits for input/tf_timeout_s.
 TEST_F(SpaceTest, OthersAreServedWhileAQueryWaits) {
   ros::ServiceClient pauses = nh_.serviceClient<std_srvs::SetBool>("/mapping/pause", true);
   ros::ServiceClient distances = nh_.serviceClient<GetDistances>("/mapping/get_distances", true);
@@ -207,8 +207,8 @@ TEST_F(SpaceTest, OthersAreServedWhileAQueryWaits) {
   EXPECT_GE(served, 10);
 }
 
-/// The wall is at x = 1.02 m. A request can declare regions free, for example where the robot's own
-/// arm is.
+/// The wall is at x = 1.02 m. The request clears a sphere, as a planner may do for the robot's own
+/// arm.
 TEST_F(SpaceTest, AGridCanBeQueried) {
   fuseFrames(3);
   GetDistances::Request points;
@@ -232,7 +232,7 @@ TEST_F(SpaceTest, AGridCanBeQueried) {
   EXPECT_EQ(answer.distances[4], queryUpToDate(points).distances[0]);
   EXPECT_NEAR(answer.distances[2], 1.02 - 0.6, kCell_m);
   EXPECT_NEAR(answer.gradients[6], -1.0, 0.05);
-  EXPECT_TRUE(std::isnan(answer.distances[8])) << "space behind the wall is unknown";
+  EXPECT_TRUE(std::isnan(answer.distances[8])) << "cells behind the wall should be unknown";
   EXPECT_TRUE(std::isnan(answer.gradients[24]));
 
   request.cleared_spheres.resize(1);
@@ -241,8 +241,9 @@ TEST_F(SpaceTest, AGridCanBeQueried) {
   ASSERT_TRUE(callService("/mapping/get_distance_grid", call));
   ASSERT_TRUE(answer.success) << answer.message;
   EXPECT_NEAR(answer.distances[4], std::hypot(0.22, 0.3), kCell_m);
-  EXPECT_FALSE(std::isnan(answer.distances[8])) << "the cleared sphere does not count as free";
-  EXPECT_NEAR(queryUpToDate(points).distances[0], 0.22, kCell_m) << "the map has changed";
+  EXPECT_FALSE(std::isnan(answer.distances[8])) << "the cleared sphere should count as free";
+  EXPECT_NEAR(queryUpToDate(points).distances[0], 0.22, kCell_m)
+      << "the query should not change the map";
 
   request.resolution = 0.001;
   ASSERT_TRUE(callService("/mapping/get_distance_grid", call));
@@ -250,8 +251,8 @@ TEST_F(SpaceTest, AGridCanBeQueried) {
   EXPECT_NE(answer.message.find("2097152 points"), std::string::npos) << answer.message;
 }
 
-/// Answers come from the last regular mesh update. If each query updated the mesh, there would be
-/// as many stamps as frames.
+/// Responses are based on the last regular mesh update. If each query updated the mesh, there would
+/// be as many stamps as frames.
 TEST_F(SpaceTest, QueriesDoNotUpdateTheMesh) {
   setSpaceRate(1.0);
   GetDistances::Request request;
@@ -284,8 +285,8 @@ TEST_F(SpaceTest, UpdatesMatchTheGridOfLateSubscribers) {
   EXPECT_EQ(reader.grid().info.height % 256, 0u);
   EXPECT_EQ(reader.grid().header.frame_id, "map");
   EXPECT_EQ(reader.at(0.5, 0.0), 0);
-  EXPECT_EQ(reader.at(1.3, 0.0), -1) << "space behind the wall is unknown";
-  EXPECT_EQ(reader.at(0.5, 0.6), -1) << "space outside the view is unknown";
+  EXPECT_EQ(reader.at(1.3, 0.0), -1) << "cells behind the wall should be unknown";
+  EXPECT_EQ(reader.at(0.5, 0.6), -1) << "cells outside the field of view should be unknown";
   expectUpToDate(reader);
 
   // Changes inside the grid are published as updates.
@@ -295,21 +296,22 @@ TEST_F(SpaceTest, UpdatesMatchTheGridOfLateSubscribers) {
   EXPECT_EQ(reader.grids(), grids);
   expectUpToDate(reader);
 
-  // If something changes outside the grid, the grid grows by 256 cells.
+  // If a cell outside the grid changes, the grid grows by 256 cells.
   const uint32_t width = reader.grid().info.width;
   grids = settledGrids(reader);
   fuseFrames(3, 13.0);
   ASSERT_TRUE(waitUntil([&] { return reader.at(14.02, 0.0) == 100; }));
   EXPECT_EQ(reader.grid().info.width, width + 256);
   EXPECT_EQ(reader.grids(), grids + 1);
-  EXPECT_EQ(reader.at(1.02, 0.0), 100) << "the wall is lost";
+  EXPECT_EQ(reader.at(1.02, 0.0), 100) << "the wall should remain in the grid";
   fuseFrames(3, 6.0);
   ASSERT_TRUE(waitUntil([&] { return reader.at(7.02, 0.0) == 100; }));
   expectUpToDate(reader);
 
   const auto update =
       firstMessage<map_msgs::OccupancyGridUpdate>("/mapping/occupancy_grid_updates");
-  EXPECT_EQ(update.width, reader.grid().info.width) << "a late subscriber does not get everything";
+  EXPECT_EQ(update.width, reader.grid().info.width)
+      << "a late subscriber should get the whole grid";
   EXPECT_EQ(update.data, reader.grid().data);
 }
 
@@ -328,7 +330,7 @@ TEST_F(SpaceTest, GridFollowsClearedAndLoadedMaps) {
   ASSERT_TRUE(callService("/mapping/clear_region", clear));
   ASSERT_TRUE(clear.response.success) << clear.response.message;
   EXPECT_TRUE(waitUntil([&] { return reader.at(1.02, 0.2) == -1; }));
-  EXPECT_EQ(reader.at(0.95, 0.2), -1) << "the region is still known";
+  EXPECT_EQ(reader.at(0.95, 0.2), -1) << "the cleared region should be unknown";
   EXPECT_EQ(reader.at(0.5, 0.2), 0);
   EXPECT_EQ(reader.at(1.02, -0.2), 100);
   expectUpToDate(reader);
@@ -345,7 +347,7 @@ TEST_F(SpaceTest, GridFollowsClearedAndLoadedMaps) {
   expectUpToDate(reader);
 }
 
-/// Free space gets an eighth of the memory budget of 256 MB.
+/// The free-space grid may use an eighth of the memory budget of 256 MB.
 TEST_F(SpaceTest, StatusReportsItsBudgetAndTopics) {
   std::map<std::string, uint64_t> limits;
   ASSERT_TRUE(waitUntil([&] {

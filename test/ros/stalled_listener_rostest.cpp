@@ -1,5 +1,6 @@
-/// Subscribers to each mesh topic stop reading: the node's memory stays bounded, and other
-/// subscribers are still served. A mesh_blocks subscriber that reads again gets the whole mesh.
+/// Tests subscribers that stop reading a mesh topic. The node's memory must stay bounded, and other
+/// subscribers must still be served. A mesh_blocks subscriber that resumes reading must get the
+/// whole mesh.
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -27,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 constexpr size_t kMegabyte = 1 << 20;
 constexpr int kListeners = 20;
 
-/// How long the listeners stop reading, in seconds; DTSDF_STALL_S overrides it.
+/// How long the subscribers stop reading, in seconds. Can be overridden by DTSDF_STALL_S.
 double stallSeconds() {
   const char* text = std::getenv("DTSDF_STALL_S");
   return text == nullptr ? 15.0 : std::strtod(text, nullptr);
@@ -39,7 +40,7 @@ class StalledListener : public WallCamera {
     for (const TopicStatus& status : status_.status().topics) {
       if (status.topic == "/mapping/" + topic) return status;
     }
-    ADD_FAILURE() << topic << " is not in the status";
+    ADD_FAILURE() << topic << " should be listed in the status";
     return {};
   }
 };
@@ -80,10 +81,10 @@ TEST_F(StalledListener, TakesLittleMemoryAndDelaysNobody) {
   }
   std::printf("resident: base %zu MB, most %zu MB\n", base / kMegabyte, most / kMegabyte);
   EXPECT_LT(most - base, 3 * 32 * kMegabyte + 60 * kMegabyte)
-      << "32 MB per topic, plus the growth of the map";
+      << "at most 32 MB per topic should be added, plus the growth of the map";
   EXPECT_EQ(topicStatus("mesh").listeners, 1u + kListeners);
 
-  // Other subscribers received changes during the stall, and have the whole mesh in the end.
+  // Other subscribers received changes during the stall and the whole mesh in the end.
   EXPECT_GT(mesh.addedMarkers() - markers_before, 100u);
   EXPECT_GT(clouds, clouds_before);
   const auto saved = saveMesh("mesh.ply");
@@ -93,7 +94,7 @@ TEST_F(StalledListener, TakesLittleMemoryAndDelaysNobody) {
   }));
   EXPECT_TRUE(waitUntil([&] { return cornersOf(mesh) == blocks.state().corners(); }));
 
-  // A stalled listener that reads again gets the whole mesh with the next refresh.
+  // A stalled subscriber that resumes reading gets the whole mesh with the next refresh.
   BlocksState late;
   const auto deadline = Clock::now() + std::chrono::seconds(60);
   while (Clock::now() < deadline) {
@@ -110,12 +111,12 @@ TEST_F(StalledListener, TakesLittleMemoryAndDelaysNobody) {
       << late.triangles() << " of " << saved.triangles << " triangles";
 }
 
-/// Needs the large map from the test above, so that messages exceed a connection's buffers.
+/// Needs the large map of the previous test, so that messages exceed the buffers of a connection.
 TEST_F(StalledListener, DisconnectingMidMessageHarmsNobody) {
   const MeshWatcher mesh(nh_);
   ASSERT_TRUE(waitUntil([&] { return mesh.triangles() > 100000; }));
   const auto listeners = [&](const std::string& topic) { return topicStatus(topic).listeners; };
-  // The listeners from the test above have closed their connections.
+  // The subscribers of the previous test have closed their connections.
   ASSERT_TRUE(
       waitUntil([&] { return listeners("mesh") == 1 && listeners("surface_points") == 0; }));
   for (const char* topic : {"mesh", "surface_points"}) {
@@ -126,12 +127,12 @@ TEST_F(StalledListener, DisconnectingMidMessageHarmsNobody) {
                              : listenRaw<PointCloud2>("/mapping/surface_points");
     ASSERT_TRUE(waitUntil([&] { return listeners(topic) == before + 1; }));
     fuseNextPlace();
-    ros::WallDuration(1.0).sleep();  // by then, the node is sending a message
+    ros::WallDuration(1.0).sleep();  // the node is now sending a message
     killed.disconnectAfter(1000);
     EXPECT_TRUE(waitUntil([&] { return listeners(topic) == before; }));
     fuseNextPlace();
   }
-  // The permanent subscriber has the whole mesh.
+  // The subscriber that stayed connected receives the whole mesh.
   const auto saved = saveMesh("mesh.ply");
   EXPECT_TRUE(waitUntil([&] { return mesh.triangles() == saved.triangles; }));
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests how start_rviz adapts the configuration. Needs no ROS."""
+"""Tests how start_rviz adapts the RViz configuration. Does not need ROS."""
 import importlib.machinery
 import importlib.util
 import os
@@ -74,7 +74,7 @@ class StartRviz(unittest.TestCase):
         self.assertEqual(start_rviz.points_of(message), [(500.0, -500.0, 0.0), (504.0, -499.0, 2.0)])
 
     def test_waits_for_triangles(self):
-        """The first message to a new subscriber has no triangles."""
+        """The first message to a new subscriber contains no triangles."""
         def message(*points):
             header = types.SimpleNamespace(frame_id="level")
             return types.SimpleNamespace(markers=[types.SimpleNamespace(header=header, points=list(points))])

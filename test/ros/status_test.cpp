@@ -1,4 +1,4 @@
-// Tests what all parts of the node except for the input add to the status.
+// Tests the status reported by all parts of the node except the input.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -21,7 +21,7 @@ dtsdf_mapping::MemoryPart partOf(const MapStatus& status, const std::string& nam
   return none;
 }
 
-/// The status of a live map whose mapper has these counts.
+/// Status of a live map whose mapper reports these statistics.
 MapStatus statusOf(const MapStats& counts, const MapperMemory& held = {}) {
   auto mapper = std::make_unique<FakeMapper>();
   mapper->counts = counts;
@@ -64,7 +64,7 @@ TEST(Status, ReportsWhatExceedsTheBudget) {
          "4 blocks or sectors of cells could not be read back and are lost: no space");
 }
 
-/// Counts of refused blocks stay until the map is cleared, but must not hide a current problem.
+/// Refused blocks are reported until the map is cleared, but must not hide a current problem.
 TEST(Status, AFullMapDoesNotHideCurrentProblems) {
   MapStats counts;
   counts.refused_blocks = 7;
@@ -114,7 +114,8 @@ TEST(Status, ReportsMeshesLostOrKeptInMemory) {
   PagedMeshes::Stats pages;
   pages.failures = 1;
   pages.problem = "the disk is full";
-  EXPECT_EQ(statusOf(pages, 1000).code, MapStatus::MAPPING) << "there is still room";
+  EXPECT_EQ(statusOf(pages, 1000).code, MapStatus::MAPPING)
+      << "a write failure should not be reported while there is room";
   expect(statusOf(pages, 1001), MapStatus::DISK_FULL,
          "meshes cannot be moved to disk: the disk is full");
   pages.lost = 8;
@@ -154,7 +155,7 @@ TEST(Status, ListsMemoryWithPlacesAndLimits) {
     EXPECT_EQ(partOf(status, "staging").bytes, on_gpu ? 55u : 0u);
     EXPECT_EQ(partOf(status, "space").place, "host");
     addMemory(status, "space", kHost, 7);
-    EXPECT_EQ(partOf(status, "space").bytes, 77u) << "parts with the same name are summed";
+    EXPECT_EQ(partOf(status, "space").bytes, 77u) << "parts with the same name should be added up";
     fillMeshes({}, 300, 600, status);
     EXPECT_EQ(partOf(status, "mesh").bytes, 300u);
     EXPECT_EQ(partOf(status, "mesh").limit_bytes, 600u);

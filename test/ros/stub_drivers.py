@@ -1,10 +1,10 @@
-"""Stub camera drivers, which publish images of a wall. Packages, launch files, arguments, managers, topics
-and frames have the same names as those of the real drivers; encodings and distortion models are the same,
-too. An unknown argument in one of our launch files is an error, as it would be with the real driver."""
+"""Stub camera drivers that publish images of a wall. Their packages, launch files, arguments, managers, topics
+and frames are named like those of the real drivers, and encodings and distortion models are the same. As with
+the real drivers, an unknown argument in one of our launch files is an error."""
 import os
 import stat
 
-# {package: launch file, arguments and behaviour of the driver}.
+# Launch file, arguments and behaviour of each driver, by package.
 DRIVERS = {
     "realsense2_camera": {
         "file": "rs_camera.launch",
@@ -30,7 +30,7 @@ DRIVERS = {
         "namespace": "", "manager": "$(arg camera)_nodelet_manager",
         "topic": "depth/image_rect_raw", "base": "$(arg tf_prefix)camera_base",
         "frame": "$(arg tf_prefix)depth_camera_link",
-        "distortion": "0.5 0.1 0 0 0 0.8 0.1 0"},  # of the raw image; image_proc copies it
+        "distortion": "0.5 0.1 0 0 0 0.8 0.1 0"},  # that of the raw image; image_proc copies it
     "orbbec_camera": {
         "file": "astra.launch",
         "arguments": {"camera_name": "camera", "serial_number": "", "usb_port": "",
@@ -105,14 +105,14 @@ while not rospy.is_shutdown():
     time.sleep(0.1)
 '''
 
-# Odometry of a stationary camera, under the name of rtabmap's node.
+# Odometry of a stationary camera. The node has the name of rtabmap's odometry node.
 ODOMETRY = '''#!/bin/sh
 exec rosrun tf2_ros static_transform_publisher 0 0 0 0 0 0 odom camera_link "$@"
 '''
 
 # A stub of rtabmap, which publishes poses on TF and adds every fifth image to its graph. After 25 images
-# it closes a loop, which moves all poses by 0.1 m. The message MapData has only the fields that are used
-# here. As in rtabmap, the stamp of each graph node is sent only once.
+# it closes a loop, which moves all poses by 0.1 m. MapData contains only the fields used here. As in
+# rtabmap, the stamp of each graph node is sent only once.
 SLAM = '''#!/usr/bin/env python3
 import genpy.dynamic
 import rospy
@@ -251,7 +251,7 @@ def launch_file(driver):
 
 
 def make_packages(folder):
-    """Makes a package for each driver and for rtabmap in the folder."""
+    """Writes stub packages of all drivers and of rtabmap to the folder."""
     make_drivers(folder)
     write(f"{folder}/rtabmap_slam/package.xml", manifest("rtabmap_slam"))
     write(f"{folder}/rtabmap_slam/scripts/rtabmap", SLAM, executable=True)
@@ -260,7 +260,7 @@ def make_packages(folder):
 
 
 def make_drivers(folder):
-    """Makes packages for the drivers, and no others, in the folder."""
+    """Writes stub packages of the drivers only to the folder."""
     for name, driver in DRIVERS.items():
         driver = dict(driver, package=name)
         write(f"{folder}/{name}/package.xml", manifest(name))

@@ -1,4 +1,5 @@
-/// A bag without transforms: the camera is tracked, lost when it is covered, and found again.
+/// Tests tracking with a bag without transforms. The camera is tracked, lost when it is covered,
+/// and found again.
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveTrajectory.h>
 #include <dtsdf_mapping/SetPose.h>
@@ -18,11 +19,11 @@
 namespace dtsdf {
 namespace {
 
-/// Half a voxel, and the corresponding angle at 2 m.
+/// Tolerances: half a voxel, and the corresponding angle at 2 m.
 constexpr double kClose_m = 0.02, kClose_rad = 0.01;
 
-/// Pose in the map of a camera at T_R_C in the room. Tracking starts with an upright camera at the
-/// map's origin.
+/// Converts a camera pose in the room to one in the map. Tracking starts with an upright camera at
+/// the map's origin.
 Eigen::Isometry3d mapPose(const Eigen::Isometry3d& T_R_C) {
   Eigen::Isometry3d begin = Eigen::Isometry3d::Identity();
   begin.linear() << 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
@@ -36,7 +37,7 @@ class Track : public testing::Test {
     ASSERT_TRUE(waitUntil([&] { return status_.received() && way_.isConnected(); }));
   }
 
-  /// Plays the images `from` to `to` - 1 from the bag.
+  /// Plays images `from` to `to` - 1 of the bag.
   static void play(int from, int to) {
     const BagPlayer player(room_bag::kPeriod_s * (from - 0.5), room_bag::kPeriod_s * (to - 0.5));
   }
@@ -108,7 +109,7 @@ TEST_F(Track, TheCameraIsFoundAgainNearby) {
   expectAt(room_bag::heldPose());
   EXPECT_GT(status_.status().frames_fused, fused);
   EXPECT_LT(status_.status().frames_fused, fused + room_bag::kHeld)
-      << "a single fit may be a coincidence";
+      << "a single match should not be enough";
   EXPECT_TRUE(poseStatus().lost_since.isZero());
   EXPECT_TRUE(waitUntil([&] { return way_.path().poses.size() > 10; }));
   expectAccounted();
@@ -123,7 +124,7 @@ TEST_F(Track, TrackingContinuesFromASetPose) {
 
   Eigen::Isometry3d about = mapPose(room_bag::poseAt(0));
   const Eigen::Quaterniond q(about.linear());
-  call.request.pose.position.x = about.translation().x() + 0.03;  // users are not exact
+  call.request.pose.position.x = about.translation().x() + 0.03;  // an inexact pose
   call.request.pose.orientation.w = q.w();
   call.request.pose.orientation.x = q.x();
   call.request.pose.orientation.y = q.y();
@@ -159,14 +160,14 @@ TEST_F(Track, TrajectoryIsSavedAndClearedWithTheMap) {
 
   clearMap();
   ASSERT_TRUE(callService("/mapping/save_trajectory", call));
-  EXPECT_FALSE(call.response.success) << "its poses belong to the cleared map";
+  EXPECT_FALSE(call.response.success) << "clearing the map should clear the trajectory";
   const ros::Time stamp = room_bag::stampOf(room_bag::kCarried + 61);
   camera_.see(room_bag::poseAt(0), stamp);
   ASSERT_TRUE(way_.waitFor(stamp)) << status_.status().message;
   expectAt(room_bag::poseAt(0));
 }
 
-/// A new node loads the saved map, but does not know the camera's pose. The camera is held still,
+/// A new node loads the saved map without knowing the camera's pose. The camera is held still,
 /// upside down.
 TEST_F(Track, TheCameraIsFoundAfterARestart) {
   ros::param::set("/mapping/map/load_file", outputFolder() + "/room.dtsdf");

@@ -28,8 +28,8 @@ class TransformsTest : public testing::Test {
     return transforms_.find(parent, frame, ros::Time(0));
   }
 
-  /// Adds ten transforms per second, and looks up the pose of an image at each of their stamps.
-  /// Returns the number of poses found.
+  /// Adds ten transforms per second and looks up a pose at each stamp. Returns the number of poses
+  /// found.
   int map(double from_s, double duration_s) {
     int found = 0;
     for (double stamp_s = from_s; stamp_s < from_s + duration_s - 0.05; stamp_s += 0.1) {
@@ -129,8 +129,8 @@ geometry_msgs::TransformStamped cameraAt(double stamp_s) {
   return makeTransform("map", "camera", Eigen::Isometry3d::Identity(), ros::Time(stamp_s));
 }
 
-/// A static transform stamped an hour ahead, for a frame that is published on /tf: tf2 then refuses
-/// the frame's other transforms.
+/// After a static transform stamped an hour ahead, tf2 rejects all transforms of the same frame on
+/// /tf.
 TEST_F(TransformsTest, RecoversFromAStaticTransformOfAMovingFrame) {
   transforms_.take(makeTransform("camera", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0)),
                    "test", true);
@@ -139,10 +139,10 @@ TEST_F(TransformsTest, RecoversFromAStaticTransformOfAMovingFrame) {
   EXPECT_LT(map(102.0, 3.0), 15);
   EXPECT_EQ(status().transform_restarts, 1u);
   EXPECT_GE(map(105.0, 5.0), 49);
-  transforms_.take(cameraAt(3800.0), "rogue", true);  // as when a latched message is sent again
+  transforms_.take(cameraAt(3800.0), "rogue", true);  // like a latched message that is sent again
   EXPECT_GE(map(110.0, 5.0), 49);
   EXPECT_EQ(status().transform_restarts, 1u);
-  EXPECT_TRUE(findIn("camera", "lens").T_W_C) << "valid static transforms are lost";
+  EXPECT_TRUE(findIn("camera", "lens").T_W_C) << "valid static transforms should be kept";
 }
 
 TEST_F(TransformsTest, RecoversFromATransformFarAhead) {
@@ -177,11 +177,13 @@ TEST_F(TransformsTest, FindsAnotherParentOfAFrame) {
   EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(1.0)), "");
   putTransform(transforms_, 1.0, 1.0, "camera", "odom");
   EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(5.0)), "odom");
-  EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(7.0)), "") << "odom has stopped";
+  EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(7.0)), "")
+      << "odom should be ignored once its transforms have stopped";
   EXPECT_EQ(transforms_.otherParentOf("camera", "odom", ros::Time(1.0)), "");
   const auto mount = makeTransform("arm", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0));
   transforms_.take(mount, "test", true);
-  EXPECT_EQ(transforms_.otherParentOf("lens", "map", ros::Time(700.0)), "arm") << "arm is static";
+  EXPECT_EQ(transforms_.otherParentOf("lens", "map", ros::Time(700.0)), "arm")
+      << "a static transform should not become too old";
 }
 
 Eigen::Isometry3d poseAt(double x_m, double turn_deg = 0.0) {

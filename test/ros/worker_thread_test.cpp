@@ -90,7 +90,8 @@ TEST(WorkerThread, StopFailsWaitingTasks) {
   started.get_future().get();
   auto waiting = worker.run([] { return 2; });
   std::thread stopper([&] { worker.stop(); });
-  EXPECT_THROW(waiting.get(), std::future_error) << "not dropped before the running task ended";
+  EXPECT_THROW(waiting.get(), std::future_error)
+      << "queued tasks should be dropped before the running task ends";
   go_on.set_value();
   stopper.join();
   EXPECT_EQ(running.get(), 1);

@@ -1,4 +1,4 @@
-/// Plays part of a bag to the mapper, with simulated time.
+/// Plays part of a bag in simulated time.
 #pragma once
 
 #include <ros/param.h>
@@ -9,11 +9,11 @@
 
 namespace dtsdf {
 
-/// Runs `rosbag play` in another process while the test waits for its effects.
+/// Runs `rosbag play` in the background.
 class BagPlayer {
  public:
-  /// Plays the part of the test's bag (parameter "~bag") between from_s and to_s after its start,
-  /// as soon as all its topics have subscribers.
+  /// Plays the test's bag (parameter "~bag") from from_s to to_s, in seconds since its start. Waits
+  /// until all its topics have subscribers.
   BagPlayer(double from_s, double to_s) {
     std::string bag;
     ros::param::get("~bag", bag);

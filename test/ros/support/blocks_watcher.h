@@ -13,7 +13,7 @@
 
 namespace dtsdf {
 
-/// The mesh after all messages so far.
+/// The mesh described by all messages received so far.
 class BlocksState {
  public:
   void take(const dtsdf_mapping::MeshBlocks& message);

@@ -1,4 +1,4 @@
-/// The image topics of one camera, which are kept between tests.
+/// Publishers of the image topics of a camera, which remain advertised between tests.
 #pragma once
 
 #include <sensor_msgs/CameraInfo.h>

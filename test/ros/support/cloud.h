@@ -1,4 +1,4 @@
-/// Organised clouds, as drivers make them from depth images.
+/// Organised point clouds like those that drivers compute from depth images.
 #pragma once
 
 #include <sensor_msgs/PointCloud2.h>
@@ -13,15 +13,15 @@
 
 namespace dtsdf {
 
-/// The layout of points in a message.
+/// Layout of the points in a PointCloud2 message.
 struct CloudLayout {
   uint8_t datatype = sensor_msgs::PointField::FLOAT32;
-  std::string names = "xyz";  ///< Fields in the order of their offsets; 4 unused bytes come first.
-  uint32_t padding = 4;       ///< Bytes after each row.
+  std::string names = "xyz";  ///< Fields in order, after 4 unused bytes.
+  uint32_t padding = 4;       ///< Unused bytes after each row.
   bool is_bigendian = false;
 };
 
-/// A cloud made from depths in metres; a depth of 0 becomes NaN.
+/// Cloud of the points in a depth image in metres. A depth of 0 becomes NaN.
 inline sensor_msgs::PointCloud2 makeCloud(const std_msgs::Header& header, const Intrinsics& K,
                                           int width, int height, const std::vector<float>& depth_m,
                                           const CloudLayout& layout = {}) {

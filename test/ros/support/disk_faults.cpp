@@ -1,7 +1,7 @@
-// A library to be preloaded, which simulates a failing disk: while the file FOLDER.fault contains
-// "full", "read_only" or "gone", calls for files in FOLDER (the value of DTSDF_DISK_FOLDER) fail
-// accordingly. Permissions would not stop root, and filling the real disk would disturb other
-// programs.
+// Simulates a failing disk when preloaded into a program. While the file FOLDER.fault contains
+// "full", "read_only" or "gone", calls for files in FOLDER (set by DTSDF_DISK_FOLDER) fail
+// accordingly. Changing permissions would not affect root, and filling the real disk would disturb
+// other programs.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -36,8 +36,8 @@ bool liesInFolder(int file) {
   return liesInFolder(path);
 }
 
-/// Whether this fault is simulated now. Makes system calls directly, because the functions below
-/// would recurse.
+/// Whether faults of this kind are being simulated. Uses system calls directly, because the
+/// functions below would recurse.
 bool isFault(const char* kind) {
   const int error = errno;
   char path[4096], content[32] = "";

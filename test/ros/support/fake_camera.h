@@ -1,4 +1,4 @@
-/// A camera 1 m in front of a wall. Tests may alter its messages before they are sent.
+/// A camera 1 m in front of a wall. Tests may modify its messages before sending them.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -39,7 +39,7 @@ class FakeCamera {
   void sendPose(const Eigen::Isometry3d& T_W_F, const ros::Time& stamp,
                 const std::string& frame = "camera");
 
-  /// Sends a valid frame with its transform. Returns its stamp.
+  /// Sends a valid frame with its transform. Returns the frame's stamp.
   ros::Time sendFrame();
 
  private:

@@ -1,4 +1,4 @@
-/// A clock that stands still until a test advances it.
+/// A clock that only moves when a test advances it.
 #pragma once
 
 #include "ros/common/pace.h"
@@ -9,7 +9,7 @@ class FakeClock {
  public:
   void advance(double seconds) { now_ += toSteadyDuration(seconds); }
 
-  /// Reads this clock, which must outlive the reader.
+  /// A function that reads this clock. The clock must outlive it.
   SteadyClock reader() const {
     return [this] { return now_; };
   }

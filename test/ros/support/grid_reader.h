@@ -1,5 +1,6 @@
-/// Reads the grid and its updates like costmap_2d's StaticLayer: subscribes to updates once it has
-/// a grid, and places them relative to the grid's corner. Unlike StaticLayer, it checks bounds.
+/// Reads the grid and its updates like StaticLayer in costmap_2d: it subscribes to updates after
+/// the first grid and applies them relative to the grid's corner. Unlike StaticLayer, it checks
+/// bounds.
 #pragma once
 
 #include <map_msgs/OccupancyGridUpdate.h>
@@ -20,13 +21,13 @@ class GridReader {
 
   size_t grids() const { return grids_; }
   size_t updates() const { return updates_; }
-  /// Number of updates that reached beyond the grid; they are skipped.
+  /// Number of updates skipped because they extended beyond the grid.
   size_t misplaced() const { return misplaced_; }
 
   /// Number of cells with this value.
   size_t count(int8_t value) const;
 
-  /// The value at a point in the map frame; -2 outside the grid.
+  /// The value at a point in the map frame, or -2 outside the grid.
   int at(double x_m, double y_m) const;
 
  private:

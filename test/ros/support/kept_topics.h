@@ -1,4 +1,4 @@
-/// Topics that a test program advertises until it ends, as soon as a test needs them.
+/// Publishers that stay advertised until the test program ends.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -8,15 +8,15 @@
 
 namespace dtsdf {
 
-/// Keeps a publisher's topic after the end of its test. A topic that disappears and returns at once
-/// can crash its subscriber: roscpp reconnects 100 ms later, and throws bad_weak_ptr if it learns
-/// just then from the master that the topic is gone (docs/reliability.md).
+/// Keeps a topic advertised after the end of its test. A topic that disappears and immediately
+/// returns can crash its subscriber: roscpp reconnects after 100 ms and throws bad_weak_ptr if the
+/// master reports at that moment that the topic is gone (docs/reliability.md).
 ros::Publisher keepTopic(const ros::Publisher& publisher);
 
 /// Releases all kept topics. Must be called before ROS shuts down.
 void releaseKeptTopics();
 
-/// Advertises a topic that stays until the program ends.
+/// Advertises a topic until the program ends.
 template <class Message>
 ros::Publisher advertiseUntilExit(ros::NodeHandle nh, const std::string& topic) {
   return keepTopic(nh.advertise<Message>(topic, 100));

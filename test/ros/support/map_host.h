@@ -1,4 +1,4 @@
-/// A live map with everything that it needs, for tests without a ROS master.
+/// A live map with all its dependencies, for tests without a ROS master.
 #pragma once
 
 #include <boost/make_shared.hpp>
@@ -13,7 +13,7 @@
 
 namespace dtsdf {
 
-/// Puts a frame into the queue as if its pose had just been found.
+/// Puts a frame into the queue as if its pose had just been looked up.
 inline void pushPosed(FrameQueue& queue, FrameQueue::Stream stream, PosedFrame frame) {
   const auto image = makeDepthImage(0.0);
   const auto info = makeCameraInfo(0.0);
@@ -24,7 +24,7 @@ inline void pushPosed(FrameQueue& queue, FrameQueue::Stream stream, PosedFrame f
 }
 
 struct MapHost {
-  /// Streams: 0 for depth and 1 for colour.
+  /// Stream 0 is depth, stream 1 is colour.
   explicit MapHost(std::unique_ptr<Mapper> mapper, NodeParams settings = {})
       : params(std::move(settings)),
         rates(params),

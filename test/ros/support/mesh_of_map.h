@@ -1,4 +1,4 @@
-/// The numbers of triangles that the node and its subscribers should have for a saved map.
+/// Computes how many triangles the node and its subscribers should have for a saved map.
 #pragma once
 
 #include <memory>
@@ -15,8 +15,8 @@
 namespace dtsdf {
 
 struct MeshOfMap {
-  size_t triangles = 0;  ///< In the status.
-  size_t shown = 0;      ///< In messages, whose chunks are mended.
+  size_t triangles = 0;  ///< In the node's status.
+  size_t shown = 0;      ///< In messages, after the chunks were repaired.
 };
 
 inline MeshOfMap meshOfMap(const std::string& path) {

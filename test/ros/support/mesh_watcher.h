@@ -1,4 +1,4 @@
-/// What RViz would display for the mesh topic, and how many markers were added and deleted.
+/// Subscribes to the mesh topic and maintains the set of markers that RViz would display.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -13,7 +13,7 @@ class MeshWatcher {
  public:
   explicit MeshWatcher(ros::NodeHandle nh);
 
-  /// The displayed markers, by id.
+  /// The displayed markers, indexed by ID.
   const std::map<int, visualization_msgs::Marker>& shown() const { return shown_; }
   size_t triangles() const;
 

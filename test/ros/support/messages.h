@@ -1,4 +1,4 @@
-/// Makes messages with images and transforms.
+/// Builds image and transform messages.
 #pragma once
 
 #include <sensor_msgs/Image.h>

@@ -1,4 +1,4 @@
-/// Calls to the node's services, and the folder that the node saves to.
+/// Helpers for the node's services, parameters and output directory.
 #pragma once
 
 #include <dtsdf_mapping/LoadMap.h>
@@ -21,13 +21,13 @@
 
 namespace dtsdf {
 
-/// The settings that the node was started with.
+/// The parameters of the node, read from the parameter server.
 inline NodeParams nodeParams() {
   std::vector<ParamViolation> violations;
   return readNodeParams(readParamServer(ros::NodeHandle("/mapping"), violations));
 }
 
-/// The content of the .ply file that save_mesh writes for a mesh.
+/// Contents of the .ply file that save_mesh should write for a mesh.
 inline std::string plyOf(const Mesh& mesh, MeshColour colour) {
   const TemporaryFolder folder;
   saveMesh(mesh, colour, folder / "mesh.ply");
@@ -38,7 +38,8 @@ inline std::string outputFolder() {
   return ros::param::param<std::string>("/mapping/output_directory", "");
 }
 
-/// Path of the newest journal: the last in alphabetical order, as journals are named by time.
+/// Path of the newest journal. Journals are named by time, so it is the last one in alphabetical
+/// order.
 inline std::string newestJournalIn(const std::string& folder) {
   std::string newest;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {

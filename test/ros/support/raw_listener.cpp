@@ -36,7 +36,7 @@ XmlRpc::XmlRpcValue callNode(const std::string& node, const char* method,
   return result[2];
 }
 
-/// The node that publishes a topic; for a nodelet, its manager.
+/// The node that publishes a topic. For a nodelet, this is its manager.
 std::string publisherOf(const std::string& topic) {
   XmlRpc::XmlRpcValue request, response, state;
   request[0] = ros::this_node::getName();

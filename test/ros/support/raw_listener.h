@@ -1,4 +1,4 @@
-/// A subscriber without roscpp, which connects as roscpp does, but reads only on demand.
+/// A subscriber that connects like roscpp but reads messages only on demand.
 #pragma once
 
 #include <ros/message_traits.h>
@@ -20,10 +20,10 @@ class RawListener {
   RawListener(const RawListener&) = delete;
   RawListener& operator=(const RawListener&) = delete;
 
-  /// The next message, serialised; empty on timeout.
+  /// Returns the next serialised message, or nothing on timeout.
   std::vector<uint8_t> read(double timeout_s);
 
-  /// The next message; nothing on timeout.
+  /// Returns the next message, or nothing on timeout.
   template <class Message>
   std::optional<Message> readMessage(double timeout_s) {
     std::vector<uint8_t> bytes = read(timeout_s);
@@ -34,8 +34,8 @@ class RawListener {
     return message;
   }
 
-  /// Reads this many bytes, then disconnects as a killed process does, so that undelivered data is
-  /// discarded. Nothing can be read afterwards.
+  /// Reads this many bytes, then disconnects like a killed process: undelivered data is discarded.
+  /// Nothing can be read afterwards.
   void disconnectAfter(size_t bytes);
 
  private:
@@ -50,7 +50,7 @@ RawListener listenRaw(const std::string& topic) {
   return {topic, traits::datatype<Message>(), traits::md5sum<Message>()};
 }
 
-/// The id of the process that publishes a topic.
+/// ID of the process that publishes a topic.
 int publishingProcess(const std::string& topic);
 
 /// Resident memory of a process, in bytes (VmRSS).

@@ -1,4 +1,4 @@
-/// The motion of the camera in the bags that make_room_bag writes, for the tests that play them.
+/// Camera motion in the bags written by make_room_bag.
 #pragma once
 
 #include <ros/time.h>
@@ -25,7 +25,8 @@ inline ros::Time stampOf(int frame) { return ros::Time(1000.0) + ros::Duration(k
 /// Pose of the camera in the room, R.
 inline Eigen::Isometry3d poseAt(int frame) { return roomCameraPose(kPeriod_s * frame); }
 
-/// In the bag `drifting`, the transforms from odom to base drift by up to 9 cm and 3 degrees.
+/// Number of images in the bag `drifting`, in which the odometry drifts by up to 9 cm and 3
+/// degrees.
 constexpr int kDriftingFrames = 60;
 
 /// Pose of odom in the room.
@@ -36,8 +37,8 @@ inline Eigen::Isometry3d driftAt(int frame) {
   return T_R_O;
 }
 
-/// The bag `covered` has no transforms. The camera is carried, then covered for two seconds, then
-/// held still near its last position.
+/// Numbers of images in the bag `covered`, which contains no transforms. The camera is moved, then
+/// covered for two seconds, then held still near its last position.
 constexpr int kCarried = 30, kCovered = 40, kHeld = 10;
 
 inline bool isCovered(int frame) { return frame >= kCarried && frame < kCarried + kCovered; }

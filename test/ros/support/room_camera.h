@@ -1,5 +1,5 @@
-/// A depth camera that a test carries through the analytic room, and a watcher of the poses that
-/// the node publishes.
+/// A simulated depth camera in the analytic room, and a subscriber to the poses published by the
+/// node.
 #pragma once
 
 #include <nav_msgs/Odometry.h>
@@ -26,7 +26,7 @@ class RoomCamera {
   /// Waits until this many mappers have subscribed.
   bool connect(uint32_t mappers = 1) const;
 
-  /// Sends an image of the room from a pose in the room.
+  /// Sends a rendered image of the room. T_R_C is the pose of the camera in the room.
   void see(const Eigen::Isometry3d& T_R_C, const ros::Time& stamp);
 
   void sendTransform(const std::string& parent, const std::string& child,
@@ -42,7 +42,7 @@ class OdometryWatcher {
  public:
   explicit OdometryWatcher(ros::NodeHandle nh);
 
-  /// Whether a publisher of the odometry is connected.
+  /// Whether an odometry publisher is connected.
   bool isConnected() const { return odometry_topic_.getNumPublishers() > 0; }
 
   const nav_msgs::Odometry& odometry() const { return odometry_; }
@@ -55,7 +55,7 @@ class OdometryWatcher {
   /// The pose in the newest odometry.
   Eigen::Isometry3d pose() const;
 
-  /// The transform from TF at a stamp. Waits up to 10 s for it, then returns nothing.
+  /// The transform from TF at a stamp. Waits for it for up to 10 s. Returns nothing on timeout.
   std::optional<Eigen::Isometry3d> transform(const std::string& parent, const std::string& child,
                                              const ros::Time& stamp) const;
 

@@ -1,4 +1,4 @@
-/// The mapper's newest status.
+/// Subscribes to the node's status.
 #pragma once
 
 #include <dtsdf_mapping/MapStatus.h>

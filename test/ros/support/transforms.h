@@ -1,4 +1,4 @@
-/// Transforms and depth images as received from topics, for tests without a ROS master.
+/// Transforms, images and camera_info for tests without a ROS master.
 #pragma once
 
 #include <boost/make_shared.hpp>
@@ -27,7 +27,7 @@ inline sensor_msgs::ImagePtr makeDepthImage(double stamp_s, const std::string& f
 inline sensor_msgs::ImagePtr makeMask(double stamp_s, const std::vector<uint8_t>& pixels) {
   const auto mask = boost::make_shared<sensor_msgs::Image>(
       makeImageMessage(makeHeader(ros::Time(stamp_s), ""), "mono8", 4, 2, pixels));
-  mask->step = 4;  // whatever the number of pixels
+  mask->step = 4;  // even if `pixels` has a different size
   return mask;
 }
 

@@ -1,4 +1,4 @@
-/// Waits for conditions and services, in wall time, because simulated time may stand still.
+/// Waits for conditions and services in wall time, because simulated time may be stopped.
 #pragma once
 
 #include <ros/ros.h>
@@ -19,8 +19,8 @@ bool waitUntil(Condition condition, double timeout_s = 60.0) {
   return false;
 }
 
-/// Calls a service, from any thread. On a busy machine, roscpp may fail to reach the ROS master,
-/// and asks only once, so this retries for a while.
+/// Calls a service, with retries, because roscpp may fail to reach the ROS master on a busy
+/// machine. Thread-safe.
 template <class Service>
 bool callService(const std::string& name, Service& call) {
   for (int tries = 0; tries < 20; ++tries) {

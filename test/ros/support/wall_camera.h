@@ -1,4 +1,4 @@
-/// Fixture for tests with a FakeCamera, which is 1 m in front of a wall.
+/// Test fixture with a FakeCamera, which is 1 m in front of a wall.
 #pragma once
 
 #include <gtest/gtest.h>

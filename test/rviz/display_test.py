@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Tests RViz's display of mesh_blocks on a virtual screen: it looks the same as the markers, and its
-options work. Needs the build's environment (env.sh). Skipped if a program in NEEDED is missing."""
+"""Tests the RViz display for mesh_blocks on a virtual screen: the mesh must look the same as with markers, and
+all display options must work. Needs the build environment (env.sh). Skipped if a program in NEEDED is
+missing."""
 import os
 import shutil
 import subprocess
@@ -19,7 +20,7 @@ PROGRAMS = os.environ["DTSDF_PROGRAMS"]
 NEEDED = ("Xvfb", "convert", "roscore")
 SKIPPED = 77  # see test/rviz/CMakeLists.txt
 TRIANGLES = 30000
-BACKGROUND = 48  # grey level, as in the configurations
+BACKGROUND = 48  # grey level in the configuration files
 
 
 def setUpModule():
@@ -54,7 +55,7 @@ def tearDownModule():
 
 
 def show(config, *options):
-    """The picture that RViz draws with a configuration: a row of red, green and blue for each pixel."""
+    """Renders the mesh in RViz with a configuration. Returns one row with red, green and blue per pixel."""
     path = os.path.join(folder, "picture.png")
     result = subprocess.run(
         [f"{PROGRAMS}/show_mesh", f"{SOURCE}/rviz/{config}.rviz", str(TRIANGLES), "0.1", path, "3", *options],
@@ -67,7 +68,7 @@ def show(config, *options):
 
 
 def shown(picture):
-    """A mask of the pixels that are not background."""
+    """Mask of all pixels that do not have the background colour."""
     return np.abs(picture - BACKGROUND).max(axis=1) > 2
 
 

@@ -1,5 +1,5 @@
-/// publish_mesh TRIANGLES: publishes a wavy sheet of at least TRIANGLES triangles, under the node's
-/// name and in the same way as the node publishes its mesh.
+/// Publishes a wavy sheet under the name of the mapping node and in the same way as the node
+/// publishes its mesh. Usage: publish_mesh TRIANGLES, the minimum number of triangles.
 #include <ros/ros.h>
 
 #include <cmath>

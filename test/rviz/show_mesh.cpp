@@ -1,9 +1,9 @@
-/// Shows the mesh in RViz's render panel. Waits for TRIANGLES triangles, rotates the view for
+/// Displays the mesh in RViz's render panel. Waits for TRIANGLES triangles, rotates the view for
 /// SECONDS, measures the frame rate, and saves a picture of the configured view.
 ///   show_mesh CONFIG TRIANGLES SECONDS PICTURE.png [DISTANCE_M [NAME=VALUE]...]
 /// NAME is a property of the display "Mesh", or Pitch for the view. Prints "LOADED_S TRIANGLES
-/// PICTURES_PER_S CPU_MS_PER_PICTURE"; the CPU time is the sum over all threads. Exits with 1 if
-/// the triangles do not arrive within five minutes.
+/// PICTURES_PER_S CPU_MS_PER_PICTURE", where the CPU time is summed over all threads. Exits with 1
+/// if the triangles do not arrive within five minutes.
 #include <OgreRenderTarget.h>
 #include <OgreRenderWindow.h>
 #include <ros/ros.h>
@@ -66,7 +66,7 @@ class Viewer {
     property->setValue(is_switch ? QVariant(value == "true") : QVariant(value));
   }
 
-  /// Draws one picture, with everything received so far.
+  /// Draws one picture of everything received so far.
   void draw() {
     manager_.queueRender();
     QApplication::processEvents(QEventLoop::AllEvents, 20);

@@ -1,5 +1,5 @@
-// Analytic scenes, with voxels of 20 and 10 mm: the map must contain what was seen, and nothing
-// else. lab/scenes describes the cases and the bounds for their figures.
+// Maps analytic scenes with 20 mm and 10 mm voxels. The map must contain all surfaces visible to
+// the camera and nothing else. lab/scenes defines the cases, their metrics and the limits.
 #include <gtest/gtest.h>
 
 #include <cctype>
@@ -21,8 +21,8 @@ std::vector<SceneCase> quickCases() {
   return quick;
 }
 
-/// The cases of the four scenes that also run at 10 mm, where each takes about twice as long as at
-/// 20 mm. `scripts/prove scenes` runs all scenes at both sizes.
+/// The cases of the four scenes that are also tested with 10 mm voxels, which takes about twice as
+/// long per case. `scripts/prove scenes` tests all scenes with both voxel sizes.
 std::vector<SceneCase> casesAt10mm() {
   const std::set<std::string> scenes = {"near_after_far", "outlines", "slats", "uncontradicted"};
   std::vector<SceneCase> cases;
@@ -32,7 +32,7 @@ std::vector<SceneCase> casesAt10mm() {
   return cases;
 }
 
-/// gtest accepts only letters, digits and underscores in names of tests.
+/// gtest accepts only letters, digits and underscores in test names.
 std::string testName(const testing::TestParamInfo<std::tuple<SceneCase, int>>& info) {
   std::string name;
   for (const char letter : std::get<0>(info.param).name()) {
@@ -42,8 +42,8 @@ std::string testName(const testing::TestParamInfo<std::tuple<SceneCase, int>>& i
   return name + "_at_" + std::to_string(std::get<1>(info.param)) + "mm";
 }
 
-/// Figures known to miss their bounds, by case, name of the figure and voxel size in mm. The list
-/// may only become shorter: the test fails if a figure on it keeps its bound.
+/// Metrics known to exceed their limits: case and metric, and voxel size in mm. The list must not
+/// grow, and the test fails if a listed metric meets its limit.
 const std::set<std::pair<std::string, int>>& knownMisses() {
   static const std::set<std::pair<std::string, int>> misses = {
 #include "known_misses.inc"
@@ -66,7 +66,7 @@ TEST_P(Scenes, KeepTheirBounds) {
     EXPECT_NE(figure.holds(), is_missed)
         << what << ": " << figure.value << " " << figure.unit << ", wanted "
         << describeBound(figure)
-        << (is_missed ? "; this bound holds now: remove the figure from known_misses.inc" : "");
+        << (is_missed ? "; this limit is met now: remove the metric from known_misses.inc" : "");
   }
 }
 
@@ -79,7 +79,7 @@ INSTANTIATE_TEST_SUITE_P(At10mm, Scenes,
 
 }  // namespace
 
-/// Lets gtest's messages show the names of cases.
+/// Makes gtest print the names of cases.
 void PrintTo(const SceneCase& scene_case, std::ostream* out) { *out << scene_case.name(); }
 
 }  // namespace dtsdf

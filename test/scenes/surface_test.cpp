@@ -1,4 +1,4 @@
-// Tests the functions that measure the scenes, on meshes with known areas and distances.
+// Tests the scene measurements on meshes with known areas and distances.
 #include "scenes/surface.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A unit square in z = 0, made of two triangles.
+/// A unit square in the plane z = 0 that consists of two triangles.
 Mesh makeSquare() {
   Mesh mesh;
   mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests that the verdict on a soak distinguishes leaks from memory that is used temporarily."""
+"""Tests that the verdict on a soak test distinguishes leaks from temporary memory use."""
 import math
 import pathlib
 import random
@@ -14,8 +14,8 @@ CYCLE_S = 300.0
 
 
 def records(kept_mb, cycles=12, spread_mb=1.0):
-    """A simulated record of a soak. The process keeps kept_mb(t) MB, plus up to spread_mb MB that differ
-    between cycles, and uses up to 200 MB more for a while in each cycle."""
+    """Simulated record of a soak test. The process permanently uses kept_mb(t) MB, plus up to spread_mb MB that
+    differ between cycles. In each cycle, it temporarily uses up to 200 MB more."""
     rng, record = random.Random(7), []
     for cycle in range(cycles):
         begin = cycle * CYCLE_S

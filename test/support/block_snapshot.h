@@ -1,4 +1,4 @@
-/// The voxels and colours of a map, block by block.
+/// Copies of the voxels and colours in a map, per block.
 #pragma once
 
 #include <cstring>
@@ -10,12 +10,12 @@
 
 namespace dtsdf {
 
-/// A copy of one block's voxels.
+/// A copy of the voxels and colours in a block.
 struct BlockSnapshot {
   BlockKey key;
-  /// kVoxelsPerBlock voxels for each direction in use; empty for the other directions.
+  /// kVoxelsPerBlock voxels for each direction in use, otherwise empty.
   std::vector<Voxel> voxels[kDirectionCount];
-  /// kVoxelsPerBlock colours for each painted direction; empty for the other directions.
+  /// kVoxelsPerBlock colours for each painted direction, otherwise empty.
   std::vector<VoxelColour> colours[kDirectionCount];
 };
 

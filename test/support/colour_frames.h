@@ -1,4 +1,4 @@
-/// Colour frames of analytic scenes.
+/// Colour images of analytic scenes.
 #pragma once
 
 #include <array>
@@ -12,10 +12,10 @@ namespace dtsdf {
 
 using Colour = std::array<uint8_t, 3>;
 
-/// The colour of a scene's surface at a point, in W.
+/// Returns the surface colour at a point in W.
 using SurfaceColour = std::function<Colour(const Eigen::Vector3d& p_W)>;
 
-/// Waves of colour: red along x and z, green along y, blue along z.
+/// Sinusoidal colour pattern: red varies along x and z, green along y and blue along z.
 Colour wavesAt(const Eigen::Vector3d& p_W);
 
 /// An rgb8 colour image that owns its pixels.
@@ -31,12 +31,12 @@ struct PaintedFrame {
   }
 };
 
-/// Renders an image from a camera with a horizontal field of view of 65 degrees. Each pixel is the
-/// mean of 2 x 2 rays; a ray that hits nothing is black.
+/// Renders an image with a horizontal field of view of 65 degrees. Each pixel is the mean of 2 x 2
+/// rays. Rays that hit nothing are black.
 PaintedFrame renderColour(const Scene& scene, const SurfaceColour& colour,
                           const Eigen::Isometry3d& T_W_C, int width = 160, int height = 120);
 
-/// The pose of a camera `offset_m` to the right of the camera at T_W_C, with the same orientation.
+/// Moves a camera pose to the right by `offset_m`.
 Eigen::Isometry3d besideCamera(const Eigen::Isometry3d& T_W_C, double offset_m);
 
 }  // namespace dtsdf

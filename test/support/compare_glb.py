@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Compares the mesh in a .glb, read according to the glTF 2.0 specification, with the mesh in a .ply.
+"""Checks that a .glb file conforms to the parts of the glTF 2.0 specification that it uses, and that it contains
+the same vertices, normals, colours and triangles as a .ply file (with y up in the .glb file). Exits with 1 and an
+error text if not.
 
-compare_glb.py MESH.glb MESH.ply: exits 0 if the .glb conforms to the parts of the specification that
-it uses, and both have the same vertices, normals, colours and triangles (with y up in the .glb).
+Usage: compare_glb.py MESH.glb MESH.ply
 """
 import json
 import struct
@@ -21,26 +22,26 @@ def require(condition, text):
 
 
 def read_chunks(data):
-    """The JSON and the binary chunk."""
+    """Returns the JSON chunk and the binary chunk."""
     magic, version, length, json_bytes, json_kind = struct.unpack_from("<5I", data)
     require((magic, version, length) == (0x46546C67, 2, len(data)), "not glTF 2.0, or wrong length")
     binary_bytes, binary_kind = struct.unpack_from("<2I", data, 20 + json_bytes)
-    require((json_kind, binary_kind) == (0x4E4F534A, 0x004E4942), "wrong chunks")
+    require((json_kind, binary_kind) == (0x4E4F534A, 0x004E4942), "not a JSON and a binary chunk")
     require(json_bytes % 4 == 0 and 28 + json_bytes + binary_bytes == length, "chunks are not aligned")
     return json.loads(data[20:20 + json_bytes]), data[28 + json_bytes:]
 
 
 def check_views(document, binary):
-    """Checks that the views are contiguous."""
+    """Checks that the buffer views are contiguous."""
     end = 0
     for view in document["bufferViews"]:
-        require(view["byteOffset"] == end and end % 4 == 0, "views overlap or have gaps")
+        require(view["byteOffset"] == end and end % 4 == 0, "buffer views overlap or have gaps")
         end += view["byteLength"]
-    require(document["buffers"][0]["byteLength"] == end == len(binary), "wrong buffer size")
+    require(document["buffers"][0]["byteLength"] == end == len(binary), "the buffer has the wrong size")
 
 
 def read_accessor(document, binary, number, kind):
-    """The elements of an accessor as rows."""
+    """Returns the elements of an accessor as rows."""
     accessor = document["accessors"][number]
     view = document["bufferViews"][accessor["bufferView"]]
     index = kind == "SCALAR"
@@ -52,7 +53,7 @@ def read_accessor(document, binary, number, kind):
 
 
 def rotated(q, v):
-    """Rows rotated by the quaternion q = (x, y, z, w)."""
+    """Rotates rows by the quaternion q = (x, y, z, w)."""
     return v + 2.0 * np.cross(q[:3], np.cross(q[:3], v) + q[3] * v)
 
 
@@ -60,22 +61,22 @@ def read_glb(path):
     with open(path, "rb") as file:
         document, binary = read_chunks(file.read())
     check_views(document, binary)
-    require(document["asset"]["version"] == "2.0", "wrong version")
-    # Viewers multiply the vertices' colours by the material's colour, and draw metal black.
-    require(document["materials"] == [MATERIAL], "wrong material")
+    require(document["asset"]["version"] == "2.0", "the version should be 2.0")
+    # Viewers multiply vertex colours by the material's colour, and draw metal black.
+    require(document["materials"] == [MATERIAL], "the material should be matte and double-sided")
     root = document["nodes"][document["scenes"][document["scene"]]["nodes"][0]]
     node = document["nodes"][root["children"][0]]
     primitive, = document["meshes"][node["mesh"]]["primitives"]
-    require(primitive.get("mode", 4) == 4 and primitive["material"] == 0, "wrong primitive")
+    require(primitive.get("mode", 4) == 4 and primitive["material"] == 0, "not triangles with material 0")
     attributes = primitive["attributes"]
     positions, normals, colours = (read_accessor(document, binary, attributes[name], "VEC3")
                                    for name in ("POSITION", "NORMAL", "COLOR_0"))
     bounds = document["accessors"][attributes["POSITION"]]
     require((positions.min(axis=0) == bounds["min"]).all() and
-            (positions.max(axis=0) == bounds["max"]).all(), "wrong bounds")
+            (positions.max(axis=0) == bounds["max"]).all(), "the bounds do not match the positions")
     turn = np.array(root["rotation"])
     triangles = read_accessor(document, binary, primitive["indices"], "SCALAR").reshape(-1, 3)
-    require(np.array_equal(np.unique(triangles), np.arange(len(positions))), "unused or missing vertices")
+    require(np.array_equal(np.unique(triangles), np.arange(len(positions))), "the triangles should use all vertices")
     return (rotated(turn, positions + np.array(node["translation"])), rotated(turn, normals), colours,
             triangles, abs(positions).max())
 
@@ -94,7 +95,7 @@ def main():
     places, normals, colours, triangles, reach = read_glb(sys.argv[1])
     vertices, faces = read_ply(sys.argv[2])
     require(len(places) == len(vertices) and np.array_equal(triangles, faces), "numbers of vertices or triangles differ")
-    require(reach <= np.ptp(vertices["p"], axis=0).max() + 1.0, "positions are off centre")
+    require(reach <= np.ptp(vertices["p"], axis=0).max() + 1.0, "positions are far from the origin")
 
     def upright(rows):
         """Converts from z up (map) to y up (glTF)."""

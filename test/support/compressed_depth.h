@@ -1,4 +1,4 @@
-/// Encodes depth like image_transport's compressedDepth, for tests.
+/// Encodes depth images like the compressedDepth plugin of image_transport.
 #pragma once
 
 #include <cstring>

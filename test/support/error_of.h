@@ -5,7 +5,7 @@
 
 namespace dtsdf {
 
-/// The text of the `Error` that `action` throws; "" if it throws nothing.
+/// Returns the text of the `Error` thrown by `action`, or "" if nothing is thrown.
 template <class Error = std::exception, class Action>
 std::string errorOf(const Action& action) {
   try {

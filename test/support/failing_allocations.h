@@ -1,5 +1,5 @@
-/// Replaces `new` with a version that fails on demand. Include this header in only one source file
-/// of a program, which must not be part of a unity build.
+/// Replaces `new` with a version that fails on demand. Only one source file of a program may
+/// include this header, and that file must not be part of a unity build.
 #pragma once
 
 #include <cstdlib>
@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// Number of allocations on this thread that succeed before one fails; -1 if none shall fail.
+/// Number of allocations on this thread that succeed before one fails, or -1 if none fails.
 thread_local int allocations_left = -1;
 
 }  // namespace dtsdf
@@ -20,7 +20,7 @@ thread_local int allocations_left = -1;
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
-/// Without this operator, a sanitizer's own operator new[] would bypass operator new above.
+/// Without this operator, the operator new[] of a sanitizer would bypass operator new above.
 [[gnu::noinline]] void* operator new[](size_t bytes) { return operator new(bytes); }
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }

@@ -1,4 +1,4 @@
-/// A map without voxels: each frame changes one block, and calls can be made to fail.
+/// A mapper without voxels. Each frame changes one block, and calls can be made to fail.
 #pragma once
 
 #include <functional>
@@ -12,8 +12,8 @@
 
 namespace dtsdf {
 
-/// Space without known cells. Its changes come in parts_left parts of many cubes; each cube has one
-/// free cell.
+/// A free-space grid without known cells. takeChanges() returns parts_left parts with many cubes
+/// each. Every cube contains one free cell.
 class FakeSpace : public Space {
  public:
   double cellSize_m() const override { return 0.1; }
@@ -50,7 +50,7 @@ class FakeMapper : public Mapper {
     return {};
   }
 
-  /// Calls `aligns` if set; otherwise the frame keeps its pose, with the default status.
+  /// Calls `aligns` if set. Otherwise the frame keeps its pose, and the status is the default.
   Alignment align(const DepthFrame& frame, const PosePrior&) override {
     if (aligns) return aligns(frame);
     Alignment alignment;
@@ -72,8 +72,8 @@ class FakeMapper : public Mapper {
     ++meshes;
   }
 
-  /// One triangle per changed block. The edge of its first vertex is the number of the frame that
-  /// last changed the block.
+  /// Returns one triangle per changed block. The edge of its first vertex is the index of the frame
+  /// that last changed the block.
   MeshUpdate finishMeshUpdate() override {
     throwIf(fails_to_mesh);
     MeshUpdate update;
@@ -105,7 +105,7 @@ class FakeMapper : public Mapper {
     changed_.clear();
   }
 
-  /// Contains only the number of frames.
+  /// The contents consist only of the number of frames.
   MapContents outline() override { return contents(); }
   MapContents part(const std::vector<MapBlock>&) override { return contents(); }
   MapContents contents() override {
@@ -138,9 +138,9 @@ class FakeMapper : public Mapper {
   int frames = 0, images = 0, meshes = 0, cleared_regions = 0;
   Eigen::Isometry3d last_T_W_C = Eigen::Isometry3d::Identity();  ///< Pose of the newest frame.
   mutable int reports = 0;                                       ///< Number of memory reports.
-  int parts_left = 0;  ///< Number of further extractions that return only a part.
+  int parts_left = 0;  ///< Number of extractions that will return only a part.
   double mesh_ms = 0.0;
-  MapStats counts;  ///< Counts that do not depend on the frames.
+  MapStats counts;  ///< Statistics that do not depend on the frames.
   MapperMemory held;
 
   FakeSpace known_space;
@@ -150,7 +150,7 @@ class FakeMapper : public Mapper {
     if (fails) throw std::runtime_error("out of memory");
   }
 
-  std::map<int, int> changed_;  ///< The last frame that changed a block, by the block's x.
+  std::map<int, int> changed_;  ///< Index of the last frame that changed a block, by the block's x.
 };
 
 }  // namespace dtsdf

@@ -1,11 +1,11 @@
-"""A port for a separate ROS master."""
+"""Finds a port for a separate ROS master."""
 import random
 import socket
 
 
 def free_port():
-    """A free port below Linux's range for outgoing connections (from 32768 on): the system could give a
-    port in that range to another test before the master starts."""
+    """Returns a free port below 32768, where the range for outgoing connections begins on Linux. A port in that
+    range could be used by another test before the master starts."""
     while True:
         port = random.randrange(20000, 32768)
         with socket.socket() as probe:

@@ -1,4 +1,5 @@
-/// An empty room, a furnished room whose parts all look different, and views of both rooms.
+/// An empty room, a furnished room in which no two views are alike, and camera poses in these
+/// rooms.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -32,7 +33,7 @@ inline Eigen::Isometry3d cameraTowards(const Eigen::Vector3d& eye, double azimut
   return lookAt(eye, eye + way, Eigen::Vector3d::UnitZ());
 }
 
-/// Poses of cameras that look in all directions from a few positions.
+/// Camera poses at a few positions, facing in all directions.
 inline std::vector<Eigen::Isometry3d> viewsAround() {
   std::vector<Eigen::Isometry3d> looks;
   for (const Eigen::Vector3d& eye :

@@ -6,8 +6,8 @@
 
 namespace dtsdf {
 
-/// Two triangles for each square of a grid of side x side vertices, numbered from `first` in
-/// row-major order.
+/// Returns two triangles per square of a grid of side x side vertices. Vertex indices start at
+/// `first` and are in row-major order.
 inline std::vector<uint16_t> gridTriangles(int side, int first = 0) {
   std::vector<uint16_t> triangles;
   for (int y = 0; y + 1 < side; ++y) {

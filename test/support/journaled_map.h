@@ -1,4 +1,4 @@
-/// A map that writes its frames and calls to a journal, as the node does.
+/// A map that writes its frames and calls to a journal like the node does.
 #pragma once
 
 #include <memory>
@@ -98,15 +98,15 @@ class JournaledMap {
   JournalWriter& journal_;
 };
 
-/// The bytes of the file to which the map is saved.
+/// Contents of the file to which the map is saved.
 inline std::string fileOf(Mapper& mapper) {
   const TemporaryFolder folder;
   saveMap(mapper.contents(), folder / "map.dtsdf", 1);
   return readBytes(folder / "map.dtsdf");
 }
 
-/// Restores a map from a journal, with these settings. Returns the bytes of the file to which the
-/// map is saved.
+/// Restores a map from a journal with these parameters. Returns the contents of the file to which
+/// the map is saved.
 inline std::string mapOf(JournalReplay& journal, const MapperParams& params) {
   const auto mapper = mapperOf(journal, params);
   while (const std::optional<journal::Call> call = journal.next()) repeatCall(*call, *mapper);
@@ -117,14 +117,14 @@ inline std::string mapOf(const std::string& path, const MapperParams& params) {
   return mapOf(journal, params);
 }
 
-/// Images of a lap through the room, `step_s` apart.
+/// Images of a lap through the room, one every `step_s` seconds.
 inline std::vector<SceneFrame> roomImages(int count, double step_s = 0.1) {
   std::vector<Eigen::Isometry3d> poses;
   for (int i = 0; i < count; ++i) poses.push_back(roomCameraPose(step_s * i));
   return renderFrames(makeRoomScene(), poses, 80, 60);
 }
 
-/// A frame's image with another pose.
+/// Returns a copy of a frame with a different pose.
 inline SceneFrame withPose(const SceneFrame& frame, const Eigen::Isometry3d& T_W_C) {
   SceneFrame moved = frame;
   moved.frame.T_W_C = T_W_C;

@@ -1,4 +1,4 @@
-/// The links of all pixels in an image.
+/// Computes the links of all pixels in an image.
 #pragma once
 
 #include <vector>

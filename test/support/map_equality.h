@@ -1,4 +1,4 @@
-/// Compares two maps, or two meshes, to the last bit.
+/// Bitwise comparison of two maps or two meshes.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -14,15 +14,15 @@ using Triangle = std::array<uint32_t, 3>;
 
 struct MeshTopology {
   size_t triangles = 0;
-  size_t boundary_edges = 0;      ///< Sides of a single triangle.
-  size_t nonmanifold_edges = 0;   ///< Sides of more than two triangles.
+  size_t boundary_edges = 0;      ///< Sides that belong to only one triangle.
+  size_t nonmanifold_edges = 0;   ///< Sides shared by more than two triangles.
   size_t inconsistent_edges = 0;  ///< Shared sides whose triangles are oriented inconsistently.
   size_t repeated_corners = 0;    ///< Triangles that contain a vertex twice.
   size_t zero_areas = 0;          ///< Triangles whose corners are collinear.
   size_t unused_vertices = 0;
   size_t coincident_vertices = 0;  ///< Vertices at exactly the position of another vertex.
 
-  /// Whether there are no holes, and each side joins two triangles with the same orientation.
+  /// Whether the mesh has no holes and each side joins two consistently oriented triangles.
   bool isClosedManifold() const {
     return triangles > 0 && boundary_edges == 0 && nonmanifold_edges == 0 &&
            inconsistent_edges == 0;
@@ -31,7 +31,7 @@ struct MeshTopology {
 
 std::ostream& operator<<(std::ostream& out, const MeshTopology& topology);
 
-/// Only the counts that need no positions: triangles, sides and repeated corners.
+/// Computes only the counts that do not need positions: triangles, edges and repeated corners.
 MeshTopology measureTopology(const std::vector<Triangle>& triangles);
 
 MeshTopology measureTopology(const Mesh& mesh);

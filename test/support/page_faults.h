@@ -1,5 +1,4 @@
-/// Simulates disk faults: reading and writing the page files in a folder fails, their bytes change,
-/// or the files of this process cannot grow beyond a size.
+/// Simulates disk faults: reads and writes that fail, damaged page files, and a full disk.
 #pragma once
 
 #include <fcntl.h>
@@ -25,7 +24,7 @@ inline std::vector<int> openFilesIn(const std::string& folder) {
   return files;
 }
 
-/// In each page file, overwrites three bytes every `bytes` bytes, `pieces` times.
+/// Overwrites three bytes at every multiple of `bytes` in each page file, `pieces` times.
 inline void damagePages(const std::string& folder, int pieces, off_t bytes) {
   for (const int file : openFilesIn(folder)) {
     for (int i = 0; i < pieces; ++i) {
@@ -34,7 +33,7 @@ inline void damagePages(const std::string& folder, int pieces, off_t bytes) {
   }
 }
 
-/// Overwrites everything in the page files.
+/// Overwrites the whole contents of all page files.
 inline void overwritePages(const std::string& folder) {
   const std::string other(4096, 'x');
   for (const int file : openFilesIn(folder)) {
@@ -45,7 +44,7 @@ inline void overwritePages(const std::string& folder) {
   }
 }
 
-/// Makes reading and writing the page files fail while it exists.
+/// Makes all reads and writes of page files fail during its lifetime.
 class DiskOutage {
  public:
   explicit DiskOutage(const std::string& folder) {
@@ -70,8 +69,8 @@ class DiskOutage {
   std::vector<std::pair<int, int>> saved_;
 };
 
-/// Keeps this process from writing files beyond a size while it exists: writes fail with EFBIG, as
-/// they fail with ENOSPC on a full disk.
+/// Limits the size of files written by this process during its lifetime. Writes beyond it fail with
+/// EFBIG, similar to ENOSPC on a full disk.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {

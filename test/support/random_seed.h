@@ -1,4 +1,4 @@
-/// Seeds for randomised tests: fixed, unless DTSDF_TEST_SEED sets the first seed.
+/// Seeds for randomised tests. They are fixed unless DTSDF_TEST_SEED sets the first seed.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ inline uint32_t caseSeed(int n) {
          static_cast<uint32_t>(n);
 }
 
-/// For SCOPED_TRACE: the setting that makes this case the first one.
+/// Environment variable with which this case runs first, for SCOPED_TRACE.
 inline std::string describeSeed(uint32_t seed) { return "DTSDF_TEST_SEED=" + std::to_string(seed); }
 
 }  // namespace dtsdf

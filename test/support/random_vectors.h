@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// A unit vector, uniformly distributed.
+/// Returns a uniformly distributed unit vector.
 inline Vec3f randomUnit(std::mt19937& random) {
   std::normal_distribution<float> normal;
   const Vec3f v{normal(random), normal(random), normal(random)};

@@ -1,4 +1,4 @@
-/// Joins block meshes unchanged, without smoothing or mending their outlines.
+/// Joins block meshes without smoothing or repairing their outlines.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,8 @@
 
 namespace dtsdf {
 
-/// Joins the blocks with these packed keys, which must be in ascending order; skips keys that the
-/// store does not contain.
+/// Joins the blocks with these packed keys, which must be in ascending order. Keys missing from the
+/// store are skipped.
 inline Mesh rawMesh(const MeshStore& store, const std::vector<PackedKey>& keys) {
   Mesh mesh;
   BlockJoiner joiner;

@@ -11,17 +11,17 @@
 
 namespace dtsdf {
 
-/// A quarter turn about z and the translation (x, -2, 3): the camera's x axis is the map's y axis.
+/// A pose with a 90 degree rotation about z and the translation (x, -2, 3), as a 4 x 4 matrix.
 inline std::string poseMatrix(double x) {
   return "0 -1 0 " + std::to_string(x) + "\n1 0 0 -2\n0 0 1 3\n0 0 0 1\n";
 }
 
-/// The pose of poseMatrix(), on one line.
+/// Returns poseMatrix() as a single line.
 inline std::string poseLine(double x) {
   return "0 -1 0 " + std::to_string(x) + " 1 0 0 -2 0 0 1 3 0 0 0 1\n";
 }
 
-/// Writes a depth image in which all pixels in row v have the value (v + 1) `step`.
+/// Writes a depth image in which all pixels in row v have the value (v + 1) * step.
 inline void writeDepthImage(const std::string& path, int width, int height, int step) {
   std::filesystem::create_directories(std::filesystem::path(path).parent_path());
   cv::Mat image(height, width, CV_16UC1);
@@ -29,7 +29,7 @@ inline void writeDepthImage(const std::string& path, int width, int height, int 
   cv::imwrite(path, image);
 }
 
-/// Writes a colour image in which red is (v + 1) `step` in row v, green is 0 and blue is 200.
+/// Writes a colour image. Red is (v + 1) * step in row v, green is 0 and blue is 200.
 inline void writeColourRows(const std::string& path, int width, int height, int step) {
   std::filesystem::create_directories(std::filesystem::path(path).parent_path());
   cv::Mat image(height, width, CV_8UC3);
@@ -71,7 +71,7 @@ inline Eigen::Vector3d pointOf(const DepthFrame& frame, int u, int v) {
   return frame.T_W_C * p_C.cast<double>();
 }
 
-/// The error that reading a whole recording throws; "" if it throws nothing.
+/// Reads a whole recording. Returns the text of the error thrown, or "" if nothing is thrown.
 inline std::string readingErrorOf(const RecordingOptions& options) {
   return errorOf([&] {
     const auto source = openRecording(options);

@@ -15,7 +15,7 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs a shell command. Its output is also kept in the folder, in the files stdout and stderr.
+/// Runs a shell command. Its output is also written to the files stdout and stderr in the folder.
 inline Outcome runIn(const TemporaryFolder& folder, const std::string& command) {
   const std::string out = folder / "stdout", err = folder / "stderr";
   const int status = std::system((command + " > " + out + " 2> " + err + " < /dev/null").c_str());

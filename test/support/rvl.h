@@ -1,4 +1,4 @@
-/// An RVL encoder, for tests of the decoder.
+/// RVL encoder for testing the decoder.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// Packs groups of 4 bits into words of 32 bits.
+/// Packs 4-bit groups into 32-bit words.
 class RvlWriter {
  public:
   explicit RvlWriter(size_t bytes) { bytes_.reserve(bytes); }
@@ -39,7 +39,7 @@ class RvlWriter {
   int groups_ = 0;
 };
 
-/// Encodes an image; decodeRvl() restores its values.
+/// Encodes an image that decodeRvl() can decode.
 inline std::vector<uint8_t> encodeRvl(const uint16_t* pixels, size_t count) {
   RvlWriter groups(2 * count + 64);
   int32_t before = 0;

@@ -1,12 +1,12 @@
-/// Compares arrays bytewise, which is stricter than ==: NaN equals itself, and -0 differs from 0.
-/// Does not need gtest, so that fuzzers can use it.
+/// Compares arrays byte by byte: unlike with ==, NaN equals itself and -0 differs from 0. Does not
+/// depend on gtest, so fuzzers can use it.
 #pragma once
 
 #include <cstring>
 
 namespace dtsdf {
 
-/// For vectors and PlainArrays.
+/// Works for std::vector and PlainArray.
 template <class Array>
 bool sameBytes(const Array& a, const Array& b) {
   return a.size() == b.size() &&

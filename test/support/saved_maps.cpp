@@ -17,7 +17,7 @@ Scene scene(int frame) {
   return scene;
 }
 
-/// Makes each image darker than the image before, so that a continued map depends on the exposure
+/// Makes each image darker than the previous one, so that continuing a map requires the exposure
 /// gains of its last image.
 void darken(PaintedFrame& image, int frame) {
   for (uint8_t& value : image.pixels) {
@@ -93,7 +93,7 @@ testing::AssertionResult sameContents(const MapContents& a, const MapContents& b
   };
   if (a.settings != b.settings) return differ("settings");
   if (a.map_frame != b.map_frame) return differ("names of the map frame");
-  if (!haveSameLevel(a, b)) return differ("levels");
+  if (!haveSameLevel(a, b)) return differ("levelling transforms");
   if (a.stamp_s != b.stamp_s) return differ("stamps");
   if (a.frames != b.frames || a.supporting_frames != b.supporting_frames) return differ("frames");
   if (a.painted != b.painted || a.exposure != b.exposure) return differ("painting or exposure");

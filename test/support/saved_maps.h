@@ -1,4 +1,4 @@
-/// Maps of a room that are saved, loaded and continued.
+/// Maps of a room for tests that save, load and continue a map.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,28 +13,29 @@
 
 namespace dtsdf {
 
-/// Depth and colour images of a room with a box that disappears. They are rendered only once.
+/// Depth and colour images of a room with a box that disappears. The images are rendered only once.
 struct RoomRecording {
   std::vector<SceneFrame> depth;
   std::vector<PaintedFrame> colour;
 };
 const RoomRecording& roomRecording();
 
-/// Colours that change every 0.1 m along each axis.
+/// Colour pattern that changes every 0.1 m along each axis.
 Colour stripes(const Eigen::Vector3d& p_W);
 
-/// Fuses the depth images `first` to `last` - 1 and, if `painted`, paints with the colour images.
+/// Fuses depth images `first` to `last` - 1 and, if `painted`, also the corresponding colour
+/// images.
 void feed(Mapper& mapper, size_t first, size_t last, bool painted);
 
-/// With one thread, because several threads would wait for each other on a busy machine.
+/// Uses one thread, because several threads would wait for each other on a busy machine.
 inline MapperParams roomParams(float voxel_size_m = 0.02f) {
   return makeCpuParams(FusionMode::kNormalRayCasting, true, voxel_size_m, 1);
 }
 
-/// The map of the whole recording.
+/// Contents of a map of the whole recording.
 MapContents roomContents(bool painted = true, const MapperParams& params = roomParams());
 
-/// The mesh of a mapper whose mesh has not been updated before.
+/// Extracts the whole mesh of a mapper, which must not have been updated before.
 Mesh meshOf(Mapper& mapper, float voxel_size_m);
 
 /// A copy of the contents. MapContents has no copy constructor, to prevent accidental copies.

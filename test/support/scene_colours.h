@@ -1,4 +1,4 @@
-/// Adds colour images to the recording of an analytic scene.
+/// Adds colour images to a recording of an analytic scene.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -10,8 +10,8 @@
 
 namespace dtsdf {
 
-/// Writes colour images from a camera with the same field of view as that of writeSceneRecording(),
-/// 10 ms after each depth image, or after one in `every` depth images.
+/// Writes colour images with the same field of view as the depth images of writeSceneRecording().
+/// They are stamped 10 ms after one in `every` depth images.
 inline void writeSceneColours(const std::filesystem::path& folder, const Scene& scene,
                               const SurfaceColour& colour,
                               const std::vector<Eigen::Isometry3d>& T_W_C, int width, int height,
@@ -24,7 +24,7 @@ inline void writeSceneColours(const std::filesystem::path& folder, const Scene& 
     PaintedFrame frame = renderColour(scene, colour, T_W_C[i], width, height);
     K = frame.frame.intrinsics;
     for (size_t at = 0; at + 2 < frame.pixels.size(); at += 3) {
-      std::swap(frame.pixels[at], frame.pixels[at + 2]);  // OpenCV's order
+      std::swap(frame.pixels[at], frame.pixels[at + 2]);  // OpenCV's channel order
     }
     const std::string file = "rgb/" + std::to_string(i) + ".png";
     cv::imwrite((folder / file).string(), cv::Mat(height, width, CV_8UC3, frame.pixels.data()));

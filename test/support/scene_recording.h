@@ -1,4 +1,4 @@
-/// Writes a TUM folder with images of an analytic scene, as input for `reconstruct`.
+/// Writes images of an analytic scene to a TUM folder, as input for `reconstruct`.
 #pragma once
 
 #include <filesystem>
@@ -23,8 +23,8 @@ inline void writeCameraInfo(const std::filesystem::path& file, const Intrinsics&
   writeBytes(file.string(), camera.str());
 }
 
-/// Writes images in units of 0.2 mm, 0.1 s apart, from a camera with a horizontal field of view of
-/// 65 degrees. The trajectory file contains T_W_C[i], or moved(i, T_W_C[i]) if `moved` is given.
+/// Writes one image every 0.1 s, in units of 0.2 mm, with a horizontal field of view of 65 degrees.
+/// The trajectory file contains the poses T_W_C[i], or moved(i, T_W_C[i]) if `moved` is set.
 inline void writeSceneRecording(
     const std::filesystem::path& folder, const Scene& scene,
     const std::vector<Eigen::Isometry3d>& T_W_C, int width = 160, int height = 120,

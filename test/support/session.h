@@ -1,4 +1,4 @@
-/// A mapper, with the mesh assembled from all its updates.
+/// A mapper with the mesh assembled from all its mesh updates.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-/// An exact depth image of an analytic surface with its row fits, as input for the rules for
-/// pixels.
+/// A noise-free depth image of an analytic surface with its links and row fits, as input for pixel
+/// kernels.
 #pragma once
 
 #include <functional>
@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Depth in metres along the optical axis, for a viewing direction (x, y, 1). 0 if there is none.
+/// Returns the depth in metres along the viewing direction (x, y, 1), or 0 if there is no surface.
 using Surface = std::function<double(double x, double y)>;
 
 /// The plane n^T P = delta.
@@ -18,7 +18,7 @@ inline Surface plane(double nx, double ny, double nz, double delta) {
   return [=](double x, double y) { return delta / (nx * x + ny * y + nz); };
 }
 
-/// The view of a camera at the origin of its local frame, without rotation.
+/// View of a camera at the origin without rotation.
 inline FrameView frontalFrame(int width, int height, const Intrinsics& K, float voxel_size_m) {
   return {width, height, K, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, voxel_size_m};
 }

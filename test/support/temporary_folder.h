@@ -1,4 +1,4 @@
-/// A new folder for a test, removed with its contents by the destructor.
+/// A temporary folder for a test. The destructor removes it and its contents.
 #pragma once
 
 #include <stdlib.h>
@@ -30,7 +30,7 @@ class TemporaryFolder {
   std::string operator/(const std::string& name) const { return (path_ / name).string(); }
   std::string path() const { return path_.string(); }
 
-  /// Number of entries, at any depth.
+  /// Number of files and folders, including those in subfolders.
   size_t entryCount() const {
     const std::filesystem::recursive_directory_iterator begin(path_), end;
     return static_cast<size_t>(std::distance(begin, end));

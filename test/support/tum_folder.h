@@ -11,8 +11,8 @@ namespace dtsdf {
 
 constexpr int kTumWidth = 8, kTumHeight = 6;
 
-/// `count` images, 0.1 s apart, starting at stamp 100. Image i shows a wall at 0.2 (i + 1) m,
-/// stored as 1000 (i + 1), with the camera at x = i.
+/// Writes `count` images, one every 0.1 s, starting at stamp 100. Image i contains a wall at 0.2 (i
+/// + 1) m, stored as 1000 (i + 1), and its camera is at x = i.
 inline void writeTumFolder(const TemporaryFolder& folder, int count, int width = kTumWidth,
                            int height = kTumHeight) {
   std::string depth = "# stamp file\n", poses = "# stamp tx ty tz qx qy qz qw\n";

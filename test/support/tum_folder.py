@@ -1,11 +1,11 @@
-"""TUM folders and PNG images, written with the standard library alone."""
+"""Writes TUM folders and PNG images using only the standard library."""
 import os
 import struct
 import zlib
 
 
 def png(rows, bits=16, channels=1):
-    """The bytes of a grey (1 channel) or colour (3 channels) PNG. Each row is given as bytes, big endian."""
+    """Returns a greyscale (1 channel) or colour (3 channels) PNG as bytes. Each row is given as big-endian bytes."""
     def chunk(kind, data):
         return (struct.pack(">I", len(data)) + kind + data +
                 struct.pack(">I", zlib.crc32(kind + data)))

@@ -1,4 +1,4 @@
-/// The samples of a single mesh unit, in the form that the rules take.
+/// The samples of a single mesh unit, with the interface that labelUnits() expects.
 #pragma once
 
 #include "kernels/meshing/sheets.h"

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kWidth = 320, kHeight = 240;
 
-/// Noise estimated from an image whose inverse depths are 0.5 1/m plus these offsets.
+/// Returns the noise estimated from an image with inverse depths of 0.5 1/m plus `offsets`.
 float estimatedNoise(const std::vector<float>& offsets) {
   std::vector<float> depth_m;
   for (const float offset : offsets) depth_m.push_back(1.0f / (0.5f + offset));
@@ -52,7 +52,7 @@ std::vector<float> weightedAlong(const std::vector<float>& image, bool columns,
   return sums;
 }
 
-/// Smooths an image and scales it to a standard deviation of 0.001.
+/// Filters an image with `weights` and scales it to a standard deviation of 0.001.
 std::vector<float> smoothed(std::vector<float> image, const std::vector<float>& weights,
                             Along along = Along::kBoth) {
   if (along != Along::kColumns) image = weightedAlong(image, false, weights);
@@ -72,7 +72,7 @@ std::vector<float> bell(float sigma_px) {
   return weights;
 }
 
-/// Cameras and their filters smooth the noise.
+/// Cameras and their filters smooth the noise, so neighbouring pixels are correlated.
 TEST(SensedNoise, IsFoundInSmoothedImages) {
   const std::vector<float> noise = whiteNoise(0.01f);
   for (const int side_px : {1, 3, 5, 7}) {
@@ -84,7 +84,7 @@ TEST(SensedNoise, IsFoundInSmoothedImages) {
   }
 }
 
-/// The noise is correlated along rows or columns only, as in the scan lines of a lidar.
+/// The noise is correlated only along rows or columns, as in the scan lines of a lidar.
 TEST(SensedNoise, IsFoundIfCorrelatedAlongLines) {
   const std::vector<float> noise = whiteNoise(0.01f);
   for (const Along along : {Along::kRows, Along::kColumns}) {
@@ -93,7 +93,7 @@ TEST(SensedNoise, IsFoundIfCorrelatedAlongLines) {
   }
 }
 
-/// Only an object 19 pixels wide is measured, so only a few lines of pixels can be used.
+/// Only a 19 pixel wide object is measured, so only a few lines of pixels can be used.
 TEST(SensedNoise, IsFoundOnASmallObject) {
   std::vector<float> offsets = whiteNoise(0.001f);
   for (int i = 0; i < kWidth * kHeight; ++i) {
@@ -103,8 +103,8 @@ TEST(SensedNoise, IsFoundOnASmallObject) {
   EXPECT_NEAR(estimatedNoise(offsets) / 0.001f, 1.0f, 0.3f);
 }
 
-/// The right half has ripples with an amplitude of 4 mm at 2 m, 24 pixels long. The noise is half a
-/// millimetre.
+/// The surface in the right half is rippled, with an amplitude of 4 mm at 2 m and a wavelength of
+/// 24 pixels. The noise is 0.5 mm.
 TEST(SensedNoise, DoesNotIncludeSurfaceDetail) {
   constexpr float kNoise = 1.25e-4f;
   std::vector<float> offsets = whiteNoise(kNoise);

@@ -17,7 +17,7 @@ TriangleMesh colouredRectangle(const Rgb8& colour) {
   return mesh;
 }
 
-/// Lab values as the CIE defines them.
+/// Reference values of the CIE L*a*b* colour space.
 TEST(Lab, MatchesKnownColours) {
   const auto expectLab = [](const Eigen::Vector3d& rgb, const Eigen::Vector3d& lab) {
     EXPECT_LT((toLab(rgb) - lab).norm(), 0.05) << toLab(rgb).transpose();
@@ -38,7 +38,7 @@ TEST(ColourEvaluation, MeasuresAChannelDifference) {
   EXPECT_NEAR(result.median_lab, result.rmse_lab, 1e-3);
 }
 
-/// Vertices that have the texture's colours have hardly any error.
+/// Vertices coloured with the texture itself must have almost no error.
 TEST(ColourEvaluation, ComparesWithTheTexture) {
   TriangleMesh mesh = makeRectangle(-0.005f, -0.005f, 0.005f, 0.005f, 0);
   for (const Eigen::Vector3f& p : mesh.vertices) {
@@ -51,7 +51,7 @@ TEST(ColourEvaluation, ComparesWithTheTexture) {
   EXPECT_GT(rmseOf(Texture::kChecker), 10.0);
 }
 
-/// Pixels and poses of the colour camera are read back from a written recording.
+/// Pixels and poses of the colour camera must be unchanged after writing and reading a recording.
 TEST(RenderColours, AreReadBackFromARecording) {
   const TriangleMesh mesh = colouredRectangle({200, 100, 50});
   const MeshScene scene(mesh);

@@ -1,4 +1,4 @@
-/// Tests the noise models of time-of-flight and stereo cameras on cases computed by hand.
+/// Tests the noise models of time-of-flight and stereo cameras against values computed by hand.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,10 +12,10 @@ namespace {
 
 constexpr int kWidth = 300, kHeight = 40;
 
-/// With a focal length of 525 pixels and a baseline of 50 mm, the disparity in pixels is 26.25 / z.
+/// With this focal length and a baseline of 50 mm, the disparity is 26.25 / z pixels.
 ViewCamera camera() { return {{525.0f, 525.0f, 149.5f, 19.5f}, kWidth, kHeight}; }
 
-/// A frontal view with one depth per column.
+/// A view at normal incidence with one depth per column.
 template <class DepthOfColumn>
 DepthView viewOf(DepthOfColumn depth) {
   DepthView view;
@@ -30,7 +30,7 @@ DepthView wall(float z_m) {
   return viewOf([=](int) { return z_m; });
 }
 
-/// Standard deviation of the noisy depths at a wall; missing pixels are ignored.
+/// Standard deviation of the noisy depths of a wall. Missing pixels are ignored.
 double sigmaOf(DepthNoise noise, float wall_m) {
   double squares = 0.0;
   int count = 0;
@@ -53,7 +53,7 @@ TEST(DepthNoiseModels, SameSeedGivesSameNoise) {
   }
 }
 
-/// The published figures at frontal incidence: 1.3 mm at 1 m, 1.7 mm at 2 m, 4.3 mm at 4 m.
+/// The published values at normal incidence are 1.3 mm at 1 m, 1.7 mm at 2 m and 4.3 mm at 4 m.
 TEST(DepthNoiseModels, TimeOfFlightFollowsTheCitedFormula) {
   EXPECT_NEAR(tofAxialSigma(1.0, 0.0), 0.0013, 1e-12);
   EXPECT_NEAR(tofAxialSigma(2.0, 0.0), 0.0017, 1e-12);
@@ -64,8 +64,8 @@ TEST(DepthNoiseModels, TimeOfFlightFollowsTheCitedFormula) {
   EXPECT_NEAR(sigmaOf(DepthNoise::kTof, 2.0f), 0.0017, 5e-5);
 }
 
-/// One half of the pixel receives light from 1 m, the other half from 3 m with a ninth of the
-/// amplitude: (1 + 3 / 9) / (1 + 1 / 9).
+/// Half of the pixel receives light from 1 m, and half from 3 m with a ninth of the amplitude, so
+/// the depth is (1 + 3 / 9) / (1 + 1 / 9) = 1.2 m.
 TEST(DepthNoiseModels, MixedDepthsAreWeightedByAmplitude) {
   EXPECT_NEAR(mixDepths(1.0f, 3.0f, 0.5f), 1.2f, 1e-6f);
   EXPECT_NEAR(mixDepths(3.0f, 1.0f, 0.5f), 1.2f, 1e-6f);
@@ -79,17 +79,18 @@ TEST(DepthNoiseModels, PixelsMixOnlyAtEdges) {
   for (size_t i = 0; i < mixed_m.size(); ++i) {
     const size_t u = i % kWidth;
     if (u == 149 || u == 150) {
-      ASSERT_GE(mixed_m[i], u == 149 ? 1.0f : 1.2f) << "the other surface covers more than half";
+      ASSERT_GE(mixed_m[i], u == 149 ? 1.0f : 1.2f)
+          << "at most half of a pixel should belong to the other surface";
       ASSERT_LE(mixed_m[i], u == 149 ? 1.2f : 3.0f);
       if (mixed_m[i] > 1.02f && mixed_m[i] < 2.98f) ++in_between;
     } else {
       ASSERT_EQ(mixed_m[i], view.depth_m[i]) << "column " << u;
     }
   }
-  EXPECT_GT(in_between, 40u) << "of 80 mixed pixels";
+  EXPECT_GT(in_between, 40u) << "more than half of the 80 mixed pixels should be in between";
 }
 
-/// A deviation of 0.08 pixels at 2 m is 2^2 * 0.08 / 26.25 = 12.2 mm.
+/// A standard deviation of 0.08 pixels corresponds to 2^2 * 0.08 / 26.25 = 12.2 mm at 2 m.
 TEST(DepthNoiseModels, DisparityNoiseGrowsWithTheSquareOfTheDepth) {
   EXPECT_NEAR(sigmaOf(DepthNoise::kStereo, 2.0f), 0.0122, 0.0015);
   EXPECT_NEAR(sigmaOf(DepthNoise::kStereo, 1.0f), 0.00305, 0.0004);
@@ -104,9 +105,9 @@ TEST(DepthNoiseModels, DisparityIsQuantised) {
   }
 }
 
-/// An object at columns 100 to 199 with a disparity of 20 pixels, in front of a wall with 5. In the
-/// right image, the object is at columns 80 to 179, where it occludes the wall's columns 85 to 99.
-/// The wall's first five columns are outside the right image.
+/// The object in columns 100 to 199 has a disparity of 20 pixels, and the wall behind it 5 pixels.
+/// In the right image, the object is in columns 80 to 179, where it occludes columns 85 to 99 of
+/// the wall. The first five columns of the wall are outside the right image.
 TEST(DepthNoiseModels, PixelsHiddenFromTheSecondCameraAreLost) {
   const float near_m = 26.25f / 20.0f, far_m = 26.25f / 5.0f;
   const DepthView view = viewOf([=](int u) { return u >= 100 && u < 200 ? near_m : far_m; });

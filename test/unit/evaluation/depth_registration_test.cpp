@@ -46,7 +46,7 @@ TEST(DepthRegistration, FindsThePoseInARoomCorner) {
   EXPECT_LT(turnBetween_rad(found, truth), 0.005 * kDegree);
 }
 
-/// A sixth of the image shows a box in front of the corner, which the mesh does not contain.
+/// A box that is not part of the mesh covers a sixth of the image.
 TEST(DepthRegistration, IgnoresObjectsMissingFromTheMesh) {
   const MeshScene scene(makeRoomCorner());
   const Eigen::Isometry3d truth = lookIntoCorner();

@@ -20,7 +20,7 @@ TEST(HandPath, MovesLikeAHand) {
   for (size_t i = 0; i < poses_W_C.size(); ++i) {
     const Eigen::Isometry3d& T = poses_W_C[i];
     EXPECT_TRUE(T.linear().isUnitary(1e-9));
-    EXPECT_NEAR(T.translation().norm(), 1.5, 0.3) << "too far from the circle";
+    EXPECT_NEAR(T.translation().norm(), 1.5, 0.3) << "the path should stay near the circle";
     max_roll = std::max(max_roll, std::abs(T.linear()(1, 0)));
     if (i == 0) continue;
     const Eigen::Isometry3d step = poses_W_C[i - 1].inverse() * T;

@@ -32,7 +32,8 @@ TEST(DistanceStats, MatchKnownValues) {
   EXPECT_EQ(stats.count, 4u);
   EXPECT_DOUBLE_EQ(stats.rmse_m, std::sqrt(26.0 / 4.0));
   EXPECT_DOUBLE_EQ(stats.mean_m, 2.0);
-  EXPECT_DOUBLE_EQ(stats.median_m, 3.0) << "not the upper of the two middle values";
+  EXPECT_DOUBLE_EQ(stats.median_m, 3.0)
+      << "the median should be the upper of the two middle values";
   EXPECT_DOUBLE_EQ(stats.max_m, 4.0);
   std::vector<double> ramp;
   for (int i = 0; i < 100; ++i) ramp.push_back(i);
@@ -49,7 +50,7 @@ TEST(Evaluation, MeasuresAShiftedPlane) {
   EXPECT_NEAR(evaluation.surface.max_m, 0.007, 1e-8);
 }
 
-/// The missing half lies 0 to 1 m from the rest: the mean square is 1/2 * 1/3.
+/// Points in the missing half are 0 to 1 m away from the rest, so the mean square is 1/2 * 1/3.
 TEST(Evaluation, MeasuresAHalfMissingPlane) {
   const Evaluation evaluation =
       evaluateMesh(makeRectangle(0, 0, 1, 1, 0), makeRectangle(0, 0, 2, 1, 0), nullptr, kQuick);
@@ -71,7 +72,7 @@ TEST(Evaluation, JsonIsInMillimetres) {
   EXPECT_EQ(json["topology"]["boundary_edges"].get<int>(), 4);
 }
 
-/// A camera at z = 3 looks down on a cube and sees only its top, a sixth of its area.
+/// The camera at z = 3 faces down, so only the top of the cube, a sixth of its area, is visible.
 TEST(SeenByViews, IncludesOnlyFacingSurfaces) {
   const MeshScene cube(makeCube(0.5f));
   const SurfaceSamples samples = sampleSurface(cube.mesh(), 60000, 1);
@@ -86,7 +87,7 @@ TEST(SeenByViews, IncludesOnlyFacingSurfaces) {
 }
 
 TEST(SeenByViews, ExcludesHiddenAndOutOfViewPoints) {
-  // A sheet from x = -1 to 1. Another sheet above it occludes its right half.
+  // A sheet from x = -1 to 1, and a second sheet above it that occludes its right half.
   const MeshScene sheets(
       joined(makeRectangle(-1, -1, 1, 1, 0), makeRectangle(0, -2, 2, 2, 0.001f)));
   const SurfaceSamples samples = sampleSurface(sheets.mesh(), 20000, 1);
@@ -107,7 +108,7 @@ TEST(SeenByViews, ExcludesHiddenAndOutOfViewPoints) {
   EXPECT_NEAR(static_cast<double>(count), 20000.0 * 1.0 / 12.0, 100.0);
 }
 
-/// A surface counts as seen only where the recorded depth image measured it.
+/// A surface counts as visible only where the recorded depth image measured it.
 TEST(SeenByViews, ExcludesUnmeasuredPoints) {
   const TemporaryFolder folder;
   const MeshScene sheet(makeRectangle(-0.5f, -0.5f, 0.5f, 0.5f, 0));
@@ -138,8 +139,8 @@ TEST(MeshTopology, CountsBoundaryEdges) {
   EXPECT_EQ(meshTopology(makeSphere(0.5f, 12)).boundary_edges, 0u);
 }
 
-/// A sheet of 0.1 m squares that share no vertices. The squares at the columns and rows in
-/// `missing` are left out.
+/// A sheet of 0.1 m squares that do not share vertices, without the squares at the (column, row)
+/// positions in `missing`.
 TriangleMesh makePiercedSheet(int side, const std::set<std::pair<int, int>>& missing) {
   TriangleMesh sheet;
   const auto at = [](int i) { return 0.1f * static_cast<float>(i); };
@@ -158,22 +159,24 @@ TEST(MeshTopology, BordersAndHolesUseWeldedVertices) {
     return std::pair(topology.border_edges, topology.small_holes);
   };
   using Counts = std::pair<size_t, size_t>;
-  EXPECT_EQ(of({}), Counts(80, 0)) << "the outer border has 80 edges";
+  EXPECT_EQ(of({}), Counts(80, 0)) << "the outer border should have 80 edges";
   EXPECT_EQ(of({{5, 5}, {9, 9}, {10, 9}}), Counts(80 + 4 + 6, 2));
-  EXPECT_EQ(of({{5, 5}, {6, 6}}), Counts(80 + 8, 2)) << "two holes that touch at a corner";
-  EXPECT_EQ(of({{5, 0}}), Counts(82, 0)) << "a notch is part of the border";
+  EXPECT_EQ(of({{5, 5}, {6, 6}}), Counts(80 + 8, 2))
+      << "holes that touch at a corner should be counted separately";
+  EXPECT_EQ(of({{5, 0}}), Counts(82, 0)) << "a notch should be part of the border";
   std::set<std::pair<int, int>> line;
   for (int i = 0; i < 7; ++i) line.insert({5 + i, 5});
-  EXPECT_EQ(of(line), Counts(80 + 16, 1)) << "the longest loop that counts as small";
+  EXPECT_EQ(of(line), Counts(80 + 16, 1)) << "a hole with 16 edges should still count as small";
   line.insert({12, 5});
   EXPECT_EQ(of(line), Counts(80 + 18, 0));
   EXPECT_EQ(meshTopology(makeCube(0.5f)).border_edges, 0u);
-  EXPECT_EQ(meshTopology(makePiercedSheet(20, {})).boundary_edges, 1600u) << "squares were joined";
+  EXPECT_EQ(meshTopology(makePiercedSheet(20, {})).boundary_edges, 1600u)
+      << "boundary edges should be counted without welding vertices";
 }
 
 TEST(MeshTopology, ComponentsAreConnectedByVertices) {
   TriangleMesh mesh = joined(makeCube(0.5f), makeCube(0.5f));
-  EXPECT_EQ(meshTopology(mesh).components, 2u) << "coincident vertices were welded";
+  EXPECT_EQ(meshTopology(mesh).components, 2u) << "coincident vertices should not be welded";
   mesh.triangles.push_back({0, 1, 12});
   EXPECT_EQ(meshTopology(mesh).components, 1u);
 }

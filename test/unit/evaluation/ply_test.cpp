@@ -20,7 +20,7 @@ class Ply : public testing::Test {
   std::string errorFor(const std::string& bytes) {
     const std::string path = write(bytes);
     const std::string error = errorOf([&] { readPly(path); });
-    EXPECT_NE(error.find(path), std::string::npos) << "the error does not name the file";
+    EXPECT_NE(error.find(path), std::string::npos) << "the error should name the file";
     return error;
   }
 

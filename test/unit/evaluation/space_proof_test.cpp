@@ -1,4 +1,4 @@
-// Tests the ground truth of free space, and the comparison of maps with it.
+// Tests the ground truth for the free-space grid and the comparison of maps with it.
 #include <gtest/gtest.h>
 
 #include "dtsdf_mapping/params/mapper_params.h"
@@ -14,7 +14,7 @@ MapperParams mapParams(double voxel_m, int cell_voxels, double reach_m) {
   return readMapperParams({{"backend", std::string("cpu")},
                            {"space/enabled", true},
                            {"threads", 2},
-                           {"mesh/min_support", 1},  // a single view is enough for the ground truth
+                           {"mesh/min_support", 1},  // the ground truth needs only a single view
                            {"map/voxel_size_m", voxel_m},
                            {"space/cell_voxels", cell_voxels},
                            {"space/max_distance_m", reach_m}});
@@ -28,7 +28,7 @@ std::unique_ptr<Mapper> mapOf(const ViewedScene& viewed, const MapperParams& par
   return mapper;
 }
 
-/// The scene with one in every `step` of its views.
+/// Keeps one in every `step` views.
 ViewedScene thinned(ViewedScene viewed, size_t step) {
   auto& poses_W_C = viewed.views.poses_W_C;
   for (size_t i = 0; i * step < poses_W_C.size(); ++i) poses_W_C[i] = poses_W_C[i * step];
@@ -52,7 +52,7 @@ TEST(SpaceTruth, KnowsSolidAndSeenThroughSpace) {
   const auto from_front = truth.distanceFrom({0.1, -0.5, 0.1});
   ASSERT_TRUE(from_front);
   EXPECT_NEAR(*from_front, 0.499, 1e-6);
-  EXPECT_FALSE(truth.distanceFrom({0.1, 0.5, 0.1}));  // the back is in no view
+  EXPECT_FALSE(truth.distanceFrom({0.1, 0.5, 0.1}));  // the back is not visible in any view
 }
 
 TEST(SpaceFigures, DistinguishTheRightSceneFromAnother) {
@@ -71,7 +71,7 @@ TEST(SpaceFigures, DistinguishTheRightSceneFromAnother) {
   EXPECT_GT(figures.truly_free, 100u);
   EXPECT_GT(figures.found_free, 0.6 * figures.truly_free);
 
-  // Compared with another scene, distances are wrong, and some of the free cells are not free.
+  // Compared with a different scene, distances are wrong, and some free cells are not free.
   Scene other = viewed.scene;
   other.add(makeBox({0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}));
   const SpaceFigures wrong =

@@ -1,4 +1,4 @@
-/// Simple meshes whose figures are known exactly.
+/// Simple meshes for which the metrics are known exactly.
 #pragma once
 
 #include <cmath>
@@ -37,8 +37,8 @@ inline TriangleMesh makeCube(float half) {
   return mesh;
 }
 
-/// A sphere centred at the origin, with `rings` rings of 2 * rings facets; vertices lie on the
-/// sphere.
+/// A sphere centred at the origin, with `rings` rings of 2 * rings facets. All vertices lie exactly
+/// on the sphere.
 inline TriangleMesh makeSphere(float radius_m, uint32_t rings) {
   constexpr double kPi = 3.14159265358979323846;
   TriangleMesh mesh;

@@ -1,5 +1,5 @@
-"""Tests scripts/evaluate_trajectory with known errors and on recordings of a room. The programs are
-in $DTSDF_PROGRAMS."""
+"""Tests scripts/evaluate_trajectory on trajectories with known errors and on recordings of a room. Uses the
+programs in the folder $DTSDF_PROGRAMS."""
 import math
 import os
 import pathlib
@@ -31,8 +31,8 @@ def evaluate(*arguments):
 
 
 def helix(offset_m=0.0):
-    """Pairs of a pose on a helix and its estimate, which is moved rigidly, and alternately `offset_m` too low
-    and too high."""
+    """Yields true poses on a helix and their estimates. The estimates are transformed rigidly and then moved down
+    and up by `offset_m` in turn."""
     turn = math.radians(30.0)
     for i in range(40):
         x, y = math.cos(0.3 * i), math.sin(0.3 * i)
@@ -69,7 +69,7 @@ class EvaluateTrajectory(unittest.TestCase):
         # The error in height changes by 0.04 m between images.
         self.assertAlmostEqual(float(figures["rpe_image_m"]), 0.04, delta=1e-5)
         self.assertAlmostEqual(float(figures["rpe_image_deg"]), 0.0, delta=1e-3)
-        self.assertLess(float(figures["rpe_second_m"]), 1e-5)  # images 30 apart have the same offset
+        self.assertLess(float(figures["rpe_second_m"]), 1e-5)  # images 30 frames apart have the same offset
 
     def test_invalid_files_are_reported(self):
         write(self.truth, (true for true, _ in helix()))
@@ -80,14 +80,14 @@ class EvaluateTrajectory(unittest.TestCase):
 
 
 def pose_of(step):
-    """The pose of an image; the camera moves by 25 mm and turns by one degree per image."""
+    """Pose of an image. The camera moves by 25 mm and turns by one degree per image."""
     turn = math.radians(step)
     return np.array([[math.cos(turn), 0, math.sin(turn), 0.02 * step], [0, 1, 0, 0.01 * step],
                      [-math.sin(turn), 0, math.cos(turn), 0.01 * step], [0, 0, 0, 1]])
 
 
 def render(pose):
-    """A depth image, in metres, of a 3 x 2.4 x 4 m room with three balls."""
+    """Renders a depth image in metres of a 3 x 2.4 x 4 m room with three balls."""
     v, u = np.mgrid[0:HEIGHT, 0:WIDTH]
     rays = np.stack([(u - CX) / FOCAL, (v - CY) / FOCAL, np.ones_like(u)], axis=-1) @ pose[:3, :3].T
     eye = pose[:3, 3]

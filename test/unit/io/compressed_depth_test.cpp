@@ -51,7 +51,7 @@ TEST(CompressedDepth, SixteenBitDepthsAreExact) {
   }
 }
 
-// Inverse depths are quantised as by image_transport's plugin with its default parameters.
+// Quantises inverse depths like the compressedDepth plugin with its default parameters.
 TEST(CompressedDepth, FloatsAreStoredAsInverseDepths) {
   const float scale = 100.0f * 101.0f, offset = 1.0f - scale / 10.0f;
   cv::Mat inverse(1, 4, CV_16UC1, cv::Scalar(0));

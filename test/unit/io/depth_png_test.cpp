@@ -23,7 +23,7 @@ TEST(DepthPng, TruncatedDataIsAnError) {
   }
 }
 
-/// Gamma corrects brightness, so it must not change depths.
+/// A gAMA chunk describes brightness, so it must not change depths.
 TEST(DepthPng, GammaDoesNotChangeDepths) {
   std::vector<uint8_t> bytes = encode(cv::Mat(3, 5, CV_16UC1, cv::Scalar(1234)));
   const std::string gamma("\0\0\0\4gAMA\0\0\xb1\x8f\x0b\xfc\x61\x05", 16);
@@ -33,9 +33,9 @@ TEST(DepthPng, GammaDoesNotChangeDepths) {
 }
 
 TEST(DepthPng, SizesAreCheckedBeforeAllocation) {
-  // One row too many. All pixels are 0, so the file is small.
+  // The image has one row too many. All pixels are 0, so the file is small.
   std::vector<uint8_t> bytes = encode(cv::Mat(4097, 2048, CV_16UC1, cv::Scalar(0)));
-  bytes.resize(1000);  // the error is about the size, not about the missing bytes
+  bytes.resize(1000);  // the error should be about the size, not the missing bytes
   EXPECT_NE(errorOf([&] { decodeDepthPng(bytes.data(), bytes.size()); }).find("2048 x 4097"),
             std::string::npos);
   const TemporaryFolder folder;

@@ -1,4 +1,5 @@
-/// A short recording with the layout of ICL-NUIM's TUM-compatible living room archives.
+/// Tests reading a short recording laid out like the TUM-compatible living room archives of
+/// ICL-NUIM.
 #include <gtest/gtest.h>
 
 #include "support/recording_folder.h"
@@ -47,7 +48,7 @@ TEST_F(IclArchive, MatchesByNumberAndSkipsImage0) {
             (std::map<std::string, size_t>{{"no pose with the same number", 1}}));
 }
 
-// With the published intrinsics, a pixel's y is (v - 239.5) z / -480, so y points up.
+// With the published intrinsics, y = (v - 239.5) z / -480, so y points up.
 TEST_F(IclArchive, FlippingRowsKeepsThePoints) {
   const auto image1 = openRecording(options_)->next();
   const DepthFrame& frame = image1->depth;
@@ -61,7 +62,7 @@ TEST_F(IclArchive, FlippingRowsKeepsThePoints) {
   }
 }
 
-// Flipping the rows also moves a principal point that is off centre.
+// Flipping the rows also moves an off-centre principal point.
 TEST_F(IclArchive, PrincipalPointIsFlippedToo) {
   options_.intrinsics = Intrinsics{481.2f, -480.0f, 319.5f, 200.0f};
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.cy, 279.0f);
@@ -90,7 +91,7 @@ TEST_F(IclArchive, ReportsInvalidFiles) {
   EXPECT_NE(readingErrorOf(options_).find("contains 0 *.gt.freiburg files"), std::string::npos);
 }
 
-// The colour image comes from the same camera, so it is flipped, too.
+// Colour images come from the same camera, so they are flipped too.
 TEST_F(IclArchive, ColourIsFlippedLikeDepth) {
   for (const int i : {0, 1, 2}) {
     writeColourRows(folder_ / ("rgb/" + std::to_string(i) + ".png"), 640, 480, 0);

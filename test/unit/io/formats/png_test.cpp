@@ -1,4 +1,4 @@
-/// Folders of a user's own images, with poses in the formats of other programs.
+/// Tests reading folders with a user's own images and with poses in the formats of other programs.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -19,15 +19,15 @@ class OwnImages : public testing::Test {
     options_.intrinsics = Intrinsics{10, 10, 8, 6};
   }
 
-  /// Checks that poses are read from a file with this text: image i is at x = i - 8, as in
-  /// poseMatrix().
+  /// Checks that the poses are read correctly from a file with this text: image i must have the
+  /// pose poseMatrix(i - 8).
   void expectPoses(const std::string& name, const std::string& text) {
     writeBytes(folder_ / name, text);
     options_.poses_path = folder_ / name;
     const std::vector<SourceFrame> frames = readAll(*openRecording(options_));
     ASSERT_EQ(frames.size(), 3u) << name;
     for (int i = 0; i < 3; ++i) {
-      EXPECT_EQ(rawAt(frames[i].depth, 0, 0), 108 + i) << "not in the order 8, 9, 10";
+      EXPECT_EQ(rawAt(frames[i].depth, 0, 0), 108 + i) << "images should be in the order 8, 9, 10";
       EXPECT_TRUE((frames[i].depth.T_W_C * Eigen::Vector3d(1, 2, 3))
                       .isApprox(Eigen::Vector3d(i - 2, -1, 6), 1e-6))
           << name;
@@ -90,7 +90,7 @@ TEST_F(OwnImages, AcceptOtherPoseConventions) {
     opengl += "0 1 0 " + x + " 1 0 0 -2 0 0 -1 3 0 0 0 1\n";
   options_.pose_convention = "opengl";
   expectPoses("opengl.txt", opengl);
-  options_.pose_convention = "of another kind";
+  options_.pose_convention = "unknown";
   EXPECT_THROW(openRecording(options_), std::invalid_argument);
 }
 
@@ -101,10 +101,12 @@ TEST_F(OwnImages, AreFoundWithCameraAndColour) {
   EXPECT_EQ(guessRecordingFormat(options_.path), "png");
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.fy, 11.0f);
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.cx, 8.0f);
-  EXPECT_EQ(openRecording(options_)->next()->depth.T_W_C(2, 2), 1.0) << "converted never or twice";
+  EXPECT_EQ(openRecording(options_)->next()->depth.T_W_C(2, 2), 1.0)
+      << "poses should be converted exactly once";
   EXPECT_EQ(readAllColours(options_).size(), 3u);
   options_.selection.step = 2;
-  EXPECT_EQ(readAllColours(options_).size(), 2u) << "not one per depth image";
+  EXPECT_EQ(readAllColours(options_).size(), 2u)
+      << "there should be one colour image per depth image";
   EXPECT_NE(assumptionsOf(options_).find("--depth-scale"), std::string::npos);
   options_.units_per_metre = 1000.0;
   EXPECT_EQ(assumptionsOf(options_), "");
@@ -136,7 +138,8 @@ TEST_F(OwnImages, DamagedImagesCanBeSkipped) {
   EXPECT_NE(source->problems().at("bad_image").find("d_8.png"), std::string::npos);
   EXPECT_EQ(readAllColours(options_).size(), 2u);
   std::filesystem::remove(folder_ / "color/c_8.jpg");
-  EXPECT_EQ(readAllColours(options_).at(0).colour.T_W_C(0, 3), 1.0) << "not image 9's pose";
+  EXPECT_EQ(readAllColours(options_).at(0).colour.T_W_C(0, 3), 1.0)
+      << "the image should have the pose of image 9";
 }
 
 TEST(TumAssociations, AreNotMistakenForIclNuim) {
@@ -155,7 +158,7 @@ TEST(TumAssociations, AreNotMistakenForIclNuim) {
   options.pose_tolerance_s = 1.0;
   EXPECT_EQ(guessRecordingFormat(options.path), "tum");
   EXPECT_NE(readingErrorOf(options).find("--intrinsics"), std::string::npos)
-      << "assumes the camera of ICL-NUIM";
+      << "the intrinsics of ICL-NUIM should not be assumed";
   options.intrinsics = Intrinsics{10, 10, 8, 6};
   EXPECT_EQ(readAll(*openRecording(options)).size(), 3u);
   EXPECT_EQ(readAllColours(options).size(), 3u);

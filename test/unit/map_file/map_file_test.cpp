@@ -423,7 +423,8 @@ TEST_F(MapFile, BeyondTheBudgetTakesNoMemory) {
   EXPECT_TRUE(contains(error, "1024 MiB are allowed; raise map/max_memory_mb")) << error;
   EXPECT_EQ(errorOf([&] { MapChunks(path, params); }), error);
   getrusage(RUSAGE_SELF, &after);
-  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 << 10) << "KiB allocated";
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 << 10)
+      << "loading should allocate less than 64 MiB";
 }
 
 TEST_F(MapFile, OtherFilesAreRefused) {

@@ -69,8 +69,8 @@ TEST(AlignmentGain, FollowsAlignmentsFullyIfPosesAreNoisy) {
   EXPECT_EQ(shareOfStep(after(100, 0.02, 0.01), 0.01), 1.0);
 }
 
-/// The expected gain is that of a Kalman filter with noise of 2 mm and 20 mm: 2^2 / (2^2 + 20^2) =
-/// 0.01.
+/// The expected gain, 2^2 / (2^2 + 20^2) = 0.01, is that of a Kalman filter with noise of 2 mm and
+/// 20 mm.
 TEST(AlignmentGain, FollowsNoisyAlignmentsSlowlyIfPosesAreSmooth) {
   const double share = shareOfStep(after(100, 0.002, 0.02), 0.01);
   EXPECT_GT(share, 0.0);

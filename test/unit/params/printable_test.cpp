@@ -21,7 +21,8 @@ TEST(Printable, EscapesControlCharacters) {
   EXPECT_EQ(printable(std::string("a\0b", 3)), "a\\x00b");
   EXPECT_EQ(printable("\x1b[2J\x7f"), "\\x1b[2J\\x7f");
   EXPECT_EQ(printable("\u0085"), "\\xc2\\x85") << "a control character (next line)";
-  EXPECT_EQ(printable("\u009b2J"), "\\xc2\\x9b2J") << "starts a terminal command";
+  EXPECT_EQ(printable("\u009b2J"), "\\xc2\\x9b2J")
+      << "a control character (control sequence introducer)";
   EXPECT_EQ(printable("\u2028"), "\\xe2\\x80\\xa8");
 }
 

@@ -110,7 +110,7 @@ uint16_t rowMinimum(const DistanceTask& task, const SectorStack& stack, const Ve
 
 constexpr uint16_t kNotAsked = 0xfffe;
 
-/// Computes the distance of every step-th cell in each sector. A device would compute all cells.
+/// Computes the distance of every step-th cell in each sector. A GPU would compute all cells.
 void computeSome(const DistanceTask& task, std::vector<SectorSquares>& squares, int step) {
   for (int32_t i = 0; i < task.stack_count; ++i) {
     const SectorStack& stack = task.stacks[i];

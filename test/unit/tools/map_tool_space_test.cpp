@@ -79,7 +79,7 @@ TEST_F(MapToolSpace, OctreeMatchesTheCells) {
       }
     }
   }
-  EXPECT_EQ(known, space.cells().size()) << "some cells were not compared";
+  EXPECT_EQ(known, space.cells().size()) << "all cells should be compared";
   EXPECT_GT(free, 1000u);
 #else
   EXPECT_EQ(result, 1);

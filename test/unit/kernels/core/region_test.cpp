@@ -12,7 +12,7 @@ namespace region_test {
 
 using Eigen::Vector3d;
 
-/// A random box and a random sphere near a point. Eigen's geometry gives the expected results.
+/// A random box and a random sphere near a point. The expected results are computed with Eigen.
 struct RandomRegion {
   explicit RandomRegion(std::mt19937& random, const Vector3d& near) {
     const auto number = [&](double low, double high) {

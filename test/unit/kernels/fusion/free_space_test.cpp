@@ -238,7 +238,7 @@ TEST(Judge, EmptyVoxelsAreJudgedAtTheirPosition) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 0.9)), Array()), 0u);
 }
 
-/// A voxel that the frame covers is judged by its anchor.
+/// A voxel that the frame covers is tested at its anchor.
 TEST(Judge, CoveredVoxelsAreJudgedByTheirAnchors) {
   Array wall = kWall;
   Voxel& voxel = wall(3, 3, 3);

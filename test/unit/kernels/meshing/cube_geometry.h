@@ -1,4 +1,4 @@
-/// An independent description of the unit cube, with which to check the mesh tables.
+/// An independent description of the unit cube, for checking the mesh tables.
 #pragma once
 
 #include <Eigen/Core>

@@ -50,8 +50,8 @@ TEST(EdgeVertex, IsExactOnAPlane) {
   EXPECT_GT(crossed, 10000);
 }
 
-/// The distance along the edge is quadratic: 0.25 t^2 + t - 0.5 is -1.25, -0.5, 0.75, 2.5 at t =
-/// -1, 0, 1, 2, and 0 at sqrt(6) - 2 = 0.4495. Linear interpolation between the ends gives 0.4.
+/// The distance along the edge, 0.25 t^2 + t - 0.5, is -1.25, -0.5, 0.75 and 2.5 at t = -1, 0, 1
+/// and 2, and 0 at sqrt(6) - 2 = 0.4495. Linear interpolation between the ends would give 0.4.
 TEST(EdgeVertex, IsExactForQuadraticDistances) {
   const float exact = std::sqrt(6.0f) - 2.0f;
   for (const float sign : {1.0f, -1.0f}) {

@@ -54,8 +54,8 @@ TEST(VertexNormal, OfAPlaneIsItsNormalOnEveryEdge) {
   EXPECT_GT(found, 1500);
 }
 
-/// The normal is exact for a quadratic field. The gradient of z + x^2 / 16 + y^2 / 8 + z^2 / 8 + y
-/// / 4 is (x / 8, y / 4 + 1 / 4, 1 + z / 4), here at (2, -1, t - 1 / 2).
+/// The normal is exact for a quadratic field. Here, z + y / 4 + x^2 / 16 + y^2 / 8 + z^2 / 8 has
+/// the gradient (x / 8, (y + 1) / 4, 1 + z / 4) at (2, -1, t - 1 / 2).
 TEST(VertexNormal, OfAQuadraticFieldIsExact) {
   const Fields fields{[](const Vec3f& p, int) {
                         const float x = p.x - 4.0f, y = p.y - 4.0f, z = p.z - 4.5f;

@@ -76,7 +76,7 @@ TEST(DepthGap, IsNotFilledAcrossADepthEdge) {
   EXPECT_NEAR(image.filledAt(3, 3), 0.99f, 1e-6f);
 }
 
-/// A floor without noise; rounding depths to millimetres turns it into 1 mm steps.
+/// A noise-free floor. Its depths have steps of 1 mm, since they are rounded to millimetres.
 TEST(DepthGap, IsFilledInRoundedDepths) {
   for (int first_mm = 1000; first_mm < 1100; ++first_mm) {
     const auto measured = [&](int u, int) {

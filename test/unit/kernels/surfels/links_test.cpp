@@ -57,8 +57,8 @@ TEST(Links, StepsWithinNoiseAreLinked) {
   EXPECT_EQ(linksAlong({step}, 0.02f, 1), Links({true, true, true, false}));
 }
 
-/// Equal steps of 0.05 1/m in all rows form one surface, however steep. The steps at its ends are
-/// less than half as large, so the surface's plane does not predict them.
+/// Equal steps of 0.05 1/m in all rows form one surface, however steep they are. The steps at its
+/// ends are less than half as large, so the surface's plane does not predict them.
 TEST(Links, SteepSidesAreOneSurface) {
   for (const float nearest : {1.0f, 0.05f}) {  // also at 20 m
     std::vector<float> side{1.0f, 1.0f, 0.98f, 0.93f, 0.88f, 0.87f, 0.87f};

@@ -121,7 +121,7 @@ TEST_F(Input, WaitingImagesAreCountedAndBounded) {
     }
   }
   EXPECT_TRUE(waitUntil([&] { return status_.status().images_received == received + kImages; }));
-  EXPECT_LE(max_waiting, 9u) << "8 images of 1 MB may wait, and one may be in progress";
+  EXPECT_LE(max_waiting, 9u) << "at most 8 images of 1 MB should wait, plus one in progress";
   EXPECT_GE(max_waiting, 6u);
   EXPECT_LE(most_bytes, 8u << 20);
   EXPECT_GE(most_bytes, 6u << 20);

@@ -26,7 +26,7 @@ class LevelTest : public testing::Test {
 
   bool place(PosedFrame& frame) { return !step_->place(frame); }
 
-  /// Frame of the room camera at `time_s`. The map frame is the camera's frame at time 0.
+  /// Image from the room camera at `time_s`. The map frame is the camera's frame at time 0.
   PosedFrame frameAt(double time_s) {
     const Intrinsics K{60.0f, 60.0f, 31.5f, 23.5f};
     const Eigen::Isometry3d T_R_C = roomCameraPose(time_s);

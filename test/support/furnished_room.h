@@ -1,4 +1,4 @@
-/// An empty room, a furnished room in which no two views are alike, and camera poses in these
+/// An empty room, a furnished room in which each part looks different, and camera poses in these
 /// rooms.
 #pragma once
 

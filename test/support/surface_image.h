@@ -10,7 +10,8 @@
 
 namespace dtsdf {
 
-/// Returns the depth in metres along the viewing direction (x, y, 1), or 0 if there is no surface.
+/// Returns the depth z in metres of the surface point in direction (x, y, 1), or 0 if there is
+/// none.
 using Surface = std::function<double(double x, double y)>;
 
 /// The plane n^T P = delta.

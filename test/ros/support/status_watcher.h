@@ -15,10 +15,10 @@ class StatusWatcher {
   const dtsdf_mapping::MapStatus& status() const { return status_; }
   bool received() const { return received_; }
 
-  /// Number of frames dropped for a reason so far.
+  /// Number of frames dropped for this reason so far.
   uint64_t dropped(const std::string& reason) const;
 
-  /// Waits until more than `before` frames are dropped for a reason.
+  /// Waits until more than `before` frames have been dropped for this reason.
   bool waitForDrop(const std::string& reason, uint64_t before) const;
   bool waitForFused(uint64_t count) const;
 

@@ -13,8 +13,8 @@ namespace dtsdf {
 
 using Bytes = std::vector<uint8_t>;
 
-/// Appends numbers, strings, and values of other types member by member, as fields(io, value) lists
-/// them. ByteReader uses the same function.
+/// Appends numbers, strings and structures. A structure needs a function fields(io, value) that
+/// passes each of its members to `io`; ByteReader uses it too.
 class ByteWriter {
  public:
   template <class Value>

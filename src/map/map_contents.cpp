@@ -21,10 +21,10 @@ constexpr uint64_t kAllBricks = (uint64_t{1} << kDirectionCount * kBricksPerArra
 constexpr uint64_t kBricksOfArray = (uint64_t{1} << kBricksPerArray) - 1u;
 
 [[noreturn]] void refuse(const std::string& why) {
-  throw std::runtime_error("the map's content is invalid: " + why);
+  throw std::runtime_error("the map's contents are invalid: " + why);
 }
 
-/// The bricks that can exist in the voxel arrays of these directions.
+/// The bits of all bricks in the voxel arrays of these directions.
 uint64_t bricksOf(uint32_t directions) {
   uint64_t bricks = 0;
   for (int d = 0; d < kDirectionCount; ++d) {
@@ -46,7 +46,7 @@ void checkFreeCubes(const MapContents& contents) {
       refuse("free cells are not sorted by key");
     }
     if (std::all_of(cube.cells.begin(), cube.cells.end(), [](uint64_t w) { return w == 0; })) {
-      refuse("a cube of free cells is empty");
+      refuse("a cube contains no free cells");
     }
     before = &cube;
   }
@@ -142,7 +142,7 @@ void checkHead(const MapContents& contents) {
       refuse("the gains of the last colour image are out of range");
     }
   }
-  if (contents.T_W_M && !isRigid(*contents.T_W_M)) refuse("its level is not a rigid transform");
+  if (contents.T_W_M && !isRigid(*contents.T_W_M)) refuse("its levelling transform is not rigid");
   checkFreeCubes(contents);
 }
 
@@ -170,11 +170,10 @@ void checkFrame(const MapContents& contents, const std::string& map_frame) {
 void checkLevel(const MapContents& contents, bool is_levelled) {
   if (contents.frames == 0 || contents.T_W_M.has_value() == is_levelled) return;
   throw std::runtime_error(
-      is_levelled
-          ? "the saved map is not levelled, but map/level is floor or imu; set "
-            "map/level to none, or start a new map"
-          : "the saved map was levelled; set map/level to floor or imu: the map keeps the level "
-            "that it was saved with");
+      is_levelled ? "the saved map is not levelled, but map/level is floor or imu; set "
+                    "map/level to none, or start a new map"
+                  : "the saved map is levelled; set map/level to floor or imu (the saved levelling "
+                    "transform is kept)");
 }
 
 size_t maxMapBytes(const MapperParams& params) {

@@ -1,4 +1,5 @@
-/// Helpers for map contents: their head, their level, and the sizes of blocks.
+/// Helpers for map contents: copy the head, compare levelling transforms, and count the words per
+/// block.
 #pragma once
 
 #include "dtsdf_mapping/map_contents.h"
@@ -7,7 +8,7 @@
 
 namespace dtsdf {
 
-/// Copies the contents without blocks, voxels, colours and free cells.
+/// Copies everything except blocks, voxels, colours and free cells.
 inline MapContents headOf(const MapContents& contents) {
   MapContents head;
   static_cast<MapHead&>(head) = contents;
@@ -20,7 +21,7 @@ inline bool haveSameLevel(const MapContents& a, const MapContents& b) {
          (!a.T_W_M || a.T_W_M->matrix() == b.T_W_M->matrix());
 }
 
-/// Number of words that a block has in MapContents::voxels and in MapContents::colours.
+/// Number of words per block in MapContents::voxels and MapContents::colours.
 inline size_t voxelWordsOf(const MapBlock& block) {
   return static_cast<size_t>(__builtin_popcount(block.directions)) * kVoxelsPerBlock;
 }

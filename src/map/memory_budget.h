@@ -7,8 +7,8 @@
 
 namespace dtsdf {
 
-/// Bytes charged to the budget for a cube with free cells: its bits for free cells and for
-/// surfaces, in an array that may be half empty.
+/// Bytes charged to the budget for a cube that contains free cells: two bits per cell (free,
+/// surface), doubled because the array may be half empty.
 constexpr size_t kFreeCubeBudgetBytes = 256;
 
 /// Maximum size of a file in map/page_folder, in bytes; 0 if no folder is set.

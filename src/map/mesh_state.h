@@ -15,16 +15,16 @@ struct MeshMarks {
   DTSDF_HD bool any() const { return dirty || painted; }
 };
 
-/// A block to mesh again.
+/// A block to be remeshed.
 struct MarkedSlot {
   int32_t slot;
   MeshMarks marks;
 };
 
-/// Meshing state of a block, without the labels of its units.
+/// Meshing state of a block, except for the labels of its units.
 struct MeshState {
   MeshMarks marks;
-  bool has_mesh = false;    ///< Whether the mesh last delivered has triangles.
+  bool has_mesh = false;    ///< Whether its last delivered mesh has triangles.
   bool has_labels = false;  ///< Whether the labels of its units are stored.
 };
 

@@ -13,7 +13,7 @@ std::string findBoxProblem(const BoxRegion& box) {
   if (!box.T_W_B.matrix().allFinite() || !box.size_m.allFinite()) {
     return "the box's pose or size is not finite";
   }
-  if (!(box.size_m.minCoeff() > 0.0)) return "the box needs a size above 0 along each axis";
+  if (!(box.size_m.minCoeff() > 0.0)) return "the box's size must be above 0 along each axis";
   const Eigen::Matrix3d R = box.T_W_B.linear();
   constexpr double kRotationTolerance = 1e-3;
   if (!(R * R.transpose()).isIdentity(kRotationTolerance) || R.determinant() < 0.0) {
@@ -26,7 +26,7 @@ std::string findSphereProblem(const SphereRegion& sphere) {
   if (!sphere.center_W.allFinite() || !std::isfinite(sphere.radius_m)) {
     return "the sphere's centre or radius is not finite";
   }
-  return sphere.radius_m > 0.0 ? "" : "the sphere needs a radius above 0";
+  return sphere.radius_m > 0.0 ? "" : "the sphere's radius must be above 0";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-/// Maps the keys of blocks to slots: a hash table of cubes of blocks. Neighbouring keys are close
+/// Maps block keys to slots. This is a hash table of cubes of blocks: neighbouring keys are close
 /// in memory, and the table is small enough that growing it does not delay a frame.
 #pragma once
 
@@ -22,7 +22,7 @@ class SlotIndex {
     return marks == nullptr ? -1 : marks[numberInCube(key)] - 1;
   }
 
-  /// Prefetches the key's mark, which is unlikely to be in the cache in a large map.
+  /// Prefetches the entry of a key, which in a large map is unlikely to be in the cache.
   void prefetch(PackedKey key) const {
     if (table_.empty()) return;
     const int32_t* marks = table_[placeOf(nameOf(key))].marks.get();
@@ -97,7 +97,7 @@ class SlotIndex {
     return at;
   }
 
-  /// Rebuilds the table with at least four positions per cube, without the names of removed cubes.
+  /// Rebuilds the table with at least four positions per cube, dropping removed cubes.
   void grow() {
     size_t size = 64;  // the smallest table
     while (size < 4 * cubes_) size *= 2;
@@ -110,8 +110,8 @@ class SlotIndex {
   }
 
   std::vector<Cube> table_;  ///< Open addressing; the size is a power of two, or 0.
-  size_t used_ = 0;          ///< Positions with a name, including those of removed cubes.
-  size_t cubes_ = 0;         ///< Cubes that hold keys.
+  size_t used_ = 0;          ///< Occupied positions, including those of removed cubes.
+  size_t cubes_ = 0;         ///< Cubes that contain keys.
   size_t size_ = 0;
 };
 

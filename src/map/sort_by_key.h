@@ -27,8 +27,8 @@ inline void sortByDigits(std::vector<uint64_t>& numbers, int bits) {
 }
 
 /// Stable sort of records by their `key`. Packed keys are first shortened to coordinates relative
-/// to the smallest ones, in as few bits as possible. A short or widely spread list is sorted by
-/// comparison.
+/// to the smallest ones, in as few bits as possible. Short lists and widely spread keys are sorted
+/// by comparison.
 template <class Record>
 void sortByKey(std::vector<Record>& records) {
   constexpr size_t kFew = 32;

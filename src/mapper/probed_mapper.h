@@ -1,5 +1,5 @@
-/// Makes mappers for benchmarks, experiments and tests, and reports how much GPU memory is in use.
-/// Also available in builds without CUDA.
+/// Creates mappers for benchmarks, experiments and tests, and reports how much GPU memory is in
+/// use. Also available in builds without CUDA.
 #pragma once
 
 #include <memory>
@@ -10,12 +10,12 @@
 
 namespace dtsdf {
 
-/// Makes a mapper with access to its internals; experiments pass rules with other constants.
+/// Creates a mapper that gives access to its internals. Experiments pass other rule parameters.
 /// @throws std::runtime_error like makeMapper().
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params,
                                                const Rules& rules = Rules());
 
-/// Makes a mapper that continues from the contents of another one.
+/// Creates a mapper that resumes from the contents of another one.
 /// @throws std::runtime_error like makeMapper().
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params, const Rules& rules,
                                                const MapContents& contents);

@@ -12,24 +12,24 @@ constexpr size_t kMaxCrumb = 16;
 /// A small piece is kept unless a larger piece lies within this distance along each axis, in
 /// voxels.
 constexpr float kCrumbReach = 4.0f;
-/// A small piece is also kept if it is too large for a crumb when counted together with the small
-/// pieces within this distance (in voxels), as along a narrow slat.
+/// A small piece is also kept if it and the small pieces within this distance (in voxels) together
+/// have too many triangles for a crumb, as along a narrow slat.
 constexpr float kNextPiece = 1.5f;
 
 constexpr uint32_t kNoPiece = UINT32_MAX;
 
 /// A piece with few triangles.
 struct Piece {
-  std::vector<uint32_t> vertices;  ///< The first has the lowest number of those on an outline.
+  std::vector<uint32_t> vertices;  ///< The first is the lowest one on an outline.
   size_t triangles = 0, max_triangles = 0;
-  Vec3f low = {}, high = {};  ///< Bounds of the piece, enlarged by the reach.
+  Vec3f low = {}, high = {};  ///< Bounds of the piece, enlarged by kCrumbReach.
   bool is_near_larger = false;
-  std::set<uint32_t> next_to;  ///< Numbers of the small pieces near it.
+  std::set<uint32_t> next_to;  ///< Indices of the small pieces near it.
 };
 
 /// Lists the vertices of a piece, starting from its lowest vertex on an outline, and marks them
-/// with the piece's number. @return whether the piece is small. In a small piece, every side has at
-/// least one end with a rim, and the rim lists the triangles at that end.
+/// with the piece's index. In a small piece, at least one end of every edge has a rim, which lists
+/// the triangles at that end. @return whether the piece is small.
 bool grow(const Outline& outline, uint32_t number, std::vector<uint32_t>& piece_of, Piece& piece) {
   const uint32_t first = outline.first(), lowest = piece.vertices[0];
   const auto isPossible = [&](uint32_t v) {
@@ -59,7 +59,7 @@ bool grow(const Outline& outline, uint32_t number, std::vector<uint32_t>& piece_
   return true;
 }
 
-/// Finds all small pieces. @param piece_of Receives the number of each vertex's piece, or kNoPiece.
+/// Finds all small pieces. @param piece_of Receives the index of each vertex's piece, or kNoPiece.
 std::vector<Piece> findSmallPieces(const Outline& outline, std::vector<uint32_t>& piece_of) {
   std::vector<Piece> pieces;
   Piece piece;
@@ -92,7 +92,8 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
   std::vector<Piece> pieces = findSmallPieces(outline, piece_of);
   const float reach = kCrumbReach * voxel, cell_side = 2.0f * reach;
   const Vec3f margin{reach, reach, reach};
-  std::unordered_map<PackedKey, std::vector<uint32_t>> pieces_at;  // keyed by cell within reach
+  std::unordered_map<PackedKey, std::vector<uint32_t>>
+      pieces_at;  // for each cell within kCrumbReach
   for (uint32_t n = 0; n < pieces.size(); ++n) {
     Piece& piece = pieces[n];
     if (piece.vertices[0] < first || piece.vertices[0] >= end) continue;

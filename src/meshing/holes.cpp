@@ -43,7 +43,7 @@ class HoleCloser {
     for (uint32_t k = 0; k < rim.fan_count; ++k) {
       close(rim.vertex, rim.vertex, rim.fans[k][kBackwards], add);
     }
-    // The first step from a loop's lowest vertex may also be across a bridge.
+    // The first step from a loop's lowest vertex may also lead across a bridge.
     const uint32_t across = bridgeFrom(rim.vertex);
     if (across == kNone || across < rim.vertex) return;
     close(rim.vertex, across, outline_.rimOf(across).fans[0][kBackwards], add);
@@ -55,7 +55,7 @@ class HoleCloser {
   const Vec3f& position(uint32_t vertex) const { return positions_[vertex - outline_.first()]; }
   const Vec3f& normal(uint32_t vertex) const { return normals_[vertex - outline_.first()]; }
 
-  /// Length of an edge in halves: 2, or 1 if it begins or ends at a midpoint.
+  /// Length of an edge in half edges: 1 if it begins or ends at a midpoint, otherwise 2.
   int halvesOf(uint32_t vertex, uint32_t next) const {
     const auto isMiddle = [this](uint32_t v) { return outline_.kind(v) == Outline::Kind::kMiddle; };
     return isMiddle(vertex) || isMiddle(next) ? 1 : 2;
@@ -128,8 +128,8 @@ class HoleCloser {
   void consider(BridgeEnd& a, BridgeEnd& b) const {
     const Vec3f bridge = b.position - a.position;
     const float length = dot(bridge, bridge);
-    // Whether each vertex lies outside the surface around the other. This is rare, so a single
-    // branch is fast.
+    // Whether each vertex lies outside the surface around the other. The result is rarely true, so
+    // all conditions share one branch.
     const int is_facing = static_cast<int>(dot(bridge, a.inwards) < 0.0f) &
                           static_cast<int>(dot(bridge, b.inwards) > 0.0f) &
                           static_cast<int>(length <= std::max(a.shortest, b.shortest));
@@ -140,13 +140,14 @@ class HoleCloser {
     if (is_closer[1]) b.shortest = length, b.nearest = a.vertex;
   }
 
-  /// For each vertex where a bridge may end, finds the nearest other one.
+  /// For each vertex where a bridge may end, finds the nearest vertex for its other end.
   void findBridges() {
     const std::vector<Cell> cells = sortedCells();
     std::vector<BridgeEnd> ends(cells.size() - 1);
     for (size_t i = 0; i < ends.size(); ++i) ends[i] = bridgeEnd(cells[i].second);
-    // Keys of the middle cells of the rows of three cells around a vertex, relative to the key of
-    // its own cell. Only rows with vertices that come later in `cells` are searched.
+    // The cells around a vertex form rows of three. These are the keys of the middle cells,
+    // relative to the key of the vertex's own cell. Only rows whose vertices come later in `cells`
+    // are searched.
     constexpr PackedKey kRows[] = {0, kRowStride, kLayerStride - kRowStride, kLayerStride,
                                    kLayerStride + kRowStride};
     size_t row[std::size(kRows)] = {};
@@ -199,8 +200,9 @@ class HoleCloser {
     return loop_.size() >= 3 && std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end();
   }
 
-  /// Cuts one corner off the loop: of the corners whose triangle faces the same way as the surface,
-  /// the one whose neighbours are closest to each other. @return whether there was such a corner.
+  /// Cuts one corner off the loop. Among the corners whose triangle faces the same way as the
+  /// surface, chooses the one whose neighbours are closest together. @return whether a corner was
+  /// cut.
   bool cutCorner() {
     const size_t count = loop_.size();
     size_t best = count;
@@ -240,7 +242,7 @@ class HoleCloser {
   const std::vector<Vec3f>& positions_;
   const std::vector<Vec3f>& normals_;
   const float max_bridge_;
-  std::vector<uint32_t> nearest_;  ///< The nearest vertex across a crack, for each rim.
+  std::vector<uint32_t> nearest_;  ///< For each rim, the nearest vertex across a crack.
   std::vector<uint32_t> loop_;
   std::vector<Outline::Triangle> triangles_;  ///< Triangles that fill the loop.
 };

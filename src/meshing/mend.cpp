@@ -7,8 +7,8 @@ namespace {
 
 constexpr int kStepsAlong = 2;
 
-/// A line whose ends are closer together than this share of its length turns back: it is the tip of
-/// something narrow, which smoothing would shorten.
+/// A section of an outline whose ends are closer together than this fraction of its length is the
+/// tip of something narrow, which smoothing would shorten.
 constexpr float kMinExtent = 0.4f;
 
 /// The next vertex on the outline that is not the midpoint of a side.
@@ -36,7 +36,7 @@ Vec3f shiftOf(const Outline& outline, uint32_t vertex, const std::vector<Vec3f>&
     sum = (ends[0] - p) + (ends[1] - p);
   }
   if (norm(ends[0] - ends[1]) < kMinExtent * length) return {0.0f, 0.0f, 0.0f};
-  // These weights remove teeth whose sides are one step each, and leave a parabola unchanged.
+  // These weights remove teeth whose sides are one edge long, and leave a parabola unchanged.
   return 1.0f / 4.0f * from_vertex[0] + -1.0f / 16.0f * from_vertex[1];
 }
 

@@ -54,7 +54,7 @@ const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
   return joined_;
 }
 
-/// The number of a vertex in the joined mesh; next_ if it is new. The owner of an edge is the block
+/// Index of a vertex in the joined mesh; next_ if the vertex is new. An edge is owned by the block
 /// that contains its lower corner; corners on the upper faces of the block's grid belong to its
 /// upper neighbours. Only the owner and its lower neighbours list the edge; neighbours in the layer
 /// below list it only if it is on the lower face.
@@ -93,8 +93,8 @@ void makeUnit(std::vector<Vec3f>& normals) {
 
 namespace {
 
-/// Removes blocks from the front of a list for as long as all blocks within `distance` of them
-/// along each axis (and not beyond the block `last`) come before `key`. @return the number of
+/// Removes blocks from the front of a list as long as `key` comes after all blocks within
+/// `distance` of them along each axis, ignoring blocks beyond `last`. @return the number of
 /// vertices up to the end of the last removed block; `before` if none was removed.
 template <class Blocks>
 uint32_t dropPassedBlocks(Blocks& blocks, int32_t distance, const Vec3i& last, PackedKey key,
@@ -169,7 +169,7 @@ void MeshStream::addVertex(const BlockMesh& block, size_t i) {
 }
 
 /// Removes triangles from the front of a list, up to the first with a vertex that is not yet
-/// written. Passes them, except crumbs, to `take`, with output vertex numbers.
+/// written. Passes them, except crumbs, to `take`, with the output indices of their vertices.
 template <class Take>
 void MeshStream::takeWritten(Triangles& triangles, const Take& take) {
   size_t count = 0;

@@ -1,4 +1,4 @@
-/// Joins the meshes of blocks: merges the vertices that neighbouring blocks repeat, and computes
+/// Joins the meshes of blocks: merges the vertices that neighbouring blocks share, and computes
 /// vertex normals. A mesh that does not fit into memory can be output in pieces.
 #pragma once
 
@@ -44,15 +44,15 @@ inline Vec3f positionFrom(const std::array<double, 3>& origin_m, const std::arra
 
 /// A block's vertices in the joined mesh.
 struct JoinedBlock {
-  std::vector<uint32_t> number;  ///< Number of each vertex in the joined mesh.
-  std::vector<uint32_t> fresh;   ///< Indices of the vertices that no earlier block has.
+  std::vector<uint32_t> number;  ///< Index of each vertex in the joined mesh.
+  std::vector<uint32_t> fresh;   ///< Indices of the vertices that are in no earlier block.
   std::vector<Vec3f> faced;      ///< The facing of each vertex's edge; see facingSteps().
 };
 
 /// A hash table from names to numbers, with open addressing.
 class NumberTable {
  public:
-  /// The number of a name; a new name gets `number`.
+  /// Returns the number of a name. A new name is added with `number`.
   uint32_t findOrAdd(uint64_t name, uint32_t number) {
     if (2 * used_ >= slots_.size()) grow();
     Slot& slot = slotOf(name);
@@ -98,7 +98,7 @@ class BlockJoiner {
  private:
   uint32_t numberOf(uint32_t edge);
 
-  uint32_t next_ = 0;  ///< Number of the next new vertex.
+  uint32_t next_ = 0;  ///< Index of the next new vertex.
   JoinedBlock joined_;
   BlockKey last_{0, INT32_MIN, INT32_MIN};  ///< The block added last.
   /// Vertices that may be listed again: midpoints inside the current block (inside_), and vertices
@@ -155,17 +155,16 @@ class MeshStream {
   void finish();
 
  private:
-  /// Steps through which each vertex goes, see meshing/mend.h: linked, cleaned of crumbs, closed,
-  /// written and forgotten.
+  /// The processing steps: link, remove crumbs, close holes (see meshing/mend.h), write and forget.
   static constexpr size_t kSteps = 5;
-  /// A step processes a block's vertices once all blocks up to this many blocks further on have
-  /// been added (first step) or processed by the previous step. Neighbouring blocks may list the
-  /// same vertices, and each step depends on the results of the previous step up to one or two
-  /// blocks away. Triangles over holes may have to wait two more blocks until all their vertices
-  /// are written.
+  /// A step processes a block's vertices once all blocks up to this many blocks farther along each
+  /// axis have been added (first step) or processed by the previous step. Neighbouring blocks may
+  /// list the same vertices, and each step depends on the results of the previous step up to one or
+  /// two blocks away. Triangles that fill holes may have to wait two more blocks until all their
+  /// vertices are written.
   static constexpr std::array<int32_t, kSteps> kBlocksBehind = {1, 2, 2, 1, 2};
 
-  /// A block, and the number of vertices up to the end of the block.
+  /// A block, and the number of vertices up to and including this block.
   using AddedBlock = std::pair<BlockKey, uint32_t>;
   using Triangles = std::vector<Outline::Triangle>;
 
@@ -183,12 +182,12 @@ class MeshStream {
   const Sink sink_;
   const uint32_t vertices_at_once_;
   BlockJoiner joiner_;
-  Mesh window_;                    ///< The vertices from number first_ on.
-  std::vector<uint32_t> numbers_;  ///< Numbers of these vertices in the output, once written.
+  Mesh window_;                    ///< The vertices from index first_ on.
+  std::vector<uint32_t> numbers_;  ///< Output indices of these vertices, once written.
   Outline outline_;
   Triangles triangles_;         ///< Triangles not yet output.
-  Triangles patches_;           ///< Triangles over holes, with vertices not yet written.
-  Triangles numbered_patches_;  ///< Triangles over holes, with output vertex numbers; output last.
+  Triangles patches_;           ///< Triangles that fill holes; not all vertices are written yet.
+  Triangles numbered_patches_;  ///< Triangles that fill holes, with output indices; output last.
   uint32_t first_ = 0, next_number_ = 0;
   std::array<std::deque<AddedBlock>, kSteps> ahead_;  ///< Blocks that each step has not passed.
   std::array<uint32_t, kSteps> passed_ = {};  ///< Number of vertices that each step has passed.

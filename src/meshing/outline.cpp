@@ -5,7 +5,7 @@
 namespace dtsdf {
 namespace {
 
-/// Not linear: linear hashes would cancel out where the numbers of the end vertices of two fans
+/// Nonlinear, since linear hashes would cancel out where the indices of two fans' end vertices
 /// differ by the same amount, as on a grid.
 uint32_t hash(uint32_t number) {
   const uint32_t product = number * 0x9e3779b9u;
@@ -73,8 +73,8 @@ void Outline::link(uint32_t first, uint32_t end, const std::vector<Triangle>& tr
   }
 }
 
-/// Finds the fans that all links form, those of patches included. @return their number; 0 if there
-/// are more than two.
+/// Finds the fans formed by all links, including those of patches. @return the number of fans; 0 if
+/// there are more than two.
 uint32_t Outline::findFans(const Rim& rim, std::array<Rim::Fan, 2>& fans) const {
   const Link* const begin = linksOf(rim);
   const Link* const end = begin + rim.links;

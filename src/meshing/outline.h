@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// Vertices, numbered from 0, and triangles are added one by one. Then link() gives a rim to each
+/// Vertices (indexed from 0) and triangles are added one by one. Then link() gives a rim to each
 /// vertex on an outline, and to each midpoint. Vertices can be forgotten from the front.
 class Outline {
  public:
@@ -27,9 +27,9 @@ class Outline {
     uint32_t next, previous;
   };
 
-  /// What surrounds a vertex: links and the fans that they form. The outline arrives from the last
-  /// vertex of a fan and continues to its first vertex. A gap lies between the last vertex of a fan
-  /// and the first of the next. Patches change only the links and `beside`.
+  /// The links around a vertex, and the fans that they form. The outline runs from the last vertex
+  /// of a fan through this vertex to the fan's first vertex. A gap lies between the last vertex of
+  /// a fan and the first of the next. Patches change only the links and `beside`.
   struct Rim {
     using Fan = std::array<uint32_t, 2>;  ///< First and last vertex.
 
@@ -46,10 +46,10 @@ class Outline {
   void addVertex(Kind kind) { vertices_.push_back({0, kNone, 0, kind}); }
   void addTriangle(const Triangle& triangle);
 
-  /// Forgets the vertices before number `first`.
+  /// Forgets the vertices before index `first`.
   void forget(uint32_t first);
 
-  /// Makes the rims of the vertices [first, end). @pre All triangles around these vertices have
+  /// Builds the rims of the vertices [first, end). @pre All triangles around these vertices have
   /// been added.
   /// @param triangles Must include all triangles around these vertices.
   void link(uint32_t first, uint32_t end, const std::vector<Triangle>& triangles);
@@ -59,19 +59,19 @@ class Outline {
   /// Adds a triangle that closes a part of a hole. @pre Its vertices have rims.
   void patch(const Triangle& triangle);
 
-  /// The first vertex that is not forgotten, and the number after the last vertex.
+  /// Index of the first vertex that is not forgotten, and one past the last vertex.
   uint32_t first() const { return first_; }
   uint32_t end() const { return first_ + static_cast<uint32_t>(vertices_.size()); }
   Kind kind(uint32_t vertex) const { return at(vertex).kind; }
-  /// Whether a vertex is not surrounded by triangles.
+  /// Whether triangles do not fully surround a vertex.
   bool isOnOutline(uint32_t vertex) const { return at(vertex).sum != 0; }
   bool isUnused(uint32_t vertex) const { return at(vertex).triangles == 0; }
   bool hasRim(uint32_t vertex) const { return at(vertex).rim != kNone; }
 
   const std::vector<Rim>& rims() const { return rims_; }  ///< Sorted by vertex.
-  /// Position in rims() of the first rim whose vertex is `vertex` or a later one.
+  /// Index in rims() of the first rim at `vertex` or a later vertex.
   size_t rimFrom(uint32_t vertex) const;
-  /// Position in rims() of a vertex's rim. @pre The vertex has a rim.
+  /// Index in rims() of a vertex's rim. @pre The vertex has a rim.
   size_t rimNumber(uint32_t vertex) const { return at(vertex).rim - first_rim_; }
   const Rim& rimOf(uint32_t vertex) const { return rims_[rimNumber(vertex)]; }
   const Link* linksOf(const Rim& rim) const { return &links_[rim.first_link]; }
@@ -101,7 +101,7 @@ class Outline {
   struct Vertex {
     /// Sum over triangles of hash(next) - hash(previous): 0 if they surround the vertex.
     uint32_t sum;
-    uint32_t rim;        ///< Number of its rim; kNone if it has none.
+    uint32_t rim;        ///< Index of its rim; kNone if it has none.
     uint16_t triangles;  ///< Number of triangles around it, not counting patches.
     Kind kind;
   };
@@ -110,8 +110,8 @@ class Outline {
   const Vertex& at(uint32_t vertex) const { return vertices_[vertex - first_]; }
   uint32_t findFans(const Rim& rim, std::array<Rim::Fan, 2>& fans) const;
 
-  uint32_t first_ = 0;      ///< Number of vertices_[0].
-  uint32_t first_rim_ = 0;  ///< Number of rims_[0].
+  uint32_t first_ = 0;      ///< Index of vertices_[0].
+  uint32_t first_rim_ = 0;  ///< Index of rims_[0].
   std::vector<Vertex> vertices_;
   std::vector<Rim> rims_;
   std::vector<Link> links_;  ///< The links of each rim are contiguous.

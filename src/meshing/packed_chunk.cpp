@@ -16,7 +16,7 @@ namespace dtsdf {
 namespace {
 
 constexpr int kMaxStepsPerVoxel = 512;
-/// Vertices of a block lie at most this many voxels outside it along each axis (see BlockVertex).
+/// A block's vertices lie at most this many voxels outside it along each axis (see BlockVertex).
 constexpr int kVoxelsBeyond = 2;
 constexpr int kMaxLatticeSteps = 65535;
 constexpr size_t kMaxVertices16 = 65536;
@@ -104,8 +104,8 @@ class ChunkPacker {
 
  private:
   /// Rounds relative to the block, so that all blocks that share a vertex give the same result: its
-  /// positions in them differ by whole voxels, which are added exactly. In double precision, a
-  /// position in steps is exact, too; adding kVoxelsBeyond makes it positive.
+  /// positions in these blocks differ by whole voxels, which are added exactly. A position in steps
+  /// is also exact in double precision; adding kVoxelsBeyond makes it positive.
   float stepsOf(int voxel, float position) const {
     const double steps = (static_cast<double>(position) + kVoxelsBeyond) * steps_per_voxel_;
     return static_cast<float>(voxel * steps_per_voxel_ + static_cast<int>(steps + 0.5));

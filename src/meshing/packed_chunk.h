@@ -1,6 +1,6 @@
-/// A chunk of the mesh in compact form, as it is sent. Positions are whole steps of a lattice that
-/// all chunks of a map share, so that neighbouring chunks meet without cracks. For views from far
-/// away, chunks can be coarsened.
+/// A chunk of the mesh in the compact form used in messages. Positions are whole steps of a lattice
+/// that all chunks of a map share, so that neighbouring chunks meet without cracks. For views from
+/// far away, chunks can be coarsened.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@ namespace dtsdf {
 /// The positions that chunk vertices may have: multiples of a step along each axis of W. The edge
 /// of a voxel is 2^n steps long.
 struct ChunkLattice {
-  /// A voxel has 512 steps, or fewer if 16 bits could not span the chunk with a margin of two
-  /// voxels on each side, in which its vertices may also lie.
+  /// A voxel has 512 steps, or fewer if 16 bits could not span the chunk plus a margin of two
+  /// voxels on each side, into which its vertices may extend.
   /// @param chunk_blocks Number of blocks along each edge of a chunk.
   ChunkLattice(float voxel_size_m, int chunk_blocks);
 
@@ -31,19 +31,21 @@ struct PackedChunk {
   std::vector<uint16_t> positions;     ///< x, y, z of each vertex, in steps from the origin.
   std::vector<int16_t> normals;        ///< Two numbers per vertex, see packedNormal().
   std::vector<uint8_t> colours;        ///< Red, green, blue of each vertex; empty if unpainted.
-  std::vector<uint16_t> triangles16;   ///< Three vertices each, counter-clockwise from the front.
-  std::vector<uint32_t> triangles32;   ///< Used instead if there are more than 65536 vertices.
+  std::vector<uint16_t>
+      triangles16;  ///< Three vertex indices each, counter-clockwise from the front.
+  std::vector<uint32_t> triangles32;  ///< Used instead if there are more than 65536 vertices.
 
   size_t vertexCount() const { return positions.size() / 3; }
   size_t triangleCount() const { return (triangles16.size() + triangles32.size()) / 3; }
-  /// The vertex at a corner of a triangle: corner i of triangle t has number 3 t + i.
+  /// Index of the vertex at a corner of a triangle; corner i of triangle t has number 3 t + i.
   uint32_t corner(size_t number) const {
     return triangles32.empty() ? triangles16[number] : triangles32[number];
   }
 };
 
 /// Packs the blocks with these packed keys, in ascending order, into the chunk whose lowest block
-/// is `corner`. Unknown keys are skipped. A chunk without triangles has only its origin.
+/// is `corner`. Unknown keys are skipped. If there are no triangles, only the chunk's origin is
+/// set.
 PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const BlockKey& corner,
                       const std::vector<PackedKey>& blocks);
 

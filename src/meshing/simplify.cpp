@@ -47,8 +47,8 @@ constexpr size_t kReportEach = 4096;
 /// Each of two opposing surfaces may move by this fraction of the gap between them.
 constexpr double kShareBetween = 0.45;
 
-/// Most errors are below this many mean edge lengths, so gaps are at first measured only as far as
-/// such errors require.
+/// Most errors are below this many mean edge lengths. Gaps are first measured only as far as these
+/// errors require.
 constexpr double kNearEdges = 2.0;
 
 /// Surfaces face each other if the cosine between their normals is below this (about 105 degrees).
@@ -210,7 +210,7 @@ constexpr float kMinTurnCosine = 0.34f;
 constexpr float kMinHeight = 0.01f;
 
 /// Merges vertices into their neighbours. Each removed vertex is assigned to a triangle close
-/// enough to it. A later merge that changes this triangle is made only if one of the new triangles
+/// enough to it. A later merge that changes this triangle is done only if one of the new triangles
 /// is close enough.
 class Collapser {
  public:
@@ -378,8 +378,8 @@ class Collapser {
     return true;
   }
 
-  /// Assigns u, and the removed vertices assigned to its triangles, to triangles as they would be
-  /// after the merge. @return false if no triangle is close enough to one of these vertices.
+  /// Assigns u, and the removed vertices assigned to its triangles, to the triangles that the merge
+  /// would leave. @return false if no triangle is close enough to one of these vertices.
   bool reassignVertices(uint32_t u, uint32_t v, double error_m) {
     moves_.clear();
     new_wings_.clear();
@@ -493,9 +493,9 @@ std::vector<double> errorsUpTo(double max_error_m, double mean_edge_m) {
   }
 }
 
-/// Merges vertices with errors of up to `error_m`. Each pass chooses all merges before it makes the
-/// first one; otherwise planes would become slivers. Merges are made in the order of the vertices,
-/// since neighbours are close in memory.
+/// Merges vertices with errors of up to `error_m`. Each pass chooses all merges before it does the
+/// first one; otherwise flat areas would become slivers. Merges are done in vertex order, since
+/// neighbours are close in memory.
 /// @param live Vertices that may still be removed.
 template <class Report>
 void simplifyWithin(double error_m, Collapser& collapser, std::vector<uint32_t>& live,

@@ -18,8 +18,8 @@ class FreeRuns {
   /// @param max_units Maximum length of the file, in units.
   explicit FreeRuns(uint64_t max_units) : max_units_(max_units) {}
 
-  /// Takes a run. @return its first unit; none if the file would get too long. If memory runs out,
-  /// the rest of a longer free run is marked as in use.
+  /// Allocates a run. If memory runs out, the rest of a longer free run stays marked as used.
+  /// @return the first unit of the run; none if the file would become too long.
   std::optional<uint64_t> take(uint64_t units) {
     const auto shortest = by_length_.lower_bound({units, 0});
     if (shortest == by_length_.end()) {
@@ -35,7 +35,8 @@ class FreeRuns {
     return first;
   }
 
-  /// Gives a run back. If memory runs out, it stays in use until clear(). @pre The run was taken.
+  /// Frees a run. If memory runs out, it stays marked as used until clear(). @pre The run was
+  /// allocated by take().
   void give(uint64_t first, uint64_t units) noexcept {
     uint64_t begin = first, end = first + units;
     auto after = free_.lower_bound(first);

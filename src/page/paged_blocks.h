@@ -26,7 +26,7 @@ struct PagedBlock {
 
 inline size_t isMarked(const PagedBlock& block) { return block.mesh.marks.any() ? 1 : 0; }
 
-/// Blocks on disk. A block keeps its number as long as it is on disk.
+/// Blocks on disk. A block keeps the same number while it is on disk.
 class PagedBlocks {
  public:
   /// @throws std::runtime_error if the folder cannot be written.
@@ -116,8 +116,8 @@ class PagedBlocks {
     return keys;
   }
 
-  /// Keys of all blocks in those coarse cells that may be in view of a frame and that `takes`
-  /// accepts.
+  /// Keys of all blocks in the coarse cells that may be in a frame's view and for which takes(cell)
+  /// is true.
   template <class CellTest>
   std::vector<PackedKey> keysInView(const FrameView& view, float radius,
                                     const CellTest& takes) const {

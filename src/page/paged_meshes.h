@@ -95,7 +95,7 @@ class PagedMeshes {
   }
 
   /// The mesh of a block, from memory or disk. Null if there is none, or if it cannot be read;
-  /// missed() counts the latter.
+  /// missed() counts failed reads.
   SharedBlockMesh find(PackedKey key) {
     const auto found = meshes_.find(key);
     if (found == meshes_.end()) return nullptr;

@@ -5,8 +5,8 @@
 namespace dtsdf {
 namespace {
 
-/// Making room frees more than necessary, by 1 / kFreedShare of the memory, so that the next values
-/// fit without making room again.
+/// Each eviction frees 1 / kFreedShare of the memory more than necessary, so that the next values
+/// fit without another eviction.
 constexpr size_t kFreedShare = 8;
 
 /// After a failure, the number of values that are added or read back before the disk is tried
@@ -112,7 +112,7 @@ void PagedValues::makeRoom() {
   }
 }
 
-/// Writes a value to the store, unless the store has it. @return whether the store has it now.
+/// Writes a value to the store, unless it is already there. @return whether it is there now.
 bool PagedValues::writeOut(Entry& entry) try {
   if (entry.record) return true;
   const auto out = std::make_shared<ByteWriter>();

@@ -32,8 +32,8 @@ void visitRecord(Io& io, T& value) {
   value.visitRecord(io);
 }
 
-/// The kind of a type that has bytesOf() and visitRecord(). The latter both writes and reads its
-/// members.
+/// The ValueKind of a type for which bytesOf() and visitRecord() are defined. visitRecord() both
+/// writes and reads the members.
 template <class T>
 const ValueKind& kindOf() {
   static const ValueKind kind{

@@ -54,8 +54,8 @@ class RecordStore {
   };
 
   /// Creates the folder if it is missing.
-  /// @param max_waiting Maximum number of bytes that may wait to be written. A single record is
-  /// always accepted.
+  /// @param max_waiting Maximum number of bytes that may wait to be written. If none are waiting, a
+  /// record of any size is accepted.
   /// @throws std::runtime_error if no file can be created there.
   RecordStore(const std::string& folder, uint64_t max_bytes, size_t max_waiting);
   ~RecordStore();
@@ -81,7 +81,7 @@ class RecordStore {
 
   size_t waitingBytes() const;  ///< Bytes waiting to be written.
 
-  /// Count a failure in the caller, or a lost record.
+  /// Counts a failure in the caller, or a lost record.
   void fail(std::string problem);
   void countLost();
   /// Counts a wait for the disk since `start`, if it took at least a millisecond.

@@ -9,8 +9,8 @@
 namespace dtsdf {
 namespace {
 
-/// Whether a name is a valid prefix of ROS topics: parts divided by slashes, each a letter followed
-/// by letters, digits and underscores.
+/// Whether a name is a valid namespace of ROS topics: parts separated by slashes, each consisting
+/// of a letter followed by letters, digits and underscores.
 bool isNamespace(const std::string& name) {
   bool begins = true;
   for (const char c : name) {
@@ -25,7 +25,7 @@ void checkCameras(const NodeParams& node, ParamReader& reader) {
   for (const std::string& name : node.cameras) {
     if (isNamespace(name)) continue;
     reader.addViolation("cameras", "'" + name +
-                                       "' is not a namespace; use letters, digits, _ and "
+                                       "' is not a valid namespace; use letters, digits, _ and "
                                        "/, starting with a letter");
   }
   if (std::set<std::string>(node.cameras.begin(), node.cameras.end()).size() <

@@ -21,7 +21,7 @@ enum class Usage {
 struct InputParams {
   double merge_wait_s = 0.1;     ///< Maximum wait for an earlier frame from another camera.
   std::string camera_frame;      ///< The camera's optical frame; empty: the frame_id of the images.
-  int queue_size = 30;           ///< Maximum number of waiting images, per camera and kind.
+  int queue_size = 30;           ///< Maximum number of waiting images, per camera and type.
   int queue_mb = 256;            ///< Maximum memory of all waiting images.
   double tf_timeout_s = 1.0;     ///< Maximum time that a frame waits for its transform.
   float unit_16uc1_m = 0.001f;   ///< Metres per unit of a 16UC1 image.
@@ -32,17 +32,17 @@ struct InputParams {
   /// Uses the newest camera_info, not the one with the image's stamp, for drivers that send it
   /// rarely.
   bool latest_camera_info = false;
-  /// Whether to rectify distorted images. kAuto: unless the topic's name says that they are
-  /// rectified.
+  /// Whether to rectify distorted images. kAuto: unless the topic's name indicates that they
+  /// already are.
   Usage rectify = Usage::kAuto;
-  bool mask = false;  ///< Each image has a mask with the same stamp on `mask/image`.
+  bool mask = false;  ///< Whether to use masks: one per image, with its stamp, on `mask/image`.
 };
 
 /// How a map is levelled, if the map frame is not level.
 enum class LevelChoice {
   kNone,   ///< The map is not levelled: it is in map_frame.
-  kFloor,  ///< By the floor in the first images.
-  kImu,    ///< By an inertial sensor at rest.
+  kFloor,  ///< It is levelled with the floor in the first images.
+  kImu,    ///< It is levelled with an inertial sensor at rest.
 };
 
 /// All settings of the node.
@@ -74,10 +74,11 @@ struct NodeParams {
   double stale_s = 5.0;          ///< Time without a fused depth image before a warning; an error
                                  ///< after three times that.
 
-  // How space is published. Heights are along z of the map frame, which must be level.
+  // How the free-space grid is published. Heights are along z of the map frame, which must be
+  // level.
   double min_height_m = 0.1;     ///< Lower end of the grid's columns.
   double max_height_m = 1.5;     ///< Upper end of the grid's columns.
-  double grid_seen_share = 1.0;  ///< Share of a free column's cells that must be free.
+  double grid_seen_share = 1.0;  ///< Fraction of a free column's cells that must be free.
   double slice_height_m = 0.5;   ///< Height of the published slice of distances.
 
   std::string journal_folder;    ///< Folder of the journals; empty: no journal.
@@ -90,7 +91,7 @@ struct NodeParams {
                                    ///< radians, are ignored.
 };
 
-/// Whether the map has its own, level frame.
+/// Whether the map is levelled, so that it has its own frame.
 inline bool isLevelled(const NodeParams& node) { return node.level != LevelChoice::kNone; }
 
 /// Frame in which the images' poses are looked up; empty: poses are not looked up.
@@ -157,11 +158,11 @@ void visitParams(NodeParams& p, Visitor& visit) {
   visit("space/slice_height_m", p.slice_height_m, Range{-1e4, 1e4});
 }
 
-/// Strips the leading slash, which old tf used, from frame names, and checks the map's frames.
-/// Whatever reads settings must call it, since map frames are compared by name.
+/// Strips the leading slash, which old tf used, from frame names, and checks the map's frames. Call
+/// this whenever settings are read, since map frames are compared by name.
 void readFrames(NodeParams& node, ParamReader& reader);
 
-/// Replaces a fusion/memory_frames of 0 if poses are aligned.
+/// If poses are aligned and fusion/memory_frames is 0, sets it to the value for aligned poses.
 void resolveMemoryFrames(const PoseParams& poses, FusionParams& fusion);
 
 /// A key and the rule it breaks.

@@ -1,4 +1,4 @@
-/// Copies settings safely when memory runs out.
+/// Copies settings without a crash if memory runs out.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"

@@ -14,9 +14,9 @@ namespace {
 
 constexpr int kDigits = 7;
 
-/// Suggests alternatives to an unknown key, as in "; known: map/voxel_size_m": the keys in any
-/// section whose last part begins with that of the unknown key; if there are none, all keys in its
-/// section.
+/// Suggests alternatives to an unknown key, as in "; known: map/voxel_size_m". These are the keys
+/// in any section whose last part begins with that of the unknown key or, if there are none, all
+/// keys in the same section.
 std::string suggestionsFor(const std::string& key, const std::set<std::string>& known) {
   const auto nameIn = [](const std::string& of) { return of.rfind('/') + 1; };
   const std::string section = key.substr(0, nameIn(key)), name = key.substr(nameIn(key));
@@ -117,7 +117,7 @@ void ParamReader::operator()(const std::string& key, bool& member) {
   }
   const std::string* text = std::get_if<std::string>(value);
   const std::string word = text != nullptr ? inLowerCase(*text) : "";
-  // The words of YAML 1.1; parsers return some of them as strings.
+  // The booleans of YAML 1.1, some of which parsers return as strings.
   const auto isOneOf = [&](const std::vector<std::string>& words) {
     return std::find(words.begin(), words.end(), word) != words.end();
   };

@@ -1,5 +1,5 @@
 /// Makes external text safe to log and to publish: names in messages and files, and errors from
-/// libraries. test/lint/check_text.py finds places that show such text unchanged.
+/// libraries. test/lint/check_text.py finds places that output external text unchanged.
 #pragma once
 
 #include <cstddef>

@@ -35,7 +35,7 @@ bool isZero(const SpaceCube::Mask& mask) {
   return std::all_of(mask.begin(), mask.end(), [](uint64_t word) { return word == 0; });
 }
 
-/// Box of one column of a stack of cubes.
+/// The box of a single column in a stack of cubes.
 GridBox columnOf(int32_t stack_x, int32_t stack_y, size_t bit) {
   const SpaceCube stack{{stack_x * SpaceCube::kSide, stack_y * SpaceCube::kSide, 0}, {}, {}};
   const Vec3i cell = stack.cellOf(0, static_cast<int>(bit));
@@ -156,7 +156,7 @@ size_t GroundGrid::bytes() const {
 
 void GroundGrid::beginAnew(double cell_size_m) {
   if (window_ && cell_size_m != cell_size_m_) {
-    // Subscribers hold a grid with a different cell size.
+    // The subscribers' grid has a different cell size.
     window_.reset();
     changed_ = {};
     is_outgrown_ = is_outdated_ = true;

@@ -1,4 +1,5 @@
-/// Views of space for 2D planners: a grid of the ground, and distances in a horizontal plane.
+/// The free-space grid for 2D planners: an occupancy grid of the ground, and distances in a
+/// horizontal plane.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,8 +14,8 @@
 
 namespace dtsdf {
 
-/// For each known cell that a horizontal plane intersects: x, y and z of the centre of the
-/// intersection, and the distance there, in metres. In no particular order.
+/// Returns, for each known cell that a horizontal plane intersects, x, y and z of the centre of the
+/// intersection, and the distance there. All are in metres, in no particular order.
 /// @param height_m Height of the plane along z of the map frame, which must be level.
 std::vector<Eigen::Vector4f> sliceAt(const KnownSpace& space, double height_m);
 
@@ -32,28 +33,30 @@ constexpr int8_t kColumnUnknown = -1;  ///< Neither occupied nor free.
 /// A grid for a robot on level ground: whether each column of cells between two heights is free or
 /// occupied. The grid also keeps track of what to publish.
 ///
-/// Subscribers hold a window of columns, the last whole grid that was sent. Its edges lie on
-/// multiples of kStep cells; when columns outside the window become known, a whole grid with a new
-/// window is sent. Other changes are sent as updates: boxes inside the window, with all changes
-/// since the window was first sent. So a subscriber that reads only the last of several updates
-/// misses nothing.
+/// The window is the box of columns in the last complete grid that was sent to subscribers. Its
+/// edges lie on multiples of kStep cells. When columns outside the window become known, a complete
+/// grid with a new window is sent. Other changes are sent as updates. An update is a box inside the
+/// window that contains all changes since the window was first sent, so a subscriber that reads
+/// only the last of several updates misses nothing.
 class GroundGrid {
  public:
   static constexpr int32_t kStep = 256;
   /// Maximum number of columns in a grid, which then takes 256 MiB.
   static constexpr size_t kMaxColumns = size_t{1} << 28;
 
-  /// @param min_m, max_m Heights along z of the map frame, which must be level, in metres.
-  /// @param seen_share Share of a column's cells that must be free for the column to be free.
+  /// @param min_m, max_m Lower and upper end of the columns, in metres along z of the map frame,
+  /// which must be level.
+  /// @param seen_share Fraction of a column's cells that must be free for the column to be free.
   GroundGrid(double min_m, double max_m, double seen_share)
       : min_m_(min_m), max_m_(max_m), seen_share_(seen_share) {}
 
-  /// Applies changes of space. The cell size may change only with SpaceChanges::begins_anew.
+  /// Applies changes of the free-space grid. The cell size may change only with
+  /// SpaceChanges::begins_anew.
   void apply(const SpaceChanges& changes, double cell_size_m);
 
   enum class Pending {
     kNothing,
-    kGrid,    ///< A whole grid, with a new window.
+    kGrid,    ///< A complete grid, with a new window.
     kUpdate,  ///< The changes in the window.
   };
   /// Returns what to send to subscribers now. Send it before the next call.
@@ -63,7 +66,7 @@ class GroundGrid {
   /// Subscribers then keep their window and still get its updates.
   const std::optional<GridBox>& tooLarge() const { return too_large_; }
 
-  /// The subscribers' window; none before the first whole grid.
+  /// The subscribers' window; none before the first complete grid.
   const std::optional<GridBox>& window() const { return window_; }
 
   /// Box of all changes in the window since it was first sent.
@@ -78,8 +81,8 @@ class GroundGrid {
  private:
   static constexpr int kSide = SpaceCube::kSide;
 
-  /// Cubes on top of each other, clipped to the heights, and the values of their columns, in the
-  /// order of a mask's bits.
+  /// Cubes on top of each other, clipped to the height range, and the values of their columns, in
+  /// the order of a mask's bits.
   struct Stack {
     std::vector<SpaceCube> parts;
     std::array<int8_t, kSide * kSide> values;
@@ -95,7 +98,7 @@ class GroundGrid {
 
   double min_m_, max_m_, seen_share_;
   double cell_size_m_ = 0.0;                  ///< 0 before the first apply().
-  int32_t first_layer_ = 0, last_layer_ = 0;  ///< Layers of cells between the heights.
+  int32_t first_layer_ = 0, last_layer_ = 0;  ///< Layers of cells in the height range.
   int min_free_ = 0;                          ///< Number of cells in a column that must be free.
   std::unordered_map<uint64_t, Stack> stacks_;
   std::optional<GridBox> window_, too_large_;

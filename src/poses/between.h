@@ -1,5 +1,5 @@
-/// The step between two poses, interpolation between them, and how much of an image an alignment
-/// explains.
+/// The step between two poses, interpolation between them, and the fraction of an image that an
+/// alignment places on surfaces of the map.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,7 +12,7 @@ namespace dtsdf {
 /// distribution, only 3 in 1000 are larger.
 constexpr double kMaxDeviations = 3.0;
 
-/// Share of the image's points that lie on surfaces of the map; 0 unless the image was aligned.
+/// Fraction of the image's points that lie on surfaces of the map; 0 unless the image was aligned.
 inline double explainedBy(const Alignment& alignment) {
   return alignment.status == AlignmentStatus::kAligned
              ? alignment.matched_share * alignment.inlier_share

@@ -41,28 +41,30 @@ constexpr int kMargin_cells = 16;
 /// Number of evenly spread orientations, some twenty degrees apart.
 constexpr int kOrientations = 2048;
 
-/// Numbers of image points that are compared at a standpoint, and that are used to fit a pose.
+/// Number of image points that are compared at a standpoint, and maximum number for fitting a pose.
 constexpr int kMatchedPoints = 64, kFitPoints = 512;
 
-/// Numbers of poses that are fitted to the coarse map, that are then aligned, and from which the
-/// map is finally rendered.
+/// Maximum numbers of poses that are fitted to the coarse map, then aligned to the map, and finally
+/// rendered from.
 constexpr int kMovedPoses = 5000, kAlignedPoses = 224, kRenderedPoses = 48;
 
-/// A pose is accepted if its alignment is held and at least kPlaceShare of the image matches the
-/// map there. At any other place, clearly more of the image must fail to match: at least
-/// kClearlyMore times as much, plus kClearlyMoreShare.
+/// A pose is accepted if enough of its matched points are inliers, at least the fraction
+/// kPlaceShare of the image matches the map, and no other place matches about as well. Another
+/// place does if the fraction of the image that does not match there is less than kClearlyMore
+/// times the fraction at the pose, plus kClearlyMoreShare.
 constexpr double kPlaceShare = 0.7, kClearlyMore = 1.5, kClearlyMoreShare = 0.01;
 
 /// Larger depths are too noisy to use.
 constexpr float kMaxDepth_m = 10.0f;
 
-/// Larger distances to the nearest surface are set to this, in cells.
+/// Distances to the nearest surface are clamped to this, in cells.
 constexpr float kFarthest_cells = 64.0f;
 
-/// Number of rays along an edge of the cube around a standpoint, and through all its faces.
+/// The rays from a standpoint pass through the faces of a cube: kFaceSide x kFaceSide rays per
+/// face.
 constexpr int kFaceSide = 14, kRays = 6 * kFaceSide * kFaceSide;
 
-/// Index of the ray nearest to a direction: a cell on a face of the cube.
+/// Index of the ray nearest to a direction.
 int rayOf(const Vector3f& way) {
   int axis = 0;
   way.cwiseAbs().maxCoeff(&axis);
@@ -87,7 +89,7 @@ Vector3f directionOfRay(int ray) {
   return way.normalized();
 }
 
-/// Orientation number i (Alexa, "Super-Fibonacci Spirals", CVPR 2022).
+/// Orientation i (Alexa, "Super-Fibonacci Spirals", CVPR 2022).
 Matrix3f orientation(int i) {
   constexpr double kPi = 3.14159265358979323846, kPhi = 1.4142135623730951,
                    kPsi = 1.533751168755204288;
@@ -114,7 +116,7 @@ int agreement(Octaves in_map, Octaves measured) {
   if (in_map == kNothing) return 0;
   if (in_map == kBackSide) return -4;
   const int apart = in_map - measured;
-  if (apart < -6) return -4;  // the camera looked through the surface
+  if (apart < -6) return -4;  // the measured point lies behind the surface
   if (apart > 6) return -2;
   return std::abs(apart) <= 3 ? 4 : 2;
 }
@@ -136,7 +138,7 @@ std::vector<Vector3f> imagePoints(const DepthFrame& frame, double cell_m) {
   std::vector<Vector3f> points;
   constexpr uint32_t kMaxTries = 4 * kFitPoints;
   for (uint32_t i = 0; i < kMaxTries && points.size() < kFitPoints; ++i) {
-    // The generalised golden ratio in two dimensions spreads them evenly.
+    // The generalised golden ratio in two dimensions spreads the points evenly.
     const double x = std::fmod(0.5 + 0.7548776662466927 * i, 1.0);
     const double y = std::fmod(0.5 + 0.5698402909980532 * i, 1.0);
     const int u = aside + static_cast<int>(x * (frame.width - 2 * aside));
@@ -176,7 +178,7 @@ double apart(const Isometry3d& a, const Isometry3d& b, double lever) {
   return std::max((a.translation() - b.translation()).norm(), lever * turn);
 }
 
-/// The share of an image's depths that match the map as rendered from a pose.
+/// The fraction of an image's depths that match the map rendered from a pose.
 double matchingShare(Mapper& mapper, const DepthFrame& frame, const Isometry3d& T_W_C,
                      float tolerance_m, RenderedView& view) {
   const int step = std::max(1, frame.width / 160);
@@ -214,10 +216,10 @@ std::optional<Isometry3d> slidPose(const Alignment& alignment) {
   return T_W_C;
 }
 
-/// Alignments of an image, sorted by the share of its depths that match the map.
+/// Alignments of an image, sorted by the fraction of its depths that match the map.
 using Matches = std::multimap<double, const Alignment*, std::greater<>>;
 
-/// Chooses the place that matches the image best, and reports another place that matches about as
+/// Chooses the place that matches the image best, and reports another place if it matches about as
 /// well.
 FoundPlace choose(const Matches& matches, double same_place_m) {
   const auto& [best_share, first] = *matches.begin();
@@ -228,7 +230,7 @@ FoundPlace choose(const Matches& matches, double same_place_m) {
     constexpr double kSame = 0.01, kLever_m = 1.5;
     const bool is_there = apart(there, other->T_W_C, kLever_m) < same_place_m;
     if (is_there && share > best_share - kSame && explainedBy(*other) > explainedBy(*best)) {
-      best = other;  // within one place, the alignment decides
+      best = other;  // for nearly equal poses, the alignment decides
     }
     const double most = kClearlyMore * (1.0 - best_share) + kClearlyMoreShare;
     if (!is_there && !found.other_T_W_C && 1.0 - share < most) found.other_T_W_C = other->T_W_C;
@@ -255,8 +257,8 @@ struct CoarseMap {
     uint8_t faces = 0;  ///< Directions that the surface faces, one bit each.
   };
 
-  /// The orientations to try; for each, the rays of the image's first points; and for each point,
-  /// the score for each distance along its ray.
+  /// The orientations to try, the rays through the image's first points for each orientation, and
+  /// each point's score for every distance along its ray.
   struct RayTable {
     size_t points = 0;
     std::vector<Matrix3f> R_W_C;
@@ -269,7 +271,7 @@ struct CoarseMap {
   Vector3i first = Vector3i::Zero(), size = Vector3i::Zero();  ///< In cells, including the margin.
   std::vector<int32_t> surface_of;  ///< Index of each cell's surface; negative: none.
   std::vector<CellSurface> surfaces;
-  std::vector<float> distance;      ///< From each cell to the nearest one with a surface, in cells.
+  std::vector<float> distance;      ///< From each cell to the nearest surface cell, in cells.
   std::vector<uint8_t> free_steps;  ///< `distance`, rounded down.
 
   struct Candidate {
@@ -488,8 +490,8 @@ float CoarseMap::castRay(const Vector3f& from, const Vector3f& way, Octaves& see
   return 0.0f;
 }
 
-/// Computes the view from a standpoint. @return false if it shows hardly anything, or mostly the
-/// backs of surfaces, as from outside a building.
+/// Casts all rays from a standpoint. @return false if they hit hardly anything, or mostly the backs
+/// of surfaces, as from outside a building.
 bool CoarseMap::castRays(const Vector3f& from, std::array<Octaves, kRays>& view) const {
   static const std::vector<Vector3f> ways = [] {
     std::vector<Vector3f> all(kRays);
@@ -629,7 +631,7 @@ float CoarseMap::scoreOfPose(const Isometry3d& T_W_C, const std::vector<Vector3f
   return sum / static_cast<float>(points.size());
 }
 
-/// Distinct poses that fit the coarse map best, in W.
+/// The distinct poses that best fit the coarse map, in W.
 std::vector<Isometry3d> CoarseMap::candidatePoses(const std::vector<Vector3f>& points) const {
   std::vector<Candidate> candidates = matchAround(points);
   parallelFor<int, 8>(candidates.size(), threads,

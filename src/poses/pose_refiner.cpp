@@ -9,15 +9,15 @@ namespace {
 
 double square(double a) { return a * a; }
 
-/// Moves an alignment away from its best pose, and adds the square of the step to the covariance.
+/// Moves an alignment away from its best pose, and adds the step's outer product to the covariance.
 void put(Alignment& alignment, const Eigen::Isometry3d& T_W_C) {
   const Eigen::Matrix<double, 6, 1> way = stepBetween(alignment.T_W_C, T_W_C);
   alignment.covariance += way * way.transpose();
   alignment.T_W_C = T_W_C;
 }
 
-/// Whether a share of `witnesses` points is lower than another share by more than its standard
-/// deviation.
+/// Whether a fraction of `witnesses` independent points is lower than another fraction by more than
+/// its standard deviation.
 bool isSignificantlyLower(double share, double other, double witnesses) {
   const double gap = other - share;
   return gap > 0.0 && gap * gap * witnesses > share * (1.0 - share);
@@ -36,7 +36,7 @@ Eigen::Quaterniond shareOf(const Eigen::Quaterniond& rotation, double share) {
 }  // namespace
 
 Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
-  if (!frame.T_W_C.matrix().allFinite()) {  // align() refuses it
+  if (!frame.T_W_C.matrix().allFinite()) {  // align() rejects it
     return mapper.align(frame, {params_.sigma_m, params_.sigma_rad});
   }
   drift(frame.T_W_C);
@@ -63,10 +63,10 @@ Alignment PoseRefiner::refine(Mapper& mapper, const DepthFrame& frame) {
   return alignment;
 }
 
-/// Alignment may converge to a wrong pose that fits most of the image. If the map explains less of
-/// this image than of the previous one, the image is also aligned starting from the previous
-/// image's pose. The better result is used, unless the prior makes it unlikely, since other places
-/// may look alike.
+/// Alignment may converge to a wrong pose that fits most of the image. If fewer of its points lie
+/// on surfaces than in the previous image, the image is also aligned starting from the previous
+/// image's pose. The better result is used, unless the prior makes it unlikely, since different
+/// places may look alike.
 Alignment PoseRefiner::align(Mapper& mapper, const DepthFrame& expected, PosePrior prior) {
   Alignment found = mapper.align(expected, prior);
   if (found.status != AlignmentStatus::kAligned) {
@@ -110,7 +110,7 @@ void PoseRefiner::correct(const Eigen::Isometry3d& T_W_C, const Eigen::Isometry3
   // If nothing changes, T_W_O_ must stay bit-identical.
   if (T_W_C.matrix() == expected_T_W_C.matrix()) return;
   const Eigen::Quaterniond turn(T_W_C.linear() * expected_T_W_C.linear().transpose());
-  // The turn is about the camera, so that it does not move the expected position.
+  // Rotates about the camera, so that the rotation does not move the expected position.
   Eigen::Isometry3d correction = Eigen::Isometry3d::Identity();
   correction.linear() = shareOf(turn.normalized(), gain_rad).toRotationMatrix();
   correction.translation() = expected_T_W_C.translation() -

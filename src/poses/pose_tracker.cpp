@@ -13,19 +13,19 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// A pose found by search must explain this share of the image: a smaller share may match by
-/// chance.
+/// Minimum fraction of the image's points that must lie on surfaces at a pose found by search. A
+/// smaller fraction may match by chance.
 constexpr double kFoundShare = 0.5;
 
-/// Number of consecutive images that must fit before a lost camera is trusted again: two give a
-/// motion, and the third confirms it.
+/// Number of consecutive images that must be aligned before tracking resumes: two give a motion,
+/// and the third confirms it.
 constexpr int kFitsToRecover = 3;
 
 /// Guesses per place: two rings of six turns and six shifts, and the place itself.
 constexpr int kGuessesPerPlace = 1 + 4 * 6;
 
-/// Guesses per lost image, in addition to the predicted pose: on a CPU, seven alignments take
-/// hardly longer than aligning once and fusing, so a lost camera keeps its frame rate.
+/// Guesses per image while the camera is lost, in addition to the predicted pose. On a CPU, seven
+/// alignments take hardly longer than aligning once and fusing, so the frame rate does not drop.
 constexpr int kGuessesPerImage = 6;
 
 /// Maximum number of places to search around: at 30 images per second, all guesses are tried in
@@ -60,9 +60,9 @@ double motionBetween(const Isometry3d& a, const Isometry3d& b) {
 }
 
 /// A guess near a pose: the pose turned about or shifted along one of its axes by one or two steps,
-/// or the pose itself. A step is as long as the reach of an alignment. That reach is short with
-/// fine voxels, so a shift is at least kMinShift_m. A turn is limited to what an alignment can
-/// correct.
+/// or the pose itself. A step is as long as the maximum distance that an alignment can correct
+/// (`reach_m`). This is short for fine voxels, so a shift is at least kMinShift_m. Turns are
+/// limited to what an alignment can correct.
 Isometry3d guessAround(const Isometry3d& T_W_C, double reach_m, size_t guess) {
   constexpr double kMinShift_m = 0.15, kMaxTurn_rad = 0.3;
   if (guess + 1 == kGuessesPerPlace) return T_W_C;
@@ -207,8 +207,8 @@ void PoseTracker::keep(const Isometry3d& T_W_C, double stamp_s) {
   last_ = StampedPose{stamp_s, T_W_C};
 }
 
-/// Moves the newest place along with the camera. Adds a place once the camera is twice the reach of
-/// an alignment away from the second newest place.
+/// Moves the newest place along with the camera. Adds a place once the camera is more than 2 *
+/// reach_m_ away from the second newest place.
 void PoseTracker::rememberPlace(const Isometry3d& T_W_C) {
   const size_t count = places_T_W_C_.size();
   if (count > 1 && motionBetween(places_T_W_C_[count - 2], T_W_C) < 2.0 * reach_m_) {
@@ -226,8 +226,8 @@ void PoseTracker::lose(double stamp_s) {
   searched_map_s_.reset();
 }
 
-/// Extrapolates the motion. After a gap of more than one image, a motion beyond the reach of an
-/// alignment is not extrapolated.
+/// Extrapolates the motion. If more than one image is missing, a motion that an alignment could not
+/// correct (more than reach_m_) is not extrapolated.
 Isometry3d PoseTracker::predict(double stamp_s) const {
   if (!before_) return last_->T_W_C;
   const double between_s = last_->stamp_s - before_->stamp_s, ahead_s = stamp_s - last_->stamp_s;

@@ -25,7 +25,7 @@ class UsageError : public std::invalid_argument {
 constexpr double kAboveZero = std::numeric_limits<double>::min();
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
-/// Read a number, or a whole number up to 1e15. @throws UsageError that names the range.
+/// Reads a number, or a whole number up to 1e15. @throws UsageError that names the range.
 double readNumber(const std::string& text, Range range);
 double readWhole(const std::string& text, Range range);
 

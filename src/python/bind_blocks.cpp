@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kSide = kBlockSide;
 
-/// One value of each voxel, (A, 8, 8, 8), decoded without holding the GIL.
+/// One value per voxel, (A, 8, 8, 8), decoded without holding the GIL.
 template <class T, class Get>
 py::array decoded(const Blocks& blocks, const Get& get) {
   std::vector<T> values;
@@ -64,7 +64,7 @@ void bindBlocks(py::module& m) {
   py::class_<Blocks> blocks(m, "Blocks",
                             "A copy of a map's voxels: B blocks, and A arrays of 8 x 8 x 8 voxels, "
                             "one for each\n"
-                            "direction that a block has. Index voxels as [array, z, y, x]; voxel "
+                            "direction in a block. Index voxels as [array, z, y, x]; voxel "
                             "(x, y, z) of a block\n"
                             "lies at (8 * key + (x, y, z)) * voxel_size_m in W.");
   blocks.def_readonly("voxel_size_m", &Blocks::voxel_size_m, "Edge of a voxel, in metres.")

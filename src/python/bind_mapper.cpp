@@ -180,7 +180,7 @@ void bindMapper(py::module& m) {
   py::class_<MapperSession, Session> mapper(
       m, "Mapper",
       "A map: fuses depth images, paints surfaces from colour images, and extracts meshes.\n"
-      "Thread-safe: concurrent calls wait for each other. Calls release the GIL.");
+      "Thread-safe: concurrent calls are serialised. Calls release the GIL.");
   mapper
       .def(py::init(&makeSession), py::arg("backend") = "", py::arg("settings") = py::none(),
            "backend: \"auto\" (CUDA where there is a usable GPU), \"cuda\" or \"cpu\".\n"
@@ -193,16 +193,16 @@ void bindMapper(py::module& m) {
           "load", &loadSession, py::arg("path"), py::arg("backend") = "",
           py::arg("settings") = py::none(),
           "Continues a map saved by save() or by the node. Voxel size, truncation, mode and\n"
-          "directions are those of the map; free space is kept with space/enabled. Raises\n"
-          "RuntimeError for a file that is not a map, or for settings that conflict with it.")
+          "directions are those of the map; its free cells are kept if space/enabled is set.\n"
+          "Raises RuntimeError if the file is not a map, or if settings conflict with it.")
       .def("integrate", &integrate, py::arg("depth"), py::arg("K"), py::arg("T_W_C"),
            py::arg("stamp_s") = 0.0, py::arg("unit_m") = 0.0, py::arg("keep_center_W") = py::none(),
            "Fuses a rectified depth image. depth: (H, W), along the optical axis; uint16 in\n"
            "unit_m (0.001 by default), where 0 and 65535 mean no measurement, or float32 in\n"
-           "unit_m (1 by default), where NaN, infinity and values up to 0 do. K: 3 x 3 or\n"
+           "unit_m (1 by default), where NaN, infinity and values up to 0 mean none. K: 3 x 3 or\n"
            "(fx, fy, cx, cy), in pixels. T_W_C: 4 x 4, from the optical frame (x right, y down,\n"
            "z forward) to the map frame, in metres. stamp_s: time of the image, which save()\n"
-           "stores. keep_center_W: (3,), centre of map/keep_radius_m in W, in metres.\n"
+           "stores. keep_center_W: (3,), centre of map/keep_radius_m, in metres in W.\n"
            "Raises ValueError or TypeError for wrong arguments; the map is then unchanged.")
       .def("paint", &paint, py::arg("colour"), py::arg("K"), py::arg("T_W_C"),
            py::arg("encoding") = "",
@@ -218,10 +218,12 @@ void bindMapper(py::module& m) {
           "integrate().")
       .def(
           "locate", &locate, py::arg("depth"), py::arg("K"), py::arg("unit_m") = 0.0,
-          "Finds where in the map a depth image was taken, without any pose. Takes seconds on a\n"
-          "CPU. Returns a dict: T_W_C, 4 x 4 in metres, or None if it was not found; status;\n"
-          "explained, the share of the image that lies on surfaces at the best pose; other_T_W_C,\n"
-          "another pose that also fits, or None. depth, K, unit_m: as for integrate().")
+          "Finds where in the map a depth image was taken, without an initial pose. Takes seconds\n"
+          "on a CPU. Returns a dict: T_W_C, 4 x 4 in metres, or None if it was not found; status;\n"
+          "explained, the fraction of the depths that match the map at the best pose;\n"
+          "other_T_W_C, another pose that matches about as well, or None. depth, K, unit_m: as "
+          "for\n"
+          "integrate().")
       .def("mesh", &mesh, py::arg("box") = py::none(),
            "Returns a mesh of the map, or of its triangles in a Box.")
       .def("clear", &MapperSession::clear, py::call_guard<py::gil_scoped_release>(),
@@ -242,16 +244,17 @@ void bindMapper(py::module& m) {
       .def("save", &saveSession, py::arg("path"), py::arg("map_frame") = py::none(),
            "Saves the map as a .dtsdf file. map_frame: name of W, for programs that check it.\n"
            "Returns a dict: blocks, file_bytes, content_hash (equal for equal maps).")
-      .def_property_readonly("space", &spaceOf,
-                             "The map's Space. Raises RuntimeError unless space/enabled.")
+      .def_property_readonly(
+          "space", &spaceOf,
+          "The free-space grid. Raises RuntimeError unless space/enabled is set.")
       .def_property_readonly(
           "settings", [](const MapperSession& self) { return toTree(self.params()); },
           "All settings, as a flat dict.")
       .def_property_readonly("stats", &statsOf, "Sizes of the map, as a dict; memory in bytes.")
       .def_property_readonly(
           "T_W_M", [](const MapperSession& self) { return matrixOf(self.levelPose()); },
-          "4 x 4, in metres: from the poses' frame to the map's level frame. Apply it to\n"
-          "the poses of later frames. None if the map was not levelled.")
+          "4 x 4, in metres: from the poses' frame to the frame of a levelled map. Apply\n"
+          "it to the poses of further frames. None if the map is not levelled.")
       .def_property_readonly(
           "backend",
           [](MapperSession& self) {

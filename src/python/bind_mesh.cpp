@@ -141,7 +141,7 @@ void bindMesh(py::module& m) {
       .def("save", &save, py::arg("path"), py::arg("colour") = "auto",
            "Saves as .ply, .obj, .stl or .glb, by extension. colour: auto (image if painted,\n"
            "otherwise normal), image, normal, height or plain. Raises RuntimeError if the mesh is\n"
-           "empty or the file cannot be written; an old file is then unchanged.")
+           "empty or the file cannot be written; an existing file is then kept.")
       .def(
           "simplify", &simplify, py::arg("max_error_m"),
           "Returns (mesh, error_m): a mesh with fewer triangles, and the largest distance of this\n"

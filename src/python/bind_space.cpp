@@ -7,7 +7,7 @@ namespace {
 
 using Points = Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>;
 
-/// Calls `ask` with the space and each of N points, without holding the GIL.
+/// Calls `ask` with the free-space grid and each of N points, without holding the GIL.
 template <class Ask>
 void askAt(const SpaceView& view, const Points& points_W, const Ask& ask) {
   const py::gil_scoped_release release;
@@ -78,8 +78,8 @@ void update(const SpaceView& view) {
 
 void bindSpace(py::module& m) {
   py::class_<SpaceView> space(m, "Space",
-                              "Free space of a map, its surfaces as of the last mesh() or\n"
-                              "update(), and its distances as of the last update(). Points are\n"
+                              "The free-space grid of a map. Surface cells are as of the last\n"
+                              "mesh() or update(), distances as of the last update(). Points are\n"
                               "(N, 3), x, y, z in the map frame W, in metres; points that are not\n"
                               "finite are unknown.");
   space.def_property_readonly("cell_size_m", &cellSize, "Edge of a cell, in metres.")

@@ -15,7 +15,7 @@ bool isForked() {
 void refuseFork() {
   if (!isForked()) return;
   throw std::runtime_error(
-      "a Mapper cannot be made or used in a process that was forked after dtsdf_mapping was used: "
+      "a Mapper cannot be created or used in a process forked after dtsdf_mapping was used: "
       "start processes with multiprocessing.get_context(\"spawn\")");
 }
 
@@ -91,7 +91,7 @@ void MapperSession::withSpace(const std::function<void(Space&)>& action) {
   Space* const space = mapper_->space();
   if (space == nullptr) {
     throw std::runtime_error(
-        "this mapper does not record space: make it with **{\"space/enabled\": True}");
+        "this mapper has no free-space grid: create it with **{\"space/enabled\": True}");
   }
   action(*space);
 }

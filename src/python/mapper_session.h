@@ -40,7 +40,7 @@ class MapperSession {
   }
   /// Updates the mesh and then the distances.
   void updateSpace();
-  /// Runs `action` with the space. @throws std::runtime_error without space/enabled.
+  /// Runs `action` with the free-space grid. @throws std::runtime_error without space/enabled.
   void withSpace(const std::function<void(Space&)>& action);
 
   const MapperParams& params() const { return params_; }
@@ -57,7 +57,7 @@ class MapperSession {
   MapOrigin origin_;
 };
 
-/// A mapper's space, for Python. Keeps the mapper alive.
+/// A mapper's free-space grid, for Python. Keeps the mapper alive.
 struct SpaceView {
   std::shared_ptr<MapperSession> session;
 };

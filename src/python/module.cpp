@@ -41,5 +41,5 @@ PYBIND11_MODULE(_core, m) {
   dtsdf::python::bindMapper(m);
   dtsdf::python::bindRecording(m);
   m.def("cuda_unavailable_reason", &dtsdf::cudaUnavailableReason,
-        "Empty if a mapper with backend \"cuda\" can be made here, else the reason why not.");
+        "Empty if a mapper with backend \"cuda\" can be created here, else the reason why not.");
 }

@@ -48,7 +48,7 @@ py::array takeOver(std::vector<Value>&& values, std::vector<py::ssize_t> shape) 
                    reinterpret_cast<const Number*>(kept->data()), owner);
 }
 
-/// The text of a path, from str, bytes or os.PathLike. @throws py::type_error for other types.
+/// Converts str, bytes or os.PathLike to a file name. @throws py::type_error for other types.
 std::string pathOf(const py::object& path);
 
 /// A depth image without camera and pose, which uses the memory of the array. A `unit_m` of 0

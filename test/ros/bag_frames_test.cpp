@@ -163,7 +163,7 @@ TEST_F(CompressedBag, ErrorsListTheAvailableNames) {
       << error();
   options_.depth_topic.clear();
   options_.map_frame = "odom";
-  EXPECT_NE(error().find("TF has 'camera', 'map'"), std::string::npos) << error();
+  EXPECT_NE(error().find("TF contains 'camera', 'map'"), std::string::npos) << error();
 }
 
 /// Errors about missing inputs name the option that helps, and the reasons for skipping images are

@@ -344,7 +344,7 @@ TEST_F(Correction, EndsWhenTheMapIsCleared) {
   clearMap();
   const Answer refused = answer.get();
   EXPECT_FALSE(refused.success);
-  EXPECT_NE(refused.message.find("emptied meanwhile"), std::string::npos) << refused.message;
+  EXPECT_NE(refused.message.find("has been emptied"), std::string::npos) << refused.message;
   drive(3, truth);
   expectJournalRestoresMap();
 }

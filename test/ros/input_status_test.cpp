@@ -130,11 +130,10 @@ TEST_F(InputStatusTest, ReportsWhatIsMissingStepByStep) {
   restarts_ = 1;
   depth().warning.clear();
   fuse(1000);
-  expect(
-      MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
-      "images found no pose although transforms are received: all transforms were discarded, and "
-      "new ones are collected; look for a publisher with a wrong clock, or two publishers of the "
-      "same frame");
+  expect(MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
+         "no poses were found for images although transforms are received: all transforms were "
+         "discarded, and new ones are collected; look for a publisher with a wrong clock, or two "
+         "publishers of the same frame");
   expect(MapStatus::OK, MapStatus::MAPPING, "mapping");
   paused_ = true;
   drop(drop::kPaused, 100);

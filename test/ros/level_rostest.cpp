@@ -139,7 +139,7 @@ TEST_F(LevelTest, floor) {
   EXPECT_FALSE(transforms_.canTransform("map_level", "map", ros::Time(0)));
   const auto early = ask("camera", Vector3d::Zero());
   EXPECT_FALSE(early.success);
-  EXPECT_NE(early.message.find("not level yet"), std::string::npos) << early.message;
+  EXPECT_NE(early.message.find("not levelled yet"), std::string::npos) << early.message;
   EXPECT_FALSE(savedMap().T_W_M) << "an empty map should have no levelling transform";
 
   // Each search for the floor uses ten images. The first search has failed, because only the wall

@@ -392,7 +392,7 @@ TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
   };
   push(1.0);
   EXPECT_EQ(host.depth.counts().dropped_by[drop::kNotLevel], 1u);
-  EXPECT_NE(host.depth.counts().last_drop.find("not level yet"), std::string::npos);
+  EXPECT_NE(host.depth.counts().last_drop.find("not levelled yet"), std::string::npos);
   EXPECT_TRUE(host.depth.counts().last_reason == drop::kNotLevel);
   EXPECT_FALSE(host.map.origin().T_W_M);
 

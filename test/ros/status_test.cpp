@@ -46,8 +46,8 @@ TEST(Status, ReportsWhatExceedsTheBudget) {
   EXPECT_EQ(statusOf(counts).code, MapStatus::MAPPING);
   counts.refused_cubes = 3;
   expect(statusOf(counts), MapStatus::SPACE_FULL,
-         "the memory for free space (an eighth of map/max_memory_mb) is full: 3 cubes of "
-         "cells stayed unknown; surfaces are still mapped; raise map/max_memory_mb or "
+         "the memory for free-space cells (an eighth of map/max_memory_mb) is full: 3 cubes of "
+         "free-space cells stayed unknown; surfaces are still mapped; raise map/max_memory_mb or "
          "space/cell_voxels");
   EXPECT_EQ(statusOf(counts).refused_cubes, 3u);
   counts.refused_blocks = 7;
@@ -61,7 +61,7 @@ TEST(Status, ReportsWhatExceedsTheBudget) {
          "7 blocks were refused because map/page_folder is full or fails: no space");
   counts.pages.lost = 4;
   expect(statusOf(counts), MapStatus::PAGES_LOST,
-         "4 blocks or sectors of cells could not be read back and are lost: no space");
+         "4 blocks or free-space sectors could not be read back and are lost: no space");
 }
 
 /// Refused blocks are reported until the map is cleared, but must not hide a current problem.

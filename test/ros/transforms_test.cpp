@@ -102,9 +102,10 @@ TEST_F(TransformsTest, ErrorsNameTheUnknownFrame) {
   transforms_.take(broken, "", false);
   EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "refused"));
   putTransform(transforms_, 1.0, 1.0, "camera", "odom");
-  EXPECT_EQ(lookUp("camera", ros::Time(1.0)).text,
-            "no transform from 'camera' to 'map': TF has 'camera', 'odom'; start the publisher "
-            "that connects the two, or set map_frame to one of these");
+  EXPECT_EQ(
+      lookUp("camera", ros::Time(1.0)).text,
+      "no transform from 'camera' to 'map': TF contains 'camera', 'odom'; start the publisher "
+      "that connects the two, or set map_frame to one of these");
   for (int i = 0; i < 20; ++i) putTransform(transforms_, 1.0, 1.0, "f" + std::to_string(i), "odom");
   EXPECT_TRUE(says(lookUp("camera", ros::Time(1.0)), "' and more"));
 }

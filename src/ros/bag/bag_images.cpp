@@ -189,8 +189,9 @@ std_msgs::Header headerOf(const rosbag::MessageInstance& message) {
   return compressed ? compressed->header : std_msgs::Header();
 }
 
-/// The topic `named`, raw or compressed. If `named` is empty, the only topic with images of this
-/// kind or, for depth, with organised clouds; for colour, empty if there are none or several.
+/// Returns `named` or its compressed topic. If `named` is empty, returns the only topic with images
+/// of this kind or, for depth, with organised clouds. For colour, returns an empty name if there is
+/// no such topic, or more than one.
 /// @throws std::runtime_error if `named` has no messages, or if there are no depth topics or
 /// several.
 std::string topicOf(const ImageKind& kind, const rosbag::Bag& bag, const std::string& named) {
@@ -309,7 +310,7 @@ class BagImages : public ImageSource<Frame> {
     options_.intrinsics.reset();
   }
 
-  /// The frame of an image; nothing if the image is skipped.
+  /// Converts a message to a frame; returns nothing if the image is skipped.
   std::optional<Frame> makeFrame(const rosbag::MessageInstance& message) {
     std::string problem = "the message is not an image";
     CameraImage given;
@@ -414,7 +415,7 @@ class BagImages : public ImageSource<Frame> {
   std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
   std::optional<Eigen::Isometry3d> first_T_W_C_;  ///< Pose of all images with first_pose_only.
   std::optional<Rectification> rectification_;
-  std::optional<CloudImages> clouds_;  ///< Set if depth comes as clouds.
+  std::optional<CloudImages> clouds_;  ///< Set if depth was recorded as clouds.
   ros::Time last_stamp_;
   std::multimap<ros::Time, rosbag::MessageInstance> messages_;
   std::multimap<ros::Time, rosbag::MessageInstance>::const_iterator next_ = messages_.end();

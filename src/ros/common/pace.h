@@ -1,4 +1,4 @@
-/// Clocks for waiting, and a limit on how often something happens.
+/// Clocks for timeouts, and a rate limiter.
 #pragma once
 
 #include <ros/time.h>
@@ -27,9 +27,9 @@ inline std::chrono::milliseconds toMilliseconds(SteadyDuration duration) {
   return std::chrono::ceil<std::chrono::milliseconds>(duration);
 }
 
-/// Clock for images that wait for other messages or for their pose: wall time, but no faster than
-/// simulated time. If simulated time stops for a second, as at the end of a bag, wall time is used
-/// until it moves again.
+/// Clock for the timeouts of images that wait for other messages or for their pose. It follows wall
+/// time, but advances no faster than simulated time. If simulated time stops for a second, as at
+/// the end of a bag, the clock follows wall time until simulated time advances again.
 inline SteadyTime waitingTime() {
   const SteadyTime wall = std::chrono::steady_clock::now();
   if (!ros::Time::isSimTime()) return wall;
@@ -50,7 +50,7 @@ inline SteadyTime waitingTime() {
   return time;
 }
 
-/// Limits how often something happens.
+/// Limits the rate of a recurring task.
 class Pace {
  public:
   explicit Pace(double rate_hz) : period_(toSteadyDuration(1.0 / rate_hz)) {}
@@ -71,8 +71,8 @@ class Pace {
   void beginInStep(SteadyTime now) {
     next_ = now - next_ < period_ ? next_ + period_ : now + period_;
   }
-  /// Call this after work that began at `begun`. The next start is delayed by at least `rests`
-  /// times the duration of the work.
+  /// Call this when work that began at `begun` has ended. The next start is at least a period after
+  /// `begun`, and at least `rests` times the duration of the work after its end.
   void end(SteadyTime begun, int rests = 1) {
     const SteadyTime now = std::chrono::steady_clock::now();
     begin(begun);

@@ -14,7 +14,7 @@
 
 namespace dtsdf {
 
-/// Reads a pose. An orientation of zeros means the identity.
+/// Reads a pose. An all-zero orientation means the identity.
 /// @throws std::runtime_error if the orientation is not a rotation or the position is not finite.
 Eigen::Isometry3d readPose(const geometry_msgs::Pose& pose);
 

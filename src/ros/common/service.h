@@ -1,4 +1,5 @@
-/// The common form of all services: the response says, in printable text, what was done or why not.
+/// Code shared by all services: the response says in printable text what was done, or why it
+/// failed.
 #pragma once
 
 #include <ros/console.h>

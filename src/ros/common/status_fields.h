@@ -10,8 +10,9 @@ namespace dtsdf {
 
 using dtsdf_mapping::MapStatus;
 
-/// Sets level, code and message, unless a higher level, or the same level with the same or a more
-/// important code (a smaller one, other than MAPPING), was reported before.
+/// Sets level, code and message, unless a more important problem was reported before: one with a
+/// higher level, or with the same level and a code that is not larger. MAPPING is the least
+/// important code.
 inline void report(MapStatus& status, uint8_t level, uint8_t code, const std::string& message) {
   const bool is_first = status.code == MapStatus::MAPPING || code < status.code;
   if (level < status.level || (level == status.level && !is_first)) return;

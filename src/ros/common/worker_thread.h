@@ -46,7 +46,7 @@ class WorkerThread {
     for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { loop(); });
   }
 
-  /// Calls the step without further delay.
+  /// Calls the step as soon as possible.
   void wake() {
     run([] {});
   }

@@ -1,4 +1,4 @@
-/// Uses organised clouds as depth images, for drivers that publish nothing else.
+/// Converts organised clouds to depth images, for drivers that publish nothing else.
 #pragma once
 
 #include <sensor_msgs/PointCloud2.h>

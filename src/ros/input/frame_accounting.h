@@ -24,7 +24,7 @@ namespace dtsdf {
 
 struct DropReason {
   const char* name;         ///< Name in the status.
-  bool is_fault = true;     ///< Whether such drops are a problem; drops during a pause are not.
+  bool is_fault = true;     ///< Whether drops for this reason are a problem.
   const char* remedy = "";  ///< What to do; empty: see the text of the last drop.
 
   bool operator==(const DropReason& other) const { return name == std::string_view(other.name); }
@@ -127,13 +127,13 @@ struct StreamReport : dtsdf_mapping::StreamStatus {
   std::string camera;      ///< Name; empty for a single camera in the node's namespace.
   bool is_needed = false;  ///< For colour: whether it is required.
   bool isColour() const { return kind == "color"; }
-  bool is_cloud = false;  ///< Depth comes as clouds.
+  bool is_cloud = false;  ///< Whether depth is received as clouds.
   std::string info_topic;
   size_t image_publishers = 0;
   std::string warning;  ///< What is wrong with the images, even if they are fused.
 };
 
-/// Thread-safe: used by the threads of the input, the map and the status.
+/// Thread-safe: used by the input, map and status threads.
 class FrameAccounting {
  public:
   /// Warnings begin with `name`, unless it is empty.

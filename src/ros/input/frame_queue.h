@@ -1,5 +1,5 @@
-/// The queue between topics and the map: joins messages into frames, holds frames until they have a
-/// pose and it is their turn, and drops some if there is no room.
+/// The queue between topics and the map. It joins messages into frames, keeps each frame until its
+/// pose is known and its turn has come, and drops frames if it is full.
 #pragma once
 
 #include <cv_bridge/cv_bridge.h>
@@ -76,8 +76,8 @@ class FrameQueue {
         clock_(std::move(clock)) {}
 
   /// @param name Orders frames with the same stamp.
-  /// @param is_colour Other streams wait for a colour stream only after its first posed frame,
-  /// since colour may never arrive. Late colour is accepted.
+  /// @param is_colour Frames of other streams wait for a colour stream only after its first posed
+  /// frame, since colour may never arrive. Late colour frames are accepted.
   /// @param no_info Text for an image that has no camera_info.
   /// @param no_mask Text for an image that has no mask; none if masks are not used.
   /// @param accounting Must outlive the queue.
@@ -115,7 +115,7 @@ class FrameQueue {
     makeRoom(stream);
   }
 
-  /// On the input thread: gives a camera_info of any stamp to all images that wait for one.
+  /// On the input thread: adds a camera_info of any stamp to all images that lack one.
   void addToWaiting(Stream stream, const sensor_msgs::CameraInfoConstPtr& info) {
     const std::lock_guard<std::mutex> lock(mutex_);
     for (auto it = entries_.begin(); it != entries_.end(); ++it) {
@@ -146,7 +146,7 @@ class FrameQueue {
     Decision decision = decide(messages, since, is_checked);
     lock.lock();
     const auto place = findFirst([&](const Entry& entry) { return entry.number == number; });
-    if (place == entries_.end()) return true;  // dropped meanwhile
+    if (place == entries_.end()) return true;  // dropped in the meantime
     place->is_checked = is_checked;
     if (const auto* const text = std::get_if<std::string>(&decision)) {
       streams_[stream].waiting_for = *text;
@@ -154,7 +154,7 @@ class FrameQueue {
     }
     apply(place, std::move(decision));
     lock.unlock();
-    on_ready_();  // it may now be the turn of this frame or of others
+    on_ready_();  // the turn of this or another frame may have come
     return true;
   }
 
@@ -214,8 +214,8 @@ class FrameQueue {
   }
 
   size_t maxBytes() const { return max_bytes_; }
-  /// What the stream's first frame is waiting for; empty if only for its turn, or if there is no
-  /// frame.
+  /// What the stream's first frame is waiting for; empty if there is none, or if it only waits for
+  /// its turn.
   std::string waitingFor(Stream stream) const {
     const std::lock_guard<std::mutex> lock(mutex_);
     const StreamState& state = streams_[stream];
@@ -231,8 +231,8 @@ class FrameQueue {
   }
 
  private:
-  /// Maximum number of a stream's messages that wait for their image, which comes over its own
-  /// connection and may be late.
+  /// Maximum number of messages per stream that wait for their image. Images are sent over a
+  /// separate connection and may be late.
   static constexpr size_t kMaxWithoutImage = 50;
   /// A backlog of up to this many frames is never shortened, so that the map does not run out of
   /// frames.
@@ -312,7 +312,7 @@ class FrameQueue {
                            [](size_t sum, const Entry& entry) { return sum + bytesOf(entry); });
   }
 
-  /// What a frame still lacks; nothing if it has all messages.
+  /// The message that a frame still lacks; nothing if it is whole.
   std::optional<Rejection> missingOf(const Entry& entry) const {
     const StreamState& stream = streams_[entry.stream];
     if (!entry.messages.info) return Rejection{drop::kNoCameraInfo, stream.no_info};
@@ -328,7 +328,7 @@ class FrameQueue {
     entry.since = clock_();
     for (auto it = entries_.begin(); it != place;) {
       const auto before = it++;
-      // Frames that arrived later may still become whole.
+      // Frames that arrived after this one may still become whole.
       const bool came_before = before->number < entry.number;
       if (before->stream == entry.stream && came_before && before->state == State::kIncomplete) {
         dropIncomplete(before);
@@ -348,9 +348,10 @@ class FrameQueue {
     stream.complete_until = std::max(stream.complete_until, entry.stamp);
     if (rejection != nullptr) return drop(place, *rejection);
     if (isTooLate(entry)) {
-      return drop(place, {drop::kOutOfOrder,
-                          "a later frame has already been fused; if it was another camera's, raise "
-                          "input/merge_wait_s above this camera's delay"});
+      return drop(place,
+                  {drop::kOutOfOrder,
+                   "a later frame has already been fused; if it was from another camera, raise "
+                   "input/merge_wait_s above this camera's delay"});
     }
     entry.state = State::kPosed;
     entry.posed = std::move(std::get<PosedFrame>(decision));
@@ -476,7 +477,7 @@ class FrameQueue {
     });
   }
 
-  /// Whether, with several cameras, a later depth frame has already been taken.
+  /// Whether, with several cameras, a depth frame with a later stamp has already been taken.
   bool isTooLate(const Entry& entry) const {
     const auto cameras = std::count_if(streams_.begin(), streams_.end(),
                                        [](const auto& state) { return !state.is_colour; });

@@ -1,4 +1,4 @@
-/// The depth or the colour images of a camera: topics, checks, poses and frames.
+/// Receives and checks the depth or the colour images of a camera, and looks up their poses.
 #pragma once
 
 #include <image_transport/camera_common.h>
@@ -39,9 +39,10 @@ namespace dtsdf {
 class ImageStream {
  public:
   /// `name` is the name of the camera, empty if it is the only one; `camera` is its index. `ns` is
-  /// the namespace of the topics, empty for the root. It may differ from that of `nh`: a nodelet in
-  /// the root namespace gets its manager's. `on_time_jump` is called when stamps jump back; without
-  /// it, only this stream restarts. All references must outlive it.
+  /// the namespace of the topics, empty for the root. It may differ from the namespace of `nh`,
+  /// which for a nodelet in the root namespace is that of its manager. `on_time_jump` is called
+  /// when stamps jump back; without it, only this stream restarts. All references must outlive this
+  /// object.
   ImageStream(const ImageKind& kind, const std::string& name, size_t camera, const std::string& ns,
               const ros::NodeHandle& nh, const NodeParams& params, Transforms& transforms,
               FrameQueue& queue, std::function<void(const ros::Time&)> on_time_jump = nullptr)

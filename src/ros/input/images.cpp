@@ -18,7 +18,7 @@
 namespace dtsdf {
 namespace {
 
-/// More coefficients than any of OpenCV's distortion models has.
+/// More than the number of coefficients of any of OpenCV's distortion models.
 constexpr size_t kMaxCoefficients = 64;
 /// Latest stamp of an image: an hour before ROS time ends, so that durations can be added to it.
 constexpr double kLatestStamp_s = kEndOfTime_s - 3600.0;

@@ -71,7 +71,7 @@ class InputStatus {
     }
     if (std::exchange(restarts_, status.transform_restarts) < status.transform_restarts) {
       report(status, MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
-             "images found no pose although transforms are received: all transforms were "
+             "no poses were found for images although transforms are received: all transforms were "
              "discarded, and new ones are collected; look for a publisher with a wrong clock, or "
              "two publishers of the same frame");
     }
@@ -150,7 +150,7 @@ class InputStatus {
     if (reportSilence(depth, is_lost, name, status)) return;
     if (depth.fused == 0) return reportNoFrame(depth, name, status);
     if (!depth.warning.empty()) warn(MapStatus::DOUBTFUL_INPUT, depth.warning);
-    // Larger fractions of dropped images are reported.
+    // Fractions of dropped images above this are reported.
     constexpr double kReportedShare = 0.02;
     const uint64_t received = depth.received - first.received;
     const double share = static_cast<double>(dropped) / static_cast<double>(received);
@@ -274,7 +274,7 @@ class InputStatus {
     return text;
   }
 
-  /// Minimum number of images for reporting the share of drops.
+  /// Minimum number of images for reporting the fraction that was dropped.
   static constexpr uint64_t kMinImages = 20;
 
   const double stale_s_;

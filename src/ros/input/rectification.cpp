@@ -171,7 +171,8 @@ std::variant<DepthFrame, ColourFrame> Rectification::frameOf(const CameraImage& 
   return depth;
 }
 
-/// Each pixel takes the raw pixel on its ray; 0 (no measurement) outside the raw image.
+/// Copies the raw pixel on the ray of each rectified pixel; 0 (no measurement) outside the raw
+/// image.
 sensor_msgs::ImageConstPtr Rectification::rectified(const CameraImage& raw) const {
   cv_bridge::CvImageConstPtr pixels;
   cv::Mat source, image;

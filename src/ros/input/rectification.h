@@ -16,8 +16,8 @@
 namespace dtsdf {
 
 /// Rectifies the images on one topic with K, D, R and P from their camera_info. Supports the models
-/// plumb_bob, rational_polynomial and equidistant. Each pixel takes the nearest raw pixel, since a
-/// mean of two depths may lie on neither surface. Not thread-safe.
+/// plumb_bob, rational_polynomial and equidistant. Samples the nearest raw pixel, since the mean of
+/// two depths may lie on neither surface. Not thread-safe.
 class Rectification {
  public:
   /// Unless `choice` is kAlways, images count as rectified if the name of `topic` says so.
@@ -53,7 +53,8 @@ class Rectification {
   bool is_colour_;
   std::string warning_, logged_;
 
-  sensor_msgs::CameraInfo table_info_;  ///< What source_ was made for, without a header.
+  sensor_msgs::CameraInfo
+      table_info_;  ///< The camera_info that source_ was computed for, without header.
   sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Its stamp may be that of an earlier image.
   cv::Mat source_;             ///< Coordinates of each pixel in the raw image, for cv::remap().
   std::vector<float> scales_;  ///< Rectified depth per raw depth, by pixel; empty if all are 1.

@@ -37,7 +37,7 @@ struct PoseAnswer {
 };
 
 /// A tf2 buffer that recovers from wrong stamps: after a transform with a stamp far in the future,
-/// tf2 refuses all correct transforms of the same frame. If no image finds its pose for a while
+/// tf2 refuses all correct transforms of the same frame. If no image pose is found for a while
 /// although transforms arrive, the buffer is replaced by a new one with only the static transforms.
 /// Static transforms of frames that are also on /tf are left out, and ignored from then on.
 /// Thread-safe.
@@ -90,8 +90,8 @@ class Transforms {
       return answer;
     }
     const Core core = this->core();
-    // Found before the look-up, since a transform that arrived in between would make the image seem
-    // too old.
+    // Determined before the look-up, since a transform that arrived in between would make the image
+    // seem too old.
     const std::optional<ros::Time> newest = findNewest(*core, parent, frame);
     try {
       answer.T_W_C = toIsometry(core->lookupTransform(parent, frame, stamp).transform);
@@ -105,8 +105,8 @@ class Transforms {
     return answer;
   }
 
-  /// Notes whether an image found its pose; replaces the buffer if no image has found one for a
-  /// while.
+  /// Records whether the pose of an image was found; replaces the buffer if none has been found for
+  /// a while.
   void recordLookUp(bool is_found) {
     constexpr std::chrono::seconds kMissing{2};
     constexpr SteadyDuration kLongestWait = std::chrono::seconds(600);
@@ -183,8 +183,8 @@ class Transforms {
   void restart() {
     ++restarts_;
     ROS_WARN_STREAM_NAMED("dtsdf_mapping",
-                          "images find no pose although transforms are received: all transforms "
-                          "are discarded, and new ones are collected");
+                          "no poses are found for images although transforms are received: all "
+                          "transforms are discarded, and new ones are collected");
     for (const std::string& child : moving_) {
       if (statics_.erase(child) > 0) ignored_statics_.insert(child);
     }
@@ -208,7 +208,7 @@ class Transforms {
     core._getFrameStrings(frames);
     std::sort(frames.begin(), frames.end());
     if (!frames.empty()) {
-      return "TF has " + listOfFrames(frames) +
+      return "TF contains " + listOfFrames(frames) +
              "; start the publisher that connects the two, or set map_frame to one of these";
     }
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -226,7 +226,7 @@ class Transforms {
   std::set<std::string> ignored_statics_;
   Core core_;
   std::optional<SteadyTime> received_at_;
-  std::optional<SteadyTime> missing_since_;  ///< Since when no image has found its pose.
+  std::optional<SteadyTime> missing_since_;  ///< Time since which no image pose has been found.
   SteadyTime next_restart_;
   SteadyDuration wait_after_restart_ = std::chrono::seconds(5);
   bool is_any_accepted_ = false;

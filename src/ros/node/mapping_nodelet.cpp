@@ -23,7 +23,7 @@ class MappingNodelet : public nodelet::Nodelet {
     try {
       node_ = startPipeline(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& error) {
-      // The manager refuses the nodelet, but does not print this text.
+      // The manager reports that the nodelet failed to load, but does not print this text.
       NODELET_FATAL_STREAM(getName() << " cannot start: " << startErrorText(error));
       throw;
     }

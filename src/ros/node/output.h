@@ -27,11 +27,12 @@ inline void fillMeshes(const PagedMeshes::Stats& pages, size_t bytes, size_t max
   }
 }
 
-/// Used on the output thread, unless stated otherwise. The map thread waits for it only when
-/// save_mesh brings the mesh up to date.
+/// Used on the output thread, unless stated otherwise. The map thread waits for the output only
+/// when save_mesh brings the mesh up to date.
 class Output {
  public:
-  /// `params` and `steps` must outlive it. @param wake Makes the loop look for changes.
+  /// `params` and `steps` must outlive this object. @param wake Wakes the loop, so that it applies
+  /// changes.
   Output(const NodeParams& params, const Steps& steps, std::function<void()> wake)
       : steps_(steps), queue_(std::move(wake)), mesh_(params.mapper.map) {}
 
@@ -61,7 +62,7 @@ class Output {
     takeChangesLocked();
   }
 
-  /// Applies all changes; afterwards, nothing older is published.
+  /// Applies all changes. Older data are no longer published afterwards.
   void settle() {
     takeChanges();
     for (const auto& step : steps_) step->publish(nullptr);
@@ -77,7 +78,7 @@ class Output {
     const bool is_wanted = std::any_of(steps_.begin(), steps_.end(),
                                        [](const auto& step) { return step->meshRate_hz(); });
     report(status, MapStatus::OK, is_wanted ? MapStatus::NO_SURFACE : MapStatus::NO_SUBSCRIBER,
-           is_wanted ? "mapping; no triangles yet: no surface has been seen in enough frames "
+           is_wanted ? "mapping; no triangles yet: no surface is supported by enough frames "
                        "(mesh/min_support)"
                      : "mapping; no mesh yet, because nobody subscribes to it");
   }

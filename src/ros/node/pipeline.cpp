@@ -50,9 +50,10 @@ NodeParams readParams(const ros::NodeHandle& private_nh) {
 }
 
 /// The threads are dtsdf_input (messages, poses), dtsdf_map (fusion, mesh), dtsdf_output
-/// (publishing), dtsdf_query (planners) and three named dtsdf_service. The threads of the caller's
-/// node handles publish the status, and serve pause and the rates. Calls that wait for a loop
-/// rethrow its exceptions, and throw std::future_error once the loops have stopped.
+/// (publishing), dtsdf_query (planners) and three named dtsdf_service. The status timer, the
+/// service pause and the publishing rates are handled on the callback queues of the node handles
+/// passed in. A call that waits for a task on another thread rethrows the task's exception, or
+/// throws std::future_error once that thread has been stopped.
 class Pipeline {
  public:
   Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
@@ -148,11 +149,12 @@ class Pipeline {
 
   void restartStamps(const ros::Time& stamp) {
     for (const auto& stream : streams_) stream->restartStamps(stamp);
-    // Under simulated time, Transforms has cleared itself, and may already have new transforms.
+    // Under simulated time, Transforms has already cleared itself, and may have received new
+    // transforms.
     if (!ros::Time::isSimTime()) transforms_.clear();
   }
 
-  /// Makes calls that wait for a loop fail, and drops waiting frames.
+  /// Stops all threads. Calls that wait for a task fail, and waiting frames are dropped.
   void stop() {
     rates_server_.reset();
     status_.reset();

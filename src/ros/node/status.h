@@ -23,7 +23,8 @@ namespace dtsdf {
 
 class StatusPublisher {
  public:
-  /// `fill` writes the status except its header, on the callback queue of the node handles.
+  /// `fill` writes all fields of the status except the header. It is called on the callback queue
+  /// of the node handles.
   StatusPublisher(const ros::NodeHandle& nh, ros::NodeHandle private_nh, std::string map_frame,
                   double rate_hz, std::function<void(MapStatus&)> fill)
       : map_frame_(std::move(map_frame)),
@@ -70,8 +71,8 @@ class StatusPublisher {
     ROS_WARN_STREAM_NAMED("dtsdf_mapping", status_.message);
   }
 
-  /// Adds each field of the status, parsed from the message's printed form. There, fields of nested
-  /// messages are indented below a line with a name and no value.
+  /// Adds each field of the status, parsed from the message's printed form. In that form, fields of
+  /// nested messages are indented below a line with a name and no value.
   static void addFields(const MapStatus& status,
                         diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
     std::stringstream text;

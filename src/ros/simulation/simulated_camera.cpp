@@ -33,10 +33,10 @@ struct SimulatedCameraParams {
   int height_px = 240;
   double focal_px = 277.0;           ///< 60 degrees across at 320 pixels.
   double rate_hz = 10.0;             ///< Frames per second of wall time.
-  double lap_s = 24.0;               ///< Time of one lap around the room.
+  double lap_s = 24.0;               ///< Duration of a lap around the room.
   int moving = 0;                    ///< Number of balls that circle in the room.
   int frames = 0;                    ///< Number of frames; 0: no limit.
-  bool wait_for_subscriber = false;  ///< The first frame waits for a subscriber.
+  bool wait_for_subscriber = false;  ///< Waits for a subscriber before the first frame.
 };
 
 template <class Visitor>

@@ -42,7 +42,7 @@ using CorrectionResult = dtsdf_mapping::CorrectPoses::Response;
 /// journal and poses/mode tf.
 ///
 /// One correction runs at a time. First, a background thread (`opening_`) waits until the journal
-/// holds all earlier frames, opens it and makes the initial map. Then each work() replays one
+/// holds all earlier frames, opens it and builds the initial map. Then each work() replays one
 /// record (`refusion_`), while new frames are fused into the live map and written to the journal.
 /// Once the replay has caught up with the journal, its map replaces the live one, and the
 /// correction is written to the journal.
@@ -54,7 +54,7 @@ class CorrectStep : public Step {
   struct Request {
     /// Poses of the first camera in W; after add(), only those that belong to images.
     journal::Correction correction;
-    double min_move = 0.0;  ///< Nothing is done if no image moves this far, in metres or radians.
+    double min_move = 0.0;  ///< If no image moves this far, in metres or radians, nothing is done.
     std::function<void(const CorrectionResult&)> answer;  ///< Called once; must not throw.
     SteadyTime came = std::chrono::steady_clock::now();
   };
@@ -124,7 +124,7 @@ class CorrectStep : public Step {
   }
 
   void replaced(const MapContents* loaded, const std::shared_ptr<const MapChunks>&) override {
-    giveUp(loaded ? "another map was loaded meanwhile" : "the map was emptied meanwhile");
+    giveUp(loaded ? "another map has been loaded" : "the map has been emptied");
   }
   void failed() override { giveUp("the map's backend failed"); }
 
@@ -162,7 +162,7 @@ class CorrectStep : public Step {
 
   /// On the map thread: queues a correction, with the poses that belong to frames fused so far. If
   /// no correction is running, ignores a request that moves no frame by at least `min_move`, since
-  /// SLAM may publish an unchanged path every second.
+  /// a SLAM system may publish an unchanged path every second.
   void add(Request request) {
     try {
       host_.map.throwIfFailed();
@@ -290,7 +290,7 @@ class CorrectStep : public Step {
         });
   }
 
-  /// Starts the replay, unless the map was replaced meanwhile.
+  /// Starts the replay, unless the map was replaced in the meantime.
   void startRefusion() {
     refusion_ = opening_.get();
     if (!current_) return endCurrent();
@@ -341,8 +341,8 @@ class CorrectStep : public Step {
     endCurrent(std::move(before));
   }
 
-  /// Ends the current correction. Maps are freed on another thread, because large ones take a
-  /// while.
+  /// Ends the current correction. Maps are freed on another thread, because freeing a large map
+  /// takes a while.
   void endCurrent(std::unique_ptr<Mapper> map = nullptr) {
     current_.reset();
     if (refusion_ == nullptr) return updateProgress();
@@ -399,15 +399,15 @@ class CorrectStep : public Step {
   /// Poses of the first camera's fused frames, by stamp; cleared if stamps jump back.
   std::vector<StampedPose> fused_;
   GivenMotion given_;  ///< Motion of the first camera.
-  /// Moves given poses of all cameras to corrected poses; the identity once their source has
-  /// adopted the correction.
+  /// Transforms the given poses of all cameras to corrected poses; the identity once the source of
+  /// the poses has adopted the correction.
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();
 
   mutable std::mutex mutex_;              ///< Guards the members below.
   size_t fused_again_ = 0, to_fuse_ = 0;  ///< Number of depth images replayed, and the total.
   size_t bytes_ = 0;                      ///< Size of the second map.
-  std::string last_;                      ///< Outcome of the last correction; empty: none yet.
-  std::string camera_frame_;              ///< Frame of the first camera's images.
+  std::string last_;          ///< Outcome of the last correction; empty if there was none.
+  std::string camera_frame_;  ///< Frame of the first camera's images.
 
   ros::Subscriber path_input_;
   ros::ServiceServer server_;

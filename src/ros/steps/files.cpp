@@ -1,4 +1,4 @@
-/// The step that reads and writes the files of meshes and maps.
+/// The step that reads and writes mesh and map files.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveMesh.h>
@@ -55,7 +55,7 @@ class FilesStep : public Step {
           response.message = "saved " + std::to_string(saved.triangles) + " triangles to " + path;
           if (simplify_error_m != 0.0) {
             response.message +=
-                ", at most " + shortestText(saved.error_m) + " m from the whole mesh";
+                ", at most " + shortestText(saved.error_m) + " m from the unsimplified mesh";
           }
           if (!saved.loss.empty()) response.message += "; " + saved.loss;
           response.message += note;
@@ -120,7 +120,7 @@ class FilesStep : public Step {
   }
 
   /// Writes a copy of the mesh, so that the output can continue; the copy shares the mesh's blocks.
-  /// With map/page_folder, no copy is made, and no mesh is published until the file is written.
+  /// With map/page_folder, nothing is copied, and no mesh is published until the file is written.
   SavedMesh writeMesh(const std::string& path, const std::optional<BoxRegion>& region,
                       double simplify_error_m, const SimplifyProgress& progress) {
     const MeshColour colour = host_.params.mapper.mesh.colour;
@@ -171,7 +171,7 @@ class FilesStep : public Step {
     const MapperParams params = is_empty ? withSettingsOf(contents, params_) : params_;
     std::unique_ptr<Mapper> mapper = makeMapper(params, partsOf(file));
     const auto replace = [&] {
-      // Frames may have been fused meanwhile, with the old settings.
+      // Frames may have been fused in the meantime, with the old settings.
       if (!host_.map.isEmpty()) checkFitsCurrent(contents);
       return host_.map.replace(std::move(mapper), params.map.voxel_size_m, path, contents, file);
     };
@@ -186,7 +186,7 @@ class FilesStep : public Step {
   /// @throws std::runtime_error if the file's settings differ.
   void checkFitsCurrent(const MapContents& contents) const {
     checkFits(contents, params_,
-              "call clear_map first: an empty map takes the settings of the file");
+              "call clear_map first: an empty map adopts the settings of the file");
   }
 
   const Host& host_;

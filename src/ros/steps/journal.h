@@ -29,8 +29,8 @@ class JournalStep : public Step {
   }
 
   void fused(const PosedFrame& frame, const IntegrationResult& result) override {
-    // A colour image refused as kNoMeasurement shows no surface, but may show one at its corrected
-    // pose.
+    // No surface is visible in a colour image rejected as kNoMeasurement, but one may be visible
+    // from its corrected pose.
     if (result.status != FrameStatus::kFused && result.status != FrameStatus::kNoMeasurement) {
       return;
     }
@@ -78,7 +78,7 @@ class JournalStep : public Step {
 
   const Host& host_;
   MapperParams params_;                     ///< Settings of the current map.
-  std::optional<Eigen::Isometry3d> level_;  ///< Level last written to the journal.
+  std::optional<Eigen::Isometry3d> level_;  ///< Levelling transform last written to the journal.
   JournalWriter writer_;
 };
 

@@ -23,8 +23,9 @@
 namespace dtsdf {
 
 /// Levels the map as set by map/level. Frames are dropped until the floor or gravity is known. The
-/// level, published on /tf_static, then stays fixed until a map with its own level is loaded. Used
-/// on the map thread only, so that the IMU cannot overwrite the level of a map loaded meanwhile.
+/// levelling transform, published on /tf_static, then stays fixed until a levelled map is loaded.
+/// Used on the map thread only, so that an IMU message cannot overwrite the transform of a map that
+/// has just been loaded.
 class LevelStep : public Step {
  public:
   LevelStep(const NodeParams& params, const Transforms& transforms, MapFrame& frame)
@@ -90,7 +91,7 @@ class LevelStep : public Step {
   bool isByImu() const { return params_.level == LevelChoice::kImu; }
   bool isKnown() const { return !frame_.isLevelled() || frame_.level().has_value(); }
 
-  /// Moves a frame's pose into the level frame.
+  /// Transforms a frame's pose to the levelled frame.
   std::optional<Rejection> moveToLevelFrame(PosedFrame& frame) {
     const auto* const depth = std::get_if<DepthFrame>(&frame.image);
     if (!frame_.isLevelled()) return std::nullopt;
@@ -99,7 +100,7 @@ class LevelStep : public Step {
     if (searches && !isByImu()) findFloor(*depth);
     const std::optional<Eigen::Isometry3d> T_W_M = frame_.level();
     if (searches || !T_W_M) {
-      return Rejection{drop::kNotLevel, "the map is not level yet: " + frame_.levelProblem()};
+      return Rejection{drop::kNotLevel, "the map is not levelled yet: " + frame_.levelProblem()};
     }
     frame.move(*T_W_M);
     return std::nullopt;
@@ -109,7 +110,7 @@ class LevelStep : public Step {
     if (!floor_.add(frame)) return;
     if (floor_.floor()) return set(levelPose(*floor_.floor()));
     frame_.setLevelProblem(floor_.problem() +
-                           "; hold the camera upright, within 45 degrees, and let it see the "
+                           "; hold the camera upright, within 45 degrees, and point it at the "
                            "floor, or set map/level to imu or none");
   }
 

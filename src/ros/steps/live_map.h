@@ -28,8 +28,8 @@
 
 namespace dtsdf {
 
-/// While frames arrive, answers to planners should be at most a second old; mesh and distances may
-/// take half of that.
+/// While frames arrive, answers to planners should be at most a second old. The interval between
+/// mesh updates may take up half of that.
 constexpr double kMinSpaceRate_hz = 2.0;
 
 inline void fillMemory(const MapStats& stats, const MapperMemory& memory, MapStatus& status) {
@@ -77,12 +77,13 @@ inline void reportBudget(const MapStats& stats, MapStatus& status) {
     if (count > 0) report(status, MapStatus::WARN, code, what);
   };
   const std::string blocks = std::to_string(stats.refused_blocks) + " blocks were refused";
-  const std::string cubes = std::to_string(stats.refused_cubes) + " cubes of cells stayed unknown";
+  const std::string cubes =
+      std::to_string(stats.refused_cubes) + " cubes of free-space cells stayed unknown";
   const std::string of_disk = " because map/page_folder is full or fails: " + stats.pages.problem;
   const bool is_disk = stats.pages.failures > 0;
   warn(MapStatus::PAGES_LOST, stats.pages.lost,
        std::to_string(stats.pages.lost) +
-           " blocks or sectors of cells could not be read back and are lost: " +
+           " blocks or free-space sectors could not be read back and are lost: " +
            stats.pages.problem);
   if (is_disk) {
     warn(MapStatus::DISK_FULL, stats.refused_cubes, cubes + of_disk);
@@ -94,19 +95,19 @@ inline void reportBudget(const MapStats& stats, MapStatus& status) {
            "; the map stays usable; raise map/max_memory_mb or set map/keep_radius_m or "
            "map/page_folder");
   warn(MapStatus::SPACE_FULL, stats.refused_cubes,
-       "the memory for free space (an eighth of map/max_memory_mb) is full: " + cubes +
+       "the memory for free-space cells (an eighth of map/max_memory_mb) is full: " + cubes +
            "; surfaces are still mapped; raise map/max_memory_mb or space/cell_voxels");
 }
 
-/// Used on the map thread only, except fill() and throwIfFailed(). Waits neither for transforms nor
+/// Used on the map thread only, except fill() and throwIfFailed(). Never waits for transforms, nor
 /// for threads that publish or save the mesh.
 ///
 /// Fusing frames and extracting the mesh alternate. On a GPU, an extraction runs while the next
-/// frame is fused, and is finished after that frame. It is finished at once if no frame waits, or
-/// if it is ready, as on a CPU.
+/// frame is fused, and is finished after that frame. It is finished immediately if no frame is
+/// waiting, or if its result is ready, as on a CPU.
 class LiveMap {
  public:
-  /// All references must outlive it.
+  /// All references must outlive this object.
   LiveMap(std::unique_ptr<Mapper> mapper, const NodeParams& params, FrameQueue& frames,
           const MapFrame& frame, MeshQueue& mesh_changes, const Steps& steps,
           SteadyClock clock = std::chrono::steady_clock::now)
@@ -122,8 +123,8 @@ class LiveMap {
     updateReport();  // reports the budget before the first frame
   }
 
-  /// Does the first thing that is due. @return the time until the next call. After a failure of the
-  /// backend, frames are dropped until clear() or replace().
+  /// Performs the first task that is due. @return the time until the next call. After a failure of
+  /// the backend, frames are dropped until clear() or replace().
   std::chrono::milliseconds step() noexcept {
     try {
       if (!act()) return idleTime();
@@ -146,7 +147,7 @@ class LiveMap {
 
   /// Stamp of the newest frame in the last finished extraction.
   const ros::Time& meshStamp() const { return surfaces_stamp_; }
-  /// Size of the map in bytes, when last measured.
+  /// Size of the map in bytes, as of the last report.
   size_t mapBytes() const { return report_.map_bytes; }
 
   /// Brings the mesh up to date; if isMeshPart() is true afterwards, call it again. Works even
@@ -195,7 +196,7 @@ class LiveMap {
   /// Whether a second map of this size fits into the budget, and no blocks are on disk; true after
   /// a failure.
   bool hasRoomFor(size_t bytes) const {
-    if (hasFailed()) return true;  // the failed map is given up anyway
+    if (hasFailed()) return true;  // the failed map is discarded anyway
     const MapStats stats = mapper_->stats();
     return stats.pages.blocks == 0 && stats.map_bytes + bytes <= stats.max_map_bytes;
   }
@@ -223,8 +224,8 @@ class LiveMap {
     return mapper;
   }
 
-  /// Continues with a map of the same frames at corrected poses, and its whole mesh. @return the
-  /// previous mapper.
+  /// Continues with a map of the same frames at corrected poses, whose whole mesh is given. @return
+  /// the previous mapper.
   std::unique_ptr<Mapper> replaceCorrected(std::unique_ptr<Mapper> mapper,
                                            const std::map<PackedKey, SharedBlockMesh>& mesh) {
     mapper_.swap(mapper);
@@ -264,7 +265,7 @@ class LiveMap {
   }
 
  private:
-  /// Does the first thing that is due. @return false if nothing is.
+  /// Performs the first task that is due. @return false if there is none.
   bool act() {
     const bool frame_ready = frames_.hasTurn();
     if (hasFailed()) {
@@ -292,7 +293,7 @@ class LiveMap {
     return true;
   }
 
-  /// When to begin an extraction; none if nobody wants the mesh, nothing has changed or an
+  /// When to begin an extraction; none if no step needs the mesh, nothing has changed or an
   /// extraction is running.
   std::optional<SteadyTime> nextMesh() {
     if (!fused_since_mesh_ || is_extracting_) return std::nullopt;
@@ -315,7 +316,7 @@ class LiveMap {
 
   void fuseNext() {
     std::optional<PosedFrame> frame = frames_.take();
-    if (!frame) return;  // dropped meanwhile
+    if (!frame) return;  // dropped in the meantime
     if (hasFailed()) {
       return frame->accounting->dropped({drop::kBackendError, failure_}, frame->stamp);
     }

@@ -1,4 +1,4 @@
-/// Makes the steps of the node, in the order in which they run.
+/// Creates the steps of the node, in the order in which they run.
 #pragma once
 
 #include <memory>

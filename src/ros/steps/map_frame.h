@@ -1,5 +1,5 @@
-/// The map's frame W, which is map_frame (M) itself or a levelled frame; and the poses of other
-/// frames in it.
+/// The map frame W, which is either map_frame (M) or a levelled frame, and the poses of other
+/// frames in W.
 #pragma once
 
 #include <ros/console.h>
@@ -22,7 +22,7 @@ namespace dtsdf {
 /// Thread-safe.
 class MapFrame {
  public:
-  /// Both references must outlive it.
+  /// Both references must outlive this object.
   MapFrame(const NodeParams& params, const Transforms& transforms)
       : params_(params), transforms_(transforms) {}
 
@@ -55,7 +55,7 @@ class MapFrame {
   Eigen::Isometry3d inMap(const Eigen::Isometry3d& T_M_F) const {
     if (!isLevelled()) return T_M_F;
     if (const auto T_W_M = level()) return *T_W_M * T_M_F;
-    throw std::runtime_error("the map is not level yet: " + levelProblem());
+    throw std::runtime_error("the map is not levelled yet: " + levelProblem());
   }
 
   /// Pose of a frame in W at a stamp; stamp 0 means the newest transform. An empty name means W. If

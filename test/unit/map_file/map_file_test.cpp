@@ -136,7 +136,7 @@ TEST_F(MapFile, StoresTheLevelInItsOwnRecord) {
   EXPECT_EQ(bent.get("LEVL").flags, 0u)
       << "readers should not be allowed to skip the levelling transform";
   bent.get("LEVL").content[6] ^= 0x10;
-  EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "its level is not a rigid transform"));
+  EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "its levelling transform is not rigid"));
   bent.get("LEVL").content.resize(88);
   EXPECT_TRUE(contains(errorOfBytes(bent.bytes()), "LEVL record has the wrong size"));
 }

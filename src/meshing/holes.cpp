@@ -55,7 +55,7 @@ class HoleCloser {
   const Vec3f& position(uint32_t vertex) const { return positions_[vertex - outline_.first()]; }
   const Vec3f& normal(uint32_t vertex) const { return normals_[vertex - outline_.first()]; }
 
-  /// Length of an edge in half edges: 1 if it begins or ends at a midpoint, otherwise 2.
+  /// Counts an edge as two halves, or as one if it begins or ends at a midpoint.
   int halvesOf(uint32_t vertex, uint32_t next) const {
     const auto isMiddle = [this](uint32_t v) { return outline_.kind(v) == Outline::Kind::kMiddle; };
     return isMiddle(vertex) || isMiddle(next) ? 1 : 2;

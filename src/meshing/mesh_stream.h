@@ -1,5 +1,5 @@
 /// Joins the meshes of blocks: merges the vertices that neighbouring blocks share, and computes
-/// vertex normals. A mesh that does not fit into memory can be output in pieces.
+/// vertex normals. A mesh that does not fit in memory can be output in pieces.
 #pragma once
 
 #include <algorithm>
@@ -46,7 +46,7 @@ inline Vec3f positionFrom(const std::array<double, 3>& origin_m, const std::arra
 struct JoinedBlock {
   std::vector<uint32_t> number;  ///< Index of each vertex in the joined mesh.
   std::vector<uint32_t> fresh;   ///< Indices of the vertices that are in no earlier block.
-  std::vector<Vec3f> faced;      ///< The facing of each vertex's edge; see facingSteps().
+  std::vector<Vec3f> faced;      ///< Facing of each vertex's edge (see facingSteps()).
 };
 
 /// A hash table from names to numbers, with open addressing.
@@ -89,7 +89,7 @@ class NumberTable {
 };
 
 /// Numbers the vertices of blocks, which must be added in order of their packed keys. To save
-/// memory, remembers only the vertices that later blocks may share.
+/// memory, keeps only the vertices that subsequent blocks may share.
 class BlockJoiner {
  public:
   /// Adds a block. The result is valid until the next call.
@@ -101,8 +101,8 @@ class BlockJoiner {
   uint32_t next_ = 0;  ///< Index of the next new vertex.
   JoinedBlock joined_;
   BlockKey last_{0, INT32_MIN, INT32_MIN};  ///< The block added last.
-  /// Vertices that may be listed again: midpoints inside the current block (inside_), and vertices
-  /// that other blocks in this or the next row or layer may list.
+  /// Vertices that may occur again: midpoints inside the current block (inside_), and vertices
+  /// shared with other blocks in this or the next row or layer.
   NumberTable inside_;
   std::array<NumberTable, 2> rows_, layers_;
   std::array<PackedKey, kCornerBlocks> owners_ = {};      ///< See cornerBlockOffset().
@@ -131,8 +131,8 @@ Outline::Kind outlineKind(const BlockVertex& vertex);
 /// Normalises sums of normals; a sum of 0 becomes (0, 0, 1).
 void makeUnit(std::vector<Vec3f>& normals);
 
-/// Joins blocks that are added in order of their packed keys. Keeps only vertices that later blocks
-/// may share, or that lie on outlines that later blocks may change. Outputs the same vertices and
+/// Joins blocks that are added in order of their packed keys. Keeps only vertices that subsequent
+/// blocks may share, or whose outlines subsequent blocks may change. Outputs the same vertices and
 /// triangles as MeshStore::assemble(), in the same order.
 class MeshStream {
  public:

@@ -27,7 +27,7 @@ struct ChunkLattice {
 
 /// Vertices and triangles of one chunk.
 struct PackedChunk {
-  std::array<int64_t, 3> origin = {};  ///< Origin of the positions, in steps from W's origin.
+  std::array<int64_t, 3> origin = {};  ///< Origin of the positions, in steps from the origin of W.
   std::vector<uint16_t> positions;     ///< x, y, z of each vertex, in steps from the origin.
   std::vector<int16_t> normals;        ///< Two numbers per vertex, see packedNormal().
   std::vector<uint8_t> colours;        ///< Red, green, blue of each vertex; empty if unpainted.
@@ -70,8 +70,8 @@ Mesh unpackChunk(const PackedChunk& chunk, double step_m);
 /// Merges vertices in the same cell whose normals are closest to the same direction (+-x, +-y or
 /// +-z), so that the two sides of a thin object stay apart. Cells are cubes of 2^cell_log2 steps on
 /// the map's lattice. Merged vertices lie at the middle of their cell, shifted by a quarter of a
-/// cell in their direction, so that neighbouring chunks still meet. The steps of the result, and of
-/// its origin, are quarters of a cell. Triangles that collapse are dropped.
+/// cell in their direction, so that neighbouring chunks still meet. The positions and the origin of
+/// the result are in quarters of a cell. Triangles that collapse are dropped.
 PackedChunk coarsen(const PackedChunk& chunk, int cell_log2);
 
 }  // namespace dtsdf

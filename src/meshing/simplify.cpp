@@ -44,7 +44,7 @@ struct Quadric {
 /// Number of vertices between two progress reports.
 constexpr size_t kReportEach = 4096;
 
-/// Each of two opposing surfaces may move by this fraction of the gap between them.
+/// Each of two surfaces facing each other may move by this fraction of the gap between them.
 constexpr double kShareBetween = 0.45;
 
 /// Most errors are below this many mean edge lengths. Gaps are first measured only as far as these
@@ -78,8 +78,8 @@ class Tolerances {
  private:
   static constexpr float kUnknown = std::numeric_limits<float>::infinity();
 
-  /// The tolerance; negative if no gap is narrow enough to limit errors up to `error_m`, but larger
-  /// errors may be used later.
+  /// The tolerance. It is negative if no gap is narrow enough to limit errors up to `error_m`, and
+  /// larger errors may still be used.
   float measure(uint32_t vertex, double error_m) {
     const double limit_m = 1.01 * error_m / kShareBetween;
     const double gap_m =
@@ -186,7 +186,7 @@ class TriangleFans {
   bool isTriangleRemoved(uint32_t triangle) const { return faces_[triangle].corners[0] == kNone; }
   const Triangle& corners(uint32_t triangle) const { return faces_[triangle].corners; }
 
-  /// A number per triangle, for the caller's own use; kNone at first.
+  /// A value per triangle for the caller's own use, initially kNone.
   uint32_t& note(uint32_t triangle) { return faces_[triangle].note; }
 
  private:
@@ -206,7 +206,7 @@ class TriangleFans {
 /// Cosine of the largest angle by which a triangle may turn in a merge, 70 degrees.
 constexpr float kMinTurnCosine = 0.34f;
 
-/// The smallest height of a triangle, as a fraction of its longest side.
+/// Minimum height of a triangle, as a fraction of its longest side.
 constexpr float kMinHeight = 0.01f;
 
 /// Merges vertices into their neighbours. Each removed vertex is assigned to a triangle close
@@ -246,8 +246,8 @@ class Collapser {
   }
 
   /// The neighbour into which a vertex merges at the lowest cost; the vertex itself if that costs
-  /// too much or has already failed. Costs are computed again only if the triangles at the vertex
-  /// have changed, or if the cheapest neighbour was removed.
+  /// too much or has already failed. Costs are recomputed only if the triangles at the vertex have
+  /// changed, or the cheapest neighbour was removed.
   uint32_t cheapest(uint32_t vertex, double error_m) {
     State& state = states_[vertex];
     if (state.tried == state.changes) return vertex;  // nothing has changed since
@@ -270,7 +270,7 @@ class Collapser {
     return true;
   }
 
-  /// The mesh of the remaining triangles, with its vertices in their old order.
+  /// The mesh of the remaining triangles. Its vertices keep their order.
   Mesh remaining() const {
     std::vector<uint32_t> number(p_.size(), kNone);
     const auto triangles = static_cast<uint32_t>(mesh_.triangles.size());
@@ -360,7 +360,7 @@ class Collapser {
     }
   }
 
-  /// Whether none of the triangles that a merge keeps turns too far or becomes too thin.
+  /// Whether no triangle that a merge keeps would turn too far or become too thin.
   bool keepsOrientation(uint32_t v) const {
     for (const Wing& wing : wings_) {
       if (wing.from == v || wing.to == v) continue;
@@ -461,8 +461,8 @@ constexpr double kEndGain = 1e-3;
 /// Errors are limited to this many mean edge lengths.
 constexpr double kMaxEdges = 24.0;
 
-/// Errors below this many mean edge lengths may be too small to remove anything, so kEndGain does
-/// not apply to them.
+/// Errors below this many mean edge lengths may be too small to remove any vertices, so kEndGain
+/// does not apply to them.
 constexpr double kSmallShareOfEdge = 3.0;
 
 double meanEdge_m(const Mesh& mesh) {

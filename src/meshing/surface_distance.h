@@ -1,4 +1,4 @@
-/// Distances of points from a mesh.
+/// Computes distances of points from a mesh.
 #pragma once
 
 #include <array>
@@ -21,7 +21,8 @@ class SurfaceTree {
   /// Distance of a point from the nearest triangle, or `limit_m` if none is nearer.
   double distance(const Vec3f& p, double limit_m) const;
 
-  /// The triangle to test first; a search sets it to the nearest one that it finds, if any.
+  /// Index of the triangle to test first. A search sets it to the nearest triangle, if it finds
+  /// one.
   using Hint = uint32_t;
   static constexpr Hint kNoHint = 0xffffffffu;
 

@@ -1,4 +1,4 @@
-/// The blocks of a map that are on disk: an index of them in memory, and their contents in a file.
+/// The blocks of a map that are on disk: an index in memory, and their contents in a file.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@
 
 namespace dtsdf {
 
-/// The part of a block on disk that stays in memory.
+/// What stays in memory of a block on disk.
 struct PagedBlock {
   MapBlock block;
   uint32_t extractions;      ///< As in BlockEntry.

@@ -48,10 +48,10 @@ constexpr int kMatchedPoints = 64, kFitPoints = 512;
 /// rendered from.
 constexpr int kMovedPoses = 5000, kAlignedPoses = 224, kRenderedPoses = 48;
 
-/// A pose is accepted if enough of its matched points are inliers, at least the fraction
-/// kPlaceShare of the image matches the map, and no other place matches about as well. Another
-/// place does if the fraction of the image that does not match there is less than kClearlyMore
-/// times the fraction at the pose, plus kClearlyMoreShare.
+/// A pose is accepted if enough of its matched points are inliers and at least the fraction
+/// kPlaceShare of the image matches the map. It is ambiguous if there is another place at which the
+/// mismatching fraction of the image is less than kClearlyMore times that at the pose, plus
+/// kClearlyMoreShare.
 constexpr double kPlaceShare = 0.7, kClearlyMore = 1.5, kClearlyMoreShare = 0.01;
 
 /// Larger depths are too noisy to use.
@@ -230,7 +230,7 @@ FoundPlace choose(const Matches& matches, double same_place_m) {
     constexpr double kSame = 0.01, kLever_m = 1.5;
     const bool is_there = apart(there, other->T_W_C, kLever_m) < same_place_m;
     if (is_there && share > best_share - kSame && explainedBy(*other) > explainedBy(*best)) {
-      best = other;  // for nearly equal poses, the alignment decides
+      best = other;  // at the same place, the better alignment is used
     }
     const double most = kClearlyMore * (1.0 - best_share) + kClearlyMoreShare;
     if (!is_there && !found.other_T_W_C && 1.0 - share < most) found.other_T_W_C = other->T_W_C;
@@ -257,8 +257,8 @@ struct CoarseMap {
     uint8_t faces = 0;  ///< Directions that the surface faces, one bit each.
   };
 
-  /// The orientations to try, the rays through the image's first points for each orientation, and
-  /// each point's score for every distance along its ray.
+  /// The orientations to try, the rays through the image's first points at each orientation, and
+  /// the score of each point for every possible distance in the map.
   struct RayTable {
     size_t points = 0;
     std::vector<Matrix3f> R_W_C;

@@ -207,7 +207,7 @@ void PoseTracker::keep(const Isometry3d& T_W_C, double stamp_s) {
   last_ = StampedPose{stamp_s, T_W_C};
 }
 
-/// Moves the newest place along with the camera. Adds a place once the camera is more than 2 *
+/// Moves the newest place along with the camera. Adds a place once the camera is at least twice
 /// reach_m_ away from the second newest place.
 void PoseTracker::rememberPlace(const Isometry3d& T_W_C) {
   const size_t count = places_T_W_C_.size();

@@ -1,4 +1,4 @@
-/// Determines how closely refined poses follow noisy alignments.
+/// Decides how closely refined poses follow noisy alignments.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -6,20 +6,21 @@
 
 namespace dtsdf {
 
-/// Estimates whether given poses or alignments have the larger random errors. Alignments of coarse
-/// or warped depth, such as a phone's, may scatter by a centimetre while odometry is smooth;
-/// refined poses then follow alignments only on average.
+/// Compares the random errors of the given poses with those of the alignments. Alignments of coarse
+/// or warped depth images, such as those of a phone, may scatter by a centimetre while odometry is
+/// smooth. Refined poses then follow the alignments only on average.
 ///
-/// Independent errors show in third differences, which smooth motion and drift hardly affect. Third
-/// differences of the given poses bound the errors of these poses. Third differences of the
-/// corrections contain the errors of both; any excess comes from the alignments. Not thread safe.
+/// Third differences reveal independent errors, because smooth motion and drift hardly affect them.
+/// Third differences of the given poses bound the errors of the given poses. Third differences of
+/// the corrections contain the errors of given poses and alignments, so any excess comes from the
+/// alignments. Not thread safe.
 class AlignmentGain {
  public:
-  /// Adds the next given pose, camera to odometry.
+  /// Adds the next given pose (camera to odometry).
   void addGiven(const Eigen::Isometry3d& T_O_C);
 
-  /// Adds the aligned pose, camera to map, that belongs to the last given pose. @return whether the
-  /// correction jumped, which makes earlier corrections worthless.
+  /// Adds the aligned pose (camera to map) of the image whose given pose was added last. @return
+  /// whether the correction jumped, which invalidates earlier corrections.
   bool addAligned(const Eigen::Isometry3d& T_W_C);
 
   /// Fraction of the step from the expected to the aligned pose that the refined pose takes: 1
@@ -32,15 +33,15 @@ class AlignmentGain {
   /// Translation in metres, then a rotation in radians.
   using Step = Eigen::Matrix<double, 6, 1>;
 
-  /// Variance of a trajectory's independent errors, summed over axes and averaged over recent
+  /// Variance of the independent errors in a trajectory, summed over axes and averaged over recent
   /// images.
   struct Variance {
     double m2 = 0.0, rad2 = 0.0;
     int seen = 0;
     std::optional<Step> last, before;
 
-    /// Adds the next step. @return whether the trajectory jumped: the step's third difference
-    /// exceeds what noise explains.
+    /// Adds the next step. @return whether the trajectory jumped: the third difference of the step
+    /// is larger than noise can account for.
     bool add(const Step& step);
     bool isKnown() const;
   };

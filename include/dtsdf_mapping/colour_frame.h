@@ -18,8 +18,8 @@ enum class ColourEncoding : int32_t {
   kMono8,  ///< One byte of grey.
 };
 
-/// One colour image, with its own camera: pose, size, lens and time may differ from those of the
-/// depth images. The pixels need to stay valid only during the call to which they are passed.
+/// One colour image and its camera. Pose, size, lens and time may differ from those of the depth
+/// images. The pixels need to stay valid only during the call to which they are passed.
 struct ColourFrame {
   const void* data = nullptr;                       ///< First row; rows are `row_bytes` apart.
   size_t row_bytes = 0;                             ///< At least `width` pixels of the encoding.

@@ -9,9 +9,9 @@
 
 namespace dtsdf {
 
-/// One depth image: for each pixel the distance along the optical axis, z in the camera's frame C
-/// (x right, y down, z forward). The pixels need to stay valid only during the call to which they
-/// are passed.
+/// One depth image. Each pixel holds the distance along the optical axis, i.e. z in the camera
+/// frame C (x right, y down, z forward). The pixels need to stay valid only during the call to
+/// which they are passed.
 struct DepthFrame {
   const void* data = nullptr;                       ///< First row; rows are `row_bytes` apart.
   size_t row_bytes = 0;                             ///< At least `width` pixels of the encoding.

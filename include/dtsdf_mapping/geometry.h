@@ -1,4 +1,4 @@
-/// Plain vectors and block coordinates, as used in frames and meshes.
+/// Plain vectors and block coordinates, used in frames and meshes.
 #pragma once
 
 #include <cstdint>
@@ -21,14 +21,14 @@ struct Vec3i {
 
 /// Binary logarithm of kBlockSide.
 constexpr int kBlockSideLog2 = 3;
-/// Voxels along an edge of a block.
+/// Edge length of a block, in voxels.
 constexpr int kBlockSide = 1 << kBlockSideLog2;
 
 /// Coordinates of a block, in blocks from the origin of the map frame W: block (i, j, k) begins at
 /// voxel (8 i, 8 j, 8 k).
 using BlockKey = Vec3i;
 
-/// A block's coordinates packed into one number, which sorts by z, then y, then x.
+/// Block coordinates packed into one integer, which sorts by z, then y, then x.
 using PackedKey = uint64_t;
 
 }  // namespace dtsdf

@@ -11,13 +11,13 @@ namespace dtsdf {
 
 /// A colour image that owns its memory.
 struct SourceColour {
-  ColourFrame colour;                  ///< Its `data` points to memory that `pixels` owns.
+  ColourFrame colour;                  ///< Image whose `data` points to memory owned by `pixels`.
   std::shared_ptr<const void> pixels;  ///< Keeps the image's memory alive.
   double stamp_s = 0.0;                ///< Stamp of the colour image.
-  size_t index = 0;  ///< Index among the recording's colour images, in the order of their stamps.
+  size_t index = 0;  ///< Index among the colour images of the recording, ordered by stamp.
 };
 
-/// The colour images of a recording in the order of their stamps.
+/// The colour images of a recording, ordered by stamp.
 using ColourSource = ImageSource<SourceColour>;
 
 }  // namespace dtsdf

@@ -16,29 +16,29 @@ namespace dtsdf {
 
 /// A depth image that owns its memory.
 struct SourceFrame {
-  DepthFrame depth;                    ///< Its `data` points to memory that `pixels` owns.
+  DepthFrame depth;                    ///< Image whose `data` points to memory owned by `pixels`.
   std::shared_ptr<const void> pixels;  ///< Keeps the image's memory alive.
   double stamp_s = 0.0;                ///< Stamp of the depth image.
-  size_t index = 0;                    ///< Its index in the recording, from 0.
+  size_t index = 0;                    ///< Index in the recording, starting at 0.
 };
 
-/// Selects depth images of a recording by their index: first, first + step, ... up to and including
-/// last. Images without a pose count too, so an index always means the same image.
+/// Selects depth images of a recording by index: first, first + step, ... up to and including last.
+/// Images without a pose are counted too, so an index always refers to the same image.
 struct FrameSelection {
   size_t first = 0;                                  ///< Index of the first selected image.
   size_t last = std::numeric_limits<size_t>::max();  ///< Largest selected index.
   size_t step = 1;                                   ///< At least 1.
-  /// Further restricts the selection to these indices, in ascending order; null: no restriction.
+  /// If not null, restricts the selection further to these indices, in ascending order.
   std::shared_ptr<const std::vector<size_t>> listed;
 
-  /// Whether an image of the recording is selected.
+  /// Whether the image with this index is selected.
   bool contains(size_t index) const {
     return index >= first && index <= last && (index - first) % step == 0 &&
            (listed == nullptr || std::binary_search(listed->begin(), listed->end(), index));
   }
-  /// Whether the colour image with this index is selected: one in every `step` images.
+  /// Whether the colour image with this index is selected. One in every `step` colour images is.
   bool containsColour(size_t index) const { return index % step == first % step; }
-  /// How many of a recording's `total` images are selected.
+  /// Number of selected images in a recording of `total` images.
   size_t countIn(size_t total) const {
     if (listed != nullptr) {
       return static_cast<size_t>(std::count_if(listed->begin(), listed->end(), [&](size_t index) {
@@ -56,10 +56,10 @@ class ImageSource {
  public:
   virtual ~ImageSource() = default;
 
-  /// Number of selected images, including skipped ones, if known before reading them.
+  /// Number of selected images, including those that will be skipped; empty if unknown in advance.
   virtual std::optional<size_t> size() const { return std::nullopt; }
 
-  /// Number of selected images that have a pose, if known before reading them.
+  /// Number of selected images that have a pose; empty if unknown in advance.
   virtual std::optional<size_t> posed() const { return std::nullopt; }
 
   /// The next usable image, or nothing at the end. Unusable images (no pose, wrong encoding) are
@@ -71,8 +71,8 @@ class ImageSource {
   /// Images skipped so far, by reason ("no pose within 20 ms").
   virtual const std::map<std::string, size_t>& skipped() const { return skipped_; }
 
-  /// For each reason that needs an explanation, a sentence about the first image skipped for that
-  /// reason.
+  /// Explanations for some of the reasons in skipped(), each a sentence about the first image
+  /// skipped for that reason.
   virtual std::map<std::string, std::string> problems() const { return problems_; }
 
  protected:

@@ -1,4 +1,4 @@
-/// Settings from YAML files and from key=value strings, as a flat tree that ParamReader checks.
+/// Reads settings from YAML files and key=value strings into a flat tree, which ParamReader checks.
 #pragma once
 
 #include <string>
@@ -7,13 +7,14 @@
 
 namespace dtsdf {
 
-/// Reads a YAML file; nested sections become keys such as "map/voxel_size_m". An empty file is an
-/// empty tree. Strings in quotes stay strings; true/false, yes/no and on/off are flags.
-/// @throws std::runtime_error with the file, and the line if it is known, for a file that is
-/// missing or not YAML, lists of anything but names, keys without a value, and keys given twice.
+/// Reads a YAML file; nested sections become keys such as "map/voxel_size_m". An empty file gives
+/// an empty tree. Quoted strings stay strings; true/false, yes/no and on/off are Booleans.
+/// @throws std::runtime_error if the file is missing or not valid YAML, or if it contains a list of
+/// anything but names, a key without a value, or a key twice. The message names the file and, if
+/// known, the line.
 ParamTree loadYamlParams(const std::string& path);
 
-/// Reads settings from a YAML string, which error messages call `name`.
+/// Reads settings from a YAML string. Error messages refer to it as `name`.
 ParamTree parseYamlParams(const std::string& text, const std::string& name);
 
 /// Sets one key of the tree from an assignment such as "map/voxel_size_m=0.01".

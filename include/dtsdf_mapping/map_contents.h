@@ -43,14 +43,14 @@ class PlainArray {
   size_t size_ = 0;
 };
 
-/// A block of the map: which voxel arrays and colour bricks it has.
+/// A block of the map, with the list of its voxel arrays and colour bricks.
 struct MapBlock {
   BlockKey key;         ///< Position of the block.
   uint32_t directions;  ///< Bit d: the block has voxels in direction d (X+, X-, Y+, Y-, Z+, Z-).
   uint64_t bricks;      ///< Bit 8 d + b: brick b of direction d has colours.
 };
 
-/// A cube of 8 x 8 x 8 cells of space, at least one of which is free.
+/// A cube of 8 x 8 x 8 cells of the free-space grid, at least one of which is free.
 struct MapFreeCube {
   Vec3i key;                      ///< The cube's first cell is 8 * key.
   std::array<uint64_t, 8> cells;  ///< Bit x + 8 y of word z: cell (x, y, z) is free. Not all 0.
@@ -61,38 +61,39 @@ struct MapSize {
   size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels.
   size_t voxel_arrays = 0;  ///< Directional arrays of 512 voxels, over all blocks.
   size_t bricks = 0;        ///< Bricks of 64 colours, over all voxel arrays.
-  size_t free_cubes = 0;    ///< Cubes of 8 x 8 x 8 cells of space with free cells.
+  /// Cubes of 8 x 8 x 8 cells of the free-space grid that contain free cells.
+  size_t free_cubes = 0;
 
   /// Bytes that count towards map/max_memory_mb.
   size_t bytes() const;
 };
 
-/// Facts about a map that its user supplies. The mapper itself does not use them.
+/// Information about a map that its user supplies. The mapper itself does not use it.
 struct MapOrigin {
   std::string map_frame;  ///< Name of the frame in which poses are given; empty: unnamed.
-  /// Transform from the poses' frame M to the frame W of a levelled map; not set if the map is not
-  /// levelled.
+  /// Levelling transform, from the frame M of the poses to the map frame W; not set if the map is
+  /// not levelled.
   std::optional<Eigen::Isometry3d> T_W_M;
   double stamp_s = 0.0;  ///< Stamp of the newest frame fused, in seconds; 0: not known.
-  PoseParams poses;      ///< Settings with which the frames' poses were found.
+  PoseParams poses;      ///< Settings with which the poses of the frames were found.
 };
 
 /// Description of a map, without its blocks, voxels, colours and free cells.
 struct MapHead : MapOrigin {
-  /// The mapper's settings (except backend, threads, memory budget, paging and mesh colour) and the
-  /// numbers of its rules (rules/..., except rules/poses/...). In a file, they include poses/...,
-  /// unless poses were taken as given.
+  /// The settings of the mapper (except backend, threads, memory budget, paging and mesh colour)
+  /// and its rule parameters (rules/..., except rules/poses/...). In a file, these include
+  /// poses/..., unless poses were used as supplied.
   ParamTree settings;
   uint64_t frames = 0;             ///< Depth frames fused.
   uint64_t supporting_frames = 0;  ///< Depth frames that touched a block.
   bool painted = false;            ///< Whether the map was ever painted; meshes then have colours.
   std::array<float, 3> exposure = {1.0f, 1.0f, 1.0f};  ///< Gains of the last colour image.
-  int cell_voxels = 0;  ///< Edge of a cell of space, in voxels; 0 if space/enabled is off.
+  int cell_voxels = 0;  ///< Edge of a free-space cell, in voxels; 0 if space/enabled is false.
 };
 
-/// The complete state of a map. Equal maps have equal contents on every backend. A mapper made from
-/// contents continues as the original mapper would have, byte for byte, given equal settings and
-/// enough budget.
+/// The complete state of a map. Equal maps have equal contents on every backend. A mapper created
+/// from the contents continues exactly as the original mapper would have, given equal settings and
+/// a sufficient memory budget.
 struct MapContents : MapHead {
   std::vector<MapBlock> blocks;  ///< Sorted by packed key, without duplicates; each has voxels.
   /// 512 words per voxel array, x fastest, in the order of blocks, then of directions. Bits 0 to 15
@@ -107,7 +108,7 @@ struct MapContents : MapHead {
   std::vector<MapFreeCube> free_cubes;  ///< Sorted by packed key, without duplicates.
 };
 
-/// Values encoded in a word of MapContents::voxels.
+/// The values encoded in a word of MapContents::voxels.
 struct VoxelValues {
   float distance_voxels = 0.0f;  ///< Signed distance, in voxels; positive in front of the surface.
   float weight = 0.0f;           ///< Weight of the average, in frames; 0: no distance is known.
@@ -117,16 +118,16 @@ struct VoxelValues {
 /// Decodes a word of MapContents::voxels.
 VoxelValues decodeVoxel(uint64_t word);
 
-/// Size of a map. @throws std::runtime_error for the same blocks as sizeOf(blocks).
+/// Size of a map. @throws std::runtime_error for invalid blocks, as sizeOf(blocks) does.
 MapSize sizeOf(const MapContents& contents);
 
 /// Size of a map with these blocks.
-/// @throws std::runtime_error for blocks that no map can have: not sorted by key, beyond the
-/// coordinates of a map, with no directions or invalid ones, or with colours where there are no
+/// @throws std::runtime_error for invalid blocks: not sorted by key, outside the coordinate range
+/// of a map, without directions or with invalid directions, or with colours where there are no
 /// voxels.
 MapSize sizeOf(const std::vector<MapBlock>& blocks);
 
-/// Checks that contents are valid. @throws std::runtime_error that says what is wrong.
+/// Checks that the contents are valid. @throws std::runtime_error that says what is wrong.
 void checkContents(const MapContents& contents);
 
 /// Copies the settings that a map is bound to into `params`: map/voxel_size_m,
@@ -139,27 +140,27 @@ MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
 /// @throws std::runtime_error if the map is in another frame.
 void checkFrame(const MapContents& contents, const std::string& map_frame);
 
-/// Checks that a run can resume from the contents: both must be levelled, or neither. Contents
-/// without frames suit any run. @throws std::runtime_error if the run cannot resume; the message
-/// says what to do.
+/// Checks that a run can resume from the contents: both must be levelled, or neither. Any run can
+/// resume from contents without frames. @throws std::runtime_error if the run cannot resume; the
+/// message says what to do.
 void checkLevel(const MapContents& contents, bool is_levelled);
 
-/// A value of map/max_memory_mb that is large enough for a mapper with these settings to resume
-/// from the contents. With map/page_folder, less may be enough.
+/// A value of map/max_memory_mb that is sufficient for a mapper with these settings to resume from
+/// the contents. With map/page_folder, a smaller value may do.
 int minMemoryMb(const MapContents& contents, MapperParams params);
 
 /// Limit that loadMap() applies, in bytes: the memory budget plus, with map/page_folder, the
 /// maximum size of one file there.
 size_t maxMapBytes(const MapperParams& params);
 
-/// Remedy to pass to checkFits() if settings were given together with a map.
+/// Remedy to pass to checkFits() if the user specified settings together with a map.
 constexpr char kLeaveSettingOut[] = "leave this setting out: it comes from the file";
 
 /// Checks that a mapper with these settings can resume from the contents. With space/enabled, the
-/// size of free cells must match too, if the contents have any.
-/// @throws std::runtime_error if a bound setting differs (the message names the first and ends with
-/// `remedy`), if space/cell_voxels differs, or if the map exceeds the memory budget and, with
-/// map/page_folder, the limit on disk.
+/// cell size must match too, if the contents include free cells.
+/// @throws std::runtime_error if a bound setting differs (the message names the first such setting
+/// and ends with `remedy`), if space/cell_voxels differs, or if the map exceeds the memory budget
+/// and, with map/page_folder, the limit on disk.
 void checkFits(const MapContents& contents, const MapperParams& params,
                const std::string& remedy = {});
 

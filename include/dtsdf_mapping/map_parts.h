@@ -1,4 +1,4 @@
-/// A map in parts, for maps that are larger than memory.
+/// A map that is read or written in parts because it may be larger than memory.
 #pragma once
 
 #include <functional>
@@ -11,9 +11,9 @@ namespace dtsdf {
 /// A map whose voxels and colours are delivered in parts.
 struct MapParts {
   std::shared_ptr<const MapContents> head;  ///< The contents without voxels and colours.
-  /// Calls `take` for one part after another. Each part has some of the head's blocks, sorted by
-  /// packed key, with their voxels and colours; no block is in two parts. `take` may be called from
-  /// different threads, but never concurrently.
+  /// Calls `take` for one part after another. Each part contains some of the blocks listed in the
+  /// head, sorted by packed key, with their voxels and colours; no block is in two parts. `take`
+  /// may be called from different threads, but never concurrently.
   std::function<void(const std::function<void(const MapContents& part)>& take)> visit;
 };
 
@@ -21,8 +21,8 @@ struct MapParts {
 /// that says what is wrong.
 void checkHead(const MapContents& head);
 
-/// Makes a mapper from the contents of another, part by part: with map/page_folder the map may be
-/// larger than map/max_memory_mb.
+/// Creates a mapper from the contents of another mapper, part by part. With map/page_folder, the
+/// map may be larger than map/max_memory_mb.
 /// @throws std::runtime_error like the other makeMapper(), and any error that `visit` throws.
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params, const MapParts& parts);
 

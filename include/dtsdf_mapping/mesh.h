@@ -1,4 +1,5 @@
-/// A triangle mesh with shared vertices, and the store that collects mesh updates by blocks.
+/// A triangle mesh with shared vertices, and the store that collects the mesh updates of all
+/// blocks.
 #pragma once
 
 #include <array>
@@ -13,7 +14,7 @@
 
 namespace dtsdf {
 
-/// Triangle mesh in the map frame W, in metres. Canonical: equal maps give equal bytes.
+/// Triangle mesh in the map frame W, in metres, in canonical order: equal maps give equal bytes.
 ///
 /// Floats are too coarse far from the origin of W: 4 mm apart at 40 km. A mesh that extends beyond
 /// 64 m therefore has its own origin near its centre, and its vertices are relative to that origin.
@@ -37,11 +38,11 @@ inline bool isFarFromOrigin(const Mesh& mesh) {
   return mesh.origin_m != std::array<double, 3>{0.0, 0.0, 0.0};
 }
 
-/// A block's mesh, immutable and shared by the code that shows, keeps or saves it.
+/// The mesh of a block, immutable and shared by the code that publishes, stores or saves it.
 using SharedBlockMesh = std::shared_ptr<const BlockMesh>;
 
 /// The latest mesh of every block. Apply every MeshUpdate of a mapper, in order. Copies are cheap,
-/// since they share the meshes.
+/// since they share the block meshes.
 class MeshStore {
  public:
   /// An empty store for a mapper with this voxel size.
@@ -56,7 +57,7 @@ class MeshStore {
   /// Removes all blocks; call it together with Mapper::clear().
   void clear();
 
-  /// The blocks' meshes in canonical order (by packed key), none of them empty.
+  /// The block meshes in canonical order (by packed key), none of them empty.
   const std::map<PackedKey, SharedBlockMesh>& blocks() const { return blocks_; }
 
   /// Edge of a voxel in metres.
@@ -65,11 +66,11 @@ class MeshStore {
   /// Number of triangles in all blocks.
   size_t triangleCount() const { return triangle_count_; }
 
-  /// Position of a block's vertex in W, in metres.
+  /// Position in W of a vertex of a block, in metres.
   std::array<double, 3> positionInMap(const BlockKey& key, const BlockVertex& vertex) const;
 
-  /// Joins all blocks into one mesh: vertices that neighbouring blocks share appear once. Small
-  /// pieces are left out, small holes and cracks are closed, and borders are smoothed.
+  /// Joins all blocks into one mesh, in which vertices shared by neighbouring blocks appear once.
+  /// Small pieces are left out, small holes and cracks are closed, and borders are smoothed.
   Mesh assemble() const;
 
   /// The triangles of assemble() whose corners all lie in a box, with their normals unchanged.

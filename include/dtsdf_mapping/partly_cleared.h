@@ -1,4 +1,4 @@
-/// Error for a region that could be cleared only in part.
+/// Exception for a region that could be cleared only in part.
 #pragma once
 
 #include <stdexcept>

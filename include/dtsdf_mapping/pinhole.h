@@ -15,11 +15,11 @@ struct Intrinsics {
 
 /// Type of the pixels of a depth image.
 enum class DepthEncoding : int32_t {
-  kUint16,   ///< Whole units of `unit_m`; 0 means no measurement.
+  kUint16,   ///< Integer multiples of `unit_m`; 0 means no measurement.
   kFloat32,  ///< Multiples of `unit_m`; NaN, infinity and values <= 0 mean no measurement.
 };
 
-/// Many drivers write this value into 16-bit depth images where nothing was measured; it is treated
+/// Value that many drivers write into 16-bit depth images where nothing was measured; it is treated
 /// like 0.
 constexpr uint16_t kNoDepth16 = 65535;
 

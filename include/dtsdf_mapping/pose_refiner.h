@@ -1,4 +1,4 @@
-/// Corrects the poses of depth images, one after another, so that the images fit the map.
+/// Corrects the given poses of depth images, one after another, so that the images fit the map.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,27 +11,28 @@
 namespace dtsdf {
 
 /// A Kalman filter estimates the correction from the frame O of the given poses to the map frame W.
-/// The variance of the correction grows with the distance travelled. Each aligned pose measures it
-/// with the noise of a given pose, so drift is corrected and noise is averaged out. A pose within
-/// the map's own error is not moved. If alignments are noisier than given poses, refined poses
-/// follow them only on average. If the alignment of an image may have converged to a wrong pose, it
-/// is repeated from the pose of the previous image. Not thread safe.
+/// The variance of the correction grows with the distance travelled. Each aligned pose is a
+/// measurement of the correction, with the noise of a given pose, so drift is corrected and noise
+/// is averaged out. A pose is left unchanged if its offset is within the error of the map itself.
+/// If alignments are noisier than given poses, refined poses follow them only on average. If the
+/// alignment of an image may have converged to a wrong pose, it is repeated from the pose of the
+/// previous image. Not thread safe.
 class PoseRefiner {
  public:
-  /// @param params Expected errors of given poses, and what to do with frames that do not fit.
+  /// @param params Expected errors of given poses, and whether to fuse frames that do not fit.
   explicit PoseRefiner(const PoseParams& params) : params_(params) { forget(); }
 
-  /// Finds the pose of a frame, whose `T_W_C` is interpreted as T_O_C, and updates the correction
-  /// if the frame was aligned. Fuse the frame at `T_W_C` of the result.
+  /// Finds the pose of a frame and updates the correction if the frame could be aligned. The
+  /// frame's `T_W_C` is interpreted as T_O_C. Fuse the frame at the `T_W_C` of the result.
   /// @throws std::exception when the backend fails.
   Alignment refine(Mapper& mapper, const DepthFrame& frame);
 
-  /// Whether to fuse a frame with this result of refine().
+  /// Whether to fuse a frame for which refine() returned this result.
   bool shouldFuse(const Alignment& alignment) const {
     return alignment.status != AlignmentStatus::kMisfit || !params_.drop_misfits;
   }
 
-  /// The correction, O to W; identity at first.
+  /// The correction, O to W; initially the identity.
   const Eigen::Isometry3d& T_W_O() const { return T_W_O_; }
 
  private:
@@ -45,8 +46,9 @@ class PoseRefiner {
   Eigen::Isometry3d T_W_O_ = Eigen::Isometry3d::Identity();
   double variance_m2_ = 0.0, variance_rad2_ = 0.0;  ///< Variances of T_W_O, at the camera.
   std::optional<Eigen::Isometry3d> last_T_O_C_;
-  std::optional<Eigen::Isometry3d> last_T_W_C_;  ///< Best fit of the last image, if it was aligned.
-  double last_share_ = 0.0;                      ///< Share of that image's points that fit the map.
+  /// Best-fit pose of the last image, if it was aligned.
+  std::optional<Eigen::Isometry3d> last_T_W_C_;
+  double last_share_ = 0.0;  ///< Fraction of the last image's points that fit the map.
   AlignmentGain gain_;
   bool has_aligned_ = false;
 };

@@ -7,15 +7,15 @@
 
 namespace dtsdf {
 
-/// A box with any orientation, including its faces.
+/// A box in any orientation, including its faces.
 struct BoxRegion {
-  /// Box frame B to map frame, in metres. B's origin is the box's centre, its axes are parallel to
-  /// the edges.
+  /// Box frame B to map frame, in metres. The origin of B is the centre of the box, and its axes
+  /// are parallel to the edges.
   Eigen::Isometry3d T_W_B = Eigen::Isometry3d::Identity();
   Eigen::Vector3d size_m = Eigen::Vector3d::Zero();  ///< Edge lengths along B's axes, in metres.
 };
 
-/// A ball, including its surface.
+/// A ball including its surface.
 struct SphereRegion {
   Eigen::Vector3d center_W = Eigen::Vector3d::Zero();  ///< In metres.
   double radius_m = 0.0;                               ///< In metres.

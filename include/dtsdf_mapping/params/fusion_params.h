@@ -1,33 +1,36 @@
-/// Settings for fusion: which samples a pixel updates, and with what weight.
+/// Settings for fusion: which voxels a pixel updates, and with what weight.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
 
 namespace dtsdf {
 
-/// The fusion modes of the Directional TSDF paper (Sec. IV); each works with directional and with
-/// undirected maps.
+/// The fusion modes of the Directional TSDF paper (Sec. IV), each for directional and undirected
+/// maps.
 enum class FusionMode {
-  kVoxelProjection,  ///< Each voxel takes the projective distance of the pixel that it projects to.
-  kRayCasting,       ///< Samples along the view ray, point-to-plane distance.
-  kNormalRayCasting,  ///< Samples along the normal, turned towards the ray if depth is noisy.
+  kVoxelProjection,   ///< Each voxel takes the projective distance to the pixel it projects to.
+  kRayCasting,        ///< Voxels along the view ray are updated with point-to-plane distances.
+  kNormalRayCasting,  ///< Like kRayCasting, but along the normal, turned towards the ray if depth
+                      ///< is noisy.
 };
 
 /// Maximum of FusionParams::normal_radius_px.
 constexpr int kMaxNormalRadius_px = 16;
 
-/// How a frame is fused.
+/// Settings for fusing a frame.
 struct FusionParams {
   FusionMode mode = FusionMode::kNormalRayCasting;  ///< Fusion mode.
   float min_depth_m = 0.1f;                         ///< Nearer measurements are ignored.
-  float max_depth_m = 10.0f;  ///< Farther measurements only clear space in front of them.
+  float max_depth_m = 10.0f;  ///< Farther measurements only clear surfaces in front of them.
   int normal_radius_px = 5;   ///< Maximum half width of the window in which a normal is fitted.
-  float depth_jump = 0.03f;  ///< Larger relative differences of depth separate neighbouring pixels.
-  float max_weight = 64.0f;  ///< Maximum weight of a voxel; a frame adds at most 1.
+  float depth_jump = 0.03f;   ///< Relative difference in depth above which neighbouring pixels
+                              ///< belong to different surfaces.
+  float max_weight = 64.0f;   ///< Maximum weight of a voxel. Each frame adds at most 1.
   bool clearing = true;  ///< Whether surfaces that images look through are removed; no effect with
                          ///< kVoxelProjection.
   /// Limit of a voxel's evidence for or against a surface, as a number of supporting images. 0
-  /// selects 8, or 19 if the node or a program aligns poses, since aligned images agree for longer.
+  /// selects 8, or 19 if the node or a program aligns poses, since aligned images remain consistent
+  /// for longer.
   int memory_frames = 0;
 };
 

@@ -11,14 +11,15 @@ namespace dtsdf {
 struct MapParams {
   float voxel_size_m = 0.02f;      ///< Edge of a voxel, in metres.
   float truncation_voxels = 4.0f;  ///< Truncation distance, in voxels.
-  bool directional = true;         ///< Six directional volumes; false: one ordinary TSDF.
-  /// Memory budget of the map in MiB; when it is full, new blocks are refused. With space/enabled,
-  /// free cells get an eighth of it.
+  /// Whether to use six directional volumes instead of one ordinary TSDF.
+  bool directional = true;
+  /// Memory budget of the map in MiB. Once it is used up, new blocks are refused. With
+  /// space/enabled, free cells get an eighth of the budget.
   int max_memory_mb = 4096;
-  float keep_radius_m = 0.0f;  ///< Blocks entirely farther than this from the camera, or from
-                               ///< DepthFrame::keep_center_W if set, are dropped; 0: off.
-  /// Folder to which the least recently used blocks are written when the budget is full; they are
-  /// read back when needed. Empty: no paging; the map is limited to the budget.
+  float keep_radius_m = 0.0f;  ///< Blocks that are entirely farther than this from the camera (or
+                               ///< from DepthFrame::keep_center_W, if set) are dropped; 0: off.
+  /// Folder to which the least recently used blocks are written when the budget is used up; they
+  /// are read back when needed. Empty: no paging; the map is limited to the budget.
   std::string page_folder;
   float page_max_gb = 64.0f;  ///< Maximum size of each file in page_folder, in GiB.
 };

@@ -10,34 +10,36 @@ namespace dtsdf {
 
 /// Where a map is stored and computed.
 enum class Backend {
-  kAuto,  ///< CUDA if there is a usable GPU, else the CPU.
+  kAuto,  ///< CUDA if there is a usable GPU, otherwise the CPU.
   kCuda,  ///< The current CUDA device; makeMapper() throws if it cannot be used.
   kCpu,   ///< The CPU, on `threads` threads.
 };
 
-/// How depth noise grows with depth; its scale is estimated from the images.
+/// Kind of depth camera, which determines how noise grows with depth. The scale of the noise is
+/// estimated from the images.
 enum class Sensor {
-  kStructuredLight,  ///< Noise uniform in inverse depth, as in all triangulation (z^2).
-  kStereo,           ///< Noise uniform in inverse depth, like kStructuredLight.
-  kTimeOfFlight,     ///< Noise uniform in depth.
+  kStructuredLight,  ///< Noise is uniform in inverse depth, as with all triangulation: it grows
+                     ///< with z^2.
+  kStereo,           ///< Noise is uniform in inverse depth, as with kStructuredLight.
+  kTimeOfFlight,     ///< Noise is uniform in depth.
 };
 
-/// Settings of a mapper, with the defaults of config/default.yaml.
+/// Settings of a mapper. The defaults are those of config/default.yaml.
 struct MapperParams {
-  Backend backend = Backend::kAuto;          ///< Where the work is done.
+  Backend backend = Backend::kAuto;          ///< Where the map is stored and computed.
   int threads = 0;                           ///< CPU threads; 0: all cores.
-  Sensor sensor = Sensor::kStructuredLight;  ///< Sensor of the depth images.
-  MapParams map;                             ///< Section "map" of a settings file.
+  Sensor sensor = Sensor::kStructuredLight;  ///< Kind of depth camera.
+  MapParams map;                             ///< Section "map" of the settings file.
   FusionParams fusion;                       ///< Section "fusion".
   MeshParams mesh;                           ///< Section "mesh".
   SpaceParams space;                         ///< Section "space".
-  /// Whether colour images are matched to the brightness of the map. Choose false if the exposure
-  /// and white balance of the camera are locked.
+  /// Whether the brightness of colour images is adjusted to that of the map. Set to false if the
+  /// exposure and white balance of the camera are locked.
   bool adapt_exposure = true;
-  float max_paint_depth_m = 0.0f;  ///< Farther surfaces are not painted; 0: no limit.
+  float max_paint_depth_m = 0.0f;  ///< Surfaces at a greater depth are not painted; 0: no limit.
 };
 
-/// Visits each member, including the sections' members, with its key and its rule.
+/// Visits each member, including those of the sections, with its key and the rule for its value.
 /// @relates MapperParams
 template <class Visitor>
 void visitParams(MapperParams& p, Visitor& visit) {
@@ -57,11 +59,11 @@ void visitParams(MapperParams& p, Visitor& visit) {
   visit("colour/max_depth_m", p.max_paint_depth_m, Range{0.0, 1000.0});
 }
 
-/// Checks rules that involve several settings. Call it before the reader's finish(), which reports
-/// violations.
+/// Checks rules that involve several settings. Call this before ParamReader::finish(), which
+/// reports violations.
 void checkParams(const MapperParams& params, ParamReader& reader);
 
-/// Reads a tree that holds mapper settings only. Missing settings keep their defaults.
+/// Reads a tree that contains only mapper settings. Missing settings keep their defaults.
 /// @throws ParamError with every violation.
 MapperParams readMapperParams(const ParamTree& tree);
 

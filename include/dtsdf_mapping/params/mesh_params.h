@@ -5,20 +5,21 @@
 
 namespace dtsdf {
 
-/// What the colour of a vertex shows.
+/// How vertices are coloured.
 enum class MeshColour {
-  kAuto,    ///< kImage if the map was painted, else kNormal.
-  kImage,   ///< Colour from images; like kPlain where the surface is not painted.
+  kAuto,    ///< kImage if the map was painted, otherwise kNormal.
+  kImage,   ///< Colour from images; kPlain where the surface is not painted.
   kNormal,  ///< Direction of the surface normal as red, green and blue.
   kHeight,  ///< z in the map frame, as a repeating rainbow.
   kPlain,   ///< The same light grey everywhere.
 };
 
-/// How a mesh is made and coloured.
+/// How a mesh is extracted and coloured.
 struct MeshParams {
   MeshColour colour = MeshColour::kAuto;  ///< Colour of the vertices, in RViz and in saved files.
-  int min_support = 2;  ///< Frames that must support a surface; fewer if the map has fewer frames.
-  int refine = 0;       ///< 1: split each triangle into four on the curved surface.
+  /// Number of frames that must support a surface; fewer if fewer were fused.
+  int min_support = 2;
+  int refine = 0;  ///< 1: split each triangle into four that follow the curved surface.
 };
 
 /// Visits each member with its key and its rule.

@@ -1,8 +1,9 @@
-/// Strict reading of settings: a flat tree of keys is read into structs, or rejected as a whole.
+/// Strict reading of settings: a flat tree of keys and values is read into structs, or rejected as
+/// a whole.
 ///
-/// Each settings struct has one visitParams() overload that names its keys and rules; reading,
-/// writing and the tests of config/ all go through it. The command-line programs fill the tree from
-/// YAML files and key=value arguments, the node from the ROS parameter server.
+/// Each settings struct has a visitParams() overload that lists its keys and the rules for their
+/// values. Reading, writing and the tests of config/ all use it. The command-line programs fill the
+/// tree from YAML files and key=value arguments, the node from the ROS parameter server.
 #pragma once
 
 #include <map>
@@ -21,13 +22,13 @@ using ParamValue = std::variant<bool, int, double, std::string, std::vector<std:
 /// Maps full keys, such as "map/voxel_size_m", to values.
 using ParamTree = std::map<std::string, ParamValue>;
 
-/// Formats a value as in a file, for messages.
+/// Formats a value as in a settings file, for messages.
 std::string toString(const ParamValue& value);
 
 /// Thrown with every violation found: the full key, its value and the rule it breaks.
 class ParamError : public std::runtime_error {
  public:
-  /// Makes an error from one line per violation; what() joins the lines.
+  /// Creates an error from one line per violation; what() joins the lines.
   explicit ParamError(std::vector<std::string> violations);
   /// One line per violation, with key, value and rule.
   const std::vector<std::string>& violations() const { return violations_; }
@@ -42,22 +43,22 @@ struct Range {
   double max;  ///< Largest allowed value.
 };
 
-/// Names of an enum's values, in the spelling of the YAML files.
+/// Names of the values of an enum, as spelt in the YAML files.
 template <class Enum>
 using EnumNames = std::vector<std::pair<std::string, Enum>>;
 
 /// Visitor that sets members from a tree. A missing key keeps the default; an unknown key, a wrong
 /// type or a broken rule is a violation. A whole number is accepted for a floating-point member,
-/// and YAML's words (such as "yes" and "off") for a Boolean.
+/// and words such as "yes" and "off", as in YAML, for a Boolean.
 class ParamReader {
  public:
-  /// A reader of this tree.
+  /// Creates a reader for a tree.
   explicit ParamReader(ParamTree tree);
 
-  /// @name Reading one member
+  /// @name Reading a member
   /// @{
 
-  /// Sets the member to the key's value, or records a violation.
+  /// Sets the member to the value of the key, or records a violation.
   void operator()(const std::string& key, bool& member);
   void operator()(const std::string& key, int& member, Range range);
   void operator()(const std::string& key, float& member, Range range);
@@ -82,7 +83,7 @@ class ParamReader {
 
  private:
   bool readString(const std::string& key, std::string& text);
-  /// Index of the key's value among the words; words.size() if it is not one of them.
+  /// Index in `words` of the value of the key; words.size() if it is not one of them.
   size_t readChoice(const std::string& key, const std::vector<std::string>& words);
   bool readNumber(const std::string& key, double& number, bool whole, Range range);
   const ParamValue* find(const std::string& key);
@@ -95,10 +96,10 @@ class ParamReader {
 /// Visitor that writes every member into a tree, and describes its allowed values.
 class ParamWriter {
  public:
-  /// @name Writing one member
+  /// @name Writing a member
   /// @{
 
-  /// Sets the key to the member's value.
+  /// Sets the key to the value of the member.
   void operator()(const std::string& key, bool& member) { put(key, member, "true or false"); }
   void operator()(const std::string& key, int& member, Range range);
   void operator()(const std::string& key, float& member, Range range);

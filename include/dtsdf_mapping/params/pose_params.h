@@ -1,4 +1,4 @@
-/// Settings for poses: where they come from, and how they are aligned to the map.
+/// Settings for camera poses: where they come from, and how they are aligned to the map.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
@@ -7,23 +7,25 @@ namespace dtsdf {
 
 /// Where the pose of a depth image comes from.
 enum class PoseMode {
-  kTf,      ///< The given pose is used unchanged.
-  kRefine,  ///< The given pose is moved to where the image fits the map.
-  kTrack,   ///< Tracked against the map, from image to image; only the first pose may be given.
+  kTf,      ///< The given pose is used as it is.
+  kRefine,  ///< The given pose is corrected so that the image fits the map.
+  kTrack,   ///< The camera is tracked against the map, from image to image; only the first pose may
+            ///< be given.
 };
 
-/// How poses are found.
+/// How poses are determined.
 struct PoseParams {
   PoseMode mode = PoseMode::kTf;  ///< Where poses come from.
-  /// Standard deviation of given positions in metres, or, when tracking, of positions predicted
-  /// from the motion of the last images.
+  /// Standard deviation in metres of the given positions or, when tracking, of those predicted from
+  /// the motion in the last images.
   double sigma_m = 0.05;
   double sigma_rad = 0.035;  ///< Standard deviation of the orientations, in radians.
-  /// Drift of given poses, in metres and radians per metre travelled. Drift persists from image to
-  /// image; the sigmas describe independent errors of each image. 0: none.
+  /// Drift of given poses, in metres and radians per metre travelled; 0: none. Drift persists from
+  /// image to image, whereas the sigmas describe independent errors in each image.
   double drift = 0.05;
-  bool drop_misfits = false;  ///< Drops images that do not fit the map; else they are fused at the
-                              ///< given pose, with the current correction.
+  /// Whether images that do not fit the map are dropped; otherwise they are fused at the given
+  /// pose, with the current correction applied.
+  bool drop_misfits = false;
 };
 
 /// Visits each member with its key and its rule.

@@ -1,16 +1,16 @@
-/// Settings for free space and distances, which planners use.
+/// Settings for the free-space grid and the distances, which planners use.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
 
 namespace dtsdf {
 
-/// Whether and how free space is recorded.
+/// Whether and how the free-space grid is maintained.
 struct SpaceParams {
-  bool enabled = false;         ///< Whether free space is recorded; if not, it costs nothing.
+  bool enabled = false;         ///< Whether to record free space; if false, it costs nothing.
   int cell_voxels = 4;          ///< Edge of a cell, in voxels: 1, 2, 4 or 8.
-  float max_range_m = 5.0f;     ///< Depth up to which an image marks cells as free.
-  float max_distance_m = 2.0f;  ///< Maximum distance to surfaces.
+  float max_range_m = 5.0f;     ///< Maximum depth at which an image marks cells as free.
+  float max_distance_m = 2.0f;  ///< Distances to surfaces are computed up to this value.
 };
 
 /// Visits each member with its key and its rule.

@@ -1,4 +1,4 @@
-// Makes a mesh from a recording: 01_mesh_of_recording RECORDING MESH.ply
+// Reconstructs a mesh from a recording: 01_mesh_of_recording RECORDING MESH.ply
 #include <dtsdf_mapping/io/mesh_file.h>
 #include <dtsdf_mapping/io/recording.h>
 #include <dtsdf_mapping/mapper.h>

@@ -1,5 +1,5 @@
-// Fuses depth images one at a time, as a live camera delivers them (here: renderings of a sphere),
-// updates the mesh after each image, and saves the mesh: 02_live [MESH.ply]
+// Fuses depth images one at a time, as from a live camera (here: renderings of a sphere), updates
+// the mesh after each image, and finally saves it: 02_live [MESH.ply]
 #include <dtsdf_mapping/io/mesh_file.h>
 #include <dtsdf_mapping/mapper.h>
 #include <dtsdf_mapping/mesh.h>

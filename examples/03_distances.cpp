@@ -1,5 +1,5 @@
-// Maps a wall with a box in front of it, and prints the distances from some points to the nearest
-// surface: 03_distances
+// Maps a wall with a box in front of it, and prints the distance to the nearest surface at a few
+// points: 03_distances
 #include <dtsdf_mapping/mapper.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ std::vector<float> renderBoxAndWall(const dtsdf::DepthFrame& frame) {
 }
 
 int main() try {
-  dtsdf::DepthFrame frame;  // the camera looks along z of the map, x right and y down
+  dtsdf::DepthFrame frame;  // the camera looks along z of the map frame; x is right, y is down
   frame.width = 320;
   frame.height = 240;
   frame.row_bytes = frame.width * sizeof(float);
@@ -39,7 +39,7 @@ int main() try {
     const dtsdf::IntegrationResult result = mapper->integrate(frame);
     if (result.status != dtsdf::FrameStatus::kFused) std::cerr << result.message << "\n";
   }
-  mapper->updateMesh();  // distances are to surfaces of the mesh
+  mapper->updateMesh();  // distances are measured to the mesh
 
   dtsdf::Space& space = *mapper->space();
   space.updateDistances();
@@ -50,7 +50,7 @@ int main() try {
       std::cout << "not known to be free\n";  // treat it as occupied
       return -1.0;
     }
-    // A distance is at most 1.5 cells too large.
+    // Distances are too large by at most 1.5 cells.
     const double least_m = std::max(0.0, found.distance_m - 1.5 * space.cellSize_m());
     std::cout << "at least " << least_m << " m to the nearest surface\n";
     return least_m;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""01_mesh_of_recording.py RECORDING MESH [VOXEL_SIZE_M]: makes a coloured mesh from a recording."""
+"""01_mesh_of_recording.py RECORDING MESH [VOXEL_SIZE_M]: reconstructs a coloured mesh from a recording."""
 import sys
 
 import dtsdf_mapping

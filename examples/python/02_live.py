@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""02_live.py MESH MAP: fuses depth images with poses from your own code, and saves the mesh and the map."""
+"""02_live.py MESH MAP: fuses depth images and poses supplied by your own code, and saves the mesh and the map."""
 import sys
 
 import numpy
@@ -21,7 +21,7 @@ def main(mesh_path, map_path):
     mesh.save(mesh_path)
     mapper.save(map_path)
 
-    resumed = dtsdf_mapping.Mapper.load(map_path)  # also works in another process, later
+    resumed = dtsdf_mapping.Mapper.load(map_path)  # can also be done later, in another process
     print(f"the loaded map: {resumed.stats['blocks']} blocks, {resumed.stats['map_bytes'] / 1e6:.1f} MB")
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks which of two straight paths through a room is free for a robot with a radius of 0.3 m."""
+"""Checks which of two straight paths through a room are free for a robot with a radius of 0.3 m."""
 import sys
 
 import numpy

@@ -11,7 +11,7 @@ import zstandard
 
 
 def records(path):
-    """{kind: concatenated content of the records of this kind}."""
+    """Concatenated contents of all records of each kind, as {kind: bytes}."""
     with open(path, "rb") as file:
         magic, version, purpose = struct.unpack("<8sI4s", file.read(16))
         if magic != b"DTSDFREC" or purpose != b"MAP " or version != 1:
@@ -27,7 +27,7 @@ def records(path):
 
 
 def free_cells(content):
-    """Positions of free cells, in cells. `content` begins with the edge of a cell in voxels."""
+    """Coordinates of the free cells, in units of cells. `content` begins with the cell size in voxels."""
     cubes = numpy.frombuffer(content[8:], [("key", "<i4", 3), ("zero", "<u4"), ("cells", "u1", 64)])
     bits = numpy.unpackbits(cubes["cells"], axis=1, bitorder="little").reshape(-1, 8, 8, 8)
     cube, z, y, x = numpy.nonzero(bits)
@@ -35,7 +35,7 @@ def free_cells(content):
 
 
 def read_map(path):
-    """Returns settings as strings; blocks, voxels, free cells and colours as numpy arrays."""
+    """Returns the settings as strings, and blocks, voxels, free cells and colours as numpy arrays."""
     content = records(path)
     settings = dict(line.split(": ", 1) for line in content["SETT"].decode().splitlines())
     blocks = numpy.frombuffer(content["BLKS"], [("key", "<i4", 3), ("directions", "<u4")])

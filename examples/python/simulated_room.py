@@ -1,6 +1,6 @@
-"""Simulated depth images of a room with a ball in it, which the other examples map.
+"""Simulates depth images of a room with a ball in it, for the other examples.
 
-The room is a box around the origin, 5 x 4 x 2.5 m, z up; the ball has a radius of 0.4 m.
+The room is a box centred at the origin, 5 x 4 x 2.5 m, z up. The ball has a radius of 0.4 m.
 """
 import numpy
 
@@ -11,7 +11,7 @@ K = numpy.array([[260.0, 0.0, 159.5], [0.0, 260.0, 119.5], [0.0, 0.0, 1.0]])
 
 
 def look_at(eye_W, target_W):
-    """(4, 4) T_W_C of a camera at eye_W looking at target_W, with the image rows level."""
+    """The pose T_W_C, a 4 x 4 matrix, of a camera at eye_W facing target_W, with level image rows."""
     z = numpy.subtract(target_W, eye_W, dtype=float)
     z /= numpy.linalg.norm(z)
     x = numpy.cross(z, (0.0, 0.0, 1.0))
@@ -22,10 +22,10 @@ def look_at(eye_W, target_W):
 
 
 def render(T_W_C):
-    """The depth image of a camera at T_W_C: (240, 320) float32, in metres along the optical axis."""
+    """Depth image of a camera at T_W_C: (240, 320) float32, in metres along the optical axis."""
     v, u = numpy.mgrid[:HEIGHT, :WIDTH]
     rays_C = numpy.stack([(u - K[0, 2]) / K[0, 0], (v - K[1, 2]) / K[1, 1], numpy.ones_like(u)], -1)
-    rays_W = rays_C @ T_W_C[:3, :3].T  # each has depth 1, so factors along a ray are depths
+    rays_W = rays_C @ T_W_C[:3, :3].T  # with depth 1, so that factors along a ray are depths
     eye = T_W_C[:3, 3]
     with numpy.errstate(divide="ignore"):
         depth = ((numpy.sign(rays_W) * ROOM_M / 2 - eye) / rays_W).min(-1)
@@ -36,14 +36,14 @@ def render(T_W_C):
 
 
 def orbit(count):
-    """Poses of a camera that circles the ball once while looking at it."""
+    """Poses of a camera that circles the ball once, facing it."""
     for angle in numpy.linspace(0.0, 2.0 * numpy.pi, count, endpoint=False):
         eye_W = BALL_W + (1.3 * numpy.cos(angle), 1.3 * numpy.sin(angle), 0.7)
         yield look_at(eye_W, BALL_W)
 
 
 def distance_to_surface(points_W):
-    """(N,) true distances from points in the room to the nearest surface, in metres."""
+    """True distances from points in the room to the nearest surface, in metres, as an (N,) array."""
     to_walls = (ROOM_M / 2 - numpy.abs(points_W)).min(-1)
     to_ball = numpy.abs(numpy.linalg.norm(points_W - BALL_W, axis=-1) - BALL_RADIUS_M)
     return numpy.minimum(numpy.abs(to_walls), to_ball)

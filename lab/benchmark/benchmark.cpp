@@ -1,4 +1,4 @@
-/// benchmark: measures the time and memory of a frame, from its upload to the updated mesh.
+/// benchmark: measures time and memory per frame, from its upload to the updated mesh.
 #include <algorithm>
 #include <cstdio>
 
@@ -38,7 +38,7 @@ std::string measureFlight(const BenchmarkOptions& options, const RunSettings& se
   constexpr size_t kMiB = 1024 * 1024;
   const auto map_mib = static_cast<size_t>(options.grow_to_gib * 1024.0);
   MapperParams params = settings.params.mapper;
-  // Leaves room for the last frame, unless the map drops distant blocks or writes them to disk.
+  // Leave room for the last frame, unless the map drops distant blocks or writes blocks to disk.
   if (params.map.keep_radius_m == 0.0f && params.map.page_folder.empty()) {
     params.map.max_memory_mb = std::max(params.map.max_memory_mb, static_cast<int>(map_mib) + 1024);
   }
@@ -62,10 +62,7 @@ void run(const BenchmarkOptions& options) {
   if (!options.report_path.empty()) prepareOutputFile(options.report_path);
   const RunSettings settings = readSettings(options);
   if (isLevelled(settings.params)) {
-    std::fputs(
-        "benchmark: warning: map/level is ignored: frames are fused in the frame of their "
-        "poses\n",
-        stderr);
+    std::fputs("benchmark: warning: map/level is ignored; the map is not levelled\n", stderr);
   }
   const std::string report =
       options.flight ? measureFlight(options, settings) : measureFrames(options, settings);

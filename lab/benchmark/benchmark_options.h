@@ -1,4 +1,4 @@
-/// The command line of `benchmark`.
+/// Command line of `benchmark`.
 #pragma once
 
 #include <string>
@@ -9,11 +9,11 @@
 namespace dtsdf {
 
 struct BenchmarkOptions : RunOptions {
-  std::string raw_name;      ///< Path of raw frames without suffix, as in raw_frames.h; or empty.
-  bool flight = false;       ///< Whether to map a synthetic flight instead of recorded frames.
-  double grow_to_gib = 1.0;  ///< Mapped size at which the flight ends or turns back.
-  double speed_m = 1.0;      ///< Distance flown per frame.
-  bool returns = false;      ///< Whether the camera also flies back the same way.
+  std::string raw_name;      ///< Path of raw frames (raw_frames.h) without suffix; empty: none.
+  bool flight = false;       ///< Whether to simulate a flight instead of reading a recording.
+  double grow_to_gib = 1.0;  ///< Size of the map, in GiB, at which the flight ends or turns back.
+  double speed_m = 1.0;      ///< Distance flown per frame, in metres.
+  bool returns = false;      ///< Whether to fly back along the same path.
 };
 
 /// @throws UsageError that names the option, TextRequest for --help.

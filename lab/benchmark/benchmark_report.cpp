@@ -79,8 +79,8 @@ json mapOf(const Measurement& m) {
           {"triangles", m.triangles}};
 }
 
-/// One row per GiB of mapped size and direction of flight (out, back), excluding the first frame,
-/// which allocates memory.
+/// One row per GiB of mapped data and direction of flight (out or back). The first frame is
+/// excluded because it allocates memory.
 json flightByGib(const std::vector<FrameTime>& times) {
   constexpr double kGiB = 1024.0 * kMiB;
   json rows = json::array();

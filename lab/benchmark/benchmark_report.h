@@ -1,4 +1,4 @@
-/// The figures of `benchmark`, as JSON.
+/// Formats the measurements of `benchmark` as JSON.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace dtsdf {
 
-/// `median`, `p95` and `worst` exclude the first frame, which allocates memory, except in
-/// `fusion_ms` or if there is only one frame.
+/// Report of measure(). `median`, `p95` and `worst` exclude the first frame, which allocates
+/// memory, unless there is only one frame; `fusion_ms` includes it.
 std::string reportMeasurement(const Measurement& measurement);
 
-/// Frame times by GiB of mapped data, to show whether they stay constant.
+/// Report of fly(): frame times per GiB of mapped data, which show whether they stay constant.
 std::string reportFlight(const std::vector<FrameTime>& times, const Measurement& end);
 
 }  // namespace dtsdf

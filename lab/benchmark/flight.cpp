@@ -16,7 +16,7 @@ constexpr Intrinsics kIntrinsics{525.0f, 525.0f, 319.5f, 239.5f};
 constexpr double kEyeHeight_m = 4.0;
 constexpr float kUnit_m = 0.0002f;
 
-/// Depth where the ray with this slope (metres along x and y for each metre down) meets the ground.
+/// Depth at which a ray with the given slope (metres along x and y per metre down) hits the ground.
 /// The slope of the ray times that of the ground is below 1, so the iteration converges.
 double depthOf(double x_m, double slope_x, double slope_y) {
   constexpr int kSteps = 10;
@@ -27,15 +27,15 @@ double depthOf(double x_m, double slope_x, double slope_y) {
   return depth_m;
 }
 
-/// Bytes mapped so far: in memory, on disk and dropped. Each dropped block counts as a block of
-/// mean size.
+/// Bytes mapped so far: in memory, on disk and dropped. Dropped blocks are assumed to have had the
+/// mean size of the blocks in memory.
 size_t mappedBytes(const MapStats& map) {
   if (map.blocks == 0) return 0;
   return map.map_bytes + map.pages.bytes +
          static_cast<size_t>(map.dropped_blocks) * (map.map_bytes / map.blocks);
 }
 
-/// Resident memory of this process; 0 if the system does not report it.
+/// Resident memory of this process in bytes; 0 if the system does not report it.
 size_t residentBytes() {
   size_t pages = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> pages >> resident;

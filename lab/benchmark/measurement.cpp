@@ -12,14 +12,14 @@ namespace {
 void integrateOrThrow(ProbedMapper& mapper, const DepthFrame& frame) {
   const IntegrationResult result = mapper.integrate(frame);
   if (result.status != FrameStatus::kFused) {
-    throw std::runtime_error("a frame cannot be fused: " + result.message);
+    throw std::runtime_error("a frame could not be fused: " + result.message);
   }
   if (result.refused_blocks > 0) {
     throw std::runtime_error("the map is full; raise map/max_memory_mb");
   }
 }
 
-/// Measures the total time of each frame, and the final memory.
+/// Measures the total time per frame, and the memory in use at the end.
 void measureTotals(const std::vector<SourceFrame>& frames, const MapperParams& params,
                    const Rules& rules, const std::function<void(size_t)>& show_progress,
                    Measurement& result) {
@@ -58,7 +58,8 @@ void measureStages(const std::vector<SourceFrame>& frames, const MapperParams& p
   mapper->profileTo(nullptr);
 }
 
-/// On a GPU, integrate() returns before its frame is done, but first waits for the previous frame.
+/// On a GPU, integrate() returns before its own frame is done, but first waits for the previous
+/// one.
 void measureFusion(const std::vector<SourceFrame>& frames, const MapperParams& params,
                    const Rules& rules, const std::function<void(size_t)>& show_progress,
                    Measurement& result) {

@@ -59,7 +59,7 @@ class RawFrames : public FrameSource {
   std::string name_;
   FrameSelection selection_;
   std::ifstream list_, images_;
-  DepthFrame frame_;  ///< Members common to all frames, and the last pose.
+  DepthFrame frame_;  ///< Values common to all frames, and the pose read last.
   size_t index_ = 0;
 };
 

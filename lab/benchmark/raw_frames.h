@@ -1,8 +1,8 @@
-/// Recorded depth frames as raw images, for machines without the package's image libraries.
+/// Reads depth frames from raw files, for machines that lack the image libraries.
 ///
-/// NAME.raw holds the 16-bit images. NAME.txt holds a line `width height fx fy cx cy unit_m`, then
-/// one line per frame with the first three rows of T_W_C. The test program pack_frames writes both
-/// files.
+/// NAME.raw contains the 16-bit images. NAME.txt starts with a line `width height fx fy cx cy
+/// unit_m`, followed by one line per frame with the first three rows of T_W_C. The test program
+/// pack_frames writes both files.
 #pragma once
 
 #include <memory>

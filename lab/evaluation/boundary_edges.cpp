@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-/// The sides of all triangles; a side shared by n triangles occurs n times.
+/// The sides of all triangles. A side shared by n triangles is listed n times.
 std::vector<MeshEdge> sidesOf(const TriangleMesh& mesh) {
   std::vector<MeshEdge> sides;
   sides.reserve(3 * mesh.triangles.size());
@@ -19,7 +19,7 @@ std::vector<MeshEdge> sidesOf(const TriangleMesh& mesh) {
   return sides;
 }
 
-/// Merges vertices at the same position and drops triangles that degenerate to lines.
+/// Merges vertices at the same position and drops triangles that become degenerate.
 TriangleMesh withJoinedVertices(const TriangleMesh& mesh) {
   const auto position = [&](uint32_t i) {
     const Eigen::Vector3f& p = mesh.vertices[i];
@@ -44,7 +44,8 @@ TriangleMesh withJoinedVertices(const TriangleMesh& mesh) {
   return result;
 }
 
-/// Counts loops in connected sets of 3 to 16 edges. Two loops that touch at a vertex count as two.
+/// Counts closed loops in connected sets of 3 to 16 edges. Two loops that touch at a vertex count
+/// as two.
 size_t countSmallLoops(const std::vector<MeshEdge>& edges, size_t vertices) {
   constexpr size_t kMinEdges = 3, kMaxEdges = 16;
   std::vector<std::vector<uint32_t>> neighbours(vertices);

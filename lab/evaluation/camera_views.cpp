@@ -13,7 +13,7 @@ namespace dtsdf {
 
 namespace {
 
-/// Azimuth of a view about y, and its elevation above the plane y = 0, in radians.
+/// Azimuth about y and elevation above the plane y = 0, in radians.
 struct ViewAngles {
   double azimuth, elevation;
 };
@@ -28,7 +28,7 @@ ViewAngles viewAngles(OrbitShape shape, size_t i, size_t count) {
     case OrbitShape::kSphere: break;
   }
   // Equal steps in height divide the sphere into rings of equal area. With this number of turns,
-  // adjacent turns are about as far apart as adjacent views.
+  // the distance between adjacent turns is about that between adjacent views.
   const double turns = std::max(1.0, std::round(std::sqrt(static_cast<double>(count) / M_PI)));
   return {2.0 * M_PI * turns * middle, std::asin(2.0 * middle - 1.0)};
 }
@@ -80,7 +80,8 @@ Views readViews(const std::string& tum_folder) {
     views.poses_W_C.push_back(*T_W_C);
     views.depth_paths.push_back(image.path);
   }
-  if (views.poses_W_C.empty()) throw std::runtime_error(tum_folder + ": no view has a pose");
+  if (views.poses_W_C.empty())
+    throw std::runtime_error(tum_folder + ": none of the depth images has a pose");
   return views;
 }
 

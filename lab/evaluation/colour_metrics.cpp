@@ -10,7 +10,8 @@
 namespace dtsdf {
 namespace {
 
-/// The error of one sample; negative if it is too far from the ground truth.
+/// Colour error at one sample. `squared_rgb` is negative if the sample is too far from the ground
+/// truth.
 struct ColourError {
   double squared_rgb = -1.0, lab = 0.0;
 };

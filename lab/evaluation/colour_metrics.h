@@ -1,4 +1,4 @@
-/// Figures that compare the colours of a reconstructed mesh with those of the ground truth.
+/// Metrics for the colours of a reconstructed mesh, compared with the ground truth.
 #pragma once
 
 #include <string>
@@ -15,13 +15,13 @@ struct ColourEvaluation {
   double median_lab = 0.0;  ///< Median of the distance in CIE L*a*b*.
 };
 
-/// Compares with the ground truth, coloured by `texture`; ignores samples farther than 50 mm from
-/// the ground truth.
-/// @throws std::runtime_error if a mesh lacks the colours to compare.
+/// Compares the colours of a mesh with those that `texture` gives the ground truth. Samples farther
+/// than 50 mm from the ground truth are ignored.
+/// @throws std::runtime_error if a mesh has no colours to compare.
 ColourEvaluation evaluateColours(const TriangleMesh& reconstruction,
                                  const TriangleMesh& ground_truth, Texture texture, size_t samples);
 
-/// The figures as a JSON object.
+/// The metrics as a JSON object.
 std::string toJson(const ColourEvaluation& evaluation);
 
 }  // namespace dtsdf

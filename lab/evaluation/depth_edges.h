@@ -1,13 +1,13 @@
-/// Detects where a depth image passes from one surface to another.
+/// Detects edges between surfaces in a depth image.
 #pragma once
 
 #include <cmath>
 
 namespace dtsdf {
 
-/// Whether a pixel and its neighbour, with depths in metres, show different surfaces.
+/// Whether two neighbouring pixels, with depths in metres, belong to different surfaces.
 inline bool isDepthEdge(float z_m, float neighbour_m) {
-  constexpr float kEdgeDepthShare = 0.03f;  // slanted surfaces have smaller steps
+  constexpr float kEdgeDepthShare = 0.03f;  // steps on slanted surfaces are smaller
   return std::abs(neighbour_m - z_m) > kEdgeDepthShare * z_m;
 }
 

@@ -19,12 +19,12 @@ constexpr double kDisparityStep_px = 0.125;
 
 constexpr double kLossAtEdge = 0.5;
 
-/// Between these angles, the probability that a pixel away from depth edges is lost grows linearly
-/// from 0 to 1.
+/// Away from depth edges, the probability that a pixel is lost grows linearly from 0 to 1 between
+/// these angles.
 constexpr double kFirstLostAngle_rad = 1.22;  // 70 degrees
 constexpr double kLastSeenAngle_rad = 1.45;   // 83 degrees
 
-/// Limits an angle, since the formulas have a pole at a right angle.
+/// Limits an angle, because the formulas diverge at a right angle.
 double boundedAngle(double angle_rad) { return std::min(angle_rad, 1.5); }
 
 /// Applies the noise model to the pixels of one view.
@@ -34,8 +34,8 @@ class NoisySensor {
       : view_(view), camera_(camera), noise_(noise) {}
 
   float measure(int u, int v, Random& random) const {
-    // Every pixel draws the same number of values, so that its noise does not depend on other
-    // pixels.
+    // Every pixel draws the same number of random values, so that its noise does not depend on
+    // other pixels.
     const double step_u = random.normal(), step_v = random.normal(), along = random.normal();
     const double loss_draw = random.uniform();
     if (noise_ == DepthNoise::kKinect) {

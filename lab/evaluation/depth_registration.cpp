@@ -10,10 +10,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStride_px = 6;  // some 8500 points in a 640 x 480 image
+constexpr int kStride_px = 6;  // about 8500 points in a 640 x 480 image
 constexpr double kFarthestShare = 0.05, kFarthest_m = 0.1;
-/// Factor by which the first bound is wider: at its recorded pose, an image may be far from the
-/// mesh.
+/// Factor by which the limit is larger in the first step, since an image at its recorded pose may
+/// be far from the mesh.
 constexpr double kFirstReach = 4.0;
 constexpr size_t kFewestPoints = 50;
 
@@ -27,7 +27,7 @@ struct PointToPlane {
   double weight;
 };
 
-/// A Gauss-Newton step over all points, without motion in directions that the planes hardly
+/// Gauss-Newton step over all points, excluding motion in directions that the planes hardly
 /// constrain.
 /// @pre `pairs` is not empty.
 Eigen::Isometry3d motionOf(const std::vector<PointToPlane>& pairs) {
@@ -36,8 +36,8 @@ Eigen::Isometry3d motionOf(const std::vector<PointToPlane>& pairs) {
   centre_W /= static_cast<double>(pairs.size());
   double squares = 0.0;
   for (const PointToPlane& pair : pairs) squares += (pair.p_W - centre_W).squaredNorm();
-  // Rotations are measured by how far they move a point at this distance, so that they are
-  // comparable to shifts.
+  // Rotations are expressed by how far they move a point at this distance, which makes them
+  // comparable to translations.
   const double radius_m = std::max(1e-6, std::sqrt(squares / static_cast<double>(pairs.size())));
   Matrix6d A = Matrix6d::Zero();
   Vector6d b = Vector6d::Zero();
@@ -58,14 +58,14 @@ Eigen::Isometry3d motionOf(const std::vector<PointToPlane>& pairs) {
   return motion;
 }
 
-/// Tukey's biweight: 1 for no difference, 0 for differences of `reach` or more.
+/// Tukey's biweight: 1 if the difference is 0, falling to 0 at `reach` and beyond.
 double biweight(double difference, double reach) {
   const double ratio = difference / reach;
   const double rest = std::max(0.0, 1.0 - ratio * ratio);
   return rest * rest;
 }
 
-/// Differences of this size or more are ignored.
+/// Limit at and above which differences are ignored, in metres. `reach` is a factor.
 double reachAt(double depth_m, double reach) {
   return reach * std::min(kFarthestShare * depth_m, kFarthest_m);
 }

@@ -21,8 +21,7 @@ DepthView renderView(const MeshScene& scene, const ViewCamera& camera,
   const Eigen::Vector3f origin_W = T_W_C.translation().cast<float>();
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
-      // A direction with z = 1 in the optical frame, so that the ray parameter at the hit is the
-      // depth.
+      // The direction has z = 1 in the optical frame, so the ray parameter at the hit is the depth.
       const Eigen::Vector3f direction_W =
           R_W_C * rayOf(camera.intrinsics, static_cast<float>(u), static_cast<float>(v));
       const auto hit = scene.intersect(origin_W, direction_W);

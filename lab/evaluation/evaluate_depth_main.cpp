@@ -24,19 +24,20 @@ struct EvaluateDepthOptions {
 EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
   EvaluateDepthOptions options;
   CommandLine line("evaluate_depth", "MESH.ply TUM_DIR [options]",
-                   "Renders the mesh from the poses of a TUM folder and compares it with the "
-                   "measured depth. Prints, as JSON, the share of measured pixels that the mesh "
-                   "covers, and the differences there. Use frames that were not used to make the "
+                   "Renders a mesh from the poses in a TUM folder and compares it with the "
+                   "measured depth. Prints, as JSON, the fraction of measured pixels that the mesh "
+                   "covers, and the differences there. Use frames that were not used to build the "
                    "mesh: reconstruct --frames ::2, evaluate_depth --first 1 --step 2.");
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
-  line.addNumber({"--first", "N", "first image to use"}, options.frames.first, {0, kUnbounded});
+  line.addNumber({"--first", "N", "index of the first image to use"}, options.frames.first,
+                 {0, kUnbounded});
   line.addNumber({"--step", "N", "step from one image to the next"}, options.frames.step,
                  {1, kUnbounded});
   line.addNumber({"--stride", "N", "use every N-th pixel of each row and column"}, options.stride,
                  {1, 64});
   line.addNumber({"--register", "N",
-                  "also print the figures after aligning each image with the mesh in N steps; 0: "
+                  "also print the metrics after aligning each image with the mesh in N steps; 0: "
                   "do not align"},
                  options.registration_steps, {0, 100});
   line.parse(arguments);
@@ -54,7 +55,7 @@ std::vector<size_t> selectViews(const FrameSelection& frames, size_t count) {
   return chosen;
 }
 
-/// Comparison of the images at their recorded poses, and at the poses that fit best.
+/// Comparisons at the recorded poses, and after aligning each image with the mesh.
 struct Results {
   explicit Results(int stride) : recorded(stride), registered(stride) {}
 

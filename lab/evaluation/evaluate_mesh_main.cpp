@@ -17,49 +17,50 @@ struct EvaluateMeshOptions {
   std::string views_folder, picture_path;  ///< Empty: none.
   EvaluationOptions evaluation;
   double scale_mm = 10.0;
-  std::optional<Texture> texture;  ///< Texture of the ground truth, to compare colours.
+  std::optional<Texture> texture;  ///< Texture of the ground truth, if colours are compared.
   PictureRequest picture;
 };
 
 void addMeasureOptions(CommandLine& line, EvaluateMeshOptions& options) {
-  line.addText({"--views", "DIR",
-                "count only the ground truth that is visible in a view of this TUM folder"},
-               options.views_folder);
-  line.addNumber({"--samples", "N", "samples of each surface"}, options.evaluation.samples,
-                 {1, 1e9});
+  line.addText(
+      {"--views", "DIR",
+       "for completeness, ignore ground truth that is not visible in any view of this TUM folder"},
+      options.views_folder);
+  line.addNumber({"--samples", "N", "number of samples on each surface"},
+                 options.evaluation.samples, {1, 1e9});
   line.add(
       {"--threshold", "M,...", "distances for the F-score in metres (default 0.005,0.01,0.025)"},
       [&](const std::string& text) { options.evaluation.thresholds_m = readNumbers(text); });
   line.add({"--colour", "NAME",
-            "compare colours instead of distances, in RGB and CIE Lab over the reconstruction's "
-            "surface; truth: vertices (the ground truth's own colours), or checker or gradient as "
-            "render_orbit draws them"},
+            "compare colours instead of distances, in RGB and CIE Lab over the surface of the "
+            "reconstruction; true colours: vertices (those of the ground truth), or checker or "
+            "gradient as rendered by render_orbit"},
            [&](const std::string& text) { options.texture = textureFromName(text); });
 }
 
 void addOutputOptions(CommandLine& line, EvaluateMeshOptions& options) {
-  line.addText({"--picture", "OUT.png",
-                "a picture of the reconstruction, coloured by its vertices' distance to the "
-                "ground truth"},
-               options.picture_path);
-  line.addNumber({"--scale-mm", "S", "smallest distance in mm that is drawn in dark red"},
+  line.addText(
+      {"--picture", "OUT.png",
+       "render the reconstruction, coloured by the distance of its vertices from the ground truth"},
+      options.picture_path);
+  line.addNumber({"--scale-mm", "S", "distance in mm from which vertices are dark red"},
                  options.scale_mm, {1e-6, 1e6});
 }
 
 EvaluateMeshOptions readOptions(const std::vector<std::string>& arguments) {
   EvaluateMeshOptions options;
-  CommandLine line("evaluate_mesh", "RECONSTRUCTION.ply (GROUNDTRUTH.ply | --topology) [options]",
-                   "Prints, as JSON: distances of the reconstruction's vertices and of "
-                   "area-uniform samples of it to the ground truth, distances of the ground "
-                   "truth's samples to the reconstruction (completeness), F-scores and the mesh's "
-                   "topology. Vertices at the same position are merged only for border_edges and "
-                   "small_holes.");
-  line.addText({"RECONSTRUCTION.ply", "", "the mesh to measure"}, options.reconstruction_path);
+  CommandLine line(
+      "evaluate_mesh", "RECONSTRUCTION.ply (GROUNDTRUTH.ply | --topology) [options]",
+      "Prints, as JSON: distances from the vertices and from area-uniform samples of the "
+      "reconstruction to the ground truth, distances from samples of the ground truth to the "
+      "reconstruction (completeness), F-scores and the topology of the mesh. Vertices at the same "
+      "position are merged only for border_edges and small_holes.");
+  line.addText({"RECONSTRUCTION.ply", "", "the mesh to evaluate"}, options.reconstruction_path);
   line.addText({"GROUNDTRUTH.ply", "", "the true mesh"}, options.ground_truth_path);
   line.addFlag("--topology",
-               "without a true mesh: only the topology, including edges that belong to one "
-               "triangle only (border_edges) and closed loops in connected sets of 3 to 16 of "
-               "these (small_holes)",
+               "print only the topology, for which no true mesh is needed; border_edges are edges "
+               "that belong to only one triangle, and small_holes closed loops in connected sets "
+               "of 3 to 16 such edges",
                options.topology_only);
   line.requireOneOf({"GROUNDTRUTH.ply", "--topology"});
   addMeasureOptions(line, options);

@@ -1,4 +1,4 @@
-/// evaluate_space: compares a map's free space and distances with the truth.
+/// evaluate_space: compares the free cells and distances of a map with the truth.
 
 #include <cstdio>
 
@@ -17,10 +17,11 @@ struct EvaluateSpaceOptions {
 
 EvaluateSpaceOptions readOptions(const std::vector<std::string>& arguments) {
   EvaluateSpaceOptions options;
-  CommandLine line("evaluate_space", "[options]",
-                   "Maps rendered images of a room with shapes and compares the map's free space "
-                   "and distances with the truth. Prints, as JSON, errors in distances, cells that "
-                   "are wrongly reported free, and how many truly free cells were found.");
+  CommandLine line(
+      "evaluate_space", "[options]",
+      "Maps rendered images of a room with shapes and compares the free cells and distances of the "
+      "map with the truth. Prints, as JSON, errors in distances, the number of cells wrongly "
+      "reported as free, and how many of the truly free cells were found.");
   line.addList({"--set", "KEY=VALUE ...", "settings of the map, as in config/default.yaml"},
                [&](const std::string& text) {
                  try {
@@ -29,7 +30,8 @@ EvaluateSpaceOptions readOptions(const std::vector<std::string>& arguments) {
                    throw UsageError(error.what());
                  }
                });
-  line.addNumber({"--samples", "N", "number of cells for each figure"}, options.samples, {1, 1e9});
+  line.addNumber({"--samples", "N", "maximum number of cells sampled per metric"}, options.samples,
+                 {1, 1e9});
   line.parse(arguments);
   return options;
 }

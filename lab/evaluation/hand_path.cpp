@@ -15,22 +15,22 @@ using Eigen::Vector3d;
 constexpr double kPace_m_s = 0.5;
 constexpr double kRadPerDegree = M_PI / 180.0;
 
-/// A swing along an axis of the camera: x right, y down, z forward.
+/// A sinusoidal motion along or about an axis of the camera (x right, y down, z forward).
 struct Swing {
   int axis;
   double amplitude, frequency_hz;
 };
 
-/// Shifts in metres: circular hand motion, steps, tremor.
+/// Translations in metres: circular hand motion, steps, tremor.
 constexpr Swing kSways_m[] = {{0, 0.12, 0.31},  {1, 0.12, 0.31}, {2, 0.06, 0.23},
                               {1, 0.012, 1.8},  {0, 0.008, 0.9}, {0, 0.0008, 6.1},
                               {1, 0.0008, 7.3}, {2, 0.0008, 5.2}};
 
-/// Turns in degrees: looking up and down, looking around, roll, steps, tremor.
+/// Rotations in degrees: looking up and down, looking around, roll, steps, tremor.
 constexpr Swing kTurns_deg[] = {{0, 8.0, 0.17}, {1, 20.0, 0.13}, {2, 15.0, 0.21}, {2, 1.0, 1.8},
                                 {0, 0.15, 6.7}, {1, 0.15, 5.9},  {2, 0.15, 7.7}};
 
-/// Swings with random phases.
+/// Sum of sinusoidal motions with random phases.
 class Swings {
  public:
   template <size_t kCount>
@@ -56,7 +56,7 @@ class Swings {
   std::vector<double> phases_;
 };
 
-/// A closed Catmull-Rom spline through poses, parametrised by the lengths of its chords.
+/// A closed Catmull-Rom spline through poses, parametrised by chord length.
 class Loop {
  public:
   explicit Loop(const std::vector<Isometry3d>& through_T_W_C) : poses_(through_T_W_C) {
@@ -90,8 +90,8 @@ class Loop {
   const Isometry3d& pose(size_t i) const { return poses_[i % poses_.size()]; }
 
   std::vector<Isometry3d> poses_;
-  std::vector<double> ends_m_;  ///< Total length of the chords before each pose; then that of all
-                                ///< chords.
+  /// Total chord length up to each pose, then that of the whole loop.
+  std::vector<double> ends_m_;
 };
 
 }  // namespace

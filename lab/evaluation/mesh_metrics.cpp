@@ -70,8 +70,9 @@ std::vector<Eigen::Vector3f> select(const std::vector<Eigen::Vector3f>& points,
   return result;
 }
 
-/// 0 .. count-1 in steps of about `count` divided by the golden ratio: the first few views then
-/// show the surface from all sides and leave few samples for the other views to test.
+/// The indices 0 .. count-1 in steps of about `count` divided by the golden ratio. The first few
+/// views then cover the surface from all sides, so that few samples remain to be tested in the
+/// other views.
 std::vector<size_t> spreadOrder(size_t count) {
   size_t step = std::max<size_t>(1, static_cast<size_t>(0.618034 * static_cast<double>(count)));
   while (std::gcd(step, count) != 1) ++step;
@@ -80,7 +81,7 @@ std::vector<size_t> spreadOrder(size_t count) {
   return order;
 }
 
-/// One view: where points of a surface lie in its image, and whether they were measured.
+/// One view, for testing whether points on a surface are visible and were measured.
 class View {
  public:
   View(const Views& views, size_t index)
@@ -94,8 +95,8 @@ class View {
 
   bool sees(const MeshScene& surface, const Eigen::Vector3f& p_W,
             const Eigen::Vector3f& normal_W) const {
-    // Rays end this fraction of their length before the point, so that its own surface does not
-    // hide it.
+    // Rays end before the point, by this fraction of their length, so that its own surface does not
+    // occlude it.
     constexpr float kMargin = 5.0e-5f;
     constexpr float kFlattestCosine = 0.05f;
     const Eigen::Vector3f view_W = eye_W_ - p_W;
@@ -106,7 +107,7 @@ class View {
  private:
   /// Whether the point lies in the image, on a pixel of about the same depth.
   bool isMeasured(const Eigen::Vector3f& p_C) const {
-    // Wide enough for noise and for the slant within a pixel; the ray tests for occlusion.
+    // Large enough for noise and for the slant within a pixel; occlusion is tested with a ray.
     constexpr float kDepthShare = 0.05f;
     if (p_C.z() <= 0.0f) return false;
     const Intrinsics& K = camera_.intrinsics;

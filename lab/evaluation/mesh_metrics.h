@@ -1,4 +1,4 @@
-/// Figures that compare a reconstructed mesh with the ground truth.
+/// Metrics for a reconstructed mesh, compared with the ground truth.
 #pragma once
 
 #include <string>
@@ -17,26 +17,26 @@ struct DistanceStats {
 
 DistanceStats distanceStats(std::vector<double> distances_m);
 
-/// Connectivity by shared vertex indices: nothing is welded, so two touching sheets stay separate.
-/// Only border_edges and small_holes are counted after vertices at the same position are merged.
+/// Topology by shared vertex indices: vertices at the same position are not merged, so two touching
+/// surfaces count as separate. Only for border_edges and small_holes are they merged first.
 struct MeshTopology {
   size_t vertices = 0, triangles = 0;
   size_t boundary_edges = 0;  ///< Edges that belong to only one triangle.
-  size_t border_edges = 0;    ///< Such edges after vertices at the same position are merged.
+  size_t border_edges = 0;    ///< The same, after vertices at the same position are merged.
   size_t small_holes = 0;     ///< Closed loops in connected sets of 3 to 16 border edges.
   size_t components = 0;      ///< Sets of triangles connected through shared vertices.
 };
 
 MeshTopology meshTopology(const TriangleMesh& mesh);
 
-/// The figures as a JSON object.
+/// The metrics as a JSON object.
 std::string toJson(const MeshTopology& topology);
 
 /// F-score at a distance (harmonic mean of precision and recall).
 struct FScore {
   double threshold_m;
-  double precision;  ///< Share of the reconstruction's samples near the ground truth.
-  double recall;     ///< Share of the samples of the seen ground truth near the reconstruction.
+  double precision;  ///< Fraction of the reconstruction's samples near the ground truth.
+  double recall;  ///< Fraction of the samples of the visible ground truth near the reconstruction.
   double f_score;
 };
 
@@ -46,10 +46,10 @@ struct EvaluationOptions {
 };
 
 struct Evaluation {
-  DistanceStats vertices;      ///< Vertices of the reconstruction to the ground truth.
-  DistanceStats surface;       ///< Area-uniform samples of the reconstruction to the ground truth.
-  DistanceStats completeness;  ///< Samples of the seen ground truth to the reconstruction.
-  double seen_share = 1.0;     ///< Share of the ground truth's area that is visible in some view.
+  DistanceStats vertices;  ///< From vertices of the reconstruction to the ground truth.
+  DistanceStats surface;   ///< From area-uniform samples of the reconstruction to the ground truth.
+  DistanceStats completeness;  ///< From samples of the visible ground truth to the reconstruction.
+  double seen_share = 1.0;  ///< Fraction of the ground truth's area that is visible in some view.
   std::vector<FScore> f_scores;
   MeshTopology topology;
 };
@@ -58,18 +58,18 @@ struct Evaluation {
 std::vector<double> distancesTo(const MeshScene& surface,
                                 const std::vector<Eigen::Vector3f>& points);
 
-/// Whether each sample of the surface is visible in some view: unoccluded, with the surface at 3
-/// degrees or more to the view ray, and, if there are depth images, on a pixel of about the same
-/// depth. Samples that are out of the sensor's range or lost in every view are not seen.
+/// Whether each sample of the surface is visible in some view: not occluded, with the surface at 3
+/// degrees or more to the view ray and, if there are depth images, with about the same depth in the
+/// image. Samples that are out of range or lost in every depth image count as not visible.
 std::vector<bool> seenByViews(const MeshScene& surface, const SurfaceSamples& samples,
                               const Views& views);
 
-/// Compares two meshes; without views (nullptr) the whole ground truth counts as seen.
+/// Compares two meshes. Without views (nullptr), the whole ground truth counts as visible.
 /// @throws std::runtime_error if one of the meshes has no triangles.
 Evaluation evaluateMesh(const TriangleMesh& reconstruction, const TriangleMesh& ground_truth,
                         const Views* views, const EvaluationOptions& options);
 
-/// The figures as a JSON object, with distances in millimetres.
+/// The metrics as a JSON object, with distances in millimetres.
 std::string toJson(const Evaluation& evaluation);
 
 }  // namespace dtsdf

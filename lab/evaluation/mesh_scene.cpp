@@ -28,7 +28,7 @@ RTCRay rayFrom(const Eigen::Vector3f& from, const Eigen::Vector3f& direction, fl
   return ray;
 }
 
-/// State of one closest-point query, refined triangle by triangle.
+/// State of a closest-point query, updated triangle by triangle.
 struct Query {
   const TriangleMesh* mesh;
   Vec3f p;
@@ -45,7 +45,7 @@ bool visitTriangle(RTCPointQueryFunctionArguments* arguments) {
   if (!(squared_distance < query.squared_distance)) return false;
   query.squared_distance = squared_distance;
   query.triangle = arguments->primID;
-  // Rounded up, so that nothing nearer is culled.
+  // Rounded up, so that no nearer triangle is culled.
   arguments->query->radius = static_cast<float>(std::sqrt(squared_distance)) * 1.00001f;
   return true;
 }
@@ -60,7 +60,7 @@ MeshScene::MeshScene(const TriangleMesh& mesh)
   if (device_ == nullptr) throw std::runtime_error("Embree cannot create a device");
   for (const Eigen::Vector3f& p : mesh.vertices) bounds_.extend(p);
   scene_.reset(rtcNewScene(device_.get()));
-  // Robust: no ray passes between two adjacent triangles.
+  // In robust mode, no ray passes between two adjacent triangles.
   rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
   RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
   void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -68,7 +68,8 @@ MeshScene::MeshScene(const TriangleMesh& mesh)
   void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                           3 * sizeof(uint32_t), mesh.triangles.size());
   if (vertices == nullptr || indices == nullptr) throw std::runtime_error("Embree: out of memory");
-  static_assert(sizeof(mesh.vertices[0]) == 3 * sizeof(float), "three floats, and nothing else");
+  static_assert(sizeof(mesh.vertices[0]) == 3 * sizeof(float),
+                "a vertex must consist of three floats");
   std::memcpy(vertices, static_cast<const void*>(mesh.vertices.data()),
               mesh.vertices.size() * 3 * sizeof(float));
   std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * 3 * sizeof(uint32_t));
@@ -77,7 +78,7 @@ MeshScene::MeshScene(const TriangleMesh& mesh)
   rtcReleaseGeometry(geometry);
   rtcCommitScene(scene_.get());
   if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) {
-    throw std::runtime_error("Embree cannot build its tree for the mesh");
+    throw std::runtime_error("Embree could not build the scene for the mesh");
   }
 }
 

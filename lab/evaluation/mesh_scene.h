@@ -13,10 +13,11 @@ struct RTCSceneTy;
 namespace dtsdf {
 
 struct RayHit {
-  float distance;  ///< In multiples of the direction's length.
+  float distance;  ///< In multiples of the length of the direction vector.
   uint32_t triangle;
-  Eigen::Vector3f normal;  ///< Unit normal by the winding order; zero for a triangle without area.
-  Eigen::Vector2f barycentric;  ///< Weights of the triangle's second and third corner.
+  /// Unit normal according to the winding order; zero for a degenerate triangle.
+  Eigen::Vector3f normal;
+  Eigen::Vector2f barycentric;  ///< Weights of the second and third corner.
 };
 
 struct ClosestPoint {
@@ -24,7 +25,7 @@ struct ClosestPoint {
   uint32_t triangle;
 };
 
-/// The queries may be called from several threads at once.
+/// A triangle mesh in Embree. Queries may be called from several threads at once.
 class MeshScene {
  public:
   /// @throws std::runtime_error if the mesh has no triangles or Embree fails.
@@ -33,15 +34,15 @@ class MeshScene {
   const TriangleMesh& mesh() const { return mesh_; }
   const Eigen::AlignedBox3f& bounds() const { return bounds_; }
 
-  /// Unit normal by the winding order; zero for a triangle without area.
+  /// Unit normal according to the winding order; zero for a degenerate triangle.
   Eigen::Vector3f triangleNormal(uint32_t triangle) const;
 
-  /// First hit on either side of the surface; the direction need not be a unit vector.
+  /// First hit of a ray, on either side of the surface. The direction need not be a unit vector.
   std::optional<RayHit> intersect(const Eigen::Vector3f& origin,
                                   const Eigen::Vector3f& direction) const;
 
-  /// Whether no surface crosses the open segment between two points, ignoring the fraction `margin`
-  /// of its length at the end.
+  /// Whether the segment between two points hits no surface, ignoring the fraction `margin` of its
+  /// length at the end.
   bool isFree(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float margin) const;
 
   ClosestPoint closestPoint(const Eigen::Vector3f& p) const;

@@ -9,10 +9,10 @@ namespace dtsdf {
 
 namespace {
 
-/// Separates this random stream from those of other parts.
+/// Keeps these random values independent of those used elsewhere.
 constexpr uint64_t kStream = 0x6d69786564ULL;
 
-/// Visits the four neighbours of a pixel that lie in the image.
+/// Visits those of a pixel's four neighbours that lie in the image.
 template <class Visit>
 void forNeighbours(const ViewCamera& camera, int u, int v, Visit visit) {
   if (u > 0) visit(u - 1, v);

@@ -1,13 +1,13 @@
 /// Mixed (flying) pixels of a time-of-flight camera: at a depth edge, a pixel receives light from
 /// both surfaces and returns a depth between them.
 ///
-/// The phase of the sum of both signals gives, for depths well within the unambiguous range, the
-/// mean of the two depths weighted by amplitude, which falls with the square of the distance
+/// For depths well within the unambiguous range, the phase of the summed signal yields the mean of
+/// the two depths, weighted by amplitude. The amplitude falls with the square of the distance
 /// (Sarbolandi, Lefloch and Kolb, "Kinect range sensing: structured-light versus time-of-flight
-/// Kinect", CVIU 2015, on inhomogeneous depth; Toelgyessy et al., "Evaluation of the Azure Kinect
-/// and its comparison to Kinect V1 and Kinect V2", Sensors 2021, show the pixels of a newer
-/// sensor). The share of a pixel that lies beyond the edge is drawn uniformly, since it cannot be
-/// known from a rendered image.
+/// Kinect", CVIU 2015, on inhomogeneous depth; for a newer sensor, see Toelgyessy et al.,
+/// "Evaluation of the Azure Kinect and its comparison to Kinect V1 and Kinect V2", Sensors 2021).
+/// The fraction of a pixel beyond the edge is drawn from a uniform distribution, since it cannot be
+/// derived from a rendered image.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,13 @@
 
 namespace dtsdf {
 
-/// Mean of the depths of two surfaces, weighted by the amplitudes that they reflect, if
-/// `other_share` of the pixel's area shows the second surface.
+/// Mean of the depths of two surfaces, weighted by amplitude. `other_share` is the fraction of the
+/// pixel covered by the second surface.
 float mixDepths(float own_m, float other_m, float other_share);
 
-/// The depth image with mixed pixels: up to half of each pixel at an edge shows the surface of the
-/// neighbour, out of four, whose depth differs most. Pixels without a surface are not mixed with
-/// others, since they return no light.
+/// Returns the depth image with mixed pixels. Up to half of each pixel at an edge is covered by the
+/// surface in that one of its four neighbours whose depth differs most. Pixels without a surface
+/// are not mixed, since no light returns from them.
 std::vector<float> mixPixels(const std::vector<float>& depth_m, const ViewCamera& camera,
                              uint64_t seed);
 

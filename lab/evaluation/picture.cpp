@@ -30,7 +30,7 @@ std::vector<Eigen::Vector3f> vertexNormals(const TriangleMesh& mesh) {
   return normals;
 }
 
-/// Shades single rays.
+/// Computes the colours of rays.
 class Shader {
  public:
   Shader(const MeshScene& scene, const PictureOptions& options)
@@ -61,7 +61,7 @@ class Shader {
     const auto& t = scene_.mesh().triangles[hit.triangle];
     const Eigen::Vector3f smooth =
         interpolate(hit, normals_[t[0]], normals_[t[1]], normals_[t[2]]).normalized();
-    constexpr float kCreaseCosine = 0.8f;  // sharp edges stay sharp
+    constexpr float kCreaseCosine = 0.8f;  // sharp edges are not smoothed
     return smooth.dot(hit.normal) > kCreaseCosine ? smooth : hit.normal;
   }
 
@@ -75,7 +75,7 @@ class Shader {
     return interpolate(hit, colour(t[0]), colour(t[1]), colour(t[2]));
   }
 
-  /// Brightness with one lamp at the camera and another to its upper left, so that edges stand out.
+  /// Brightness under a light at the camera and another at its upper left, so that edges stand out.
   float light(const Eigen::Vector3f& normal_W, const Eigen::Vector3f& direction_W) const {
     const Eigen::Vector3f lamp_W =
         options_.T_W_C.linear().cast<float>() * Eigen::Vector3f(-0.5f, -0.7f, -0.5f).normalized();

@@ -39,7 +39,7 @@ struct Header {
   bool is_ascii = false;
   size_t vertices = 0, faces = 0;
   std::vector<Property> vertex_properties;
-  NumberType corner_count, corner;  ///< Types in the list of a face's corners.
+  NumberType corner_count, corner;  ///< Types in the list of corners of a face.
 };
 
 NumberType numberType(const std::string& name) {
@@ -67,7 +67,7 @@ void readProperty(std::istringstream& words, const std::string& element, Header&
   std::string count_type;
   if (type == "list") words >> count_type >> type >> name;
   if (name != "vertex_indices" && name != "vertex_index") {
-    throw std::runtime_error("the faces have a property other than the list vertex_indices");
+    throw std::runtime_error("faces may only have the property vertex_indices, a list");
   }
   header.corner_count = numberType(count_type);
   header.corner = numberType(type);
@@ -104,7 +104,7 @@ Header readHeader(std::istream& in) {
   throw std::runtime_error("the header has no end_header line");
 }
 
-/// Reads the numbers after the header, one at a time.
+/// Reads the numbers that follow the header, one at a time.
 class NumberReader {
  public:
   NumberReader(std::istream& in, bool is_ascii)

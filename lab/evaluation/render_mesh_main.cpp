@@ -1,4 +1,4 @@
-/// render_mesh: a shaded picture of a mesh from a given viewpoint.
+/// render_mesh: renders a shaded picture of a mesh from a given viewpoint.
 
 #include "evaluation/shared_options.h"
 #include "program/run_program.h"
@@ -9,7 +9,7 @@ namespace {
 struct RenderMeshOptions {
   std::string mesh_path, picture_path;
   PictureRequest picture;
-  std::string views_folder;  ///< Empty: the picture options give the view.
+  std::string views_folder;  ///< Empty: the view is given by `picture`.
   size_t image = 0;
   bool plain = false;
 };
@@ -17,22 +17,22 @@ struct RenderMeshOptions {
 RenderMeshOptions readOptions(const std::vector<std::string>& arguments) {
   RenderMeshOptions options;
   CommandLine line("render_mesh", "MESH.ply OUT.png [options]",
-                   "Draws a shaded picture of a mesh, with its own colours if it has any. Backs of "
-                   "triangles are brown.");
+                   "Renders a shaded picture of a mesh, in its own colours if it has any. The "
+                   "backs of triangles are brown.");
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"OUT.png", "", "the picture"}, options.picture_path);
-  line.addFlag("--plain", "ignore the mesh's colours", options.plain);
+  line.addFlag("--plain", "ignore the colours of the mesh", options.plain);
   addPictureOptions(line, options.picture);
-  line.addText({"--views", "DIR", "view from the pose of a depth image in this TUM folder"},
+  line.addText({"--views", "DIR", "render from the pose of a depth image in this TUM folder"},
                options.views_folder);
-  line.addNumber({"--image", "N", "index of that image among those with a pose"}, options.image,
-                 {0, kUnbounded});
+  line.addNumber({"--image", "N", "index of that image among the images with a pose"},
+                 options.image, {0, kUnbounded});
   line.onlyWith("--image", "--views");
   line.parse(arguments);
   return options;
 }
 
-/// Sets the picture's camera and pose to those of an image.
+/// Sets the camera and pose of the picture to those of an image.
 void viewFrom(const std::string& folder, size_t image, PictureOptions& picture) {
   const Views views = readViews(folder);
   if (image >= views.poses_W_C.size()) {

@@ -1,4 +1,4 @@
-/// render_orbit: renders images of a mesh from a trajectory around it into a TUM folder.
+/// render_orbit: renders images of a mesh along a trajectory around it, into a TUM folder.
 
 #include <filesystem>
 #include <optional>
@@ -19,13 +19,12 @@ struct RenderOrbitOptions {
   double radius_m = 2.0;
   OrbitShape trajectory = OrbitShape::kCircle;
   double longest_side_m = 1.0;  ///< 0: the model is not scaled.
-  std::string views_folder;  ///< Folder with poses to use instead of a trajectory; empty: use the
-                             ///< trajectory.
+  std::string views_folder;  ///< Folder with poses to use instead of the trajectory; empty: none.
   int width = 640, height = 480;
   double focal_px = 525.0;
   DepthNoise noise = DepthNoise::kNone;
   uint64_t seed = 1;
-  std::optional<Texture> texture;  ///< For colour images; none: no colour images.
+  std::optional<Texture> texture;  ///< Texture of colour images; none: no colour images.
 };
 
 void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
@@ -33,17 +32,18 @@ void addSceneOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.addNumber({"--radius", "METRES", "distance of the camera from the origin"}, options.radius_m,
                  {0.01, 1000.0});
   line.add({"--trajectory", "NAME",
-            "circle, helix, sphere, or hand: carried by hand around the circle, or through the "
-            "poses of --views (default circle)"},
+            "circle, helix, sphere or hand (default circle); hand: a hand-held camera is carried "
+            "around the circle, or through the poses of --views"},
            [&](const std::string& text) { options.trajectory = orbitShapeFromName(text); });
   line.addNumber({"--longest-side", "METRES",
                   "move the object to the origin and scale its longest side to this length; 0: "
                   "leave it as it is"},
                  options.longest_side_m, {0.0, 1000.0});
-  line.addText({"--views", "DIR",
-                "use poses of a TUM folder instead of a trajectory: at most --frames of them, "
-                "evenly chosen, or all of them with --trajectory hand; the mesh is left as it is"},
-               options.views_folder);
+  line.addText(
+      {"--views", "DIR",
+       "use poses from a TUM folder instead of a trajectory: at most --frames of them, evenly "
+       "chosen, or all of them with --trajectory hand; the mesh is not moved or scaled"},
+      options.views_folder);
 }
 
 void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
@@ -51,17 +51,16 @@ void addCameraOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.addNumber({"--height", "PIXELS", "height of the images"}, options.height, {2, 4096});
   line.addNumber({"--focal", "PIXELS", "focal length; the principal point is the image centre"},
                  options.focal_px, {1.0, 1e5});
-  line.add(
-      {"--noise", "NAME", "none, or the noise of a camera: kinect, tof or stereo (default none)"},
-      [&](const std::string& text) { options.noise = depthNoiseFromName(text); });
-  line.addNumber({"--seed", "N", "seed of the noise and of the hand-held path"}, options.seed,
+  line.add({"--noise", "NAME", "noise model: none, kinect, tof or stereo (default none)"},
+           [&](const std::string& text) { options.noise = depthNoiseFromName(text); });
+  line.addNumber({"--seed", "N", "random seed for the noise and the hand-held path"}, options.seed,
                  {0, 1e9});
 }
 
 void addColourOptions(CommandLine& line, RenderOrbitOptions& options) {
   line.add({"--colour", "NAME",
-            "also render colour images, half a period after each depth image: vertices (the mesh's "
-            "own colours), checker (50 mm cubes) or gradient (waves of 0.4 m)"},
+            "also render colour images, half a period after each depth image: vertices (the "
+            "colours of the mesh), checker (50 mm cubes) or gradient (waves of 0.4 m)"},
            [&](const std::string& text) { options.texture = textureFromName(text); });
 }
 
@@ -69,8 +68,8 @@ RenderOrbitOptions readOptions(const std::vector<std::string>& arguments) {
   RenderOrbitOptions options;
   CommandLine line("render_orbit", "MODEL.ply OUT [options]",
                    "Renders depth images of a mesh into the TUM folder OUT (16-bit, 5000 units per "
-                   "metre) and writes the placed mesh to OUT/gt.ply. The defaults are the set-up "
-                   "of the Directional TSDF paper.");
+                   "metre) and writes the mesh as rendered to OUT/gt.ply. The defaults are the "
+                   "set-up in the Directional TSDF paper.");
   line.addText({"MODEL.ply", "", "the mesh"}, options.model_path);
   line.addText({"OUT", "", "the folder"}, options.folder);
   addSceneOptions(line, options);
@@ -80,7 +79,7 @@ RenderOrbitOptions readOptions(const std::vector<std::string>& arguments) {
   return options;
 }
 
-/// Where images are taken, and how often.
+/// Poses and rate of the images.
 struct CameraPath {
   std::vector<Eigen::Isometry3d> depth_W_C, colour_W_C;
   double rate_hz;

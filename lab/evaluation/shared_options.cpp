@@ -14,18 +14,18 @@ Eigen::Vector3d readPoint(const std::string& text) {
 }
 
 void addViewOptions(CommandLine& line, PictureRequest& request) {
-  line.add(
-      {"--view", "AZ,EL",
-       "view of the whole mesh, with y up, from azimuth and elevation in degrees (default 30,20)"},
-      [&](const std::string& text) {
-        const std::vector<double> angles = readNumbers(text);
-        if (angles.size() != 2) throw UsageError("'" + text + "' is not of the form AZ,EL");
-        request.azimuth_deg = angles[0];
-        request.elevation_deg = angles[1];
-      });
-  line.add({"--eye", "X,Y,Z", "camera position in metres, in place of --view; looks at --target"},
+  line.add({"--view", "AZ,EL",
+            "azimuth and elevation in degrees from which the whole mesh is viewed, with y up "
+            "(default 30,20)"},
+           [&](const std::string& text) {
+             const std::vector<double> angles = readNumbers(text);
+             if (angles.size() != 2) throw UsageError("'" + text + "' is not of the form AZ,EL");
+             request.azimuth_deg = angles[0];
+             request.elevation_deg = angles[1];
+           });
+  line.add({"--eye", "X,Y,Z", "position of the camera in metres, instead of --view"},
            [&](const std::string& text) { request.eye = readPoint(text); });
-  line.add({"--target", "X,Y,Z", "point in metres that the camera at --eye looks at"},
+  line.add({"--target", "X,Y,Z", "point in metres that a camera at --eye faces"},
            [&](const std::string& text) { request.target = readPoint(text); });
   line.onlyWith("--eye", "--target");
   line.onlyWith("--target", "--eye");

@@ -14,7 +14,7 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-/// Test points along each edge of a box, for checking whether a view looks through it.
+/// Number of test points along each edge of a box, for testing whether the box is free in a view.
 constexpr int kPointsAlong = 4;
 
 Vector3d gridPoint(const AlignedBox3d& box, int i) {
@@ -37,7 +37,7 @@ AlignedBox3d boxOf(const Space& space, const Vec3i& cell, double margin_m) {
   return {low + margin, low + Vector3d::Constant(space.cellSize_m()) - margin};
 }
 
-/// At most `most` of the cells, evenly chosen.
+/// At most `most` of the cells, evenly spaced.
 std::vector<SpaceCell> thinned(const std::vector<SpaceCell>& all, size_t most) {
   if (all.size() <= most) return all;
   std::vector<SpaceCell> chosen;
@@ -45,7 +45,7 @@ std::vector<SpaceCell> thinned(const std::vector<SpaceCell>& all, size_t most) {
   return chosen;
 }
 
-/// A random point in a box; the same number gives the same point.
+/// A random point in a box. The same number gives the same point.
 Vector3d randomPoint(const AlignedBox3d& box, size_t number) {
   std::mt19937_64 random(number);
   std::uniform_real_distribution<double> share(0.0, 1.0);
@@ -53,7 +53,7 @@ Vector3d randomPoint(const AlignedBox3d& box, size_t number) {
   return box.min() + box.sizes().cwiseProduct(Vector3d(x, y, z));
 }
 
-/// How many of the numbers below `count` meet a condition.
+/// How many of the indices below `count` meet a condition.
 template <class Condition>
 size_t countIf(size_t count, const Condition& condition) {
   std::vector<char> holds(count);
@@ -61,7 +61,7 @@ size_t countIf(size_t count, const Condition& condition) {
   return static_cast<size_t>(std::count(holds.begin(), holds.end(), 1));
 }
 
-/// @param errors_m NaN: nothing to compare.
+/// @param errors_m Errors to summarise; those that are NaN are ignored.
 DistanceErrors summarise(const std::vector<double>& errors_m, double cell_m) {
   DistanceErrors sums;
   for (const double error_m : errors_m) {
@@ -88,8 +88,8 @@ double distanceFromMiddle(const Space& space, const Vec3i& cell) {
 void compareDistances(const Space& space, const SpaceTruth& truth, double max_distance_m,
                       const std::vector<SpaceCell>& cells, SpaceFigures& figures) {
   std::vector<double> at_middles(cells.size()), at_points(cells.size());
-  // Distances beyond max_distance_m count as max_distance_m; if both distances are that large, they
-  // are not compared.
+  // Distances beyond max_distance_m count as max_distance_m. If both are that large, they are not
+  // compared.
   const auto error = [&](double distance_m, const Vector3d& p_W) {
     const std::optional<double> true_m = truth.distanceFrom(p_W);
     if (!true_m || (distance_m >= max_distance_m && *true_m >= max_distance_m)) {
@@ -107,7 +107,8 @@ void compareDistances(const Space& space, const SpaceTruth& truth, double max_di
   figures.at_points = summarise(at_points, space.cellSize_m());
 }
 
-/// Looks for truly free cells within the bounds of the known cells.
+/// Counts truly free cells, among random cells within the bounds of the known cells, and how many
+/// of them the map reports as free.
 void countFreeCells(const Space& space, const SpaceTruth& truth, const SpaceQuestions& questions,
                     const std::vector<SpaceCell>& known, SpaceFigures& figures) {
   AlignedBox3d bounds;
@@ -150,8 +151,8 @@ std::optional<double> SpaceTruth::distanceFrom(const Vector3d& p_W) const {
 }
 
 bool SpaceTruth::isSeen(const Vector3d& p_W) const {
-  constexpr double kRim_px = 3.0;     // the map needs a pixel's neighbours
-  constexpr double kBefore_m = 1e-3;  // a point does not hide itself
+  constexpr double kRim_px = 3.0;     // the map needs the neighbours of a pixel
+  constexpr double kBefore_m = 1e-3;  // a point must not occlude itself
   const auto& poses_W_C = viewed_.views.poses_W_C;
   return std::any_of(poses_W_C.begin(), poses_W_C.end(), [&](const Eigen::Isometry3d& T_W_C) {
     const Vector3d to_eye = T_W_C.translation() - p_W;
@@ -164,7 +165,8 @@ bool SpaceTruth::isClear(const Vector3d& from_W, const Vector3d& to_W) const {
   return !(viewed_.scene.intersect(from_W, to_W - from_W) < 1.0);
 }
 
-/// Subdivides the box until the distance at the centre of a part is conclusive or the part is tiny.
+/// Subdivides the box until the distance at the centre of each part is conclusive or the part is
+/// tiny.
 bool SpaceTruth::isTaken(const AlignedBox3d& box_W) const {
   constexpr double kFine_m = 1e-4;
   const double at_middle = viewed_.scene.signedDistance(box_W.center()),

@@ -1,4 +1,4 @@
-/// Figures that compare a map's free space and distances with the truth, in analytic scenes.
+/// Metrics for the free cells and distances of a map, compared with the truth in analytic scenes.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,20 +10,20 @@
 
 namespace dtsdf {
 
-/// The truth about a scene that is viewed by cameras. A surface point counts as seen if it is
-/// unoccluded in some image and at least 3 pixels from its border.
+/// The truth about a scene viewed by cameras. A surface point counts as visible if, in some image,
+/// it is not occluded and at least 3 pixels from the image border.
 class SpaceTruth {
  public:
   explicit SpaceTruth(ViewedScene viewed) : viewed_(std::move(viewed)) {}
 
-  /// Distance to the nearest surface; empty if no image shows the nearest point.
+  /// Distance to the nearest surface; empty if the nearest point on it is not visible in any image.
   std::optional<double> distanceFrom(const Eigen::Vector3d& p_W) const;
 
-  /// Whether any solid extends into a box.
+  /// Whether a solid extends into a box.
   bool isTaken(const Eigen::AlignedBox3d& box_W) const;
 
-  /// Whether some view looks through a whole box, to its far end and within `max_range_m`; tested
-  /// on a grid of points that includes the corners.
+  /// Whether all of a box is in front of the surfaces in some view, and within `max_range_m`. This
+  /// is tested on a grid of points that includes the corners.
   bool isSeenThrough(const Eigen::AlignedBox3d& box_W, double max_range_m) const;
 
  private:
@@ -33,39 +33,40 @@ class SpaceTruth {
   ViewedScene viewed_;
 };
 
-/// Errors in distances: the map's distance minus the true distance.
+/// Errors in distances: distance in the map minus true distance.
 struct DistanceErrors {
   size_t count = 0;
   double rmse_m = 0.0, mean_m = 0.0, least_m = 0.0, greatest_m = 0.0;
-  size_t far_off = 0;  ///< Off by more than kFarOff_cells.
+  size_t far_off = 0;  ///< Number of distances that are off by more than kFarOff_cells.
 };
 
 struct SpaceFigures {
   double cell_m = 0.0;
   size_t free_cells = 0, surface_cells = 0;
-  DistanceErrors at_middles;  ///< Errors at the centres of known cells.
-  DistanceErrors at_points;   ///< Errors of distanceAt() at a random point of each known cell.
-  size_t looked_at = 0;       ///< Free cells of the map that were checked.
+  DistanceErrors at_middles;  ///< Errors in the distances at the centres of known cells.
+  DistanceErrors at_points;   ///< Errors in distanceAt() at a random point in each known cell.
+  size_t looked_at = 0;       ///< Number of free cells of the map that were checked.
   size_t taken = 0;           ///< Checked cells into which a solid extends.
-  size_t unseen = 0;          ///< Checked cells that no view looks through completely.
-  size_t truly_free = 0;      ///< Random cells without solids that some view looks through.
-  size_t found_free = 0;      ///< Truly free cells that are free in the map.
+  size_t unseen = 0;          ///< Checked cells that no view observes to be entirely free.
+  /// Random cells that contain no solid and are entirely free in some view.
+  size_t truly_free = 0;
+  size_t found_free = 0;  ///< Truly free cells that are free in the map.
 };
 
 struct SpaceQuestions {
   double max_distance_m;    ///< Distances are compared up to this value.
-  double max_range_m;       ///< Range within which a view shows free space.
-  size_t samples = 100000;  ///< Maximum number of cells for each figure.
+  double max_range_m;       ///< Maximum depth at which views mark cells as free.
+  size_t samples = 100000;  ///< Maximum number of cells sampled per metric.
 };
 
-/// Free cells are shrunk by this on all sides when they are compared with solids and views, to
-/// allow for rounding.
+/// Free cells are shrunk by this much on all sides before they are compared with solids and views,
+/// to allow for rounding.
 constexpr double kBoxMargin_m = 1e-3;
 
-/// No distance should be off by more than this.
+/// Distances should not be off by more than this.
 constexpr double kFarOff_cells = 1.5;
 
-/// Runs on all cores. @pre Distances are up to date.
+/// Measures the free cells and distances of a map, on all cores. @pre Distances are up to date.
 SpaceFigures measureSpace(const Space& space, const SpaceTruth& truth,
                           const SpaceQuestions& questions);
 

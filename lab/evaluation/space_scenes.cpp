@@ -10,7 +10,7 @@ using Eigen::Vector3d;
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// A camera with the field of view of a Kinect and a quarter of its pixels.
+/// A camera with the field of view of a Kinect, and a quarter of its pixels.
 ViewCamera smallCamera() { return {{262.5f, 262.5f, 159.5f, 119.5f}, 320, 240}; }
 
 Scene makeShapes() {
@@ -28,8 +28,8 @@ Scene makeShapes() {
   return scene;
 }
 
-/// Two laps around the centre of the room. The camera looks across the centre on the first lap, and
-/// past it, up and down, on the second.
+/// Two laps around the centre of the room. On the first lap the camera faces the centre; on the
+/// second, it points past the centre, up and down.
 std::vector<Eigen::Isometry3d> posesInShapes() {
   constexpr int kPerLap = 48;
   std::vector<Eigen::Isometry3d> poses_W_C;

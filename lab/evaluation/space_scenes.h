@@ -1,4 +1,4 @@
-/// Analytic scenes for measuring free space and distances, and images of these scenes.
+/// An analytic scene for evaluating free cells and distances, and its images.
 #pragma once
 
 #include "dtsdf_mapping/mapper.h"
@@ -7,16 +7,16 @@
 
 namespace dtsdf {
 
-/// A scene and the cameras that view it.
+/// A scene and the camera poses from which it is viewed.
 struct ViewedScene {
   Scene scene;
   Views views;
 };
 
-/// A closed room with a ball, a tilted block and a thin tilted plate in it, seen from all sides.
+/// A closed room with a ball, a tilted block and a thin tilted plate in it, viewed from all sides.
 ViewedScene viewedShapes();
 
-/// Fuses all images of a scene. @throws std::runtime_error if an image is refused.
+/// Renders and fuses all images of a scene. @throws std::runtime_error if an image is refused.
 void fuseScene(const ViewedScene& viewed, Mapper& mapper);
 
 }  // namespace dtsdf

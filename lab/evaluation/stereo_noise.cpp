@@ -17,18 +17,18 @@ constexpr int kMatchingWindow_px = 7;
 constexpr int kTexturePatch_px = 15;
 constexpr double kMinTexture = -1.9;  // standard normal: 2.9 % lie below
 
-/// Two points whose disparities differ by less than this lie on one slanted surface.
+/// Two points whose disparities differ by less than this are assumed to lie on the same surface.
 constexpr double kSameSurface_px = 1.0;
 
-/// Separates these random streams from those of other parts.
+/// Keeps these random values independent of those used elsewhere.
 constexpr uint64_t kDisparityStream = 0x64697370ULL, kTextureStream = 0x74657874ULL;
 
 double disparityScale(const ViewCamera& camera) {
   return static_cast<double>(camera.intrinsics.fx) * kStereoBaseline_m;
 }
 
-/// Writes `count` sums of `window` consecutive values, from a line of count + window - 1 values.
-/// Neighbours on the line, values as well as sums, are `stride` elements apart.
+/// Computes `count` sums of `window` consecutive values each, from a line of count + window - 1
+/// values. Consecutive values, and consecutive sums, are `stride` elements apart.
 void sumAlong(const std::vector<double>& values, size_t start, size_t stride, size_t count,
               size_t window, std::vector<double>& sums, size_t target) {
   double sum = 0.0;
@@ -40,9 +40,9 @@ void sumAlong(const std::vector<double>& values, size_t start, size_t stride, si
   }
 }
 
-/// One row of seenByBoth(): marks the pixels that the right camera does not see. From right to
-/// left, the pixels of one surface have decreasing columns in the right image. A pixel whose column
-/// was already passed is hidden behind the surface there.
+/// Handles one row of seenByBoth(): marks the pixels that are not visible to the right camera. From
+/// right to left, the pixels of a surface project to decreasing columns in the right image. If the
+/// column of a pixel has already been passed, the pixel is occluded by the surface there.
 void hideRow(const std::vector<float>& depth_m, size_t begin, int width, double scale,
              std::vector<bool>& seen) {
   double leftmost_px = std::numeric_limits<double>::infinity(), disparity_there_px = 0.0;
@@ -64,7 +64,7 @@ void hideRow(const std::vector<float>& depth_m, size_t begin, int width, double 
 }  // namespace
 
 std::vector<double> correlatedNormals(int width, int height, int window, uint64_t seed) {
-  // With window - 1 more columns and rows, every pixel has a whole window.
+  // With window - 1 additional columns and rows, every pixel has a complete window.
   const auto columns = static_cast<size_t>(width + window - 1);
   const auto rows = static_cast<size_t>(height + window - 1);
   Random random(seed);

@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-/// Origin of the textures, chosen off the planes in which models often have faces.
+/// Origin of the textures, which is off the planes in which models often have faces.
 const Eigen::Vector3d kTextureOrigin(0.0173, 0.0119, 0.0241);
 
 Rgb8 checkerAt(const Eigen::Vector3d& p) {
@@ -27,7 +27,7 @@ Rgb8 gradientAt(const Eigen::Vector3d& p) {
   return colour;
 }
 
-/// Weights of a triangle's corners at a point. Negative weights, beyond an edge, become 0.
+/// Barycentric weights of a triangle's corners at a point. Negative weights are clamped to 0.
 Eigen::Vector3d barycentric(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                             const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   const Eigen::Vector3d normal = (b - a).cross(c - a);

@@ -1,4 +1,4 @@
-/// Colours of a model's surface, for rendering and comparing.
+/// Surface colours of a model, for rendering and for comparison.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,12 +11,12 @@ namespace dtsdf {
 
 using Rgb8 = std::array<uint8_t, 3>;
 
-/// Where a model's colours come from. Models without colours get a texture that depends only
-/// on the position, so that renderings and ground truth agree on it.
+/// Where the colours of a model come from. For models without colours, there are textures that
+/// depend only on the position, so that they are the same in renderings and ground truth.
 enum class Texture {
-  kVertices,  ///< The mesh's own, interpolated between vertices.
-  kChecker,   ///< Cubes of 50 mm in two colours: edges as sharp as an image can show.
-  kGradient,  ///< Waves of 0.4 m in each channel, which are hardly changed by blur.
+  kVertices,  ///< The colours of the mesh, interpolated between vertices.
+  kChecker,   ///< 50 mm cubes in two colours, with edges as sharp as an image can resolve.
+  kGradient,  ///< Waves of 0.4 m in each channel, which blur hardly changes.
 };
 
 /// @throws std::invalid_argument for an unknown name.
@@ -26,11 +26,11 @@ Texture textureFromName(const std::string& name);
 Rgb8 textureColour(Texture texture, const TriangleMesh& mesh, uint32_t triangle,
                    const Eigen::Vector3f& p);
 
-/// The mesh's own colour at a point of a triangle, before rounding.
+/// The colour of the mesh at a point on a triangle, not rounded.
 Eigen::Vector3d vertexColourAt(const TriangleMesh& mesh, uint32_t triangle,
                                const Eigen::Vector3f& p);
 
-/// CIE L*a*b* of an sRGB colour with channels from 0 to 255, for daylight (D65).
+/// Converts an sRGB colour, with channels from 0 to 255, to CIE L*a*b* under daylight (D65).
 Eigen::Vector3d toLab(const Eigen::Vector3d& rgb);
 
 }  // namespace dtsdf

@@ -37,7 +37,8 @@ SurfaceSamples sampleSurface(const TriangleMesh& mesh, size_t count, uint64_t se
   if (total <= 0.0) return samples;
   Random random(seed);
   for (size_t i = 0; i < count; ++i) {
-    // One sample per stratum of equal area: less variance than independent samples, and no bias.
+    // One sample per stratum of equal area, which has less variance than independent samples, and
+    // no bias.
     const double at = (static_cast<double>(i) + random.uniform()) / static_cast<double>(count);
     const auto found = std::upper_bound(cumulative.begin(), cumulative.end(), at * total);
     const size_t index =

@@ -1,4 +1,4 @@
-/// A plain triangle mesh, which the evaluation programs read, scale and write.
+/// A plain triangle mesh, and functions for reading, writing, scaling and sampling it.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,30 +9,30 @@
 
 namespace dtsdf {
 
-/// Positions in metres; triangles counter-clockwise seen from outside.
+/// Positions are in metres, triangles counter-clockwise as viewed from outside.
 struct TriangleMesh {
   std::vector<Eigen::Vector3f> vertices;
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<std::array<uint8_t, 3>> colours;  ///< RGB per vertex, or empty.
 };
 
-/// Reads a .ply file, ASCII or binary little-endian, of vertices and faces. Splits polygons into
-/// fans and ignores vertex properties other than positions and colours.
-/// @throws std::runtime_error with the file and the problem.
+/// Reads a .ply file (ASCII or binary little-endian) with vertices and faces. Polygons are split
+/// into fans. Vertex properties other than positions and colours are ignored.
+/// @throws std::runtime_error that names the file and the problem.
 TriangleMesh readPly(const std::string& path);
 
 /// Writes a binary little-endian .ply, with colours if the mesh has any.
 /// @throws std::runtime_error if the file cannot be written.
 void writePly(const std::string& path, const TriangleMesh& mesh);
 
-/// Moves the centre of the bounding box to the origin, and scales the longest side of the box to
-/// this length.
+/// Moves the centre of the bounding box to the origin, and scales the mesh so that the longest side
+/// of the box has the given length.
 void centreAndScale(TriangleMesh& mesh, float longest_side_m);
 
-/// Area of each triangle in m^2.
+/// Area of each triangle, in m^2.
 std::vector<double> triangleAreas(const TriangleMesh& mesh);
 
-/// Points drawn uniformly by area, and the triangle in which each point lies.
+/// Points sampled uniformly by area, and the triangle in which each point lies.
 struct SurfaceSamples {
   std::vector<Eigen::Vector3f> points;
   std::vector<uint32_t> triangles;

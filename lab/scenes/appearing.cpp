@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 constexpr double kWall_m = 0.0037, kEye_m = -3.0;
 constexpr double kSide_m = 0.25;
 
-/// A board is placed where 60 frames showed free space, and then appears in a few frames.
+/// After 60 frames of an empty place, a board is put there, and a few more frames are fused.
 std::vector<Figure> measure(const SceneSetup& setup, double front_m, int frames) {
   Scene scene;
   scene.add(wallAt(kWall_m));
@@ -22,7 +22,7 @@ std::vector<Figure> measure(const SceneSetup& setup, double front_m, int frames)
   map.watch(scene, roomCamera(setup), eye, frames);
   const Points front = pointsOnRectangle(Vector3d(0.0, 0.0, front_m), {0.5 * kSide_m, 0.0, 0.0},
                                          {0.0, 0.5 * kSide_m, 0.0}, 0.005);
-  // An image shows a rim to within a pixel at best.
+  // The rim can be located to within a pixel at best.
   const double within_m = std::max(setup.voxel(), (front_m - kEye_m) / roomCamera(setup).focal_px);
   return {atLeast("board in the mesh after " + std::to_string(frames) + " frames", 95.0, "%",
                   coveredPercent(front, map.surface(), within_m))};

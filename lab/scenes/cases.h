@@ -1,40 +1,45 @@
-/// The scenes, each in its own file. Each function adds the variants of one scene.
+/// Functions that add the variants of each scene. Every scene is defined in its own file.
 #pragma once
 
 #include "scenes/scene_case.h"
 
 namespace dtsdf {
 
-/// A wall has no gap between the part seen only from far away and the part also seen from nearby.
+/// A wall is first viewed from far away, then in part from nearby. No gap may remain between the
+/// two parts.
 void addNearAfterFarCases(std::vector<SceneCase>& cases);
 
-/// A removed object vanishes, however near and however long it was seen before.
+/// A removed object must vanish, no matter how near to the camera and for how long it was observed
+/// before.
 void addRemovedCases(std::vector<SceneCase>& cases);
 
-/// An object placed in free space soon appears.
+/// An object that is placed where the map was free must soon appear.
 void addAppearingCases(std::vector<SceneCase>& cases);
 
-/// Thin slats, seen from the front only, are complete and not too wide; gaps between them stay
-/// open.
+/// Thin slats, viewed only from the front, must be complete and not too wide, and the gaps between
+/// them must stay open.
 void addSlatCases(std::vector<SceneCase>& cases);
 
-/// Surfaces that no frame contradicts stay: out of view, not measured, or thinner than a pixel.
+/// Surfaces that no frame contradicts must stay, whether they are out of view, not measured, or
+/// thinner than a pixel.
 void addUncontradictedCases(std::vector<SceneCase>& cases);
 
-/// Clearing removes no surface if poses are slightly wrong.
+/// Clearing must not remove surfaces if poses are slightly wrong.
 void addDriftCases(std::vector<SceneCase>& cases);
 
-/// Wrong depths or a wrong pose in single frames leave no surface. With mesh/min_support 1, a
-/// corner seen in a single frame is kept.
+/// Wrong depths or a wrong pose in single frames must leave no surface. With mesh/min_support 1, a
+/// corner that is visible in a single frame must be kept.
 void addStrayCases(std::vector<SceneCase>& cases);
 
-/// Mixed pixels between two surfaces build no bridge, and a real side is not removed as a bridge.
+/// Mixed pixels between two surfaces must not form a bridge, and a real side must not be removed
+/// like a bridge.
 void addMixedPixelCases(std::vector<SceneCase>& cases);
 
-/// A surface ends at the mean of the outlines in the images, not at the widest or the narrowest.
+/// A surface must end at the mean of its outlines in the images, not at the widest or narrowest
+/// outline.
 void addOutlineCases(std::vector<SceneCase>& cases);
 
-/// The map does not grow while a box moves around.
+/// The map must not grow while a box moves around.
 void addMemoryCases(std::vector<SceneCase>& cases);
 
 }  // namespace dtsdf

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 constexpr int kFrames = 40;
 
-/// A corner with a floor (down is +y), a board and boxes.
+/// A corner of a room with a floor (+y is down), a board and boxes.
 Scene makeCorner() {
   Scene scene;
   scene.add(Room{Vector3d(-1.2037, -3.0, -6.0), Vector3d(4.0, 0.9037, 1.2037)});
@@ -28,7 +28,7 @@ Eigen::Isometry3d passBy(int i) {
   return lookFrom(eye + sway(i, 0.01), Vector3d(-0.1, 0.3, 0.7));
 }
 
-/// Pose errors: standard deviation on each axis in each frame, and the total drift over the run.
+/// Pose errors: standard deviation per axis in each frame, and total drift over all frames.
 struct PoseError {
   double jitter_m, jitter_rad, drift_m;
 };
@@ -54,7 +54,7 @@ Surface fuseCorner(SceneSetup setup, const std::vector<SceneView>& views, bool c
   return map.surface();
 }
 
-/// Measures how much of the visible surface clearing removes.
+/// Measures what percentage of the visible surface is removed by clearing.
 std::vector<Figure> measure(const SceneSetup& setup, const PoseError& error) {
   const Scene scene = makeCorner();
   const SceneCamera camera = coarseCamera();
@@ -75,7 +75,7 @@ std::vector<Figure> measure(const SceneSetup& setup, const PoseError& error) {
   const double within_m = 2.0 * setup.voxel() + 2.0 * error.jitter_m + std::max(error.drift_m, 0.0);
   const double kept = coveredPercent(seen, fuseCorner(setup, views, false), within_m);
   const double cleared = coveredPercent(seen, fuseCorner(setup, views, true), within_m);
-  return {atMost("less with clearing", 1.0, "%", kept - cleared)};
+  return {atMost("removed by clearing", 1.0, "%", kept - cleared)};
 }
 
 }  // namespace

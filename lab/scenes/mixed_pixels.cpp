@@ -16,7 +16,7 @@ constexpr double kBoardSide_m = 0.5;
 constexpr int kViews = 40;
 constexpr double kNoise = 1.5e-3;  // standard deviation in metres at 1 m; it grows with z^2
 
-/// A board at `gap_m` in front of a wall and at `distance_m` from the camera.
+/// A board `gap_m` in front of a wall and `distance_m` away from the camera.
 struct Step {
   double gap_m, distance_m;
   bool noisy;
@@ -24,13 +24,13 @@ struct Step {
   double sigma_m() const { return kNoise * (distance_m + gap_m) * (distance_m + gap_m); }
 };
 
-/// Camera with pixels of about 4 mm at 1 m, 5 mm at 2.5 m and 10 mm at 5 m, so that the board fits
-/// into the image.
+/// A camera whose pixels cover about 4 mm at 1 m, 5 mm at 2.5 m and 10 mm at 5 m, so that the board
+/// fits into the image.
 SceneCamera stepCamera(const Step& step) {
   return {240, 180, step.distance_m < 2.0 ? 262.5 : 525.0};
 }
 
-/// Gives each pixel on the far side of an edge a random depth between both sides.
+/// Gives each pixel on the far side of an edge a random depth between the two surfaces.
 void mixPixels(SceneView& view, double gap_m, Random& random) {
   const SceneView clean = view;
   for (int v = 1; v + 1 < view.camera.height; ++v) {
@@ -50,14 +50,16 @@ void addNoise(SceneView& view, Random& random) {
   for (float& z : view.depth_m) z += static_cast<float>(kNoise * random.normal()) * z * z;
 }
 
-/// Views from up to 0.3 rad to either side of the board, at slightly varying heights.
+/// Pose i out of kViews, on an arc of 0.3 rad to either side of the board, at slightly varying
+/// heights.
 Eigen::Isometry3d viewOf(const Step& step, int i) {
   const double angle = 0.3 * (2.0 * i / (kViews - 1) - 1.0), up = 0.05 * std::sin(0.9 * i);
   const Vector3d towards(std::sin(angle), std::sin(up), -std::cos(angle));
   return lookFrom(step.distance_m * towards, Vector3d::Zero());
 }
 
-/// Measures the area of bridges between the board and the wall, relative to a complete skirt.
+/// Measures the area of bridges between board and wall, relative to a complete skirt around the
+/// board.
 std::vector<Figure> measureBridge(const SceneSetup& setup, const Step& step) {
   const double front_m = kOff_m, wall_m = kOff_m + step.gap_m;
   Scene scene;
@@ -76,19 +78,19 @@ std::vector<Figure> measureBridge(const SceneSetup& setup, const Step& step) {
     return p.z() > front_m && p.z() < wall_m && scene.distanceToSurface(p) > away_m;
   });
   const double skirt_m2 = 4.0 * kBoardSide_m * step.gap_m;
-  return {atMost("bridge, of a whole skirt", step.noisy ? 10.0 : 3.0, "%",
+  return {atMost("bridge area, relative to a complete skirt", step.noisy ? 10.0 : 3.0, "%",
                  100.0 * areaOf(bridge) / skirt_m2)};
 }
 
-/// Whether any point between the board and the wall is far enough from both to count as part of a
-/// bridge.
+/// Whether there are points between board and wall that are far enough from both to count as part
+/// of a bridge.
 bool hasMiddle(const SceneSetup& setup, const Step& step) {
   const double noise_m = step.noisy ? 6.0 * step.sigma_m() : 0.0;
   return step.gap_m > 4.0 * setup.voxel() + noise_m + 1e-9;
 }
 
-/// A side from the board's right or left edge back to the wall: a thin plate, `width_px` pixels
-/// wide for a camera in the middle.
+/// A thin plate from the right or left edge of the board back to the wall, `width_px` pixels wide
+/// in the image of a centred camera.
 struct Side {
   Vector3d start, end;  // at y = 0
 
@@ -99,7 +101,7 @@ struct Side {
             Vector3d(sign * ratio * far, 0.0, kOff_m + step.gap_m)};
   }
 
-  /// A plate whose front lies in the side's plane.
+  /// The plate as a box, whose front lies in the plane of the side.
   Box plate() const {
     constexpr double kThickness_m = 0.002;
     const Vector3d along = (end - start).normalized();
@@ -120,8 +122,8 @@ struct Side {
   }
 };
 
-/// Measures real sides between the board and the wall, where bridges would be. The camera moves
-/// along their edges, so that their width in the image hardly changes.
+/// Measures real sides between board and wall, in the place of bridges. The camera moves along
+/// their edges, so that their width in the image hardly changes.
 std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, double width_px) {
   const Side sides[] = {Side::make(step, width_px, -1.0), Side::make(step, width_px, 1.0)};
   Scene scene;
@@ -139,7 +141,7 @@ std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, doub
     map.fuse(view);
   }
   const double inner_m = 0.5 * kBoardSide_m - 2.0 * setup.voxel();
-  Points between;  // points far from both the board and the wall
+  Points between;  // points at a distance from both board and wall
   for (const Side& side : sides) {
     for (const Vector3d& p : side.points(0.25 * setup.voxel())) {
       const double depth_m = p.z() - kOff_m;
@@ -152,8 +154,8 @@ std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, doub
   const double pixel_m = (step.distance_m + step.gap_m) / stepCamera(step).focal_px;
   const double within_m = std::max(1.5 * setup.voxel(), pixel_m);
   const double there = coveredPercent(between, map.surface(), within_m);
-  // A side one pixel wide has no slope of its own: not every view can distinguish it from mixed
-  // pixels.
+  // The slope of a side one pixel wide cannot be measured, so in some views it cannot be told apart
+  // from mixed pixels.
   const bool isBounded = width_px > 1.5 && !step.noisy;
   return {isBounded ? atLeast("side in the mesh", 90.0, "%", there)
                     : reported("side in the mesh", "%", there)};

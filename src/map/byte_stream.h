@@ -1,4 +1,4 @@
-/// Serialises values to bytes and back, for files and pages.
+/// Serialises values to bytes and back, for map files and for pages on disk.
 #pragma once
 
 #include <cstddef>

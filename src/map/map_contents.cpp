@@ -54,7 +54,7 @@ void checkFreeCubes(const MapContents& contents) {
 
 int countBits(uint64_t bits) { return __builtin_popcountll(bits); }
 
-/// Whether a mapper with these parameters takes over the free cells.
+/// Whether a mapper with these parameters would load the free cells.
 bool takesOverFreeCells(const MapContents& contents, const MapperParams& params) {
   return params.space.enabled && contents.cell_voxels != 0;
 }
@@ -67,7 +67,7 @@ bool isRigid(const Eigen::Isometry3d& T) {
          R.determinant() > 0.0;
 }
 
-/// Size of the part of the contents that a mapper with these parameters takes over.
+/// Size of the part of the contents that a mapper with these parameters would load.
 MapSize sizeTakenOver(const MapContents& contents, const MapperParams& params) {
   MapSize size = sizeOf(contents);
   if (!takesOverFreeCells(contents, params)) size.free_cubes = 0;

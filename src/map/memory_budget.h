@@ -1,4 +1,4 @@
-/// How map/max_memory_mb is divided between free cells and the map.
+/// Divides map/max_memory_mb between free cells and the rest of the map.
 #pragma once
 
 #include <cstddef>

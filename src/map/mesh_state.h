@@ -1,4 +1,4 @@
-/// State that meshing keeps for each block.
+/// The meshing state of each block.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-/// Sorts the requests of a frame by packed key. Few passes are needed, since the blocks of a frame
+/// Sorts a frame's block requests by packed key. Few passes are needed, since the blocks of a frame
 /// are close together.
 #pragma once
 

@@ -92,8 +92,7 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
   std::vector<Piece> pieces = findSmallPieces(outline, piece_of);
   const float reach = kCrumbReach * voxel, cell_side = 2.0f * reach;
   const Vec3f margin{reach, reach, reach};
-  std::unordered_map<PackedKey, std::vector<uint32_t>>
-      pieces_at;  // for each cell within kCrumbReach
+  std::unordered_map<PackedKey, std::vector<uint32_t>> pieces_at;  // by cell in their bounds
   for (uint32_t n = 0; n < pieces.size(); ++n) {
     Piece& piece = pieces[n];
     if (piece.vertices[0] < first || piece.vertices[0] >= end) continue;

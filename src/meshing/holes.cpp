@@ -82,8 +82,8 @@ class HoleCloser {
     return packKey({(cell.x + kHalf) & kMask, (cell.y + kHalf) & kMask, (cell.z + kHalf) & kMask});
   }
 
-  /// The plain vertices with exactly one fan, sorted by cell. An entry without a vertex marks the
-  /// end.
+  /// Lists the plain vertices that have exactly one fan, sorted by cell. The last entry has no
+  /// vertex and marks the end.
   std::vector<Cell> sortedCells() const {
     std::vector<Cell> cells;
     for (const Outline::Rim& rim : outline_.rims()) {

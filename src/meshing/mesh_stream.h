@@ -49,7 +49,7 @@ struct JoinedBlock {
   std::vector<Vec3f> faced;      ///< Facing of each vertex's edge (see facingSteps()).
 };
 
-/// A hash table from names to numbers, with open addressing.
+/// A hash table with open addressing that maps names to numbers.
 class NumberTable {
  public:
   /// Returns the number of a name. A new name is added with `number`.
@@ -88,8 +88,8 @@ class NumberTable {
   size_t used_ = 0;
 };
 
-/// Numbers the vertices of blocks, which must be added in order of their packed keys. To save
-/// memory, keeps only the vertices that subsequent blocks may share.
+/// Assigns indices to the vertices of blocks, which must be added in order of their packed keys. To
+/// save memory, keeps only the vertices that subsequent blocks may share.
 class BlockJoiner {
  public:
   /// Adds a block. The result is valid until the next call.
@@ -138,7 +138,7 @@ class MeshStream {
  public:
   struct Sink {
     std::function<void(const Mesh& piece)> vertices;  ///< Receives the next vertices.
-    /// Receives the vertex numbers of a triangle. Its vertices were output before.
+    /// Receives the vertex indices of a triangle, after its vertices have been output.
     std::function<void(const std::array<uint32_t, 3>&)> triangle;
   };
 

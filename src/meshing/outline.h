@@ -63,7 +63,7 @@ class Outline {
   uint32_t first() const { return first_; }
   uint32_t end() const { return first_ + static_cast<uint32_t>(vertices_.size()); }
   Kind kind(uint32_t vertex) const { return at(vertex).kind; }
-  /// Whether triangles do not fully surround a vertex.
+  /// Whether a vertex is not fully surrounded by triangles.
   bool isOnOutline(uint32_t vertex) const { return at(vertex).sum != 0; }
   bool isUnused(uint32_t vertex) const { return at(vertex).triangles == 0; }
   bool hasRim(uint32_t vertex) const { return at(vertex).rim != kNone; }

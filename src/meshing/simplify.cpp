@@ -92,7 +92,7 @@ class Tolerances {
   const double near_m_, max_error_m_;
   const SurfaceTree tree_;
   SurfaceTree::Hint hint_ = SurfaceTree::kNoHint;  ///< From the previous vertex, often a neighbour.
-  /// Tolerance of each vertex. Infinite: not measured yet; negative: no gap is narrow enough to
+  /// Tolerance of each vertex: infinite if not measured yet, negative if no gap is narrow enough to
   /// limit errors up to near_m_.
   std::vector<float> tolerance_m_;
 };
@@ -203,7 +203,7 @@ class TriangleFans {
   std::vector<Wing> wings_;
 };
 
-/// Cosine of the largest angle by which a triangle may turn in a merge, 70 degrees.
+/// Cosine of the largest angle by which a merge may turn a triangle (70 degrees).
 constexpr float kMinTurnCosine = 0.34f;
 
 /// Minimum height of a triangle, as a fraction of its longest side.
@@ -260,7 +260,7 @@ class Collapser {
     fans_.list(u, wings_);
     const bool is_neighbour =
         std::any_of(wings_.begin(), wings_.end(), [v](const Wing& wing) { return wing.from == v; });
-    if (!is_neighbour) return false;  // v was removed; the next pass finds another one
+    if (!is_neighbour) return false;  // v was removed; the next pass finds another neighbour
     states_[u].tried = states_[u].changes;
     if (!keepsOrientation(v) || !fans_.keepsManifold(u, wings_, v) ||
         !reassignVertices(u, v, error_m)) {
@@ -443,19 +443,19 @@ class Collapser {
   std::vector<std::tuple<uint32_t, uint32_t, float>> moves_;
 };
 
-/// The errors used in each decade. A mesh is simplified with one error after another, up to the
-/// requested error, so that a larger error continues from the result of a smaller one.
+/// The errors used in each decade. A mesh is simplified with increasing errors, up to the requested
+/// one. Each error continues from the result of the previous one.
 constexpr double kStepsOfDecade[] = {1.0, 1.5, 2.0, 3.0, 5.0, 7.0};
 
 /// Errors below this fraction of the mean edge length remove hardly any vertices.
 constexpr double kFirstShareOfEdge = 0.06;
 
-/// Maximum number of passes for one error, and the fraction of vertices that a pass must remove for
-/// another one to follow.
+/// Maximum number of passes per error, and the fraction of vertices that a pass must remove for
+/// another pass to follow.
 constexpr int kPasses = 6;
 constexpr double kMinGain = 0.1;
 
-/// If one error removes no more than this fraction of the vertices, larger ones are not tried.
+/// If an error removes no more than this fraction of the vertices, larger errors are not tried.
 constexpr double kEndGain = 1e-3;
 
 /// Errors are limited to this many mean edge lengths.

@@ -16,7 +16,7 @@
 
 namespace dtsdf {
 
-/// What stays in memory of a block on disk.
+/// The part of a block on disk that is kept in memory.
 struct PagedBlock {
   MapBlock block;
   uint32_t extractions;      ///< As in BlockEntry.

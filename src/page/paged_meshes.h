@@ -139,7 +139,7 @@ class PagedMeshes {
   bool isPainted() const { return painted_ > 0; }
   size_t triangleCount() const { return triangles_; }
   uint64_t missed() const { return missed_; }  ///< Number of failed reads.
-  /// Whether the disk responded to the last read; if not, it may have been removed.
+  /// Whether the disk responded to the last read; if not, the disk may have been removed.
   bool diskResponds() const { return pages_ == nullptr || pages_->diskResponds(); }
   size_t bytes() const { return pages_ == nullptr ? bytes_ : pages_->bytes(); }  ///< Used memory.
   size_t maxBytes() const { return max_bytes_; }  ///< Maximum memory; 0 if unlimited.

@@ -1,5 +1,5 @@
-/// Values that never change, such as the sectors of a table: recently used ones are kept in memory,
-/// the others in a file.
+/// Values that never change, such as the sectors of a table. Recently used values are kept in
+/// memory, all others in a file.
 #pragma once
 
 #include <cstddef>
@@ -144,7 +144,7 @@ class Paged {
   }
 
  private:
-  std::shared_ptr<const T> value_;  ///< Used if there are no pages.
+  std::shared_ptr<const T> value_;  ///< Used if values are not paged.
   std::shared_ptr<PagedValues::Entry> entry_;
 };
 

@@ -53,8 +53,8 @@ uint64_t unitsOf(size_t bytes) { return (bytes + kSumBytes + kUnitBytes - 1) / k
 
 std::string textOf(int error) { return std::generic_category().message(error); }
 
-/// Opens a file without a name. If the file system does not support that, a named one is opened and
-/// unlinked at once.
+/// Opens a file without a name. If the file system does not support that, a named file is opened
+/// and unlinked immediately.
 int openUnnamed(const std::string& folder) {
   const int file = open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, S_IRUSR | S_IWUSR);
   if (file >= 0 || (errno != EOPNOTSUPP && errno != EISDIR && errno != EINVAL)) return file;

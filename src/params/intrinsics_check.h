@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// "fx = 525, fy = 525, cx = 319.5, cy = 239.5"
+/// Formats intrinsics: "fx = 525, fy = 525, cx = 319.5, cy = 239.5".
 std::string inWords(const Intrinsics& K);
 
 /// Why images of this size cannot have these intrinsics; empty if they can.

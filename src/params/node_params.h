@@ -168,7 +168,7 @@ void resolveMemoryFrames(const PoseParams& poses, FusionParams& fusion);
 /// A key and the rule it breaks.
 using ParamViolation = std::pair<std::string, std::string>;
 
-/// Reads the node's settings strictly. `violations` were found earlier, and are reported, too.
+/// Reads the node's settings strictly. Also reports `violations`, which were found before.
 /// @throws ParamError with every violation.
 NodeParams readNodeParams(const ParamTree& tree,
                           const std::vector<ParamViolation>& violations = {});

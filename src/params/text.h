@@ -79,7 +79,8 @@ __attribute__((format(printf, 1, 2))) inline std::string formatted(const char* t
   return whole;
 }
 
-/// Number with up to `digits` significant digits, without trailing zeros: 0.02, 1e-06, 300.
+/// Formats a number with up to `digits` significant digits, without trailing zeros: 0.02, 1e-06,
+/// 300.
 inline std::string shortestText(double number, int digits = 6) {
   return formatted("%.*g", digits, number);
 }

@@ -262,7 +262,7 @@ struct CoarseMap {
   struct RayTable {
     size_t points = 0;
     std::vector<Matrix3f> R_W_C;
-    std::vector<uint16_t> rays;  ///< Ray of each point, orientation by orientation.
+    std::vector<uint16_t> rays;  ///< Ray of each point, grouped by orientation.
     std::vector<std::array<int8_t, 256>> scores;
   };
 

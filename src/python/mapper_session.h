@@ -16,9 +16,9 @@
 
 namespace dtsdf::python {
 
-/// Thread-safe: concurrent calls wait for each other. Call without holding the GIL. Threads and
-/// GPUs do not survive fork(): in a process that was forked after the first session was created,
-/// every call throws except the destructor, params() and levelPose().
+/// Thread-safe: concurrent calls are serialised. Call without holding the GIL. Threads and GPUs do
+/// not survive fork(): in a process that was forked after the first session was created, every call
+/// throws except the destructor, params() and levelPose().
 class MapperSession {
  public:
   /// Begins with an empty map. @throws as makeMapper() does.

@@ -225,7 +225,8 @@ std::string topicOf(const ImageKind& kind, const rosbag::Bag& bag, const std::st
   return "";
 }
 
-/// Images of one kind from a bag: depth in recording order, colour in the order of stamps.
+/// The depth or the colour images in a bag: depth in recording order, colour in the order of
+/// stamps.
 template <class Frame>
 class BagImages : public ImageSource<Frame> {
  public:

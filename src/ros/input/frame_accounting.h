@@ -113,7 +113,7 @@ struct Rejection {
   std::string text;
 };
 
-/// The status of one kind of image from one camera, and more details for InputStatus.
+/// The status of the depth or the colour images from one camera, with more details for InputStatus.
 struct StreamReport : dtsdf_mapping::StreamStatus {
   StreamReport() { received_age_s = camera_info_age_s = fused_age_s = -1.0f; }
 
@@ -207,7 +207,7 @@ class FrameAccounting {
   const std::string name_;
   const SteadyClock clock_;
   mutable std::mutex mutex_;
-  StreamReport counts_;  ///< Its ages are not set.
+  StreamReport counts_;  ///< Without ages.
   std::optional<SteadyTime> image_at_, camera_info_at_, fused_at_;
   std::map<DropReason, ros::WallTime> last_warning_;
 };

@@ -423,10 +423,10 @@ class FrameQueue {
     }
   }
 
-  /// Shortens a lasting backlog, so that the map stays up to date: drops one frame for each new
-  /// one. A backlog is lasting if two consecutive checks show no decrease; it is checked each time
-  /// the map has taken `max_images` / 2 frames. After a stall, such as saving a map, it shrinks
-  /// before the second check.
+  /// Shortens a lasting backlog by dropping a frame for each new one, so that the map stays up to
+  /// date. The backlog is checked each time the map has taken `max_images` / 2 frames, and counts
+  /// as lasting if it has not shrunk at two consecutive checks. After a stall, such as saving a
+  /// map, the backlog shrinks before the second check.
   void shorten(Stream stream) {
     StreamState& state = streams_[stream];
     const size_t waiting = countOf([&](const Entry& entry) {
@@ -443,8 +443,8 @@ class FrameQueue {
     if (state.is_overloaded && !is_short) dropOldest(streamToDropFrom(stream, isPosed));
   }
 
-  /// The stream of a random wanted image; `stream` if there are none. The choice is random, because
-  /// under a fixed rule, one stream could lose all its frames.
+  /// Returns the stream of a random wanted image, or `stream` if there is no such image. The choice
+  /// is random, because under a fixed rule, one stream could lose all its frames.
   template <class Wanted>
   Stream streamToDropFrom(Stream stream, const Wanted& wanted) {
     std::vector<Stream> of_images;

@@ -74,7 +74,7 @@ class ImageStream {
   /// Starts receiving images.
   void subscribe(const ros::NodeHandle& private_nh) {
     // The queue is long, because an overflow is silent: after a stall, roscpp reads everything from
-    // one connection before the next, so all images sent during the stall wait at once.
+    // one connection before the next, so all images sent during the stall are in the queue at once.
     constexpr int kQueue = 50;
     info_ = nh_.subscribe(info_topic_, kQueue, &ImageStream::onInfo, this);
     if (!mask_topic_.empty()) {

@@ -134,7 +134,7 @@ class InputStatus {
     const auto warn = [&](uint8_t code, const std::string& text) {
       report(status, MapStatus::WARN, code, name + text);
     };
-    // Recent drops that are faults: their number and most common reason.
+    // Number and most common reason of the recent drops that are faults.
     const StreamReport& first = history_.front().second[index];
     uint64_t dropped = 0, most = 0;
     DropReason most_common = drop::kQueueFull;

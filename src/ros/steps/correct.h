@@ -128,8 +128,8 @@ class CorrectStep : public Step {
   }
   void failed() override { giveUp("the map's backend failed"); }
 
-  /// Takes precedence over a waiting frame, but replays at most two records for each new frame. Two
-  /// are enough to catch up.
+  /// Takes precedence over a waiting frame, but replays at most two records per new frame, which is
+  /// enough to catch up.
   bool work(bool frame_waits) override try {
     constexpr int kWorkPerFrame = 4;
     if (refusion_) {

@@ -201,7 +201,7 @@ class LiveMap {
     return stats.pages.blocks == 0 && stats.map_bytes + bytes <= stats.max_map_bytes;
   }
 
-  /// Whether nothing is mapped. A failed map does not count as empty.
+  /// Whether the map is empty. A failed map does not count as empty.
   bool isEmpty() const {
     if (hasFailed()) return false;  // querying the mapper could fail
     const MapStats stats = mapper_->stats();

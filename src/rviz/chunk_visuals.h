@@ -68,8 +68,7 @@ class ChunkVisuals {
     }
   }
 
-  /// Adds a chunk, after removing the chunk that has the same origin, if any. An empty chunk is not
-  /// added.
+  /// Adds a chunk, replacing any chunk with the same origin. An empty chunk only removes it.
   void put(PackedChunk chunk, double step_m) {
     const auto before = visuals_.find(chunk.origin);
     if (before != visuals_.end()) remove(before);
@@ -142,8 +141,8 @@ class ChunkVisuals {
     return "dtsdf_mapping/mesh_blocks_" + std::to_string(count++);
   }
 
-  /// A chunk, in full detail or coarser, and its object. The chunk is kept to rebuild the object if
-  /// colours change.
+  /// A chunk, in full or reduced detail, and the Ogre object that draws it. The chunk is kept so
+  /// that the object can be rebuilt if colours change.
   struct Level {
     PackedChunk chunk;
     double step_m;

@@ -59,17 +59,17 @@ void checkSettings(const RunSettings& settings) {
   }
 }
 
-/// @throws std::runtime_error if what an image paints depends on the whole map.
+/// @throws std::runtime_error if painting the box requires the whole map.
 void checkPainting(const MapperParams& params) {
   if (!params.adapt_exposure && params.max_paint_depth_m > 0.0f) return;
   throw std::runtime_error(
-      "with --only, colour images can be painted only at a fixed exposure and with a depth "
-      "limit: give --set colour/exposure=fixed colour/max_depth_m=5 (and the same for the whole "
-      "map), or colour/enabled=never");
+      "with --only, painting requires a fixed exposure and a depth limit: give --set "
+      "colour/exposure=fixed colour/max_depth_m=5 for every box, or turn painting off with "
+      "colour/enabled=never");
 }
 
-/// Number of blocks along an edge of a cube of space cells. A cube belongs to the box that contains
-/// its first block.
+/// Number of blocks along an edge of a cube of free-space cells. A cube belongs to the box that
+/// contains its first block.
 int blocksPerCube(const SpaceParams& space) { return space.cell_voxels * kCubeSide / kBlockSide; }
 
 /// The keys of the cubes that belong to a box; empty if the box contains no cube's first block.
@@ -82,8 +82,8 @@ BlockExtent cubesOf(const BlockExtent& box, int n) {
   return cubes;
 }
 
-/// Indices of the colour images that may paint the box. Extends the blocks of the run by those that
-/// may hide the box's surfaces from these images.
+/// Returns the indices of the colour images that may paint the box. Adds the blocks that may
+/// occlude the box's surfaces in these images to the blocks of the run.
 std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOptions& options,
                               const RunSettings& settings,
                               const std::optional<Eigen::Isometry3d>& T_W_M) {
@@ -107,9 +107,9 @@ std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOption
   return listed;
 }
 
-/// What an image paints depends on how many frames supported the map before it, up to
-/// mesh/min_support. So the first frames are fused wherever they look. @return the index of the
-/// first frame that need not be fused.
+/// Painting depends on the number of frames that supported the map before, up to mesh/min_support.
+/// So the first frames are fused even if the box is not in view. @return the index of the first
+/// frame that need not be fused.
 size_t firstOptionalFrame(RunOptions options, const RunSettings& settings,
                           const std::optional<Eigen::Isometry3d>& T_W_M) {
   const MapperParams& params = settings.params.mapper;
@@ -127,7 +127,7 @@ size_t firstOptionalFrame(RunOptions options, const RunSettings& settings,
   return end;
 }
 
-/// A part of space, and the sampled blocks in it.
+/// A box, and the sampled blocks in it.
 struct Leaf {
   BlockExtent box;
   std::vector<BlockKey> blocks;
@@ -166,7 +166,7 @@ std::array<Leaf, 2> halvesOf(Leaf leaf) {
   return halves;
 }
 
-/// The blocks that contain measured points of a sample of the recording's images.
+/// The blocks that contain measured points in a sample of the recording's images.
 std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settings) {
   const auto T_W_M = detectLevel(options, settings);
   const MapperParams& params = settings.params.mapper;
@@ -233,7 +233,7 @@ BlockExtent parseBox(const std::string& text, double block_m) {
   for (size_t i = 0; i < 3; ++i) {
     box.first.*kAxes[i] = readEdge(edges[2 * i + 1], -kMax, block_m, text);
     box.last.*kAxes[i] = readEdge(edges[2 * i + 2], kMax + 1, block_m, text) - 1;
-    if (box.first.*kAxes[i] > box.last.*kAxes[i]) throw UsageError("'" + text + "' has no blocks");
+    if (box.first.*kAxes[i] > box.last.*kAxes[i]) throw UsageError("'" + text + "' is empty");
   }
   return box;
 }
@@ -275,7 +275,7 @@ std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings&
   std::priority_queue<Leaf> leaves;
   leaves.push({BlockExtent(), sampleBlocks(options, settings)});
   if (leaves.top().blocks.empty()) {
-    throw std::runtime_error("none of the sampled images shows a surface, so there are no boxes");
+    throw std::runtime_error("no surface is visible in the sampled images, so there are no boxes");
   }
   std::vector<BlockExtent> boxes;
   while (!leaves.empty() && leaves.size() + boxes.size() < most) {
@@ -290,7 +290,7 @@ std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings&
   }
   for (; !leaves.empty(); leaves.pop()) boxes.push_back(leaves.top().box);
   if (boxes.size() >= count) return boxes;
-  throw std::runtime_error("the recording covers too few blocks for " + std::to_string(count) +
+  throw std::runtime_error("the surfaces lie in too few blocks for " + std::to_string(count) +
                            " boxes; ask for " + std::to_string(boxes.size()) + " at most");
 }
 

@@ -1,5 +1,5 @@
-/// Maps that are built box by box: divides space into boxes, and finds the frames of a recording
-/// that a box needs.
+/// Building maps box by box: divides space into boxes, and finds the frames of a recording that
+/// each box requires.
 #pragma once
 
 #include <cstddef>
@@ -22,29 +22,29 @@ std::string boxText(const BlockExtent& box, double block_m);
 /// the text is not a box.
 BlockExtent parseBox(const std::string& text, double block_m);
 
-/// A run for one box of a map.
+/// A run that builds one box of a map.
 struct BoxRun {
-  MapBox box;        ///< The box; its frames are added during the run.
+  MapBox box;        ///< The box; the lists of its frames are filled during the run.
   MapExtent extent;  ///< The blocks to fuse, the blocks to paint, and the cubes of cells.
   std::shared_ptr<const std::vector<size_t>> frames, images;  ///< Indices of the images to read.
-  double last_stamp_s = 0.0;  ///< Stamp of the last frame; colour images after it are not painted.
+  double last_stamp_s = 0.0;  ///< Stamp of the last frame; later colour images are not used.
 };
 
-/// Plans a run from the poses of a recording. In a folder, decodes only a few of its images.
+/// Plans a run from the poses of a recording. If it is a folder, decodes only a few of its images.
 /// @throws std::runtime_error for settings that need the whole map.
 BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
                   const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box);
 
-/// Boxes that cover all of space and divide a recording's surfaces about equally, judged by a
-/// sample of its images. @throws std::runtime_error if the sample shows no surface, or shows fewer
-/// blocks than `count`.
+/// Returns boxes that together cover all of space and divide a recording's surfaces about equally,
+/// as estimated from a sample of its images. @throws std::runtime_error if no surface is visible in
+/// the sample, or its surfaces lie in fewer blocks than `count`.
 /// @param count Number of boxes; 0 for as many as `edge_m` requires.
 /// @param edge_m Maximum extent of the surfaces in a box along any axis, in metres; 0 for no limit.
 std::vector<BlockExtent> planBoxes(const RunOptions& options, const RunSettings& settings,
                                    size_t count, double edge_m);
 
-/// The space outside these boxes, as a list of boxes; a single box if possible.
-/// @throws std::runtime_error if two of them overlap.
+/// The space outside the given boxes, as a list of boxes; a single box if possible.
+/// @throws std::runtime_error if two of the given boxes overlap.
 std::vector<BlockExtent> missingBoxes(const std::vector<BlockExtent>& boxes);
 
 }  // namespace dtsdf

@@ -21,8 +21,8 @@ MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m) {
           (toVector(blocks.last) + Eigen::Vector3d::Ones()) * block_m + margin};
 }
 
-/// The view lies between four planes through the camera. A box that lies entirely outside one of
-/// them is out of view, even if part of it is behind the camera.
+/// The view frustum lies between four planes through the camera. A box entirely outside one of the
+/// planes is out of view, even if part of the box is behind the camera.
 bool CameraView::maySee(const MetricBox& box, double depth_m) const {
   Eigen::Matrix<double, 3, 8> corners;  // in the camera's frame
   for (int i = 0; i < 8; ++i) {
@@ -65,9 +65,9 @@ bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperPa
   return image.maySee(pointsOf(blocks, params.map.voxel_size_m, rules), params.max_paint_depth_m);
 }
 
-/// A piece of surface may hide a point if it lies on the ray from the point to the camera, or is no
-/// farther from that ray than the radius of a piece plus a cell of the depth image. pieceOf()
-/// computes the radius in pixels from fx, but uses it along both axes.
+/// A piece of surface may occlude a point if its distance from the ray between the point and the
+/// camera is at most the radius of the piece plus a cell of the depth image. pieceOf() computes the
+/// radius in pixels from fx, but uses it along both axes.
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
                            const MapperParams& params, const ColourRules& rules) {
   const double voxel_m = params.map.voxel_size_m, block_m = voxel_m * kBlockSide;

@@ -1,5 +1,5 @@
-/// Finds which axis-aligned boxes a camera may see, and which blocks may affect what a colour image
-/// paints.
+/// Tests which axis-aligned boxes may be in view of a camera, and finds the blocks that may affect
+/// painting with a colour image.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -48,7 +48,7 @@ bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperPar
 bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperParams& params,
               const ColourRules& rules);
 
-/// A box around these blocks and all blocks that may hide a part of them from a colour image.
+/// A box around these blocks and all blocks that may occlude part of them in a colour image.
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
                            const MapperParams& params, const ColourRules& rules);
 

@@ -61,7 +61,7 @@ SavedMesh saveSimplified(PagedMeshes& meshes, MeshColour colour, const std::stri
     SavedMesh saved = savePagedMesh(meshes, colour, path, std::nullopt, error_m, [&](double share) {
       progress.show(static_cast<size_t>(100.0 * share));
     });
-    std::printf("simplified from %zu to %zu triangles, at most %.6f m from the mesh\n",
+    std::printf("simplified from %zu to %zu triangles, at most %.6f m from the original mesh\n",
                 saved.joined_triangles, saved.triangles, saved.error_m);
     return saved;
   } catch (const std::invalid_argument& error) {

@@ -1,4 +1,4 @@
-/// map_tool: prints what is in a map file, and makes other files from it.
+/// map_tool: prints the contents of map files and converts them to other formats.
 #include "tools/map_tool.h"
 
 #include <cstdio>
@@ -13,14 +13,14 @@ namespace {
 
 void run(const std::vector<std::string>& arguments) {
   runCommand("map_tool",
-             "Reads map files (.dtsdf) that save_map and reconstruct write, and journals.",
+             "Reads journals, and map files (.dtsdf) written by save_map or reconstruct.",
              {{"info", "prints what is in a map file", printMapInfo},
               {"mesh", "saves the mesh of a map file", meshMap},
-              {"bt", "saves free and occupied space as an OctoMap tree", saveOcTree},
+              {"bt", "saves free and occupied cells as an OctoMap tree", saveOcTree},
               {"render", "renders depth, normals and colours from given poses", renderMap},
               {"boxes", "divides a recording into boxes for reconstruct --only", printBoxes},
               {"join", "joins the maps of boxes", joinBoxes},
-              {"diff", "compares two maps: what was added and what is gone", compareMaps},
+              {"diff", "finds the surfaces added and removed between two maps", compareMaps},
               {"hash", "prints hashes of a map and its mesh, or of a mesh file", printHash},
               {"texture", "saves the mesh with textures from a recording's images", textureMap},
               {"export", "exports a journal's images to train NeRFs and splats", exportJournal}},

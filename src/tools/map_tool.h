@@ -36,7 +36,7 @@ struct MapToolOptions {
 /// Adds FILE and OUT; `out` is the help text of OUT.
 void addPaths(CommandLine& line, const std::string& out, MapToolOptions& options);
 
-/// Adds --set; `keys` lists the keys that matter, for the help.
+/// Adds --set; `keys` lists the relevant keys for the help text.
 void addSettings(CommandLine& line, const std::string& keys, MapToolOptions& options);
 
 /// Creates a mapper from the file. The settings in the options override the file's settings, and

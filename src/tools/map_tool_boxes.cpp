@@ -1,4 +1,4 @@
-// map_tool boxes and join: let any number of processes build one map.
+// map_tool boxes and join: for building one map in several processes.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ class BoxJoiner {
     const std::optional<MapBox>& box = files_.back()->box();
     if (!box) {
       throw std::runtime_error("'" + printable(path) +
-                               "' is not the map of a box; make it with reconstruct --only");
+                               "' is not the map of a box; build it with reconstruct --only");
     }
     boxes_.push_back({box->first, box->last});
     if (files_.size() == 1) head_ = headOf(head);
@@ -61,10 +61,10 @@ class BoxJoiner {
     }
     throw std::runtime_error("boxes are missing: " + list +
                              (missing.size() > kMaxNamed ? " ..." : "") +
-                             "; make them with reconstruct --only");
+                             "; build them with reconstruct --only");
   }
 
-  /// For a large map, the mapper keeps a temporary file in the folder of `path`.
+  /// If the map is large, uses a temporary file in the folder of `path`.
   MapInfo save(const std::string& path) {
     const auto sort = [](auto& values) {
       std::sort(values.begin(), values.end(),
@@ -105,7 +105,7 @@ class BoxJoiner {
     }
     throw std::runtime_error("'" + printable(path) +
                              "' differs from the boxes before it in settings, frame or exposure; "
-                             "make all boxes with the same options");
+                             "build all boxes with the same options");
   }
 
   std::vector<std::unique_ptr<MapChunks>> files_;
@@ -130,12 +130,12 @@ void printBoxes(const std::vector<std::string>& arguments) {
   double edge_m = 0.0;
   CommandLine line(
       "map_tool boxes", "RECORDING --count N | --box-m METRES [options]",
-      "Divides space into boxes with about equal shares of a recording's surfaces, and "
+      "Divides space into boxes that contain about equal parts of a recording's surfaces, and "
       "prints them, one per line, for reconstruct --only. Only a sample of the images is "
       "read, but the boxes cover all of space.");
   line.addText({"RECORDING", "", "a recording that reconstruct reads"}, input.recording.path);
   line.addNumber({"--count", "N", "number of boxes"}, count, {1, 1e6});
-  line.addNumber({"--box-m", "METRES", "or maximum extent of the surfaces in a box"}, edge_m,
+  line.addNumber({"--box-m", "METRES", "maximum extent of the surfaces in a box"}, edge_m,
                  {0.01, 1e6});
   line.requireOneOf({"--count", "--box-m"});
   line.beginGroup("Input");
@@ -159,8 +159,8 @@ void joinBoxes(const std::vector<std::string>& arguments) {
   CommandLine line(
       "map_tool join", "BOX.dtsdf ... --save-map OUT.dtsdf",
       "Joins the maps of boxes, saved by reconstruct --only, into the map that one process "
-      "would build. The boxes must cover all of space; an error lists those "
-      "that are missing.");
+      "would build. The boxes must cover all of space; an error lists any missing "
+      "boxes.");
   line.addList({"BOXES", "", "maps of boxes"},
                [&](const std::string& path) { paths.push_back(path); });
   addSaveMapOption(line, "the joined map to write", map_path);

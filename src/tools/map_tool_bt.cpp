@@ -1,4 +1,4 @@
-// map_tool bt: saves known space as an OctoMap tree.
+// map_tool bt: saves the known cells as an OctoMap tree.
 #ifdef DTSDF_WITH_OCTOMAP
 #include "planning/oc_tree.h"
 #endif
@@ -47,8 +47,8 @@ void save(const Space&, const std::string&) {
 void saveOcTree(const std::vector<std::string>& arguments) {
   MapToolOptions options;
   CommandLine line("map_tool bt", "FILE OUT.bt [options]",
-                   "Saves free and occupied space as an OctoMap tree: cells with a surface are "
-                   "occupied, cells observed as free are free, and all others are unknown.");
+                   "Saves the free-space grid of a map as an OctoMap tree: cells with a surface "
+                   "are occupied, cells observed to be empty are free, and all others unknown.");
   addPaths(line, "the tree: .bt", options);
   addSettings(line, "space/..., backend, threads", options);
   line.parse(arguments);
@@ -60,8 +60,8 @@ void saveOcTree(const std::vector<std::string>& arguments) {
   if (mapper->stats().free_bytes == 0) {
     std::fprintf(
         stderr,
-        "map_tool: warning: the map has no free space, so the tree has only surface cells. "
-        "Build the map with --set space/enabled=true\n");
+        "map_tool: warning: the map contains no free cells, so the tree contains only surface "
+        "cells. Build the map with --set space/enabled=true\n");
   }
   mapper->updateMesh();
   save(*mapper->space(), options.out_path);

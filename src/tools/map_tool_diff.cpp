@@ -18,10 +18,10 @@
 namespace dtsdf {
 namespace {
 
-/// What a map shows at a point on the other map's surface.
+/// What one map contains at a point on the other map's surface: a surface, free space or nothing.
 enum Kind : uint8_t { kSame, kChanged, kUnseen };
 
-/// A map, and its mesh for finding the surface near a point.
+/// A map, its mesh, and a tree for finding the surface near a point.
 class ComparedMap {
  public:
   explicit ComparedMap(const MapToolOptions& options)
@@ -31,8 +31,8 @@ class ComparedMap {
         tree_(mesh_.vertices_m, mesh_.triangles) {
     if (loaded_.second->stats().free_bytes == 0) {
       throw std::runtime_error("'" + options.map_path +
-                               "' has no free space, so changes cannot be found; build it with "
-                               "--set space/enabled=true");
+                               "' contains no free cells, so changes cannot be found; "
+                               "build it with --set space/enabled=true");
     }
   }
 
@@ -40,8 +40,8 @@ class ComparedMap {
   const Mesh& mesh() const { return mesh_; }
   float voxelSize_m() const { return loaded_.first.params.mapper.map.voxel_size_m; }
 
-  /// What the map shows at a point in its frame. @param hint Speeds up the search if the same one
-  /// is passed to successive calls.
+  /// What the map contains at a point, given in its frame. @param hint Speeds up the search if the
+  /// same variable is passed to successive calls.
   Kind at(const Eigen::Vector3d& p_W, double near_m, SurfaceTree::Hint& hint) const {
     const Vec3f p{static_cast<float>(p_W.x() - mesh_.origin_m[0]),
                   static_cast<float>(p_W.y() - mesh_.origin_m[1]),
@@ -56,7 +56,7 @@ class ComparedMap {
 
  private:
   /// A cell becomes free only if rays pass it with a margin that grows with noise. So cells in
-  /// front of a surface stay unknown: up to half a metre above a floor seen from 5 m away.
+  /// front of a surface stay unknown: up to half a metre above a floor at a distance of 5 m.
   static constexpr double kReach_m = 0.5;
 
   /// Whether a point counts as free although its cell is not. It must lie in front of the nearest
@@ -113,7 +113,7 @@ uint32_t rootOf(std::vector<uint32_t>& parents, uint32_t vertex) {
   return vertex;
 }
 
-/// Marks connected changed pieces smaller than `min_m2` as unchanged.
+/// Marks connected pieces of changed surface as unchanged if they are smaller than `min_m2`.
 void dropSmallPieces(const Mesh& mesh, double min_m2, std::vector<Kind>& kinds) {
   std::vector<uint32_t> parents(mesh.vertices_m.size());
   std::iota(parents.begin(), parents.end(), 0u);
@@ -136,10 +136,10 @@ void dropSmallPieces(const Mesh& mesh, double min_m2, std::vector<Kind>& kinds) 
   }
 }
 
-/// What another map shows at each triangle of a mesh; T_O_W transforms the mesh's frame to the
-/// other map's.
-/// @param near_m A surface of the other map within this distance counts as the same.
-/// @param min_m2 Smaller connected changed pieces count as unchanged.
+/// What another map contains at each triangle of a mesh; T_O_W transforms from the mesh's frame to
+/// that of the other map.
+/// @param near_m A surface of the other map within this distance counts as the same surface.
+/// @param min_m2 Smaller connected pieces of changed surface count as unchanged.
 std::vector<Kind> compare(const Mesh& mesh, const ComparedMap& other,
                           const Eigen::Isometry3d& T_O_W, double near_m, double min_m2) {
   std::vector<Kind> kinds;
@@ -192,7 +192,7 @@ double addTriangles(const Mesh& mesh, const Eigen::Isometry3d& T_A_W,
   return area_m2;
 }
 
-/// T_A_B. The poses of both maps are in one frame, but each map may be levelled on its own.
+/// Returns T_A_B. The poses of both maps are in one frame, but each map may be levelled separately.
 /// @throws std::runtime_error if the frames differ.
 Eigen::Isometry3d frameOfBInA(const MapInfo& a, const MapInfo& b) {
   if (!a.map_frame.empty() && !b.map_frame.empty() && a.map_frame != b.map_frame) {
@@ -213,8 +213,8 @@ void compareMaps(const std::vector<std::string>& arguments) {
   bool changes_only = false;
   CommandLine line("map_tool diff", "A B [--mesh OUT] [options]",
                    "Compares two maps of the same place, built in one frame with space/enabled. "
-                   "Green: added, a surface of B in free space of A. Red: gone, a surface of A in "
-                   "free space of B. Blue: a surface of one map that the other has not observed. "
+                   "Green: added (a surface of B in free space of A). Red: gone (a surface of A in "
+                   "free space of B). Blue: a surface of one map where the other map is unknown. "
                    "Grey: unchanged. Prints the area of each.");
   line.addText({"A", "", "the earlier map"}, a.map_path);
   line.addText({"B", "", "the later map"}, b.map_path);
@@ -223,8 +223,7 @@ void compareMaps(const std::vector<std::string>& arguments) {
       {"--tolerance", "METRES",
        "surfaces within this distance count as the same (default: twice the larger voxel size)"},
       tolerance_m, {0.0, 10.0});
-  line.addNumber({"--least-area", "CM2", "smaller changed pieces count as unchanged"}, min_cm2,
-                 {0.0, 1e6});
+  line.addNumber({"--least-area", "CM2", "smaller changes are ignored"}, min_cm2, {0.0, 1e6});
   line.addFlag("--changes-only", "leave out unchanged surfaces", changes_only);
   addSettings(line, "mesh/..., backend, threads", a);
   line.parse(arguments);
@@ -260,8 +259,8 @@ void compareMaps(const std::vector<std::string>& arguments) {
       add("unchanged", before, kSame, changes_only ? std::nullopt : std::optional(kGrey));
   if (same_m2 <= added_m2 + gone_m2) {
     std::fprintf(stderr,
-                 "map_tool diff: warning: more surface has changed than not: are these maps of the "
-                 "same place, in one frame?\n");
+                 "map_tool diff: warning: at least half of the surface has changed; are both maps "
+                 "of the same place and in the same frame?\n");
   }
   if (a.out_path.empty()) return;
   if (drawing.triangles.empty()) {

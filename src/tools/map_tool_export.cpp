@@ -121,7 +121,7 @@ void exportJournal(const std::vector<std::string>& arguments) {
       "map_tool export", "JOURNAL --transforms OUT [options]",
       "Writes the images of a journal into a folder: images/ (PNG), depth/ (16-bit PNG, "
       "millimetres), points.ply (the vertices of its mesh) and transforms.json, with cameras and "
-      "poses in the form that NeRF and splat trainers read (OpenGL axes, map frame).");
+      "poses in the format that NeRF and splat trainers read (OpenGL axes, map frame).");
   line.addText({"JOURNAL", "", "a journal written by the node"}, journal_path);
   line.addText({"--transforms", "OUT", "folder to write"}, out_path);
   line.require("--transforms");

@@ -28,7 +28,7 @@ std::string describeBounds(const MapInfo& info, double voxel_size_m) {
 
 std::string describePoses(PoseMode mode) {
   switch (mode) {
-    case PoseMode::kTf: return "as given";
+    case PoseMode::kTf: return "used as supplied";
     case PoseMode::kRefine: return "refined by alignment to the map";
     case PoseMode::kTrack: return "tracked by alignment to the map";
   }
@@ -75,7 +75,7 @@ void printMapInfo(const std::vector<std::string>& arguments) {
   CommandLine line("map_tool info", "FILE [options]",
                    "Prints what is in a map file. Reads voxels and colours only with --verify.");
   line.addText({"FILE", "", "a map file"}, path);
-  line.addFlag("--settings", "also print all settings and rule numbers that the map was built with",
+  line.addFlag("--settings", "also print the settings and rule parameters of the map",
                with_settings);
   line.addFlag("--verify", "read the whole file and check its checksums", verify);
   line.parse(arguments);

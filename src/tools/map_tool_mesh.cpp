@@ -20,7 +20,7 @@ void meshMap(const std::vector<std::string>& arguments) {
   line.parse(arguments);
   checkMeshPath(options.out_path);
   prepareOutputFile(options.out_path);
-  // The mesh does not depend on free space.
+  // The mesh does not depend on the free-space grid.
   const auto [settings, mapper] = loadMapOf(options, "space/enabled=false");
   PagedMeshes meshes(settings.params.mapper.map);
   meshes.update(*mapper);

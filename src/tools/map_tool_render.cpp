@@ -32,7 +32,7 @@ StampedPose readPose(const std::string& text) {
   return {0.0, *T_W_C};
 }
 
-/// Depth in 16 bits; 0 where there is no surface or the depth does not fit.
+/// Converts depth to 16 bits; 0 where there is no surface or the depth is out of range.
 DepthImage depthImageOf(const RenderedView& view) {
   DepthImage image{view.width, view.height, std::vector<uint16_t>(view.depth_m.size())};
   constexpr float kMax = std::numeric_limits<uint16_t>::max() - 1;  // 65535 also means no depth
@@ -106,14 +106,14 @@ void renderMap(const std::vector<std::string>& arguments) {
   CommandLine line("map_tool render", "FILE OUT [options]",
                    "Renders views of a map into a folder in the format of the TUM "
                    "benchmark: depth (16-bit PNG, 5000 units per metre), normals (128 + 127 times "
-                   "x, y and z in the camera's frame) and, where the map is painted, rgb.");
+                   "x, y and z in the camera's frame) and, if the map is painted, rgb.");
   addPaths(line, "folder to write", options);
   line.add({"--pose", "TX,TY,TZ,QX,QY,QZ,QW",
             "pose of the camera's optical frame in the map frame: "
             "metres, then a quaternion"},
            [&](const std::string& text) { poses.push_back(readPose(text)); });
   line.addText({"--trajectory", "FILE",
-                "poses to render from: `stamp tx ty tz qx qy qz qw` per line, camera to map"},
+                "poses of the views: `stamp tx ty tz qx qy qz qw` per line, camera to map"},
                trajectory_path);
   line.requireOneOf({"--pose", "--trajectory"});
   line.addText({"--camera", "FILE",
@@ -124,9 +124,9 @@ void renderMap(const std::vector<std::string>& arguments) {
   line.parse(arguments);
   if (!trajectory_path.empty())
     poses = readTrajectory(trajectory_path, "give a file of poses").poses();
-  if (poses.empty()) throw std::runtime_error("'" + trajectory_path + "' has no poses");
+  if (poses.empty()) throw std::runtime_error("'" + trajectory_path + "' contains no poses");
   const RenderCamera camera = camera_path.empty() ? RenderCamera() : loadCameraInfo(camera_path);
-  // Views do not depend on free space.
+  // Views do not depend on the free-space grid.
   const auto mapper = loadMapOf(options, "space/enabled=false").second;
   const std::vector<double> times_ms = renderInto(options.out_path, camera, poses, *mapper);
   std::printf("%zu views of %d x %d pixels, median %.2f ms: %s\n", times_ms.size(), camera.width,

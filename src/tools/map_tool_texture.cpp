@@ -29,7 +29,7 @@ namespace {
 /// with a border between them for bilinear interpolation.
 struct Chart {
   int32_t x, y, side;  ///< The square.
-  bool is_second;      ///< Whether the triangle is in the half with the last texel.
+  bool is_second;      ///< Whether the triangle is in the half that contains the last texel.
 };
 
 constexpr int32_t kBorder = 3, kMaxTexels = 253, kPageSide = 4096;
@@ -107,9 +107,9 @@ class Atlas {
     return places;
   }
 
-  /// Calls visit(texel, s, t) for the texels of a triangle, and of the border at its edge from
-  /// corner 1 to corner 2. `texel` is the index of a texel in its page. The texel lies at corner 0
-  /// plus s times the edge to corner 1 plus t times the edge to corner 2.
+  /// Calls visit(texel, s, t) for the texels of a triangle, and for those of the border along its
+  /// edge from corner 1 to corner 2. `texel` is the index of a texel in its page. The texel lies at
+  /// corner 0 plus s times the edge to corner 1 plus t times the edge to corner 2.
   template <class Visit>
   void visitTexels(size_t triangle, const Visit& visit) const {
     const Chart& chart = charts_[triangle];
@@ -238,7 +238,7 @@ class SeenImage {
     return seen_m > 0.0f && depth_m > seen_m + rules_.hidden_depth * voxel_size_m_;
   }
 
-  /// Sums over the pixels that show painted surfaces, if image and map are well exposed there.
+  /// Sums over the pixels of painted surfaces where both the image and the map are well exposed.
   ExposureSums sumsWithMap() const {
     ExposureSums sums{};
     for (size_t i = 0; i < view_.colours.size(); ++i) {
@@ -262,7 +262,8 @@ class SeenImage {
 };
 
 /// Calls `take` for each colour image of a recording or a journal.
-/// @param what Label of the progress bar. @param T_W_M Level of the map, for recordings.
+/// @param what Label of the progress bar. @param T_W_M Levelling transform of the map; not used for
+/// journals.
 void visitImages(const RunOptions& options, const std::optional<Eigen::Isometry3d>& T_W_M,
                  const std::string& what, const std::function<void(const ColourFrame&)>& take) {
   size_t count = 0;
@@ -291,8 +292,8 @@ void visitImages(const RunOptions& options, const std::optional<Eigen::Isometry3
   }
 }
 
-/// The initial texels of a page: the map's colours, or grey, at a negligible weight, so that they
-/// only remain where no image shows the texel.
+/// The initial texels of a page: the map's colours, or grey, at a negligible weight. They remain
+/// only in texels that are not visible in any image.
 std::vector<Texel> beginPage(const Atlas& atlas, const Page& page) {
   constexpr float kTinyWeight = 1e-30f;
   std::vector<Texel> texels(static_cast<size_t>(page.height) * kPageSide, Texel{});
@@ -326,8 +327,8 @@ std::string pngOf(const std::vector<Texel>& texels, int32_t height) {
   return encodeColourPng(image);
 }
 
-/// Paints a page from all images, one by one. @param painted Increased by the number of texels that
-/// images show. @return the page as PNG.
+/// Paints a page with all images, one by one. @param painted Increased by the number of texels that
+/// are visible in an image. @return the page as PNG.
 template <class VisitImages>
 std::string paintPage(const Atlas& atlas, const Page& page, const VisitImages& visit_images,
                       const RunSettings& settings, float texel_m, Mapper& mapper, size_t& painted) {
@@ -371,7 +372,7 @@ void textureMap(const std::vector<std::string>& arguments) {
                    "a journal.");
   line.addText({"RECORDING", "", "a folder, a bag or a journal, as for reconstruct"},
                input.recording.path);
-  line.addText({"MAP", "", "the map file that was built from it"}, options.map_path);
+  line.addText({"MAP", "", "the map file built from the recording"}, options.map_path);
   line.addText({"--mesh", "OUT", "the mesh: .obj, with .mtl and .png next to it, or .glb"},
                options.out_path);
   line.require("--mesh");
@@ -407,7 +408,7 @@ void textureMap(const std::vector<std::string>& arguments) {
   }
   if (painted == 0) {
     throw std::runtime_error(
-        "no image shows the map; give the recording and --poses that it was built from");
+        "the map is not visible in any image; give the recording and --poses used to build it");
   }
   saveTexturedMesh(textured, options.out_path);
   std::printf("%zu triangles, %zu textures of %d texels across, %.1f MB: %s\n",

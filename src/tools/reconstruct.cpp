@@ -30,8 +30,8 @@ namespace dtsdf {
 namespace {
 
 /// The settings of a run that resumes from a map, which determines some of them. @throws
-/// std::runtime_error if explicitly given settings conflict with the map, or if it is in another
-/// frame.
+/// std::runtime_error if explicitly given settings conflict with the map, or if the map is in a
+/// different frame.
 MapperParams settingsWith(const MapContents& loaded, const RunSettings& settings) {
   const MapperParams params = withSettingsOf(loaded, settings.params.mapper);
   ParamTree tree = toTree(params);
@@ -46,7 +46,7 @@ MapperParams settingsWith(const MapContents& loaded, const RunSettings& settings
 }
 
 /// The origin of a run's map. A loaded map keeps the name of its frame and, if frames were fused
-/// into it, its level.
+/// into it, its levelling transform.
 /// @param loaded Null if the run begins with an empty map.
 MapOrigin originOf(const ReconstructOptions& options, const RunSettings& settings,
                    const MapContents* loaded) {
@@ -114,18 +114,18 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
   }
 }
 
-/// Rejects a mesh that is empty because no surface was seen in mesh/min_support frames.
+/// Rejects a mesh that is empty because no surface was observed in mesh/min_support frames.
 /// @throws std::runtime_error
 void checkSupport(const ReconstructionResult& result, const MapperParams& params) {
   const int min_support = params.mesh.min_support;
   const bool has_mesh = result.meshes->triangleCount() > 0;
   if (has_mesh || result.map.voxel_arrays == 0 || min_support < 2) return;
   throw std::runtime_error(
-      "the mesh is empty: no surface was seen in at least " + std::to_string(min_support) +
+      "the mesh is empty: no surface was observed in at least " + std::to_string(min_support) +
       " frames (mesh/min_support); --set mesh/min_support=1 accepts a single frame");
 }
 
-/// Checks that the outputs can be written, before hours of work.
+/// Checks in advance that the output files can be written.
 void checkOutputs(const ReconstructOptions& options) {
   for (const std::string& path :
        {options.mesh_path, options.save_map_path, options.trajectory_path, options.report_path}) {
@@ -158,7 +158,7 @@ void checkLosses(const ReconstructionResult& result, const Mapper& mapper) {
   throw std::runtime_error(std::to_string(pages.lost) + " blocks of the map were lost" +
                            (lacks_meshes ? ", and parts of the mesh cannot be read" : "") + ": " +
                            (pages.lost > 0 ? pages.problem : result.meshes->stats().problem) +
-                           "; the saved files lack them");
+                           "; they are missing from the saved files");
 }
 
 /// Checks that at least half of the images are usable, unless gaps are allowed.
@@ -223,7 +223,7 @@ void checkJournalOptions(const ReconstructOptions& options) {
   }
 }
 
-/// Corrects the poses of a journal with those of --poses, which are in --poses-frame.
+/// Corrects the poses of a journal with those of --poses, which are given in --poses-frame.
 /// @throws UsageError for an unknown frame.
 void correct(JournalReplay& journal, const ReconstructOptions& options) {
   const std::string& path = options.recording.poses_path;
@@ -262,14 +262,14 @@ void runJournal(const ReconstructOptions& options) {
   saveAll(result, *mapper, {begin.map_frame, journal.level(), 0.0, begin.poses}, params, options);
 }
 
-/// The poses of a recording are refined by default. Poses from --poses are used unchanged, and so
-/// are the poses for a box, since refining them would need the whole map.
+/// By default, the poses of a recording are refined. Poses from --poses are used unchanged. So are
+/// the poses for a box, because refining them would require the whole map.
 ParamTree defaultsFor(const ReconstructOptions& options) {
   if (!options.recording.poses_path.empty() || !options.only.empty()) return {};
   return {{"poses/mode", std::string("refine")}};
 }
 
-/// Narrows the selected images to those that the box needs.
+/// Limits the selected images to those that the box requires.
 /// @param loaded Null if the run begins with an empty map.
 /// @return nullopt if the run builds the whole map.
 std::optional<BoxRun> prepareBox(ReconstructOptions& options, const RunSettings& settings,
@@ -292,8 +292,8 @@ std::optional<BoxRun> prepareBox(ReconstructOptions& options, const RunSettings&
     }
     if (!run.images->empty()) {
       throw std::runtime_error(
-          "a box with colour cannot be resumed, since its map lacks the blocks around it that "
-          "hide its surfaces; set colour/enabled=never");
+          "a box with colour cannot be resumed, because its map lacks the surrounding blocks, "
+          "which may occlude its surfaces; set colour/enabled=never");
     }
     run.box = *before;
     ++run.box.recordings;
@@ -307,7 +307,7 @@ std::optional<BoxRun> prepareBox(ReconstructOptions& options, const RunSettings&
 void checkBox(const ReconstructionResult& result) {
   if (result.map.refused_blocks == 0 && result.map.refused_cubes == 0) return;
   throw std::runtime_error(
-      "the box takes more than map/max_memory_mb; raise it, use smaller boxes, or set "
+      "the box needs more memory than map/max_memory_mb; raise it, use smaller boxes, or set "
       "map/page_folder");
 }
 
@@ -357,7 +357,7 @@ void run(ReconstructOptions options) {
   }
   if (box) checkBox(result);
   saveAll(result, *mapper, origin, params, options, box ? &box->box : nullptr);
-  if (!box) requireMost(result.frames, depthImages(result), options, "were fused, and are saved");
+  if (!box) requireMost(result.frames, depthImages(result), options, "were fused (and saved)");
 }
 
 }  // namespace

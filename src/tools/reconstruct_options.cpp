@@ -47,16 +47,16 @@ void addPoseOptions(CommandLine& line, ReconstructOptions& options) {
        "(default), or track the camera by the map alone, from the first pose"},
       "poses/mode", options);
   line.addText({"--poses-frame", "NAME",
-                "for a journal: the frame of --poses, which is its map frame or its level frame "
-                "(default: its map frame)"},
+                "for a journal: the frame in which --poses are given, its map frame (default) or "
+                "its level frame"},
                options.poses_frame);
   line.onlyWith("--poses-frame", "--poses");
 }
 
 void addTrajectoryOption(CommandLine& line, ReconstructOptions& options) {
   line.addText({"--trajectory", "OUT.txt",
-                "file to write the poses of the fused images to: `stamp tx ty tz qx qy qz qw` per "
-                "line, camera to map"},
+                "file to write, with the poses of the fused images: `stamp tx ty tz qx qy qz qw` "
+                "per line, camera to map"},
                options.trajectory_path);
 }
 
@@ -64,11 +64,10 @@ void addMapOptions(CommandLine& line, ReconstructOptions& options) {
   line.addText({"--load-map", "IN.dtsdf", "map to resume from; voxel size and mode come from it"},
                options.load_map_path);
   addSaveMapOption(line, "map to write", options.save_map_path);
-  line.addText(
-      {"--only", "BOX",
-       "build only one box of the map, as map_tool boxes prints it: x=FROM..TO,y=..,z=.. in "
-       "metres; map_tool join joins boxes"},
-      options.only);
+  line.addText({"--only", "BOX",
+                "build only one box of the map, in the form that map_tool boxes prints: "
+                "x=FROM..TO,y=..,z=.. in metres; map_tool join joins the boxes"},
+               options.only);
 }
 
 }  // namespace
@@ -78,7 +77,7 @@ ReconstructOptions parseReconstructOptions(const std::vector<std::string>& argum
   CommandLine line(
       "reconstruct", "INPUT [options] --mesh OUT.ply",
       "Fuses the depth images of a recording and saves the mesh, the map or both. No image "
-      "is dropped for lack of time; the result is the same each time. Example: "
+      "is dropped for lack of time, so results are reproducible. Example: "
       "reconstruct recording.bag --mesh kitchen.ply --set map/voxel_size_m=0.02");
   line.beginGroup("Input");
   addInputOptions(line, options);

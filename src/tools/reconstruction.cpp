@@ -23,7 +23,7 @@ double timeMs(const Action& action) {
 /// The state of one run.
 class Reconstruction {
  public:
-  /// @param input Null for a journal, whose poses are used as given.
+  /// @param input Null for a journal, whose poses are used unchanged.
   Reconstruction(Mapper& mapper, const MapParams& map, const RecordedInput* input = nullptr)
       : mapper_(mapper), meshes_(std::make_shared<PagedMeshes>(map)) {
     if (input == nullptr) return;
@@ -102,7 +102,7 @@ class Reconstruction {
   }
 
  private:
-  /// @return whether the frame is to be fused.
+  /// Refines or tracks the pose. @return whether to fuse the frame.
   bool findPose(DepthFrame& depth, double stamp_s) {
     if (!refiner_ && !tracker_) return true;
     if (tracker_ && std::exchange(seeks_, false)) tracker_->seek(depth.T_W_C, stamp_s);
@@ -125,7 +125,7 @@ class Reconstruction {
   void recordLoss(const Alignment& alignment, double stamp_s) {
     if (result_.lost.empty() || result_.lost.back().fused_before != result_.frames) {
       const std::string why =
-          formatted("%s: %.0f %% of the points lie near the map, %.0f %% of these fit%s",
+          formatted("%s: %.0f %% of the points lie near surfaces, %.0f %% of these are inliers%s",
                     toString(alignment.status), 100.0 * alignment.matched_share,
                     100.0 * alignment.inlier_share,
                     alignment.is_held ? "" : ", and the pose may slide along them");
@@ -151,7 +151,7 @@ class Reconstruction {
     if (is_supporting) appendIndex(number, box_->box.supporting);
   }
 
-  /// Converts the pose of a colour image to the map frame. @return whether it can be painted.
+  /// Converts the pose of a colour image to the map frame. @return false if the pose is unknown.
   bool placeImage(ColourFrame& image, double stamp_s) {
     if (refiner_) image.T_W_C = refiner_->T_W_O() * image.T_W_C;
     if (!tracker_) return true;
@@ -174,10 +174,10 @@ class Reconstruction {
   std::shared_ptr<PagedMeshes> meshes_;
   BoxRun* box_ = nullptr;  ///< Null if the run builds the whole map.
   std::function<uint64_t()> supporting_;
-  // Neither is set if poses are used as given.
+  // Neither is set if poses are used unchanged.
   std::optional<PoseRefiner> refiner_;
   std::optional<PoseTracker> tracker_;
-  bool seeks_ = false;  ///< Whether the first pose is unknown, as in a loaded map.
+  bool seeks_ = false;  ///< Whether the camera must first be located in a loaded map.
   PoseConvention convention_;
   ReconstructionResult result_;
   size_t frames_seen_ = 0;
@@ -191,7 +191,7 @@ std::string describeSkipped(const std::map<std::string, size_t>& skipped,
                             const std::map<std::string, std::string>& problems) {
   std::string text;
   for (const auto& [reason, count] : skipped) {
-    text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + reason;
+    text += (text.empty() ? "" : ", ") + std::to_string(count) + " x " + reason;
     const auto problem = problems.find(reason);
     if (problem != problems.end()) text += " (" + problem->second + ")";
   }
@@ -210,7 +210,7 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, con
     for (; image && !rate_limit.takes(image->stamp_s); image = input.colour->next()) ++over_rate;
   };
   readImage();
-  // Paints the images with stamps up to and including `stamp_s`.
+  // Paints with all images whose stamps are at most `stamp_s`.
   const auto paintUpTo = [&](double stamp_s) {
     for (; image && image->stamp_s <= stamp_s; readImage()) reconstruction.paint(*image);
   };

@@ -103,7 +103,7 @@ void reportOn(const std::deque<SourceFrame>& frames, const FrameSource& source,
   warn(doubtAbout(first.intrinsics, first.width, first.height));
   const double min_m = fusion.min_depth_m, max_m = fusion.max_depth_m;
   if (share < kMinMeasuredShare) {
-    warn("the first images have almost no measured pixels: are these depth images?");
+    warn("the first images contain almost no measured pixels: are these depth images?");
   } else if (median_m < min_m || median_m > max_m) {
     warn(formatted(
         "median depth %.4g m is outside the mapped range, %g to %g m (fusion/min_depth_m, "
@@ -136,7 +136,7 @@ std::unique_ptr<FrameSource> openAndInspect(const RunOptions& options,
 
 Eigen::Vector3d measuredUp(const RunOptions& options, const NodeParams& node) {
   if (options.recording.format == "bag") return findUpInBag(bagOptions(options, node));
-  throw std::runtime_error("map/level is imu, which needs a bag with an inertial sensor; '" +
+  throw std::runtime_error("map/level is imu, which needs a bag with IMU data; '" +
                            options.recording.path + "' is read as " + options.recording.format +
                            ": set map/level to floor or none");
 }
@@ -178,7 +178,7 @@ Eigen::Isometry3d levelByFloor(FrameSource& source, const std::string& path) {
   search.finish();
   if (search.floor()) return levelPose(*search.floor());
   throw std::runtime_error("map/level is floor, but the first " + std::to_string(looked_at) +
-                           " images of '" + path + "' show no floor (" + search.problem() +
+                           " images of '" + path + "' contain no floor (" + search.problem() +
                            "); start where the floor is in view, with --frames FIRST:, or set "
                            "map/level to none");
 }

@@ -46,7 +46,7 @@ std::string listRules() {
 
 namespace {
 
-/// Checks only the form; keys and values are checked later, together with those of the file.
+/// Checks only the syntax; keys and values are checked later, together with those of the file.
 std::string parseSetting(const std::string& text) {
   const size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
@@ -91,8 +91,8 @@ void addFolderOptions(CommandLine& line, RunOptions& options) {
              options.recording.units_per_metre = readNumber(value, {kAboveZero, kUnbounded});
            });
   line.addNumber({"--pose-tolerance", "SECONDS",
-                  "maximum time between an image and the nearest pose; images without such a pose "
-                  "are skipped, others get an interpolated pose"},
+                  "maximum time between an image and the nearest pose; images farther from any "
+                  "pose are skipped, and poses of all others are interpolated"},
                  options.recording.pose_tolerance_s, {kAboveZero, kUnbounded});
 }
 
@@ -109,11 +109,11 @@ void addMapperOptions(CommandLine& line, RunOptions& options) {
       options.config_path);
   line.addList({"--set", "KEY=VALUE ...",
                 "single settings, which override those of the file; may be repeated. Keys that "
-                "start with rules/ change numbers of the method, for experiments"},
+                "start with rules/ change rule parameters, for experiments"},
                [&](const std::string& value) { options.settings.push_back(parseSetting(value)); });
   line.addTextRequest("--list-settings", "print every setting with its default, unit and range",
                       [] { return listSettings(); });
-  line.addTextRequest("--list-rules", "print the keys under rules/ with their defaults and ranges",
+  line.addTextRequest("--list-rules", "print every rule parameter with its default and range",
                       [] { return listRules(); });
   addSettingOption(line, {"--backend", "auto|cpu|cuda", "what to compute on"}, "backend", options);
   addSettingOption(line, {"--threads", "N", "CPU threads (0: all cores)"}, "threads", options);
@@ -201,7 +201,7 @@ void addReadingOptions(CommandLine& line, RunOptions& options) {
        "(TUM); for folders also lines of 12 (KITTI) or 16 numbers, Open3D's "
        "trajectory.log, COLMAP's images.txt, transforms.json, or a folder of .txt "
        "files with 4 x 4 numbers each. For a journal: corrected poses of some of its images; "
-       "the others move with them"},
+       "the corrections of all others are interpolated"},
       recording.poses_path);
   line.add(
       {"--pose-convention", "optical|opengl|body|inverted",
@@ -217,7 +217,7 @@ void addReadingOptions(CommandLine& line, RunOptions& options) {
   addFolderOptions(line, options);
   line.addText({"--depth-topic", "T", "a bag's depth images (default: the only such topic)"},
                recording.depth_topic);
-  line.addText({"--info-topic", "T", "their camera_info (default: next to the depth topic)"},
+  line.addText({"--info-topic", "T", "camera_info of a bag's depth images (default: next to them)"},
                recording.info_topic);
   line.addText({"--mask-topic", "T",
                 "a bag's masks: mono8, nonzero for pixels to ignore, such as people or the robot "

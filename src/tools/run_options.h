@@ -18,7 +18,7 @@ namespace dtsdf {
 /// range, by key.
 std::string listSettings();
 
-/// The text of --list-rules: every number of the method with its default and range.
+/// The text of --list-rules: every rule parameter with its default and range.
 std::string listRules();
 
 /// Options that the programs share.
@@ -30,7 +30,7 @@ struct RunOptions {
 };
 
 /// Parses FIRST:LAST:STEP; each part, and the second colon, may be left out.
-/// @throws UsageError if the text has another form.
+/// @throws UsageError if the text is malformed.
 FrameSelection parseFrameSelection(const std::string& text);
 
 // Each of these functions adds options to a command line.
@@ -47,14 +47,14 @@ void addSettingOption(CommandLine& line, ProgramOption option, const std::string
 /// Adds --save-map, with the program's help text.
 void addSaveMapOption(CommandLine& line, const std::string& help, std::string& path);
 
-/// The settings of a run, and the numbers of the method.
+/// The settings and rule parameters of a run.
 struct RunSettings {
   ParamTree given;  ///< Settings from file, command line and program; all others are defaults.
   NodeParams params;
   Rules rules;
 };
 
-/// Reads the settings of a command line. Files may also have settings that only the node uses.
+/// Reads the settings of a command line. Files may also contain settings that only the node uses.
 /// @throws ParamError that lists every violation, std::runtime_error if the file cannot be read.
 RunSettings readSettings(const RunOptions& options);
 

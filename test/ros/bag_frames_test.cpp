@@ -1,4 +1,4 @@
-/// Tests reading depth, clouds, masks, colour and inertial measurements from bags.
+/// Tests reading depth, clouds, masks, colour and IMU data from bags.
 #include "io/bag_frames.h"
 
 #include <gtest/gtest.h>
@@ -166,8 +166,8 @@ TEST_F(CompressedBag, ErrorsListTheAvailableNames) {
   EXPECT_NE(error().find("TF contains 'camera', 'map'"), std::string::npos) << error();
 }
 
-/// Errors about missing inputs name the option that helps, and the reasons for skipping images are
-/// explained.
+/// Errors about missing inputs name the option that helps, and each reason for skipping images
+/// comes with a message.
 TEST_F(CompressedBag, ErrorsNameTheOptionThatHelps) {
   const auto error = [&] { return errorOf([&] { read(); }); };
   bag_.write("/d64", headerOf(0).stamp,
@@ -264,7 +264,7 @@ TEST_F(CompressedBag, DamagedImagesAreCounted) {
   EXPECT_EQ(source_->skipped(), (std::map<std::string, size_t>{{"bad_image", 2}}));
 }
 
-/// Adds colour images whose camera has its own frame; those of CompressedBag are empty.
+/// Adds colour images of a camera with its own frame. The colour images of CompressedBag are empty.
 class ColourBag : public CompressedBag {
  protected:
   void SetUp() override {
@@ -370,7 +370,7 @@ TEST_F(ColourBag, TopicIsFoundIfItIsTheOnlyOne) {
   EXPECT_THROW(openBagColours(options_), std::runtime_error);
 }
 
-/// An inertial sensor rotated by 90 degrees about z: its y axis, which points up, is -x of the map.
+/// An IMU rotated by 90 degrees about z: its y axis, which points up, is -x of the map.
 class InertialBag : public testing::Test {
  protected:
   InertialBag() {

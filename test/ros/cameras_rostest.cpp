@@ -1,5 +1,5 @@
-/// Tests two cameras that share a map: frames are fused in the order of their stamps, whatever
-/// their order of arrival, and give the same mesh as offline.
+/// Tests two cameras that share a map: frames are fused in order of their stamps, in whatever order
+/// they arrive, and give the same mesh as when fused offline.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -96,8 +96,8 @@ TEST_F(ClearRegionTest, AcceptsAnyKnownFrame) {
   EXPECT_TRUE(cleared.success) << cleared.message;
   EXPECT_GT(cleared.voxels, 0u);
   EXPECT_EQ(call(sphereAt(0.5, 0.0, 1.0, 0.2, "map")).voxels, 0u)
-      << "this place was cleared before";
-  EXPECT_GT(call(sphereAt(0.0, 0.0, 1.0, 0.2)).voxels, 0u) << "this place was not cleared before";
+      << "this place should be empty already";
+  EXPECT_GT(call(sphereAt(0.0, 0.0, 1.0, 0.2)).voxels, 0u) << "this place should not be empty yet";
 }
 
 TEST_F(ClearRegionTest, ABoxMayBeRotated) {
@@ -109,10 +109,10 @@ TEST_F(ClearRegionTest, ABoxMayBeRotated) {
   EXPECT_GT(thin.voxels, 0u);
   request.box.pose.orientation.z = 0.0;
   request.box.pose.orientation.w = 1.0;
-  EXPECT_GT(call(request).voxels, 0u) << "the rotated box also cleared voxels outside of it";
+  EXPECT_GT(call(request).voxels, 0u) << "the first call should clear only the rotated box";
 }
 
-/// Also works while mapping is paused.
+/// The map is cleared even while mapping is paused.
 TEST_F(ClearRegionTest, ClearingAllSpaceEmptiesTheMap) {
   pauseMapping(true);
   EXPECT_GT(status_.status().blocks, 0u);
@@ -136,7 +136,7 @@ TEST_F(ClearRegionTest, ConcurrentCallsAreServedOneByOne) {
     EXPECT_TRUE(answer.success) << answer.message;
     emptied += answer.voxels > 0;
   }
-  EXPECT_EQ(emptied, 1u) << "only the first call finds voxels";
+  EXPECT_EQ(emptied, 1u) << "only the first call should find voxels";
 }
 
 TEST_F(ClearRegionTest, BadRequestsAreRefusedWithAReason) {

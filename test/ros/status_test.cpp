@@ -193,8 +193,8 @@ TEST(Status, ReportsALostCameraAndItsLastFit) {
   for (int i = 0; i < 30; ++i) take(1.0 + 0.1 * i);
   poses.fill(status);
   expect(status, MapStatus::CAMERA_LOST,
-         "the camera is lost, and nothing is fused: move it back slowly to where it was, or call "
-         "set_pose, or clear_map to begin again");
+         "the camera is lost, and nothing is fused: move it back slowly to where it was, call "
+         "set_pose, or start over with clear_map");
   const dtsdf_mapping::PoseStatus& pose = status.cameras[0].pose;
   EXPECT_EQ(pose.outcome, toString(AlignmentStatus::kMisfit));
   EXPECT_NEAR(pose.stamp.toSec(), 3.9, 1e-6);

@@ -22,7 +22,7 @@ namespace dtsdf {
 /// Changes to the mesh since the last take(), to be applied in the order of the members.
 struct MeshChanges {
   bool cleared = false;   ///< Whether all blocks were removed first.
-  bool is_whole = false;  ///< Whether `blocks` is the whole mesh; any other block is gone.
+  bool is_whole = false;  ///< Whether `blocks` is the whole mesh; all other blocks were removed.
   std::optional<float> voxel_size_m;    ///< Voxel size, if the map is new.
   std::vector<SharedBlockMesh> blocks;  ///< Replaced blocks, in any order.
   ros::Time stamp;                      ///< Stamp of the newest frame in the mesh; zero if none.
@@ -88,8 +88,8 @@ class MeshQueue {
   std::unordered_map<PackedKey, SharedBlockMesh> blocks_;
 };
 
-/// The blocks of `mesh` that are missing from `store` or differ from it, and an empty block for
-/// each that only `store` has.
+/// Returns the blocks of `mesh` that `store` lacks or contains in a different version, and an empty
+/// block for each block that is only in `store`.
 inline std::vector<SharedBlockMesh> differences(const MeshStore& store,
                                                 std::vector<SharedBlockMesh> mesh) {
   const auto isSame = [](const auto& a, const auto& b) {  // no padding to compare

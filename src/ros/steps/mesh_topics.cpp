@@ -23,14 +23,15 @@ using visualization_msgs::MarkerArray;
 
 namespace {
 
-/// Maximum number of pieces queued per listener, and the approximate size of a piece.
+/// Each message is a piece of the mesh: maximum number of pieces queued per listener, and the
+/// approximate size of a piece.
 constexpr uint32_t kQueuePieces = 20;
 constexpr size_t kPieceBytes = 1 << 20;
 /// Maximum number of pieces per round and topic. At ten rounds per second, this limits each topic
 /// to about 40 MB/s.
 constexpr int kPiecesPerRound = 4;
 constexpr double kRoundRate_hz = 10.0;
-/// Interval between refreshes, each of which publishes another part of the mesh again.
+/// Interval at which the next part of the mesh is published again.
 constexpr double kRefreshPeriod_s = 1.0;
 
 std_msgs::ColorRGBA toColour(const std::array<uint8_t, 3>& rgb) {
@@ -103,8 +104,8 @@ void add(const NodeParams&, double, PackedChunk chunk, int, MeshBlocks& message)
   message.blocks.push_back(toMessage(std::move(chunk)));
 }
 
-/// A mesh topic and its pending chunks. They are sent a few pieces at a time, so a listener that
-/// never reads only fills its own queue and delays nobody else.
+/// A mesh topic and its pending chunks. Only a few pieces are published per round, so a listener
+/// that never reads its messages fills its own queue but does not delay other listeners.
 template <class Message>
 class ChunkTopic {
  public:
@@ -121,8 +122,8 @@ class ChunkTopic {
   bool hasSubscribers() const { return topic_.hasSubscribers(); }
   bool isBehind() const { return !pending_.empty(); }
 
-  /// Marks changed and refreshed chunks as pending, and all chunks if a listener is new. Without
-  /// listeners, no chunk stays pending.
+  /// Marks changed and refreshed chunks as pending, or all chunks if there is a new listener. If
+  /// there are no listeners, drops all pending chunks.
   void addPending(const MeshChunks& chunks, bool with_changes,
                   const std::vector<PackedKey>& refreshed) {
     const auto add = [this](const auto& keys) { pending_.insert(keys.begin(), keys.end()); };

@@ -1,4 +1,4 @@
-/// The step that publishes free and occupied space as an OctoMap while someone listens. Compiled
+/// The step that publishes free and occupied cells as an OctoMap while someone listens. Compiled
 /// only if octomap_msgs is installed.
 #include <octomap_msgs/Octomap.h>
 
@@ -23,7 +23,7 @@ class OctomapStep : public Step {
     topic_.advertise<octomap_msgs::Octomap>(handles.prompt, "octomap", 1);
   }
 
-  /// Requests no next call, because SpaceStep already has all steps called every 50 ms.
+  /// Does not request the next call, because SpaceStep has all steps called every 50 ms anyway.
   SteadyDuration publish(ShownMesh*) override {
     const SteadyTime begin = std::chrono::steady_clock::now();
     const SpaceStep::Known known = space_.known();

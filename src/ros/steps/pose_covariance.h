@@ -12,10 +12,11 @@ namespace dtsdf {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// Axes along (or about) which an image does not constrain its pose: the standard deviation exceeds
-/// half of `sigma`, that of the prior. `covariance` is for either the position or the rotation.
+/// Axes along (or about) which an image does not constrain its pose, that is, along which the
+/// standard deviation exceeds half of the prior's, `sigma`. `covariance` is that of either the
+/// position or the rotation.
 inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, double sigma) {
-  constexpr double kFreeShare = 0.25;  // share of the prior's variance
+  constexpr double kFreeShare = 0.25;  // fraction of the prior's variance
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
   std::vector<Eigen::Vector3d> axes;
   for (Eigen::Index i = 0; i < 3; ++i) {
@@ -26,8 +27,8 @@ inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, 
 }
 
 /// Covariance of a pose in the map. With poses/mode track, errors along a free axis add up from
-/// image to image, so the variance along that axis is made large. An image that was not aligned,
-/// such as the first, has a given pose, so its covariance is kept.
+/// image to image, so a large variance along that axis is added. The covariance of an image that
+/// was not aligned, such as the first one, is returned unchanged.
 inline Matrix6d odometryCovariance(const Alignment& alignment, const PoseParams& params) {
   // Variances of unknown quantities: large, but not too large for filters.
   constexpr double kUnknown_m2 = 1e3, kUnknown_rad2 = 10.0;
@@ -46,8 +47,8 @@ inline Matrix6d odometryCovariance(const Alignment& alignment, const PoseParams&
   return covariance;
 }
 
-/// Covariance of B's pose in M, from that of C's pose in W. B is rigidly attached to C; `offset_M`
-/// is the position of B minus that of C, in M.
+/// Covariance of B's pose in M, computed from that of C's pose in W. B is rigidly attached to C;
+/// `offset_M` is the position of B minus that of C, in M.
 inline Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Matrix3d& R_M_W,
                                 const Eigen::Vector3d& offset_M) {
   Eigen::Matrix3d cross;

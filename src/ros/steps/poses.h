@@ -35,7 +35,7 @@
 namespace dtsdf {
 
 /// Aligns images if poses/mode is refine or track; otherwise leaves poses unchanged. With refine,
-/// each camera is aligned on its own, but only the correction and the poses of the first one are
+/// each camera is aligned separately, but only the first camera's correction and poses are
 /// published. Serves set_pose and save_trajectory.
 class PosesStep : public Step {
  public:
@@ -92,8 +92,8 @@ class PosesStep : public Step {
     return std::nullopt;
   }
 
-  /// Replaces a frame's expected pose in W with the pose to fuse or paint it at. @throws
-  /// std::exception if the backend fails.
+  /// Replaces a frame's expected pose in W with the pose at which to fuse it or, for a colour
+  /// image, to paint with it. @throws std::exception if the backend fails.
   std::optional<Rejection> place(PosedFrame& frame) override {
     if (!isOn()) return std::nullopt;
     const PoseRefiner& refiner = refiners_.at(frame.camera);
@@ -108,7 +108,7 @@ class PosesStep : public Step {
     recordAlignment(frame, found_);
     if (tracks() ? tracker_.shouldFuse(found_) : refiner.shouldFuse(found_)) return std::nullopt;
     const std::string text =
-        formatted("%s: %ld %% of the image is near surfaces of the map, and %ld %% of that fits",
+        formatted("%s: %ld %% of the points are near surfaces, and %ld %% of these are inliers",
                   toString(found_.status), std::lround(100.0 * found_.matched_share),
                   std::lround(100.0 * found_.inlier_share));
     return Rejection{tracks() ? drop::kLost : drop::kMisfit, text};
@@ -146,8 +146,8 @@ class PosesStep : public Step {
       status.cameras[i].pose = report_[i];
       if (report_[i].lost_since.isZero()) continue;
       report(status, MapStatus::WARN, MapStatus::CAMERA_LOST,
-             "the camera is lost, and nothing is fused: move it back slowly to where it was, or "
-             "call set_pose, or clear_map to begin again");
+             "the camera is lost, and nothing is fused: move it back slowly to where it was, call "
+             "set_pose, or start over with clear_map");
     }
     if (problem_.empty()) return;
     report(status, MapStatus::WARN, MapStatus::POSES_NOT_PUBLISHED, problem_);
@@ -162,7 +162,7 @@ class PosesStep : public Step {
     given_T_W_B_ = T_W_B;
   }
 
-  /// Poses at which frames of the first camera were fused, in that order; at most the newest
+  /// Poses at which the first camera's frames were fused, in order of fusion; at most the newest
   /// kMaxPoses.
   const std::deque<StampedPose>& fusedPoses() const { return fused_; }
   /// The latest odometry, set even without listeners.
@@ -223,8 +223,7 @@ class PosesStep : public Step {
     return host_.frame.level().value_or(Eigen::Isometry3d::Identity());
   }
 
-  /// If stamps jump back, a recording or the odometry has restarted, so the refiner starts over
-  /// too.
+  /// If stamps jump back, a recording or the odometry has restarted, so the refiner is reset.
   Alignment refine(const PosedFrame& frame, const DepthFrame& depth) {
     PoseRefiner& refiner = refiners_.at(frame.camera);
     const ros::Time last = std::exchange(last_stamps_.at(frame.camera), frame.stamp);
@@ -313,7 +312,7 @@ class PosesStep : public Step {
     sendTransform(parent_, base, T_M_B, stamp);
   }
 
-  /// The trajectory so far, thinned if it is long.
+  /// Publishes the trajectory so far, thinned out if it is long.
   void publishPath(const ros::Time& stamp, const Eigen::Isometry3d& T_C_B) {
     constexpr size_t kMaxOnPath = 4000;
     constexpr std::chrono::milliseconds kPathPeriod{500};

@@ -1,5 +1,5 @@
-/// The step for free and occupied space: publishes the ground grid, its updates and slices of
-/// distances, and answers planners' queries.
+/// The step that serves the map's free-space grid to planners: publishes a ground grid, its updates
+/// and slices of distances, and answers queries.
 #pragma once
 
 #include <dtsdf_mapping/GetDistanceGrid.h>
@@ -33,9 +33,9 @@
 
 namespace dtsdf {
 
-/// Without space/enabled, publishes nothing and refuses queries. Queries never wait for the map.
-/// Changes go from the map thread to the output thread through a queue; when the queue is full,
-/// further changes stay in the map.
+/// If space/enabled is false, publishes nothing and refuses queries. Queries never wait for the
+/// map. Changes go from the map thread to the output thread through a queue; when the queue is
+/// full, further changes stay in the map.
 class SpaceStep : public Step {
  public:
   explicit SpaceStep(const Host& host)
@@ -81,8 +81,8 @@ class SpaceStep : public Step {
     if (const Space* const space = host_.map.mapper().space()) add({true, {}}, *space);
   }
 
-  /// Queues all changes at once, so that planners get answers from the previous space until the
-  /// new one is complete.
+  /// Queues all changes at once, so that planners get answers from the previous free-space grid
+  /// until the new one is complete.
   void corrected() override {
     is_part_ = false;
     Space* const space = host_.map.mapper().space();
@@ -107,7 +107,8 @@ class SpaceStep : public Step {
     const std::lock_guard<std::mutex> lock(mutex_);
     bytes_ = follower_->bytes() + (grid_ ? grid_->bytes() : 0);
     pages_ = follower_->pageStats();
-    constexpr std::chrono::milliseconds kUntilNext{50};  // soon enough for the update after a grid
+    // Short enough to publish the update that follows a grid in time.
+    constexpr std::chrono::milliseconds kUntilNext{50};
     return kUntilNext;
   }
 
@@ -123,8 +124,8 @@ class SpaceStep : public Step {
 
   struct Known {
     std::shared_ptr<const SpaceSnapshot> space = std::make_shared<const SpaceSnapshot>();
-    /// Stamp of the newest frame whose surfaces are in `space`. Cells freed by even newer frames
-    /// may be in it too. 0 if no frame was fused, as in a loaded map.
+    /// Stamp of the newest frame whose surfaces are in `space`, which may already contain cells
+    /// freed by newer frames. 0 if no frame was fused, as in a loaded map.
     ros::Time stamp;
   };
   Known known() const {
@@ -186,7 +187,7 @@ class SpaceStep : public Step {
     response.stamp = stamp;
   }
 
-  /// @throws std::runtime_error if space is not recorded, the backend has failed or nothing is
+  /// @throws std::runtime_error if space/enabled is false, the backend has failed or nothing is
   /// mapped.
   Known knownToPlanners() const {
     if (!is_on_) {
@@ -238,7 +239,7 @@ class SpaceStep : public Step {
   }
 
   /// Queues changes, or a part of them if there are many. Their stamp is that of the newest frame
-  /// in the mesh. Frames fused since that extraction began may already have freed some cells.
+  /// in the mesh. Frames fused since its extraction began may already have freed some cells.
   void handOver() {
     Space* const space = host_.map.mapper().space();
     if (space == nullptr) return;

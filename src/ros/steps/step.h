@@ -57,10 +57,10 @@ struct Host {
   WorkerThread& map_loop;
   /// Applies all queued changes to `mesh`, on the calling thread.
   std::function<void()> take_changes;
-  /// Waits until the output thread has applied all queued changes. After that, nothing of an
-  /// earlier map is published, and no query is answered from an earlier map.
+  /// Waits until the output thread has applied all queued changes. After that, neither topics nor
+  /// answers to queries contain data from an earlier map.
   std::function<void()> await_output;
-  std::atomic<bool>& is_ending;  ///< Once set, calls that wait give up.
+  std::atomic<bool>& is_ending;  ///< Once set, blocking calls give up.
 };
 
 /// Node handles for callbacks on different threads; all but `input` and `map` are in the
@@ -89,7 +89,7 @@ class Step {
 
   /// Sets the expected pose of a frame that has none. Called before place() of any step.
   virtual std::optional<Rejection> expect(PosedFrame&) { return std::nullopt; }
-  /// Moves a frame before it is fused or painted, or says why to drop it.
+  /// Sets the pose at which a frame is fused or painted, or returns why the frame is dropped.
   virtual std::optional<Rejection> place(PosedFrame&) { return std::nullopt; }
   /// The mapper has processed a frame; the result says whether it was fused.
   virtual void fused(const PosedFrame&, const IntegrationResult&) {}
@@ -102,12 +102,12 @@ class Step {
   /// A loaded map has replaced the map. The arguments are its contents, without voxels, and its
   /// file; both are null if the map was emptied instead.
   virtual void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) {}
-  /// A map of the same frames at corrected poses has replaced the map.
+  /// A map built from the same frames at corrected poses has replaced the map.
   virtual void corrected() {}
   /// The backend has failed.
   virtual void failed() {}
-  /// Does some work of the step, unless a frame is waiting, which takes precedence. @return whether
-  /// it did any work.
+  /// Does some of the step's background work, unless a frame is waiting. @return whether it did
+  /// any.
   virtual bool work(bool /*frame_waits*/) { return false; }
 
   // Called on the output thread, unless stated otherwise.

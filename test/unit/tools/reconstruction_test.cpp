@@ -104,7 +104,7 @@ TEST_F(ReconstructionTest, CountsSkippedFramesByReason) {
   EXPECT_EQ(result.frames, 2u);
   EXPECT_EQ(result.skipped.at("no pose"), 3u);
   EXPECT_EQ(result.skipped.at(toString(FrameStatus::kBadImage)), 1u);
-  EXPECT_NE(describeSkipped(result.skipped).find("3 no pose"), std::string::npos);
+  EXPECT_NE(describeSkipped(result.skipped).find("3 x no pose"), std::string::npos);
 }
 
 TEST_F(ReconstructionTest, ExplainsWhyNoFrameWasFused) {

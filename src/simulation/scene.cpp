@@ -19,7 +19,7 @@ using Interval = Eigen::AlignedBox<double, 1>;
 
 const Interval kAll(-kInfinity, kInfinity);
 
-/// Where origin + s * direction lies in [low, high] along one axis.
+/// Interval of s in which origin + s * direction lies in [low, high] along one axis.
 Interval slab(double origin, double direction, double low, double high) {
   if (direction == 0.0) return origin >= low && origin <= high ? kAll : Interval();
   const double a = (low - origin) / direction, b = (high - origin) / direction;
@@ -35,7 +35,7 @@ Interval insideBox(const Eigen::Vector3d& origin, const Eigen::Vector3d& directi
   return inside;
 }
 
-/// Where a s^2 + 2 b s + c <= 0, for a >= 0.
+/// Interval of s in which a s^2 + 2 b s + c <= 0, for a >= 0.
 Interval insideQuadric(double a, double b, double c) {
   if (a == 0.0) return c <= 0.0 ? kAll : Interval();
   const double discriminant = b * b - a * c;
@@ -44,8 +44,8 @@ Interval insideQuadric(double a, double b, double c) {
   return Interval((-b - root) / a, (-b + root) / a);
 }
 
-/// Where a ray enters a convex solid, given its interval inside. Infinity if it misses the solid or
-/// starts inside it.
+/// Parameter at which a ray enters a convex solid, given its interval inside. Infinity if the ray
+/// misses the solid or starts inside it.
 double entry(const Interval& inside) {
   return inside.isEmpty() || inside.min().x() <= 0.0 ? kInfinity : inside.min().x();
 }
@@ -233,7 +233,7 @@ Eigen::Isometry3d roomCameraPose(double time_s, double lap_s) {
 
 namespace {
 
-/// Faces of a box, and their paint: -x, +x, -y, +y, -z, +z.
+/// Number of faces of a box, and their colours: -x, +x, -y, +y, -z, +z.
 constexpr int kFaces = 6;
 constexpr Paint kFacePaint[kFaces] = {{200, 60, 50},  {60, 90, 210},   {70, 170, 80},
                                       {225, 170, 60}, {150, 140, 130}, {230, 230, 225}};
@@ -241,8 +241,8 @@ constexpr Paint kRoundPaint{120, 70, 160};
 constexpr double kSquare_m = 0.25;
 constexpr double kDarkShade = 0.7;
 
-/// The face of a box that a point lies on: the one perpendicular to the axis along which the point
-/// is farthest out.
+/// Index of the box face on which a point lies. It is perpendicular to the axis along which the
+/// point is farthest out.
 int faceOf(const Eigen::Vector3d& p, const Eigen::Vector3d& half_size) {
   int axis = 0;
   (p.cwiseAbs() - half_size).maxCoeff(&axis);

@@ -41,7 +41,7 @@ using Room = Eigen::AlignedBox3d;
 
 using Shape = std::variant<Plane, Sphere, Box, Rod, Room>;
 
-/// An axis-aligned box, or a plate, turned by `yaw_rad` about the vertical axis through its centre.
+/// An axis-aligned box, turned by `yaw_rad` about the vertical axis through its centre.
 Box makeBox(const Eigen::Vector3d& centre_W, const Eigen::Vector3d& size_m, double yaw_rad = 0.0);
 
 /// A union of solid shapes, in metres, in the map frame W.
@@ -93,8 +93,8 @@ Eigen::Isometry3d lookAt(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& ta
 /// from both sides; around it are plates 10, 20 and 40 mm thick and rods 20 to 60 mm thick.
 Scene makeRoomScene();
 
-/// `count` balls circling in the room of makeRoomScene(), at 10 s per lap. They pass on both sides
-/// of its wall, and stay clear of the camera of roomCameraPose().
+/// `count` balls circling in the room of makeRoomScene(), at 10 s per lap. They pass the wall on
+/// both sides and stay clear of the camera path of roomCameraPose().
 std::vector<Sphere> roomBalls(int count, double time_s);
 
 /// The pose of a camera that circles the middle of makeRoomScene() once in `lap_s` seconds, on a

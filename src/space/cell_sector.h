@@ -14,8 +14,7 @@
 
 namespace dtsdf {
 
-/// The free cells and the cells with surfaces in a cube. Surfaces take precedence where both are
-/// set.
+/// The free cells and the surface cells of a cube. A cell that is in both masks is a surface cell.
 struct CubeCells {
   CellMask free{}, surface{};
 };
@@ -44,13 +43,14 @@ inline SpaceCube toSpaceCube(const Vec3i& key, const CubeCells& cube) {
 constexpr CellMask kAllCells{{~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0},
                               ~uint64_t{0}, ~uint64_t{0}, ~uint64_t{0}}};
 
-/// The cubes of a sector that contain known cells, indexed by number.
+/// The cubes of a sector that contain known cells. `number` is the index of a cube in the sector.
 class CellSector {
  public:
   /// The cells of a cube; all zeros if none of them is known.
   CubeCells at(int number) const { return has(number) ? cubes_[placeOf(number)] : CubeCells{}; }
 
-  /// The cube, added if it is missing. The reference is valid until a cube is added or removed.
+  /// Returns a cube, adding it if it is missing. The reference is valid until a cube is added or
+  /// removed.
   CubeCells& make(int number) {
     const size_t place = placeOf(number);
     if (!has(number))
@@ -108,9 +108,9 @@ class CellSector {
 
 using CellSectors = Sectors<CellSector>;
 
-/// The sector whose surface cells are used for computing distances; null if the table has no such
-/// sector. A sector that was lost or cannot be read counts as full of surfaces, so that no distance
-/// is overestimated.
+/// The sector whose surface cells are used for computing distances; null if the table does not
+/// contain it. A sector that was lost or cannot be read counts as full of surfaces, so that no
+/// distance is overestimated.
 inline std::shared_ptr<const CellSector> surfacesIn(const CellSectors& sectors, PackedKey key) {
   static const auto everywhere = [] {
     const auto sector = std::make_shared<CellSector>();
@@ -163,7 +163,7 @@ inline void insert(CubeSet& cubes, const Vec3i& cube) {
   cubes[packKey(sectorOfCube(cube))] |= uint64_t{1} << cubeInSector(cube);
 }
 
-/// Calls visit(cube, number) for each cube of a sector.
+/// Calls visit(cube, number) for each cube of a sector; `number` is the cube's index in the sector.
 template <class Visit>
 void visitCubes(const CubeSet::value_type& sector_entry, const Visit& visit) {
   const Vec3i sector = unpackKey(sector_entry.first);

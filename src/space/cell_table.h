@@ -1,4 +1,4 @@
-/// The known cells of a map, in cubes of 8 x 8 x 8.
+/// The known cells of a map's free-space grid, in cubes of 8 x 8 x 8.
 #pragma once
 
 #include <cstddef>
@@ -21,8 +21,8 @@ class CellTable {
     return sector == nullptr ? CubeCells() : sector->at(cubeInSector(cube));
   }
 
-  /// The cube, added if it is missing. It is marked as touched if takeTouched() was called before.
-  /// The reference is valid until the next call.
+  /// Returns a cube, adding it if it is missing. Marks it as touched if takeTouched() was called
+  /// before. The reference is valid until the next call.
   CubeCells& at(const Vec3i& cube) {
     if (tracks_changes_) insert(touched_, cube);
     return sectors_.open(packKey(sectorOfCube(cube))).make(cubeInSector(cube));
@@ -61,9 +61,9 @@ class CellTable {
     }
   }
 
-  /// The cubes touched or removed since the last call; every cube at the first call and with `all`.
-  /// Returns at most about `most` cubes. Later calls return the rest, and touched cubes that could
-  /// not be read this time.
+  /// Returns the cubes touched or removed since the last call, or all cubes if this is the first
+  /// call or `all` is set. Returns at most about `most` cubes. The next calls return the rest, and
+  /// touched cubes that could not be read this time.
   SpaceChanges takeTouched(bool all, size_t most) {
     SpaceChanges taken;
     taken.begins_anew = all || !tracks_changes_;
@@ -101,8 +101,8 @@ class CellTable {
  private:
   SectorTable<CellSector> sectors_;
   bool tracks_changes_ = false;   ///< Whether takeTouched() was called.
-  CubeSet touched_;               ///< Changed cubes not taken yet.
-  std::vector<PackedKey> fresh_;  ///< Sectors whose cubes are not taken yet.
+  CubeSet touched_;               ///< Changed cubes that takeTouched() has yet to return.
+  std::vector<PackedKey> fresh_;  ///< Sectors whose cubes takeTouched() has yet to return.
 };
 
 }  // namespace dtsdf

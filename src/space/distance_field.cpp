@@ -10,15 +10,16 @@
 namespace dtsdf {
 namespace {
 
-/// Up to this reach, twice a squared distance fits into a signed 16-bit number. Such numbers are
-/// faster, as a vector register holds more of them.
+/// Up to this maximum distance in cells, twice a squared distance fits into a signed 16-bit
+/// integer. 16-bit integers are faster, because a vector register holds more of them.
 constexpr int kMaxReachOf16Bits = 127;
 
 /// Maximum number of sectors computed at once: their new values take 16 MiB, in addition to the old
-/// ones. With a long reach, kMaxPlanesAtOnce allows fewer.
+/// values. If the maximum distance is large, kMaxPlanesAtOnce allows fewer.
 constexpr size_t kMaxSectorsAtOnce = 256;
 constexpr int kMaxPlanesAtOnce = 1 << 15;
-/// Maximum number of sectors in the box around the sectors computed at once, extended by the reach.
+/// Maximum number of sectors in the box around the sectors computed at once, which is extended by
+/// the maximum distance.
 constexpr uint64_t kMaxPlaces = uint64_t{1} << 15;
 
 /// Approximate number of changed cubes that are processed at once, to limit memory.
@@ -65,7 +66,8 @@ int squaredAt(const DistanceSectors& sectors, const Vec3i& cell) {
   return sector == nullptr ? 0 : sector->squaredAt(cell);
 }
 
-/// The sectors within reach of the changed cubes before `end`, sorted by x, then y, then z.
+/// The sectors within the maximum distance of the changed cubes before `end`, sorted by x, then y,
+/// then z.
 std::vector<Vec3i> DistanceField::sectorsNear(CubeSet::const_iterator end) const {
   const int32_t ring = sectorsInReach(reach_), side = windowSide(reach_);
   std::vector<PackedKey> order;  // keys with x and z swapped

@@ -1,6 +1,6 @@
-/// Exact Euclidean distances to the nearest surface cell, up to a reach, updated where surfaces
-/// change. Squared distances are whole numbers, so the result does not depend on the order of the
-/// computation.
+/// Exact Euclidean distances to the nearest surface cell, up to a maximum distance (the reach),
+/// updated where surfaces change. Squared distances are integers, so the result does not depend on
+/// the order of computation.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +26,7 @@ inline int reachInCells(double max_distance_m, double cell_size_m) {
 using DistanceSectors = Sectors<DistanceSector>;
 
 /// @return the squared distance, in cells, to the nearest cell with a surface; -1 if none is within
-/// reach; 0 if the sector cannot be read, because unreadable space must not look free.
+/// reach; 0 if the sector cannot be read, so that unreadable cells do not appear free.
 int squaredAt(const DistanceSectors& sectors, const Vec3i& cell);
 
 /// Implements KnownSpace::distanceAt(): interpolates between the centres of the cells around a
@@ -36,8 +36,8 @@ SpaceDistance interpolatedDistance(const KnownSpace& space, const DistanceSector
                                    int reach, const Eigen::Vector3d& p_W);
 
 /// Computes the distances of a task's sectors.
-/// @param squares Per sector, in: its old values if they may be overwritten; out: its new values,
-/// or null if no surface is within reach.
+/// @param squares For each sector, in: its old values if they may be overwritten, otherwise null;
+/// out: its new values, or null if no surface is within reach.
 /// @return false if the host has to compute them.
 using DistanceWork =
     std::function<bool(const DistanceTask& task, std::vector<SectorSquares>& squares)>;
@@ -49,7 +49,7 @@ class DistanceField {
   DistanceField(int reach, int threads, const SharedPagedValues& pages = nullptr)
       : reach_(reach), threads_(threads), pages_(pages) {}
 
-  /// Sets the function that computes distances, sector by sector. If it returns false, the host
+  /// Sets the function that computes distances on the backend. If it returns false, the host
   /// computes them.
   void setBackend(DistanceWork work_out) { backend_work_ = std::move(work_out); }
 
@@ -80,7 +80,7 @@ class DistanceField {
   DistanceWork backend_work_;
   DistanceTaskBuilder task_;
   DistanceSectors sectors_;
-  CubeSet changed_;  ///< Cubes whose surface changes are not in sectors_ yet.
+  CubeSet changed_;  ///< Cubes whose surfaces have changed since sectors_ was updated.
 };
 
 }  // namespace dtsdf

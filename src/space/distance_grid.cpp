@@ -50,13 +50,13 @@ BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_
   if (!((middle_m.cwiseAbs() + half_m).maxCoeff() < kMaxCell * cell_m)) {
     throw std::runtime_error("the box extends beyond the coordinates of a map");
   }
-  // Even a flat box of few cells may have many sectors within reach.
+  // Even a flat box of few cells may have many sectors within the maximum distance.
   const Eigen::Array3d sectors =
       (2.0 * (half_m / cell_m).array() + 2.0 * reach) / kSectorSide + 2.0;
   constexpr double kMaxSectors = 4096.0;
   if ((2.0 * half_m / cell_m).prod() > static_cast<double>(kMaxGridPoints) ||
       sectors.prod() > kMaxSectors) {
-    throw std::runtime_error("with cleared regions, a box can have at most " +
+    throw std::runtime_error("with cleared regions, the box may have at most " +
                              std::to_string(kMaxGridPoints) +
                              " cells of the map, fewer if it is flat; split it");
   }
@@ -75,7 +75,7 @@ PointGrid gridIn(const BoxRegion& box, double resolution_m) {
   const Eigen::Vector3d points = steps.array().ceil().max(1.0);
   if (!(points.prod() <= static_cast<double>(kMaxGridPoints))) {
     throw std::runtime_error("the box has more than " + std::to_string(kMaxGridPoints) +
-                             " points at this resolution; split it, or use a coarser one");
+                             " points at this resolution; split it, or use a coarser resolution");
   }
   PointGrid grid{box.T_W_B, {}, resolution_m};
   for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<uint32_t>(points[axis]);

@@ -29,17 +29,16 @@ struct PointGrid {
 /// @throws std::runtime_error if there are too many points or the resolution is not positive.
 PointGrid gridIn(const BoxRegion& box, double resolution_m);
 
-/// Distances at the points of a grid, x varying fastest, and their gradients; NaN where space is
-/// unknown.
+/// Distances at the points of a grid, x varying fastest, and their gradients; NaN in unknown cells.
 struct GridDistances {
   std::vector<float> distances_m;
-  std::vector<float> gradients;  ///< Three numbers per point, along the axes of the frame F.
+  std::vector<float> gradients;  ///< Three components per point, along the axes of frame F.
 };
 GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
                           const Eigen::Matrix3d& R_F_W);
 
-/// Space in and around a box, as if all cells with centres in `cleared` were free. Far from the
-/// box, everything is unknown. @pre The regions are valid, see findProblem().
+/// A copy of `space` in and around a box, in which all cells with centres in `cleared` are free.
+/// Cells far from the box are unknown. @pre The regions are valid, see findProblem().
 /// @throws std::runtime_error if the box is too large or extends beyond the coordinates of a map.
 SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared,
                         const SpaceSnapshot& space);

@@ -1,4 +1,4 @@
-/// Gathers the input for computing distances in sectors: the surfaces around them.
+/// Gathers the surface cells from which distances in sectors are computed.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace dtsdf {
 using SectorSquares = std::shared_ptr<uint16_t[]>;
 constexpr size_t kSquaresBytes = kCellsPerSector * sizeof(uint16_t);
 
-/// Index of a cell in SectorSquares. The cell may be relative to the first cell of any sector.
+/// Index of a cell in SectorSquares, given its coordinates in the map or relative to its sector.
 inline size_t placeInSector(const Vec3i& cell) {
   const auto cube = static_cast<size_t>(cubeInSector(cubeOfCell(cell)));
   return cube * kCellsPerCube + static_cast<size_t>(indexInCube(cell));
@@ -26,10 +26,10 @@ inline size_t placeInSector(const Vec3i& cell) {
 
 /// Squared distances from the cells of a sector to the nearest cells with surfaces.
 struct DistanceSector {
-  SectorSquares squared;  ///< Null if no surface is within reach.
+  SectorSquares squared;  ///< Null if no surface is within the maximum distance.
 
   /// @pre `squared` is not null, and the cell is in the sector. @return -1 if no surface is within
-  /// reach.
+  /// the maximum distance.
   int squaredAt(const Vec3i& cell) const {
     const uint16_t value = squared[placeInSector(cell)];
     return value == kSquaredFar ? -1 : value;
@@ -37,7 +37,7 @@ struct DistanceSector {
 
   bool isEmpty() const { return squared == nullptr; }
 
-  /// For PagedValues, which never holds empty sectors.
+  /// Used by PagedValues, in which no sector is empty.
   size_t bytes() const { return sizeof(*this) + kSquaresBytes; }
   template <class Io>
   void visitRecord(Io& io) {
@@ -46,11 +46,12 @@ struct DistanceSector {
   }
 };
 
-/// Makes distance tasks. The buffers are reused from task to task.
+/// Builds distance tasks. The buffers are reused for each task.
 class DistanceTaskBuilder {
  public:
-  /// @param sectors Sorted by x, then y, then z. Memory use grows with the volume of the box around
-  /// them.
+  /// @param sectors The sectors in which to compute distances, sorted by x, then y, then z. Memory
+  /// use grows with the volume of the box around them.
+  /// @param reach Maximum distance, in cells.
   /// @return a task that is valid until the next call.
   DistanceTask gather(const CellSectors& cells, const std::vector<Vec3i>& sectors, int reach) {
     DistanceTask task{};
@@ -71,7 +72,7 @@ class DistanceTaskBuilder {
   }
 
  private:
-  /// Sets the box and the stacks.
+  /// Sets the box, and groups sectors that adjoin along z into stacks.
   void layOut(const std::vector<Vec3i>& sectors, DistanceTask& task) {
     box_ = {sectors.front(), sectors.front()};
     for (const Vec3i& sector : sectors) box_ = around(box_, {sector, sector});
@@ -126,7 +127,7 @@ class DistanceTaskBuilder {
   }
 
   int32_t ring_ = 0;
-  BlockExtent box_;  ///< Keys of the sectors and of those within reach.
+  BlockExtent box_;  ///< Box around the sectors and all sectors within the maximum distance.
   std::vector<SectorStack> stacks_;
   std::vector<int32_t> places_;
   std::vector<SurfaceCubes> sectors_;

@@ -1,6 +1,5 @@
-/// Distances in a sector of cells, computed from the surfaces around it. The squared distance to
-/// the nearest surface is found as minima along x, then y, then z (Saito and Toriwaki, Pattern
-/// Recognition 27, 1994).
+/// Distances in a sector of cells, computed from the surface cells around it. Squared distances are
+/// minimised along x, then y, then z (Saito and Toriwaki, Pattern Recognition 27, 1994).
 #pragma once
 
 #include <algorithm>
@@ -18,6 +17,7 @@ namespace dtsdf {
 template <class Value>
 class SectorDistances {
  public:
+  /// @param reach Maximum distance, in cells.
   /// @return null if no cell of the sector is within reach of a surface.
   SectorSquares run(const CellSectors& cells, const Vec3i& sector, int reach) {
     begin(firstCellOfCube(cubeOfSector(sector, 0)), reach);
@@ -157,12 +157,12 @@ class SectorDistances {
   }
 
   int reach_ = 0;
-  Value far_ = 0;  ///< A squared distance beyond the reach.
+  Value far_ = 0;  ///< Stands for any squared distance greater than reach_ squared.
   int32_t window_ = 0;
-  Vec3i first_{};  ///< First cell of the window: the sector, extended by the reach on all sides.
+  Vec3i first_{};  ///< First cell of the window: the sector, extended by reach_ on all sides.
   std::vector<Value> squares_;
-  std::vector<int32_t> row_of_;  ///< Index of the row at y and z of the window; -1 if none.
-  std::vector<Line> rows_;  ///< Squared distances along x to the surfaces in each row that has any.
+  std::vector<int32_t> row_of_;  ///< Index in rows_ for each y and z of the window; -1 if none.
+  std::vector<Line> rows_;       ///< Squared distances along x, for each row with surfaces.
   std::vector<std::array<Line, kSectorSide>> planes_;  ///< Planes with surfaces.
   std::vector<int32_t> plane_z_;                       ///< Their z in the window.
 };

@@ -73,7 +73,7 @@ class SectorTable {
   /// All sectors. @pre No sector is open.
   const Sectors<T>& all() const { return sectors_; }
 
-  /// Memory in bytes, except what the pages count themselves.
+  /// Memory use in bytes, excluding the values that `pages` counts itself.
   size_t bytes() const {
     constexpr size_t kNode = sizeof(PackedKey) + sizeof(Paged<T>) + 3 * sizeof(void*);
     size_t bytes = sectors_.size() * kNode;

@@ -1,4 +1,4 @@
-/// A copy of the space of a map that is kept up to date with it. The caller runs it on a separate
+/// A copy of a map's free-space grid that is kept up to date. The caller updates it on a separate
 /// thread, so that planners' queries and the map do not wait for each other.
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace dtsdf {
 
-/// Cells and distances at one moment. Any number of threads may use it.
+/// Snapshot of the cells and distances. Thread-safe.
 class SpaceSnapshot : public KnownSpace {
  public:
   /// Whether no cell is known.
@@ -47,7 +47,7 @@ class SpaceSnapshot : public KnownSpace {
   DistanceSectors distances_;
 };
 
-/// Applies the changes of a map to a copy of its space. Has no thread of its own. Not thread-safe.
+/// Applies changes in a map's free-space grid to a copy of it. Not thread-safe.
 class SpaceFollower {
  public:
   /// @param max_distance_m See SpaceParams.

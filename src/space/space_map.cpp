@@ -42,7 +42,7 @@ Vec3d middleOfBox(const Vec3i& key, int32_t side) {
 double reachOf(int32_t side) { return 1.7321 * 0.5 * side; }  // square root of 3
 
 /// Maximum extent of the view along each axis, as a multiple of the range. With a diagonal field of
-/// view of 120 degrees, the corners of the image are this far away.
+/// view of 120 degrees, the corners of the view are at this distance.
 constexpr float kMaxAside = 2.0f;
 
 }  // namespace
@@ -94,8 +94,7 @@ std::vector<Vec3i> SpaceMap::cubesInView(const FrameView& frame) const {
   return keys;
 }
 
-/// Bounds of the view frustum. They are limited by kMaxAside, since those of a very wide image
-/// would be huge.
+/// Bounds of the view frustum, limited by kMaxAside because a very wide view would be huge.
 BlockExtent SpaceMap::boundsOfView(const FrameView& frame) const {
   const float range = max_range_m_ / frame.voxel_size_m;
   const Vec3f& eye = frame.T_L_C.t;
@@ -151,7 +150,7 @@ void SpaceMap::recountAfterLoss() {
   });
 }
 
-/// Forgets free cells of a cube, and removes it if it has no known cells left.
+/// Resets free cells of a cube to unknown, and removes the cube if it has no known cells left.
 void SpaceMap::forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells) {
   if (!overlap(known.free, cells)) return;
   CubeCells& cube = table_.at(key);

@@ -1,5 +1,5 @@
-/// Free space and surfaces of a map, as cells in cubes of 8 x 8 x 8, and distances computed from
-/// them on request.
+/// The free-space grid of a map: free cells and surface cells, in cubes of 8 x 8 x 8, and distances
+/// computed from them on request.
 #pragma once
 
 #include <vector>
@@ -43,24 +43,24 @@ class SpaceMap : public Space {
   /// The cubes that may be in the camera's view, sorted by key. Only their cells can become free.
   std::vector<Vec3i> cubesInView(const FrameView& frame) const;
 
-  /// Adds the cells that an image shows to be empty. Cubes must be sorted by key. A cube that had
-  /// no free cells is refused if the budget is used up or the disk is full.
+  /// Adds free cells. Cubes must be sorted by key. A cube that had no free cells is refused if the
+  /// budget is used up or the disk is full.
   void addFree(const std::vector<CubeMask>& cubes);
 
   /// Applies the surface changes of a mesh update.
   void addSurfaces(const std::vector<BlockMesh>& blocks);
 
-  /// Forgets the free cells whose centres lie in a region, which is given in voxels. Surfaces
-  /// change with the next mesh update.
+  /// Resets the free cells whose centres lie in a region, given in voxels, to unknown. Surface
+  /// cells change with the next mesh update.
   void clearRegion(const RegionView& region);
 
-  /// Forgets free cells in cubes whose bounding spheres lie outside the sphere `kept`.
+  /// Resets free cells in cubes whose bounding spheres lie outside the sphere `kept` to unknown.
   void dropBeyond(const RegionView& kept);
 
   void clear();
 
-  /// Adds the free cells to `contents`. Surfaces are left out, as they can be recomputed from the
-  /// mesh.
+  /// Adds the free cells to `contents`. Surface cells are omitted, because they can be recomputed
+  /// from the mesh.
   /// @throws std::runtime_error if the disk does not respond.
   void copyTo(MapContents& contents) const;
   /// Adds the free cells of `contents`. @pre No cell is known, the contents have the same cell
@@ -69,7 +69,7 @@ class SpaceMap : public Space {
 
   size_t freeBytes() const;                                 ///< Memory counted towards the budget.
   uint64_t refusedCubes() const { return refused_cubes_; }  ///< Since the start or clear().
-  /// Adds the statistics of the page file, and sets its size.
+  /// Adds the statistics of the page file to `pages`, and sets its size there.
   void addTo(PageStats& pages) const;
 
   double cellSize_m() const override;

@@ -17,8 +17,8 @@ bool isBefore(const Vec3i& a, const Vec3i& b) { return packKey(a) < packKey(b); 
 /// A corner of a triangle.
 struct Corner {
   Vec3f at;    ///< In cells, relative to the first cell of the block.
-  Vec3i low;   ///< The cell that it is in; at a face, the upper one.
-  Vec3i high;  ///< The cell that it is in; at a face, the lower one.
+  Vec3i low;   ///< The cell that contains it; on a face between two cells, the upper cell.
+  Vec3i high;  ///< The cell that contains it; on a face between two cells, the lower cell.
 };
 
 Corner cornerAt(const Vec3f& at) {
@@ -47,8 +47,8 @@ bool reachesInto(const Vec3f& middle, const Vec3f& first, const Vec3f& second, c
   });
 }
 
-/// Calls visit(cell) for the cells of a triangle. A triangle in the face between two cells counts
-/// for the upper one.
+/// Calls visit(cell) for each cell that a triangle passes through. A triangle in the face between
+/// two cells belongs to the upper cell.
 template <class Visit>
 void visitCells(const Corner& a, const Corner& b, const Corner& c, const Visit& visit) {
   const Vec3i first = minOf(minOf(a.low, b.low), c.low);
@@ -91,8 +91,8 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2) {
   for (const BlockVertex& vertex : mesh.vertices) {
     corners.push_back(cornerAt(per_voxel * vertex.position));
   }
-  // One bit per cell in and around the block, which has at most 8 cells along an edge. Its
-  // triangles extend no farther.
+  // One bit per cell in and around the block, whose edge is at most 8 cells long. The block's
+  // triangles lie within this range.
   constexpr int32_t kSide = 16;
   constexpr Vec3i kFirst{-4, -4, -4};
   std::bitset<kSide * kSide * kSide> is_in;
@@ -114,8 +114,8 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2) {
 }
 
 std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, CellTable& cells) {
-  // Surfaces keep moving slightly, but rarely into other cells. So changes are detected in
-  // parallel, and only the blocks that did change are processed one by one.
+  // Surfaces keep moving slightly, but rarely enter or leave a cell. So changes are detected in
+  // parallel, and only blocks with changes are processed one by one.
   std::vector<std::vector<Vec3i>> found(blocks.size());
   std::vector<uint8_t> is_other(blocks.size());
   parallelFor(blocks.size(), threads_, [&](size_t i) {
@@ -139,7 +139,7 @@ PackedKey SurfaceCells::sectorOf(const BlockKey& block) const {
   return packKey(sectorOfCell(firstCellOfBlock(block, cell_log2_)));
 }
 
-/// The cells of a block; null if it has none.
+/// The surface cells of a block; null if there are none.
 std::shared_ptr<const std::vector<Vec3i>> SurfaceCells::cellsOf(const BlockKey& block) const {
   const std::shared_ptr<const SurfaceSector> sector = sectors_.find(sectorOf(block));
   if (sector == nullptr) return nullptr;
@@ -168,9 +168,9 @@ void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTa
   }
 }
 
-/// Whether any block has triangles in a cell, or may have them because its sector was lost or
-/// cannot be read. Checks the blocks next to the cell, as the mesh of a block extends no farther
-/// than adjacent blocks.
+/// Whether a cell contains triangles of any block, or may contain them because a sector was lost or
+/// cannot be read. Checks only the cell's block and its neighbours, because no mesh of a block
+/// extends beyond adjacent blocks.
 bool SurfaceCells::hasTriangles(const Vec3i& cell) const {
   const int32_t side = cellSide(cell_log2_);
   const BlockKey block = blockOfVoxel({side * cell.x, side * cell.y, side * cell.z});

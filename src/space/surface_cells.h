@@ -1,5 +1,5 @@
-/// The cells that the triangles of the mesh pass through, updated block by block. A cell that
-/// several blocks share has a surface as long as any of them has a triangle in it.
+/// The cells that the triangles of the mesh pass through, updated block by block. A cell shared by
+/// several blocks is a surface cell as long as it contains a triangle of any block.
 #pragma once
 
 #include <cstddef>
@@ -14,14 +14,14 @@
 namespace dtsdf {
 
 /// The cells that the triangles of a block pass through, sorted and without duplicates. A triangle
-/// in the face between two cells counts for the upper one.
+/// in the face between two cells belongs to the upper cell.
 std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2);
 
-/// The cells in which the blocks of a sector have triangles.
+/// The surface cells of the blocks in a sector.
 struct SurfaceSector {
-  std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block;  ///< Sorted, as above.
+  std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block;  ///< See cellsOfMesh().
   size_t listed = 0;     ///< Number of cells in all lists.
-  bool is_lost = false;  ///< Some lists were lost, so any cell may have surfaces.
+  bool is_lost = false;  ///< Whether lists were lost, so that any cell may be a surface cell.
 
   static SurfaceSector lost() { return {{}, 0, true}; }
   bool isEmpty() const { return cells_of_block.empty() && !is_lost; }
@@ -51,7 +51,7 @@ class SurfaceCells {
   const int32_t cell_log2_;  ///< Log2 of a cell's edge in voxels.
   const int threads_;
   SectorTable<SurfaceSector> sectors_;  ///< A block's list is in the sector of its first cell.
-  std::vector<Vec3i> changed_;          ///< Cubes that the current update changed.
+  std::vector<Vec3i> changed_;          ///< Cubes changed by the current update.
 };
 
 }  // namespace dtsdf

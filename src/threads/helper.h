@@ -1,4 +1,4 @@
-/// A background thread for one task at a time.
+/// A background thread that runs one task at a time.
 #pragma once
 
 #include <condition_variable>

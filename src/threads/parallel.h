@@ -29,8 +29,8 @@ template <class Scratch, size_t kGrain = 1, class Body>
 void parallelFor(size_t count, int threads, const Body& body) {
   std::exception_ptr error;
   std::mutex mutex;
-  // The indices that one thread takes first, so that it gets the same ones in successive loops.
-  // After that, the thread helps with the other stretches.
+  // A range of indices that one thread processes first, so that successive loops process the same
+  // indices on the same thread. After that, the thread helps with the other ranges.
   struct alignas(64) Stretch {
     std::atomic<size_t> next{0};
     size_t end = 0;

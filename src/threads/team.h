@@ -36,7 +36,7 @@ bool spinUntil(const Condition& condition) {
   return false;
 }
 
-/// A thread of a team. The caller waits for the thread only if it has started the work.
+/// A thread of a team. The caller waits only for work that the thread has started.
 class TeamMember {
  public:
   TeamMember() : thread_([this] { serve(); }) {}
@@ -108,7 +108,7 @@ class TeamMember {
   std::thread thread_;  ///< Declared last, since the thread uses the other members.
 };
 
-/// Threads that help one thread with its loops. After a fork, the child has none.
+/// Threads that help one thread with its loops. After a fork, the child process has no helpers.
 class Team {
  public:
   Team() = default;
@@ -127,9 +127,9 @@ class Team {
     return team;
   }
 
-  /// Calls body(number) on up to `threads` threads, the caller being number 0. When the caller's
-  /// body returns, calls that have not started are dropped, and run() waits for the others. The
-  /// body must not throw. A nested call runs on the calling thread only.
+  /// Calls body(number) on up to `threads` threads; the caller is number 0. When the caller's body
+  /// returns, calls that have not started are cancelled, and run() waits for the calls in progress.
+  /// The body must not throw. A nested run() uses the calling thread only.
   template <class Body>
   void run(size_t threads, const Body& body) {
     if (threads < 2 || isInBody()) return body(0);

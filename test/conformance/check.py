@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Checks that small maps of every kind are still read correctly and give the same meshes.
+"""Checks that small maps of all kinds are still read correctly and yield the same meshes.
 
 check.py MAP_TOOL [--reconstruct RECONSTRUCT] [--backend cpu|cuda] [--write]
 
 conformance.txt lists these hashes for each file in maps/:
 - "hash", the content hash, after map_tool has verified the file;
 - "mesh", the first half of the sha256 of the mesh that map_tool saves;
-- "sums", the first half of the sha256 of what examples/python/read_map.py prints, if numpy and
+- "sums", the first half of the sha256 of the output of examples/python/read_map.py, if numpy and
   zstandard are installed.
-If the Python module can be imported, loading and saving with it must keep the content hash. If
+If the Python module can be imported, loading and saving a map with it must preserve the content hash. If
 --reconstruct is given and numpy is installed, the maps that make_maps builds with that program must
-have the listed content hashes and meshes, too. Any difference is printed, and makes the exit code 1.
+also have the listed content hashes and meshes. Prints all differences; the exit code is 1 if there are any.
 --write rewrites conformance.txt; use it only after an intended change of the format, fusion or meshes.
 """
 import argparse
@@ -50,7 +50,7 @@ def hashes_of(tool, backend, path, folder):
 
 
 def hash_of_sums(path):
-    """Hash of what read_map.py prints; none if it lacks modules."""
+    """Hash of the output of read_map.py; empty if a module is missing."""
     read = subprocess.run([sys.executable, "-B", str(READ_MAP), str(path)], capture_output=True)
     if read.returncode == 0:
         return {"sums": sha256(read.stdout)}
@@ -60,13 +60,13 @@ def hash_of_sums(path):
 
 
 def is_kept_by_python(tool, backend, path, folder):
-    """Whether loading and saving with the Python module, if installed, keeps the content hash."""
+    """Whether loading and saving with the Python module, if installed, preserves the content hash."""
     try:
         from dtsdf_mapping import Mapper
     except ImportError:
         return True
     again = folder / "again.dtsdf"
-    # The edge of a cell of the map's free space, if it has any.
+    # The edge of the free-space cells, if the map contains any.
     cells = re.search(r"cells of (\d+) voxels", run(tool, "info", path))
     space = {"space/enabled": True, "space/cell_voxels": int(cells[1])} if cells else {}
     Mapper.load(str(path), backend, space).save(str(again))

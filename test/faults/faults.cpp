@@ -23,7 +23,7 @@ void* __libc_memalign(size_t, size_t);
 
 namespace {
 
-std::atomic<long> calls_left{0};  ///< At 1, the next chosen call fails; at 0, none fails.
+std::atomic<long> calls_left{0};  ///< Calls until one fails; 0 if no call is to fail.
 char chosen[16] = "";
 
 bool fails(const char* call) {

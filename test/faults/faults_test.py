@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Makes each of the first calls of `reconstruct` fail, one per run, and then a sample of the later ones.
-`reconstruct` must continue or end with an error message, and each output file must then be complete or
-unchanged.
+"""Makes each of the first calls of `reconstruct` fail, one per run, and then a sample of the following
+calls. `reconstruct` must continue or end with an error message, and each output file must then be complete
+or unchanged.
 
-Calls are counted from the opening of the recording, or of the map that is loaded. Before that, while
-the program starts, it may end silently if memory runs out."""
+Calls are counted from when the recording or the map to load is opened. Before that, during startup, the
+program may end silently if memory runs out."""
 
 import argparse
 import concurrent.futures
@@ -43,7 +43,7 @@ class Case:
 
 
 def cases(out, base_map):
-    """The cases: a mesh from a recording, and a map that is loaded, continued and saved."""
+    """The two cases: extracting a mesh from a recording, and loading, extending and saving a map."""
     mesh, map_file = os.path.join(out, "mesh.ply"), os.path.join(out, "map.dtsdf")
     return [
         Case("mesh", ["open", "read", "write", "fsync", "rename", "allocate"], "depth.txt",
@@ -119,7 +119,7 @@ def run_without_fault(command):
 
 
 def numbers(first, sampled, most):
-    """The numbers of the first calls, then a sample of those up to `most`."""
+    """Yields the indices of the first calls, counted from 1, then a sample of those up to `most`."""
     yield from range(1, first + 1)
     if most > first:
         rest = range(first + 1, most + 1)
@@ -127,7 +127,7 @@ def numbers(first, sampled, most):
 
 
 def count_calls(reconstruction, call):
-    """The number of calls: a bisection finds the first fault that does not occur."""
+    """Finds the number of calls by bisection: a fault in a call beyond it does not occur."""
     low, high = 0, 1
     while reconstruction.run(call, high)[1]:
         low, high = high, 2 * high

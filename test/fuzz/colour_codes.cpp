@@ -1,4 +1,4 @@
-// Fuzzes the decoders of colour images, PNG and JPEG.
+// Fuzzes the decoders for colour images in PNG and JPEG format.
 #include "io/colour_codes.h"
 
 #include "fuzz/fuzz_input.h"
@@ -11,7 +11,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size > 8 && data[0] == 0x89) bytes = withSums(std::move(bytes));
   expectAnswer([&] {
     const RgbImage image = decodeColour(bytes.data(), bytes.size(), "the image");
-    require(image.values.size() == 3 * size_t(image.width) * image.height, "all pixels");
+    require(image.values.size() == 3 * size_t(image.width) * image.height, "a value per channel");
   });
   return 0;
 }

@@ -1,5 +1,5 @@
-// Fuzzes the decoder of image_transport's compressedDepth: PNG and RVL after a header. The first
-// byte selects the format.
+// Fuzzes the decoder for image_transport's compressedDepth format: a header, then PNG or RVL. The
+// first byte selects the format.
 #include "io/depth_codes.h"
 
 #include "fuzz/fuzz_input.h"
@@ -30,7 +30,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const bool is_float = encodingOfCompressedDepth(format) == "32FC1";
     const Raster<uint8_t> depth = decodeCompressedDepth(format, message);
     const size_t bytes = is_float ? 4 : 2;
-    require(depth.values.size() == bytes * depth.width * depth.height, "all pixels");
+    require(depth.values.size() == bytes * depth.width * depth.height, "a value per pixel");
   });
   return 0;
 }

@@ -1,4 +1,5 @@
-/// Shared by the fuzz targets: reading the input as a file or as numbers, and the expected errors.
+/// Shared by the fuzz targets: reads the input as a file or as numbers, and checks for expected
+/// errors.
 #pragma once
 
 #include <sys/mman.h>
@@ -36,8 +37,8 @@ inline void require(bool holds, const char* what) {
 class InputFile {
  public:
   InputFile(const uint8_t* data, size_t size) : descriptor_(memfd_create("input", MFD_CLOEXEC)) {
-    require(descriptor_ >= 0, "a file in memory");
-    require(write(descriptor_, data, size) == static_cast<ssize_t>(size), "all bytes written");
+    require(descriptor_ >= 0, "memfd_create() succeeds");
+    require(write(descriptor_, data, size) == static_cast<ssize_t>(size), "all bytes are written");
   }
   ~InputFile() { close(descriptor_); }
   InputFile(const InputFile&) = delete;

@@ -1,5 +1,5 @@
-// Fuzzes map files, raw or as a recipe (map_recipe.h), and a mapper that continues from the loaded
-// map, with arbitrary bits in its voxels.
+// Fuzzes map files, given as bytes or as a recipe (map_recipe.h), and a mapper that continues from
+// the loaded map, whose voxels may contain arbitrary bits.
 #include "dtsdf_mapping/io/map_file.h"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ MapperParams paramsOf(const MapContents& contents) {
     params.space.max_range_m = 20.0f * params.map.voxel_size_m;
     params.space.max_distance_m = 3.0f * params.map.voxel_size_m;
   }
-  // With space, a part of the budget is reserved for free cells.
+  // If space/enabled is set, a part of the budget is reserved for free cells.
   params.map.max_memory_mb = std::max(kMax_mb, minMemoryMb(contents, params));
   return params;
 }
@@ -42,7 +42,7 @@ void checkSpaceOf(Mapper& mapper) {
   for (const SpaceCell& known : mapper.space()->cells()) {
     const int squared = mapper.space()->squaredDistance(known.cell);
     require((squared == 0) == (known.state == CellState::kSurface),
-            "the distance 0 in surface cells only");
+            "distance 0 in all surface cells, and only there");
   }
 }
 
@@ -56,10 +56,10 @@ void checkMeshOf(Mapper& mapper, MeshStore& store) {
 void checkBudgetOf(const Mapper& mapper, const MapperParams& params) {
   const MapStats stats = mapper.stats();
   require(stats.map_bytes + stats.free_bytes <= static_cast<size_t>(params.map.max_memory_mb) << 20,
-          "a map within its budget");
+          "the map is within its budget");
 }
 
-/// Fuses a wall seen from the origin.
+/// Fuses an image of a wall, taken from the origin.
 void fuseWall(Mapper& mapper) {
   constexpr int kWidth = 12, kHeight = 9;
   const std::vector<uint16_t> depth_mm(kWidth * kHeight, 800);
@@ -72,14 +72,15 @@ void fuseWall(Mapper& mapper) {
   frame.unit_m = 0.001f;
   frame.intrinsics = {15.0f, 15.0f, 5.5f, 4.0f};
   frame.T_W_C = Eigen::Isometry3d::Identity();
-  require(mapper.integrate(frame).status == FrameStatus::kFused, "a fused frame");
+  require(mapper.integrate(frame).status == FrameStatus::kFused, "the frame is fused");
 }
 
-/// Checks that a mapper keeps the given contents, extracts their mesh, and continues from them.
+/// Checks that a mapper with the given contents returns them unchanged, extracts a valid mesh, and
+/// fuses another frame.
 void continueFrom(const MapContents& contents) {
   const auto mapper = makeMapper(paramsOf(contents), contents);
   const MapContents held = mapper->contents();
-  require(contentHash(held, 1) == contentHash(contents, 1), "the same map");
+  require(contentHash(held, 1) == contentHash(contents, 1), "the map is unchanged");
   MeshStore store(paramsOf(contents).map.voxel_size_m);
   checkMeshOf(*mapper, store);
   checkBudgetOf(*mapper, paramsOf(contents));

@@ -88,7 +88,7 @@ class MapRecipe {
 
   // ---- Consistency between records ----
 
-  /// With more blocks, an input takes too long under a sanitizer, and exposes nothing new.
+  /// With more blocks, an input would take too long under a sanitizer without testing more code.
   static constexpr size_t kMaxBlocks = 12;
 
   void makeConsistent() {
@@ -142,7 +142,7 @@ class MapRecipe {
     std::copy(out.bytes.begin(), out.bytes.end(), part->content.begin() + 16);
   }
 
-  /// Repeats the content of each chunk to the length that its blocks need.
+  /// Repeats the content of each chunk until it is as long as its blocks require.
   template <class BytesOf>
   void fillChunks(const char* id, const BytesOf& bytesOf) {
     size_t next = 0;

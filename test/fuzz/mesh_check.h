@@ -1,4 +1,4 @@
-/// Invariants of every mesh, whatever map it was extracted from.
+/// Invariants that the mesh of any map must satisfy.
 #pragma once
 
 #include <cmath>
@@ -38,7 +38,7 @@ inline void checkChunks(const MeshStore& store) {
     checkChunk(packed);
     triangles += packed.triangleCount();
   }
-  require(triangles == store.triangleCount(), "each triangle in one chunk");
+  require(triangles == store.triangleCount(), "each triangle is in one chunk");
 }
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-// Fuzzes a receiver of mesh_blocks: the bytes are the step_m of a message and one MeshBlock,
+// Fuzzes a receiver of mesh_blocks. The bytes are the step_m of a message and one MeshBlock,
 // serialised as in ROS.
 #include <vector>
 
@@ -10,7 +10,7 @@ using namespace dtsdf;
 
 namespace {
 
-/// Takes a length and an array of that length, or as much of it as is left.
+/// Takes a length and an array of that length, which is shorter if the bytes run out.
 template <class Number>
 std::vector<Number> takeArray(InputBytes& bytes) {
   const size_t length = bytes.take<uint32_t>();
@@ -36,8 +36,8 @@ PackedChunk takeChunk(InputBytes& bytes) {
 void show(const PackedChunk& chunk, double step_m) {
   const Mesh mesh = unpackChunk(chunk, step_m);
   checkMesh(mesh);
-  require(mesh.vertices_m.size() == chunk.vertexCount(), "all vertices");
-  require(mesh.triangles.size() == chunk.triangleCount(), "all triangles");
+  require(mesh.vertices_m.size() == chunk.vertexCount(), "all vertices are kept");
+  require(mesh.triangles.size() == chunk.triangleCount(), "all triangles are kept");
   for (const Vec3f& n : mesh.normals) {
     require(std::abs(n.x * n.x + n.y * n.y + n.z * n.z - 1.0f) < 1e-5f, "unit normals");
   }
@@ -57,7 +57,7 @@ void coarsenAndShow(const PackedChunk& chunk, double step_m) {
     require(coarse.vertexCount() <= chunk.vertexCount(), "no more vertices");
     require(coarse.triangleCount() <= chunk.triangleCount(), "no more triangles");
     require(coarse.colours.empty() == (chunk.colours.empty() || coarse.vertexCount() == 0),
-            "colours if, and only if, the chunk has them");
+            "colours if, and only if, the chunk is coloured");
     show(coarse, step_m * (1 << cell_log2) / 4);
   }
 }

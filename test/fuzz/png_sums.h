@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// The image with each chunk's checksum corrected.
+/// Returns the image with the checksum of each chunk corrected.
 inline std::vector<uint8_t> withSums(std::vector<uint8_t> png) {
   size_t at = 8;
   while (png.size() >= at + 12) {

@@ -1,4 +1,4 @@
-// Runs a target on files and on all files of folders, without a fuzzer: a regression test of past
+// Runs a target on files, and on all files in folders, without a fuzzer: a regression test for past
 // findings.
 #include <filesystem>
 #include <fstream>

@@ -1,4 +1,4 @@
-// Fuzzes the readers of settings: YAML with the node's parameters, and command-line assignments.
+// Fuzzes the readers for settings: YAML with the node's parameters, and KEY=VALUE arguments.
 #include "dtsdf_mapping/io/yaml_params.h"
 #include "fuzz/fuzz_input.h"
 #include "params/node_params.h"
@@ -15,7 +15,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   expectAnswer([&] {
     ParamTree tree;
     setParam(text, tree);
-    require(tree.size() == 1, "one setting");
+    require(tree.size() == 1, "exactly one setting");
   });
   return 0;
 }

@@ -3,8 +3,8 @@
 
 - Relative links in Markdown files lead to existing files and headings.
 - Source files and scripts named in pages exist, and so do pages named in the code.
-- The table in docs/method.md lists exactly the numbers of the rules, with their defaults.
-- src/backend/rules.h visits each of these numbers.
+- The table in docs/method.md lists exactly the rule parameters, with their defaults.
+- src/backend/rules.h visits each rule parameter.
 - docs/ros.md names every key of config/default.yaml.
 - package.xml and CMakeLists.txt have the same version.
 - No page, message, settings file, launch file or public header uses awkward wording (WORDS).
@@ -34,7 +34,7 @@ def without_code(text):
 
 
 def anchors(path):
-    """The anchors that GitHub gives a page's headings."""
+    """The anchors that GitHub generates for a page's headings."""
     found = set()
     for heading in re.findall(r"^#+ +(.*)$", without_code(path.read_text(encoding="utf-8")),
                               flags=re.MULTILINE):
@@ -83,7 +83,7 @@ def value_of(text):
 
 
 def rules_in_code(root):
-    """{key: default} of every number of the rules."""
+    """{key: default} of every rule parameter."""
     found = {}
     for path in sorted((root / "src" / "kernels").rglob("*_rules.h")):
         text = re.sub(r"//.*", "", path.read_text(encoding="utf-8"))
@@ -112,7 +112,7 @@ def check_rules(root):
 
 
 def check_visits(root):
-    """Finds numbers of the rules that rules.h does not visit: they could not be set or saved in a map."""
+    """Finds rule parameters that rules.h does not visit: they could not be set or saved in a map."""
     text = (root / "src" / "backend" / "rules.h").read_text(encoding="utf-8")
     visited = {section + name for section, body in
                re.findall(r'section = "(rules/\w+/)";(.*?)(?=section = |^\})', text,

@@ -44,11 +44,11 @@ class BackendPair {
   /// Meshes start from scratch.
   void swapContents();
 
-  /// Compares all voxels and colours, the meshes assembled from all updates, and the spaces if
-  /// there are any.
+  /// Compares all voxels and colours, the meshes assembled from all updates, and the free-space
+  /// grids, if any.
   void compareMaps();
 
-  /// Compares the cells and, after updating them, the distances.
+  /// Updates the distances, and compares the free-space cells and their distances.
   void compareSpaces();
 
   ProbedMapper& reference() { return *reference_; }
@@ -70,11 +70,12 @@ void expectEqualSpaces(Space& expected, Space& actual);
 void expectEqualContents(const MapContents& expected, const MapContents& actual);
 
 size_t countCells(Mapper& mapper, CellState state);
-/// Checks that free cells and surface cells exist, so that two empty spaces cannot pass as equal.
+/// Checks that free cells and surface cells exist, so that two empty grids cannot pass as equal.
 void expectSpace(Mapper& mapper);
 
-/// Whether the failed call allocates memory. Tests also make other calls fail, which cannot run out
-/// of memory in practice. The state after such a failure is not compared.
+/// Whether an error message is about a call that allocates memory. Tests also make other calls
+/// return an out-of-memory error, which cannot happen in practice; the state after these errors is
+/// not compared.
 bool isAllocation(const std::string& message);
 
 }  // namespace dtsdf

@@ -26,7 +26,7 @@ MapperParams makeParams(FusionMode mode, bool directional, float voxel_size_m) {
   return params;
 }
 
-/// Enables space, with cells four voxels wide.
+/// Enables the free-space grid, with cells four voxels wide.
 MapperParams withSpace(MapperParams params) {
   params.mesh.min_support = 1;
   params.space.enabled = true;
@@ -114,8 +114,8 @@ TEST_P(FusionModeParity, RefinedMeshes) {
   pair.compareMaps();
 }
 
-/// Each backend continues from the other's map, with depth, colour and space, even during a mesh
-/// update and before blocks that the last frame left empty are freed.
+/// Each backend continues from the other's map, with depth, colour and free-space cells, even
+/// during a mesh update and before blocks that the last frame left empty are freed.
 TEST_P(FusionModeParity, EachContinuesFromTheOthersMap) {
   const auto [candidate, mode, directional] = GetParam();
   BackendPair pair(withSpace(makeParams(mode, directional, 0.04f)), candidate);
@@ -135,7 +135,7 @@ TEST_P(FusionModeParity, EachContinuesFromTheOthersMap) {
       ASSERT_NO_FATAL_FAILURE(pair.swapContents());
       EXPECT_GT(countCells(pair.candidate(), CellState::kFree), 100u);
       EXPECT_EQ(countCells(pair.candidate(), CellState::kSurface), 0u)
-          << "surface cells exist before the mesh is updated";
+          << "there should be no surface cells before the mesh is updated";
       ASSERT_NO_FATAL_FAILURE(pair.compareSpaces());
     }
     if (i % 3 == 0) {
@@ -195,7 +195,7 @@ std::string nameOfMode(const testing::TestParamInfo<ModeCase>& info) {
          (std::get<2>(info.param) ? "Directional" : "Undirected");
 }
 
-/// random_scene_test.cpp compares two threads with one in randomly drawn modes.
+/// The other modes are tested with two threads in random_scene_test.cpp.
 INSTANTIATE_TEST_SUITE_P(TwoThreads, FusionModeParity,
                          testing::Combine(testing::Values(Candidate::kCpuTwoThreads),
                                           testing::Values(FusionMode::kNormalRayCasting),
@@ -249,7 +249,7 @@ TEST(CudaParity, ManyBlocksOutgrowTheTable) {
   pair.compareMaps();
 }
 
-/// Each image is aligned from a wrong pose and fused at the aligned one.
+/// Each image is aligned, starting from a wrong pose, and fused at the aligned pose.
 TEST_P(BackendParity, AlignedImages) {
   for (const bool directional : {true, false}) {
     BackendPair pair(makeParams(FusionMode::kNormalRayCasting, directional, 0.04f), GetParam());
@@ -370,8 +370,8 @@ TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
   }
 }
 
-/// A tile of a painted map. The blocks around it are mapped and can hide blocks of the tile, but
-/// are not painted.
+/// Only a tile of the map is painted. The blocks around it, which may occlude the tile, are fused
+/// but not painted.
 TEST_P(BackendParity, PaintedTileOfAMap) {
   MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.03f);
   params.adapt_exposure = false;
@@ -395,7 +395,7 @@ TEST_P(BackendParity, PaintedTileOfAMap) {
   pair.compareMaps();
 }
 
-/// Cleared voxels lose their colours, and reused arrays have none.
+/// Cleared voxels lose their colours, and reused arrays start without colours.
 TEST_P(BackendParity, PaintedAndSeenThrough) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;
@@ -417,7 +417,8 @@ TEST_P(BackendParity, PaintedAndSeenThrough) {
   pair.compareMaps();
 }
 
-/// The mesh must show the map as it was at beginMeshUpdate(), whatever is integrated meanwhile.
+/// The mesh must be that of the map at beginMeshUpdate(), even if frames are integrated before it
+/// is finished.
 TEST_P(BackendParity, FramesIntegratedDuringMeshUpdates) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.02f), GetParam());
   TestFrameSettings settings;
@@ -447,14 +448,15 @@ TEST_P(BackendParity, ClearForgetsEverything) {
   EXPECT_EQ(pair.candidate().stats().blocks, 0u);
   EXPECT_TRUE(pair.candidate().finishMeshUpdate().blocks.empty());
   EXPECT_TRUE(space->cells().empty());
-  EXPECT_EQ(pair.candidate().space(), space) << "space must live as long as the mapper";
+  EXPECT_EQ(pair.candidate().space(), space)
+      << "the free-space grid should live as long as the mapper";
   ASSERT_NO_FATAL_FAILURE(integrateAll(pair, after, 2));
   expectSpace(pair.candidate());
   pair.compareMaps();
 }
 
 /// Clears boxes and spheres in a painted map, some while a frame or an extraction is unfinished.
-/// Freed arrays are reused, and cleared space does not count as free.
+/// Freed arrays are reused, and cleared cells do not count as free.
 TEST_P(BackendParity, RegionsAreCleared) {
   BackendPair pair(withSpace(makeParams(FusionMode::kNormalRayCasting, true, 0.03f)), GetParam());
   TestFrameSettings settings;
@@ -532,7 +534,7 @@ TEST_P(BackendParity, FarBlocksAreDropped) {
   }
 }
 
-/// Depths lie within and beyond the fusion range, so an image shows more free space than surfaces.
+/// Depths lie within and beyond fusion/max_depth_m; depths beyond it only free cells.
 TEST_P(BackendParity, FarFromTheOrigin) {
   MapperParams params = withSpace(makeParams(FusionMode::kNormalRayCasting, true, 0.03f));
   params.fusion.max_depth_m = 2.0f;
@@ -582,8 +584,8 @@ TEST_P(BackendParity, FramesOfChangingSizeAndBadFrames) {
   pair.compareMaps();
 }
 
-/// All pixels are out of range: the frame touches no block, but clears voxels. The first such frame
-/// finds an empty map; the later ones clear most of a room.
+/// If all pixels are out of range, a frame touches no block but clears voxels. The first of these
+/// frames is integrated into an empty map; the others clear most of a room.
 TEST_P(BackendParity, FramesWithNothingInRange) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;

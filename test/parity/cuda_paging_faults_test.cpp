@@ -59,14 +59,14 @@ class CudaPagingFaults : public testing::Test {
     return result;
   }
 
-  /// Fuses the rooms `before`, then makes each call of the next frame fail in turn. If an
+  /// Fuses the rooms `before`, then makes each CUDA call of the next frame fail in turn. If an
   /// allocation failed and the frame was not fused, compares the maps with those of a run without
   /// failures.
   void compare(const std::vector<size_t>& before, size_t room, const std::vector<size_t>& after) {
     const auto mapper = makeProbedMapper(params_);
     ASSERT_NO_FATAL_FAILURE(fuse(*mapper, before));
     const MapContents untouched = mapper->contents();
-    ASSERT_GT(mapper->stats().pages.written, 0u) << "otherwise nothing is tested";
+    ASSERT_GT(mapper->stats().pages.written, 0u) << "blocks should have been paged out";
     ASSERT_NO_FATAL_FAILURE(fuseRest(*mapper, room, after));
     const MapContents whole = mapper->contents();
     int compared = 0;

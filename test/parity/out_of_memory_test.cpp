@@ -1,6 +1,6 @@
-// Blocks for which the GPU has no memory are refused, like blocks beyond the budget; a frame for
-// which memory is lacking is dropped completely. The map is kept, and mapping continues. Fills the
-// GPU's memory, so it runs only if DTSDF_TEST_OUT_OF_MEMORY is set.
+// Tests what happens if the GPU runs out of memory. Blocks are refused, like blocks beyond the
+// budget, or the frame is dropped completely. The map is kept, and mapping continues. The test
+// fills the GPU's memory, so it runs only if DTSDF_TEST_OUT_OF_MEMORY is set.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -61,7 +61,7 @@ TEST(OutOfDeviceMemory, BlocksAreRefusedAndTheMapStays) {
     }
     EXPECT_TRUE(failed);
     expectEqualMaps(pair.reference(), pair.candidate());
-    EXPECT_NO_THROW(pair.candidate().integrate(frames[0].view())) << "mapping does not continue";
+    EXPECT_NO_THROW(pair.candidate().integrate(frames[0].view())) << "mapping should continue";
   }
   // Frames fused without their blocks still count as frames, so both maps are cleared before
   // comparing.

@@ -13,7 +13,7 @@
 namespace dtsdf {
 namespace {
 
-/// The settings of a case, and its operations besides fusing.
+/// The settings of a case, and its operations in addition to fusion.
 struct Scenario {
   FusionMode mode = FusionMode::kNormalRayCasting;
   bool directional = true;
@@ -77,8 +77,8 @@ class ScenarioRun {
     if (scenario_.mesh_every > 0 && count_ % scenario_.mesh_every == 0) updateMesh();
     if (scenario_.alternates) meshWithoutSome();
   }
-  /// Clears a part of the next room and begins a mesh update. The next image, which shows that
-  /// part, arrives during the update.
+  /// Clears a part of the next room and begins a mesh update. The next image, in which that part is
+  /// visible, is fused during the update.
   void meshWithoutSome() {
     if (count_ > 1) mesh_.apply(mapper_->finishMeshUpdate());
     mapper_->clearRegion(
@@ -136,7 +136,7 @@ class PagingParity : public testing::TestWithParam<Candidate> {
     EXPECT_GT(stats.pages.written, 50u);
     EXPECT_GT(stats.pages.read, 50u);
     EXPECT_EQ(stats.pages.lost + stats.pages.failures, 0u) << stats.pages.problem;
-    EXPECT_GT(whole.most(), stats.max_map_bytes) << "otherwise nothing is tested";
+    EXPECT_GT(whole.most(), stats.max_map_bytes) << "the map should exceed the budget";
   }
 
  private:

@@ -64,7 +64,7 @@ std::vector<SourceFrame> readFrames(const std::string& path) {
 
 TEST(RecordedParity, CudaEqualsCpu) {
   const std::vector<std::string> recordings = findRecordings();
-  if (recordings.empty()) GTEST_SKIP() << "DTSDF_PARITY_FRAMES names no folder with recordings";
+  if (recordings.empty()) GTEST_SKIP() << "DTSDF_PARITY_FRAMES is not a folder with recordings";
   const std::string reason = cudaUnavailableReason();
   if (!reason.empty()) GTEST_SKIP() << reason;
   for (const std::string& path : recordings) {

@@ -1,4 +1,4 @@
-// Checks that space has the same cells and distances on every backend.
+// Checks that free-space cells and distances are the same on every backend.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ class SpaceCellParity : public testing::TestWithParam<CellCase> {
   void SetUp() override { skipWithout(std::get<0>(GetParam())); }
 };
 
-/// Nothing else is read after a frame, so the query of space itself must make the GPU finish it.
+/// Nothing else is read after a frame, so reading the cells must make the GPU finish the frame.
 TEST_P(SpaceCellParity, MovingCamera) {
   const auto [candidate, cell_voxels, clearing] = GetParam();
   MapperParams params = spaceParams();
@@ -59,7 +59,7 @@ TEST_P(SpaceCellParity, MovingCamera) {
   pair.compareMaps();
 }
 
-/// A tile has only its own cubes, which equal those of the whole map.
+/// A tile contains only its own cubes, which equal those of the whole map.
 TEST_P(SpaceCellParity, TileOfAMap) {
   const auto [candidate, cell_voxels, clearing] = GetParam();
   MapperParams params = spaceParams();
@@ -105,8 +105,8 @@ class SpaceParity : public testing::TestWithParam<Candidate> {
   void SetUp() override { skipWithout(GetParam()); }
 };
 
-/// Free space has its own part of the budget. Both mappers refuse the same number of cubes, whether
-/// or not the mesh is updated between frames.
+/// Free cells have their own part of the budget. Both mappers refuse the same number of cubes,
+/// whether or not the mesh is updated between frames.
 TEST_P(SpaceParity, UpToTheBudget) {
   for (const int mesh_every : {0, 2}) {
     MapperParams params = spaceParams(0.02f);
@@ -153,7 +153,7 @@ void expectExactDistances(const Space& space, int reach) {
   }
 }
 
-/// Distances within a sector, across many sectors, and beyond the reach.
+/// Tests distances within a sector, across many sectors, and beyond the maximum distance.
 TEST_P(SpaceParity, DistancesAreExactAtAnyReach) {
   for (const int reach : {1, 25, 33, 130}) {
     SCOPED_TRACE(reach);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr float kUint16Unit_m = 0.001f;
 
-/// Noise of a triangulating camera, with about one pixel in 97 not measured.
+/// Adds the noise of a triangulating camera, and removes about one measurement in 97.
 void addNoise(std::vector<float>& depth_m, std::mt19937& random) {
   for (float& z : depth_m) {
     const double share = random() / 4294967296.0 - 0.5;

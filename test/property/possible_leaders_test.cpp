@@ -1,5 +1,5 @@
-// Checks on random mesh units that the rule that skips units in the index stage never skips a
-// surface.
+// Tests on random mesh units that possibleLeaders(), which the index stage uses for skipping units,
+// never skips a unit with a surface.
 #include "kernels/meshing/possible_leaders.h"
 
 #include <gtest/gtest.h>
@@ -12,9 +12,9 @@
 namespace dtsdf {
 namespace {
 
-/// Mostly samples of a plane through the unit, as fusion produces them. They have gaps, so that
-/// many corners are known in at most one direction. Some directions sample the back of the plane,
-/// or noise.
+/// Mostly samples of a plane through the unit, as fusion produces them. Some samples are missing,
+/// so many corners are known in at most one direction. Some directions contain the back of the
+/// plane, or noise.
 UnitSamples randomUnitSamples(std::mt19937& random) {
   std::normal_distribution<float> normal;
   std::uniform_real_distribution<float> uniform(0.0f, 1.0f);

@@ -1,4 +1,4 @@
-// Properties that every map must have, on random scenes, cameras and settings.
+// Tests properties that every map must have, with random scenes, cameras and settings.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -149,8 +149,8 @@ TEST_P(RandomScenes, MeshesAreSound) {
   EXPECT_EQ(in_pieces.triangles, mesh.triangles);
 }
 
-/// Every voxel has a distance up to the truncation distance, and at most the weight and evidence
-/// that five frames can give. An empty voxel has the distance 0.
+/// No distance exceeds the truncation distance, and no weight or evidence exceeds that of five
+/// frames. Empty voxels have the distance 0.
 TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());
@@ -173,8 +173,8 @@ TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   }
 }
 
-/// Regions are cleared between frames. Updating the mesh after each one gives the same mesh as
-/// updating it once. Clearing everything empties the map.
+/// Regions are cleared between frames. Updating the mesh after each region gives the same mesh as
+/// updating it once at the end. Clearing everything empties the map.
 TEST_P(RandomScenes, RegionsMayBeClearedAtAnyTime) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());

@@ -62,7 +62,7 @@ class Examples(unittest.TestCase):
         dtsdf_mapping.fuse(mapper, dtsdf_mapping.Recording(recording))
         mapper.save(saved)
         printed = self.run_example(self.script("04_found_again.py"), saved, recording, "3")
-        # The scene looks the same along the whole path, so no place may be chosen.
+        # The scene looks the same from the whole path, so the search must not choose a place.
         self.assertRegex(printed, r"0 of 2 found, 0 elsewhere")
 
     def test_distances(self):

@@ -254,7 +254,7 @@ class Memory(unittest.TestCase):
             action()
         grown = resident_bytes() - before
         # A single leaked mapper is more than 1 MB; a thousand would be gigabytes.
-        self.assertLess(grown, 20e6, f"{grown / 1e6} MB more after 1000 calls")
+        self.assertLess(grown, 20e6, f"memory use grew by {grown / 1e6} MB in 1000 calls")
 
     def test_a_thousand_mappers_leak_nothing(self):
         self.assert_flat(lambda: map_of_wall(dtsdf_mapping, 1, **{"mesh/min_support": 1}).mesh())

@@ -1,4 +1,4 @@
-# Hardening, which is on by default; sanitizers and fuzzers, which are optional.
+# Hardening (on by default), sanitizers and fuzzers (off by default).
 option(WITH_HARDENING "Stack protector, checked string functions, read-only relocations, PIE" ON)
 option(WITH_FUZZERS "Build test/fuzz as fuzzers, with ASan and UBSan (needs clang)" OFF)
 set(WITH_SANITIZER "" CACHE STRING
@@ -17,8 +17,8 @@ if(WITH_FUZZERS)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 if(WITH_SANITIZER STREQUAL "address")
-  # Float divisions by 0 do not abort, so that a suppression list can allow intended ones. Only clang
-  # checks these and float casts.
+  # Float divisions by 0 do not abort, so that a suppression list can allow intended ones. Only
+  # clang checks float divisions and casts.
   set(flags -fsanitize=address,undefined -fno-sanitize-recover=undefined)
   if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
     list(APPEND flags -fsanitize=float-divide-by-zero,float-cast-overflow
@@ -32,7 +32,7 @@ if(WITH_SANITIZER)
   add_link_options(${flags})
 endif()
 
-# _FORTIFY_SOURCE needs optimisation. It would hide the faults that it detects from the sanitizers.
+# _FORTIFY_SOURCE needs optimisation. It would hide faults from the sanitizers.
 if(WITH_HARDENING)
   include(CheckPIESupported)
   check_pie_supported(LANGUAGES CXX)

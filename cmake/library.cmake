@@ -13,8 +13,8 @@ add_library(dtsdf_mapping::dtsdf_mapping ALIAS dtsdf_mapping)
 target_compile_features(dtsdf_mapping INTERFACE cxx_std_17)
 target_include_directories(dtsdf_mapping INTERFACE
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
-# The linker takes from the backends' archives only what the mapper needs. Symbols of archives are
-# hidden, so that a program's CUDA runtime does not clash with this one.
+# Hides the symbols of static libraries, so that a program's own CUDA runtime does not clash with
+# the one linked here.
 target_link_libraries(dtsdf_mapping PUBLIC Eigen3::Eigen PRIVATE dtsdf_mapper dtsdf_datasets
                                     -Wl,--exclude-libs,ALL)
 set_target_properties(dtsdf_mapping PROPERTIES
@@ -24,7 +24,7 @@ set_target_properties(dtsdf_mapping PROPERTIES
 if(WITH_ROS)
   set(library_dir ${CATKIN_PACKAGE_LIB_DESTINATION})
   set(config_dir ${CATKIN_PACKAGE_SHARE_DESTINATION}/cmake)
-  # catkin writes the configuration, which includes the extras.
+  # catkin generates the package configuration, which includes the extras file.
   export(TARGETS dtsdf_mapping NAMESPACE dtsdf_mapping::
          FILE ${CATKIN_DEVEL_PREFIX}/share/${PROJECT_NAME}/cmake/dtsdf_mappingTargets.cmake)
 else()

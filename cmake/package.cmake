@@ -10,7 +10,8 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION misc)
 
 if(EXISTS /opt/ros/noetic)
-  # Packages in the ROS archive do not declare their libraries, so dependencies are listed here.
+  # Packages in the ROS archive do not declare their shared libraries, so dependencies are listed
+  # here.
   set(CPACK_PACKAGE_NAME ros-noetic-dtsdf-mapping)
   set(CPACK_PACKAGING_INSTALL_PREFIX /opt/ros/noetic)
   set(CPACK_DEBIAN_PACKAGE_DEPENDS
@@ -32,7 +33,8 @@ python3-rosbag, rosout, tf2-tools")
 endif()
 
 # catkin installs a workspace's setup files into the root of the prefix. In a package, they would
-# replace those of ROS, so they are removed under both prefixes, the build's and the package's.
+# replace those of ROS, so they are removed from both prefixes: that of the build and that of the
+# package.
 set(catkin_files .catkin .rosinstall _setup_util.py env.sh setup.bash setup.sh setup.zsh
                  local_setup.bash local_setup.sh local_setup.zsh)
 install(CODE "

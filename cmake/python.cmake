@@ -1,11 +1,11 @@
 # The Python package dtsdf_mapping: its files, and the module _core if it can be built. With catkin
-# the folder also contains the messages, so the package's files are always installed.
+# the messages are part of the same package, so its files are always installed.
 if(NOT WITH_PYTHON MATCHES "^(AUTO|ON|OFF)$")
   message(FATAL_ERROR "WITH_PYTHON=${WITH_PYTHON}, but it must be AUTO, ON or OFF")
 endif()
 
 set(DTSDF_PYTHON OFF)
-# An interpreter without a sanitizer cannot load a module that was built with one.
+# Python cannot load a module built with a sanitizer, unless it was built with the same one.
 if(WITH_PYTHON STREQUAL "OFF")
   set(python_state "disabled")
 elseif(WITH_SANITIZER OR WITH_FUZZERS)
@@ -40,14 +40,14 @@ print(folder if os.path.exists(folder + '/Python.h') else '', end='')"
     find_package(pybind11 QUIET CONFIG)
   endif()
   set(python_state)
-  # pip builds where numpy is not yet installed; the module needs it only at run time.
+  # pip may build in an environment without numpy, which is needed only at run time.
   if(pybind11_FOUND AND (SKBUILD OR numpy_missing EQUAL 0))
     set(DTSDF_PYTHON ON)
     set(DTSDF_PYTHON_INCLUDES ${python_includes} ${pybind11_INCLUDE_DIR} ${pybind11_INCLUDE_DIRS})
   elseif(NOT DTSDF_PYTHON_EXECUTABLE)
     set(python_state "python3")
   elseif(NOT python_includes)
-    set(python_state "Python.h of ${DTSDF_PYTHON_EXECUTABLE} (python3-dev)")
+    set(python_state "Python.h for ${DTSDF_PYTHON_EXECUTABLE} (python3-dev)")
   elseif(NOT pybind11_FOUND)
     set(python_state "pybind11 (pybind11-dev)")
   else()

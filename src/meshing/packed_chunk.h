@@ -31,9 +31,8 @@ struct PackedChunk {
   std::vector<uint16_t> positions;     ///< x, y, z of each vertex, in steps from the origin.
   std::vector<int16_t> normals;        ///< Two numbers per vertex, see packedNormal().
   std::vector<uint8_t> colours;        ///< Red, green, blue of each vertex; empty if unpainted.
-  std::vector<uint16_t>
-      triangles16;  ///< Three vertex indices each, counter-clockwise from the front.
-  std::vector<uint32_t> triangles32;  ///< Used instead if there are more than 65536 vertices.
+  std::vector<uint16_t> triangles16;   ///< Three indices each, counter-clockwise from the front.
+  std::vector<uint32_t> triangles32;   ///< Used instead if there are more than 65536 vertices.
 
   size_t vertexCount() const { return positions.size() / 3; }
   size_t triangleCount() const { return (triangles16.size() + triangles32.size()) / 3; }

@@ -125,9 +125,9 @@ class RecordStore {
   size_t waiting_bytes_ = 0;
   uint64_t writing_ = 0;     ///< Records up to this number are being written; 0 if none are.
   bool is_writing_ = false;  ///< Whether the helper is writing.
-  bool is_clearing_ = false,
-       disk_refuses_ = false;  ///< Tell the helper to stop; its last try failed.
-  Helper helper_;              ///< Last, so that it ends before the members it uses.
+  /// Whether the helper should stop, and whether its last attempt failed.
+  bool is_clearing_ = false, disk_refuses_ = false;
+  Helper helper_;  ///< Last, so that it ends before the members it uses.
 };
 
 }  // namespace dtsdf

@@ -220,10 +220,8 @@ void bindMapper(py::module& m) {
           "locate", &locate, py::arg("depth"), py::arg("K"), py::arg("unit_m") = 0.0,
           "Finds where in the map a depth image was taken, without an initial pose. Takes seconds\n"
           "on a CPU. Returns a dict: T_W_C, 4 x 4 in metres, or None if it was not found; status;\n"
-          "explained, the fraction of the depths that match the map at the best pose;\n"
-          "other_T_W_C, another pose that matches about as well, or None. depth, K, unit_m: as "
-          "for\n"
-          "integrate().")
+          "explained, the fraction of depths that match the map at the best pose; other_T_W_C,\n"
+          "another pose that matches about as well, or None. depth, K, unit_m: as for integrate().")
       .def("mesh", &mesh, py::arg("box") = py::none(),
            "Returns a mesh of the map, or of its triangles in a Box.")
       .def("clear", &MapperSession::clear, py::call_guard<py::gil_scoped_release>(),
@@ -244,9 +242,8 @@ void bindMapper(py::module& m) {
       .def("save", &saveSession, py::arg("path"), py::arg("map_frame") = py::none(),
            "Saves the map as a .dtsdf file. map_frame: name of W, for programs that check it.\n"
            "Returns a dict: blocks, file_bytes, content_hash (equal for equal maps).")
-      .def_property_readonly(
-          "space", &spaceOf,
-          "The free-space grid. Raises RuntimeError unless space/enabled is set.")
+      .def_property_readonly("space", &spaceOf,
+                             "The free-space grid. Raises RuntimeError unless space/enabled.")
       .def_property_readonly(
           "settings", [](const MapperSession& self) { return toTree(self.params()); },
           "All settings, as a flat dict.")

@@ -46,8 +46,8 @@ TEST(Status, ReportsWhatExceedsTheBudget) {
   EXPECT_EQ(statusOf(counts).code, MapStatus::MAPPING);
   counts.refused_cubes = 3;
   expect(statusOf(counts), MapStatus::SPACE_FULL,
-         "the memory for free-space cells (an eighth of map/max_memory_mb) is full: 3 cubes of "
-         "free-space cells stayed unknown; surfaces are still mapped; raise map/max_memory_mb or "
+         "the memory for free-space cells (an eighth of map/max_memory_mb) is full: 3 "
+         "free-space cubes stayed unknown; surfaces are still mapped; raise map/max_memory_mb or "
          "space/cell_voxels");
   EXPECT_EQ(statusOf(counts).refused_cubes, 3u);
   counts.refused_blocks = 7;

@@ -348,10 +348,9 @@ class FrameQueue {
     stream.complete_until = std::max(stream.complete_until, entry.stamp);
     if (rejection != nullptr) return drop(place, *rejection);
     if (isTooLate(entry)) {
-      return drop(place,
-                  {drop::kOutOfOrder,
-                   "a later frame has already been fused; if it was from another camera, raise "
-                   "input/merge_wait_s above this camera's delay"});
+      return drop(place, {drop::kOutOfOrder,
+                          "a later frame has already been fused; if it is from another camera, "
+                          "raise input/merge_wait_s above this camera's delay"});
     }
     entry.state = State::kPosed;
     entry.posed = std::move(std::get<PosedFrame>(decision));

@@ -53,8 +53,7 @@ class Rectification {
   bool is_colour_;
   std::string warning_, logged_;
 
-  sensor_msgs::CameraInfo
-      table_info_;  ///< The camera_info that source_ was computed for, without header.
+  sensor_msgs::CameraInfo table_info_;  ///< Used for computing source_. Its header is empty.
   sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Its stamp may be that of an earlier image.
   cv::Mat source_;             ///< Coordinates of each pixel in the raw image, for cv::remap().
   std::vector<float> scales_;  ///< Rectified depth per raw depth, by pixel; empty if all are 1.

@@ -78,7 +78,7 @@ inline void reportBudget(const MapStats& stats, MapStatus& status) {
   };
   const std::string blocks = std::to_string(stats.refused_blocks) + " blocks were refused";
   const std::string cubes =
-      std::to_string(stats.refused_cubes) + " cubes of free-space cells stayed unknown";
+      std::to_string(stats.refused_cubes) + " free-space cubes stayed unknown";
   const std::string of_disk = " because map/page_folder is full or fails: " + stats.pages.problem;
   const bool is_disk = stats.pages.failures > 0;
   warn(MapStatus::PAGES_LOST, stats.pages.lost,

@@ -1,4 +1,4 @@
-/// A file that is written completely or not at all: if a save fails, the old file is unchanged.
+/// Writes a file completely or not at all: if writing fails, the existing file remains unchanged.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +6,7 @@
 
 namespace dtsdf {
 
-/// Checks the name, folder and permissions of a file to be written; call it before a long
+/// Checks the name, folder and permissions of a file to be written. Call it before a long
 /// computation. Creates missing folders; rejects an existing target that is not a regular file.
 /// @throws std::runtime_error that names the path and says what to do.
 void prepareOutputFile(const std::string& path);
@@ -25,7 +25,7 @@ class AtomicFile {
   void write(const void* data, size_t bytes);
   void write(const std::string& text) { write(text.data(), text.size()); }
 
-  /// Syncs the file to disk and gives it its final name.
+  /// Syncs the file to disk and renames it to its final name.
   void commit();
 
  private:
@@ -39,7 +39,7 @@ class AtomicFile {
   int descriptor_ = -1;
 };
 
-/// Writes a whole file with AtomicFile.
+/// Writes a complete file by means of AtomicFile.
 void writeFileAtomically(const std::string& path, const std::string& content);
 
 }  // namespace dtsdf

@@ -16,10 +16,10 @@ namespace dtsdf {
 struct BagOptions : RecordingOptions {
   std::string depth_topic;        ///< If empty, the bag's only topic with depth images.
   std::string info_topic;         ///< If empty, camera_info in the depth topic's namespace.
-  std::string mask_topic;         ///< Masks with the stamps of the depth images; may be empty.
+  std::string mask_topic;         ///< Masks, stamped like the depth images; optional.
   std::string colour_topic;       ///< If empty, the bag's only topic with colour images.
   std::string colour_info_topic;  ///< If empty, camera_info in the colour topic's namespace.
-  std::string tf_topic;   ///< If empty, /tf. Also read: this topic with suffix _static, /tf_static.
+  std::string tf_topic;   ///< If empty, /tf. This topic + "_static" and /tf_static are also read.
   std::string imu_topic;  ///< If empty, the bag's only topic of type sensor_msgs/Imu.
   std::string map_frame = "map";  ///< Frame W.
   InputParams input;              ///< Camera frame, camera_info, units, rectification.
@@ -30,14 +30,15 @@ struct BagOptions : RecordingOptions {
 std::unique_ptr<FrameSource> openBagFrames(const BagOptions& options);
 
 /// Opens a bag's colour images, sorted by stamp, each with the pose at its own stamp.
-/// @return null if no topic is given and the bag does not have exactly one with colour images.
+/// @return null if no topic is given and the bag does not contain exactly one topic with colour
+/// images.
 /// @throws std::runtime_error if the bag cannot be read or lacks the given topic.
 std::unique_ptr<ColourSource> openBagColours(const BagOptions& options);
 
-/// Finds the up direction in the map frame, a unit vector, from the first second in which the bag's
-/// IMU is at rest and has a transform to the map frame.
-/// @throws std::runtime_error if there is no such second, if no IMU topic is given and the bag does
-/// not have exactly one, or if the poses come from a file.
+/// Determines the up direction in the map frame, as a unit vector, from the first period of one
+/// second in which the bag's IMU is at rest and its transform to the map frame is known.
+/// @throws std::runtime_error if there is no such period, if no IMU topic is given and the bag does
+/// not contain exactly one, or if the poses come from a file.
 Eigen::Vector3d findUpInBag(const BagOptions& options);
 
 }  // namespace dtsdf

@@ -51,11 +51,11 @@ Intrinsics readMatrix(const YAML::Node& root, const std::string& key, size_t col
 CameraInfo loadCameraInfo(const std::string& path) {
   const std::string text =
       readTextFile(path,
-                   "the camera's intrinsics are expected there, as camera_calibration writes "
-                   "them; or give --intrinsics fx,fy,cx,cy");
+                   "expected the camera's intrinsics in the format of camera_calibration; "
+                   "or give --intrinsics fx,fy,cx,cy");
   try {
     const YAML::Node root = loadYaml(text);
-    if (!root.IsMap()) throwBad(path, "no intrinsics");
+    if (!root.IsMap()) throwBad(path, "it contains no intrinsics");
     const int width = readSize(root, "image_width", path),
               height = readSize(root, "image_height", path);
     const bool rectified = static_cast<bool>(root["projection_matrix"]);
@@ -109,7 +109,7 @@ bool isNonFiniteWord(const std::string& text) {
          word.find(".#ind") != std::string::npos;
 }
 
-/// Infinity becomes NaN. @return std::nullopt if the word is not a number.
+/// Parses a number; infinity becomes NaN. @return std::nullopt if the word is not a number.
 std::optional<double> parseElement(const std::string& word) {
   double number = 0.0;
   if (parseNumber(word, number) && std::isfinite(number)) return number;

@@ -12,24 +12,25 @@
 
 namespace dtsdf {
 
-/// Camera of rectified images. A default-constructed camera is valid, so functions return
-/// std::nullopt if there is no camera.
+/// Camera that takes rectified images. A default-constructed camera is valid, so functions that
+/// find no camera return std::nullopt.
 using CameraInfo = RenderCamera;
 
-/// Reads size and intrinsics from projection_matrix, which describes the rectified image, or else
-/// from camera_matrix. Ignores distortion: images are assumed to be rectified.
+/// Reads the image size and the intrinsics: from projection_matrix, which describes the rectified
+/// image, or from camera_matrix if there is no projection_matrix. Ignores distortion: images are
+/// assumed to be rectified.
 /// @throws std::runtime_error that names the file and says what is missing or wrong.
 CameraInfo loadCameraInfo(const std::string& path);
 
-/// The camera of a folder's colour images: from colour_info.yaml if it exists, otherwise the depth
-/// camera.
+/// Returns the camera of a folder's colour images: the one in colour_info.yaml if that file exists,
+/// otherwise the depth camera.
 CameraInfo colourCameraOf(const std::filesystem::path& folder, const CameraInfo& depth_camera);
 
 /// The content of a camera_info.yaml file.
 std::string cameraInfoText(const CameraInfo& camera, const std::string& camera_name);
 
 /// Parses rows x columns numbers, in row-major order. Infinity becomes NaN, since trackers write
-/// either for frames in which they lost the camera.
+/// one or the other for frames in which tracking was lost.
 /// @throws std::runtime_error that begins with `place`, if a word is not a number or the number of
 /// words is wrong.
 Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int columns,
@@ -40,11 +41,12 @@ Eigen::MatrixXd parseMatrix(const std::vector<std::string>& words, int rows, int
 Eigen::MatrixXd readMatrixFile(const std::string& path, int rows, int columns,
                                const std::string& advice);
 
-/// The pose in a 4 x 4 matrix, with its rotation made orthonormal; std::nullopt if the matrix is
-/// not a rigid motion, as when tracking was lost.
+/// Converts a 4 x 4 matrix to a pose and orthonormalises its rotation. @return std::nullopt if the
+/// matrix is not a rigid motion, as when tracking was lost.
 std::optional<Eigen::Isometry3d> rigidMotion(const Eigen::Matrix4d& matrix);
 
-/// The camera with the given matrix of intrinsics, whose rows begin with fx 0 cx and 0 fy cy.
+/// The camera with the given matrix of intrinsics, whose first two rows begin with fx 0 cx and 0 fy
+/// cy.
 /// @throws std::runtime_error that begins with `place`, if a number is not finite or a focal length
 /// is not positive.
 CameraInfo cameraOfMatrix(const Eigen::MatrixXd& matrix, int width, int height,

@@ -14,8 +14,8 @@
 namespace dtsdf {
 namespace {
 
-/// @return an image of this size, still without pixel values. @throws std::runtime_error if it is
-/// too large.
+/// @return an image of this size without pixel values. @throws std::runtime_error if it is too
+/// large.
 RgbImage emptyImage(size_t width, size_t height, const std::string& name) {
   if (width > 0 && height > 0 && width <= static_cast<size_t>(kMaxPixels) / height) {
     return {static_cast<int>(width), static_cast<int>(height), {}};
@@ -23,7 +23,7 @@ RgbImage emptyImage(size_t width, size_t height, const std::string& name) {
   throw std::runtime_error(name + " has more than " + std::to_string(kMaxPixels) + " pixels");
 }
 
-/// Decodes a PNG to 8-bit RGB. @return the problem, or an empty string.
+/// Decodes a PNG to 8-bit RGB. @return an error message, or an empty string.
 std::string readPng(const uint8_t* data, size_t bytes, const std::string& name, RgbImage& image) {
   PngReader png(data, bytes);
   if (!png.isPng()) return png.problem();
@@ -45,7 +45,7 @@ std::string readPng(const uint8_t* data, size_t bytes, const std::string& name, 
   return "";
 }
 
-/// Decodes a JPEG to 8-bit RGB. @return the problem, or an empty string.
+/// Decodes a JPEG to 8-bit RGB. @return an error message, or an empty string.
 std::string readJpeg(const uint8_t* data, size_t bytes, const std::string& name, RgbImage& image) {
   const std::unique_ptr<void, decltype(&tjDestroy)> jpeg(tjInitDecompress(), &tjDestroy);
   int width = 0, height = 0, sampling = 0, space = 0;
@@ -75,7 +75,7 @@ RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name
 }
 
 RgbImage readColourImage(const std::string& path) {
-  const std::string file = readTextFile(path, "a colour image is expected there");
+  const std::string file = readTextFile(path, "expected a colour image");
   return decodeColour(reinterpret_cast<const uint8_t*>(file.data()), file.size(), "'" + path + "'");
 }
 

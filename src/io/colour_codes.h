@@ -9,7 +9,7 @@
 
 namespace dtsdf {
 
-/// Recognises the format by the first bytes. Converts grey to RGB and 16 bits to 8, and drops
+/// Detects the format from the first bytes. Converts grey to RGB and 16 bits to 8, and drops
 /// transparency. `name` identifies the image in error messages.
 /// @throws std::runtime_error if the image is damaged, in another format, an interlaced 16-bit PNG,
 /// or too large.

@@ -19,13 +19,13 @@ std::string inWords(int width, int height) {
 }
 
 /// Checks the header. @param name Identifies the image in error messages.
-/// @return the size, without pixels. @throws std::runtime_error
+/// @return an image with this size but without pixels. @throws std::runtime_error
 DepthImage readHeader(const PngReader& png, const std::string& name) {
   if (!png.isPng()) {
     throw std::runtime_error("cannot decode " + name + ": not a PNG image, or damaged");
   }
   if (!png.is16BitGrey()) {
-    throw std::runtime_error(name + " is not a 16-bit greyscale image, so not a depth image");
+    throw std::runtime_error(name + " is not a 16-bit greyscale image, as depth images must be");
   }
   const DepthImage image{static_cast<int>(png.width()), static_cast<int>(png.height()), {}};
   if (png.height() > kMaxPixels / png.width()) {  // libpng refuses widths of 0
@@ -44,7 +44,7 @@ void readPixels(PngReader& png, const std::string& name, DepthImage& image) {
 }
 
 std::string readDepthFile(const std::string& path) {
-  return readTextFile(path, "a depth image is expected there");
+  return readTextFile(path, "expected a depth image");
 }
 
 }  // namespace
@@ -95,7 +95,7 @@ std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels
     uint32_t number = 0;
     for (int shift = 0; shift < 32; shift += 3) {
       if (next_group == groups) throw std::runtime_error("the RVL data are incomplete");
-      // Words are little-endian: the last byte is the highest.
+      // Words are little-endian: the last byte is the most significant.
       const size_t in_word = next_group % 8;
       const uint8_t byte = data[4 * (next_group / 8) + 3 - in_word / 2];
       const uint32_t group = in_word % 2 == 0 ? byte >> 4 : byte & 15u;
@@ -126,7 +126,7 @@ namespace {
 
 const std::string kTransport = "compressedDepth";
 
-/// The parts of a format such as "16UC1; compressedDepth png". Older senders omit " png", or
+/// The parts of a format such as "16UC1; compressedDepth png". Older publishers omit " png", or
 /// everything after "16UC1".
 struct Format {
   std::string encoding;
@@ -180,8 +180,8 @@ std::vector<uint8_t> bytesOf(const std::vector<Pixel>& pixels) {
   return bytes;
 }
 
-/// Converts the transport's codes to depths in metres. A code is scale / depth + offset, rounded
-/// down, or 0 if nothing was measured.
+/// Converts the transport's 16-bit values to depths in metres. A value is scale / depth + offset,
+/// rounded down, or 0 if nothing was measured.
 std::vector<float> depthsOfInverse(const std::vector<uint16_t>& inverse, float scale,
                                    float offset) {
   std::vector<float> depths_m;
@@ -223,7 +223,7 @@ Raster<uint8_t> decodeCompressedDepth(const std::string& text, const std::vector
     throw std::runtime_error("compressed depth is shorter than its header");
   }
   ByteReader in(data);
-  in.take<uint32_t>();  // the transport's format code, which is always the same
+  in.take<uint32_t>();  // the transport's format code, which is always the same number
   const auto scale = in.take<float>(), offset = in.take<float>();
   const DepthImage image = is_rvl ? decodeRvlImage(in) : decodeDepthPng(in.takeBytes(0), in.left());
   return {image.width, image.height,

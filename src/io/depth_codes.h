@@ -15,7 +15,7 @@ namespace dtsdf {
 /// or not of the expected size.
 std::vector<uint16_t> readDepthPng(const std::string& path, int width, int height);
 
-/// Reads the size of a depth image file from its header. Does not detect damage to the pixels.
+/// Reads the size of a depth image file from its header. Does not detect damaged pixel data.
 /// @throws std::runtime_error that names the file, if it is missing, not a 16-bit greyscale PNG, or
 /// too large.
 DepthImage readDepthPngSize(const std::string& path);
@@ -32,25 +32,26 @@ std::string encodeDepthPng(const DepthImage& image);
 // A. D. Wilson, "Fast Lossless Depth Image Compression", ISS 2017: runs of zeros alternate with
 // runs of other values, and each run begins with its length. A value is stored as its difference
 // from the previous one, in zigzag order (0, -1, 1, -2, ...). Numbers are written in groups of 4
-// bits: 3 bits of the number, lowest first, and a top bit that is set if more groups follow. Eight
-// groups make a little-endian 32-bit word, with the first group in the highest bits.
+// bits: 3 bits of the number, least significant bits first, and a top bit that is set if more
+// groups follow. Eight groups form a little-endian 32-bit word, with the first group in the most
+// significant bits.
 
 /// Decodes `pixels` values. @throws std::runtime_error if the data end early, a run exceeds the
 /// image, or a number has more than 32 bits.
 std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels);
 
-// image_transport's compressedDepth: a 12-byte header, followed either by a PNG or by the image's
-// width and height and RVL data.
+// image_transport's compressedDepth: a 12-byte header, followed by either a PNG, or the image's
+// width, its height and RVL data.
 
-/// The encoding in a message's format: the text before the semicolon, as in "16UC1; compressedDepth
-/// png" and "16UC1; png compressed ", or the whole text if it has no semicolon. Empty for other
-/// formats, and for "32FC1; png compressed ".
+/// The encoding named in a message's `format` field: the text before the semicolon, as in "16UC1;
+/// compressedDepth png" and "16UC1; png compressed ", or the whole text if it has no semicolon.
+/// Empty for other formats, and for "32FC1; png compressed ".
 std::string encodingOfCompressedDepth(const std::string& format);
 
 /// Largest number of pixels that a depth or colour image may have.
 size_t maxImagePixels();
 
-/// Decodes a message: 16-bit depth exactly, 32-bit depth as rounded by the transport.
+/// Decodes a message. 16-bit depth is exact; 32-bit depth has been rounded by the transport.
 /// Allocates memory for at most maxImagePixels() pixels.
 /// @return the pixels in native byte order, with the encoding that encodingOfCompressedDepth()
 /// returns.

@@ -21,9 +21,9 @@ constexpr int kUnsignedInt = 5125, kFloat = 5126;
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 constexpr uint64_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
 
-// Without textures, a vertex has a position, a normal and a colour, of three floats each; a
-// triangle has three 32-bit indices. Colours are floats because 8 bits of linear light are too few
-// in dark areas, and trimesh reads only the lower 8 of 16 bits.
+// Without textures, a vertex consists of a position, a normal and a colour, three floats each; a
+// triangle consists of three 32-bit indices. Colours are floats because 8 bits of linear light are
+// too few in dark areas, and trimesh reads only the lower 8 of 16 bits.
 constexpr uint64_t kVectorBytes = 12, kTriangleBytes = 12;
 constexpr uint64_t kMaxJsonBytes = 4096;
 
@@ -47,7 +47,7 @@ Vec3f originOf(const Mesh& mesh) {
 
 json toJson(const Vec3f& v) { return json::array({v.x, v.y, v.z}); }
 
-/// A document with a scene and a mesh, which has no primitives yet.
+/// A document with a scene and a mesh that has no primitives yet.
 json documentOf(const Mesh& mesh, const Vec3f& origin) {
   json document;
   document["asset"] = {{"version", "2.0"}, {"generator", "dtsdf_mapping"}};
@@ -109,7 +109,7 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
        {"mode", 4}});
   document["materials"] = json::array({matteMaterial()});
   json& positions = addVectors(vertices, 3, document);
-  // Subtracting `origin` rounds, but keeps the order of values, so the bounds are exact.
+  // Rounding in the subtraction of `origin` is monotonic, so the bounds remain exact.
   const auto [low, high] = boundsOf(mesh);
   positions["min"] = toJson(low - origin);
   positions["max"] = toJson(high - origin);
@@ -123,7 +123,7 @@ std::string describe(const Mesh& mesh, const Vec3f& origin) {
   return paddedText(document);
 }
 
-/// glTF allows only normals of length 1; a zero normal is replaced by a normal that points up.
+/// Normalises a normal, as glTF requires; a zero normal is replaced by one that points up.
 Vec3f unitNormal(const Vec3f& n) {
   const float length = norm(n);
   if (std::abs(length - 1.0f) < 1e-4f) return n;
@@ -141,7 +141,7 @@ std::array<float, 256> linearLight() {
   return table;
 }
 
-/// Writes everything before the buffer, which has `bytes` bytes.
+/// Writes everything that precedes the buffer; `bytes` is the buffer's size.
 void beginGlb(const std::string& text, uint64_t bytes, AtomicFile& file) {
   put(file, kGlbMagic);
   put(file, kGlbVersion);
@@ -181,8 +181,8 @@ void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
 
 namespace {
 
-/// The JSON text. The buffer contains, page by page, the positions, normals and texture coordinates
-/// of the triangles' corners, then all images. Sets `bytes` to the buffer's size.
+/// Returns the JSON text and sets `bytes` to the buffer's size. For each page, the buffer contains
+/// the positions, normals and texture coordinates of the triangles' corners. All images follow.
 std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t& bytes) {
   json document = documentOf(textured.mesh, origin);
   json& primitives = document["meshes"][0]["primitives"];

@@ -1,4 +1,4 @@
-/// Reads and writes little-endian numbers, on little-endian machines.
+/// Reads and writes little-endian numbers; requires a little-endian machine.
 #pragma once
 
 #include <array>

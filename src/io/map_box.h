@@ -1,4 +1,4 @@
-/// Describes a map that is one box of a larger map, as made by `reconstruct --only`.
+/// Describes a map that is one box of a larger map, as built by `reconstruct --only`.
 #pragma once
 
 #include <algorithm>
@@ -14,10 +14,10 @@ namespace dtsdf {
 using IndexRanges = std::vector<std::pair<uint64_t, uint64_t>>;
 
 struct MapBox {
-  BlockKey first, last;           ///< Blocks at opposite corners of the box.
+  BlockKey first, last;           ///< Blocks at the box's lower and upper corners.
   uint64_t recordings = 1;        ///< Number of recordings that were fused one after another.
-  IndexRanges fused, supporting;  ///< frameNumber() of the frames that were fused into the box, and
-                                  ///< of those that touched a block of the larger map.
+  IndexRanges fused, supporting;  ///< Frame numbers (see frameNumber()): `fused` into the box, and
+                                  ///< `supporting`: frames that touched the larger map.
 };
 
 /// Reads or writes the content of a `BOX ` record.

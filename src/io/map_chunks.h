@@ -1,4 +1,4 @@
-/// Reads and writes map files chunk by chunk, and saves a mapper's map without copying it whole.
+/// Reads and writes map files chunk by chunk, and saves a mapper's map without copying all of it.
 #pragma once
 
 #include <cstddef>
@@ -26,10 +26,10 @@ std::vector<MapBlock> blocksOfChunk(const std::vector<MapBlock>& blocks, size_t 
 /// and in roughly ascending order of chunks.
 using ReadChunk = std::function<MapContents(size_t chunk)>;
 
-/// The MapInfo of a map, except for the length and hash of its file.
+/// The MapInfo of a map, without the file size and the content hash.
 MapInfo infoOf(const MapContents& head);
 
-/// Writes the records of a map; `read` returns its voxels and colours, `head` has everything else.
+/// Writes the records of a map: voxels and colours from `read`, everything else from `head`.
 /// @throws std::runtime_error, before writing anything, if readers would reject the map.
 MapInfo writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& out, int threads = 0,
                  const MapBox* box = nullptr);
@@ -44,9 +44,9 @@ class MapChunks {
  public:
   /// @throws std::runtime_error like loadMap()
   explicit MapChunks(const std::string& path, size_t max_bytes = kNoMapLimit);
-  /// Opens a map that must fit into the memory and disk limits of these settings.
+  /// Opens a map, which must not exceed the memory and disk limits in `params`.
   MapChunks(const std::string& path, const MapperParams& params);
-  /// Reads a map from the records of a file, starting at record `first`.
+  /// Reads a map from a record file, starting at record `first`.
   MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t max_bytes = kNoMapLimit);
 
   const std::string& path() const { return file_->path(); }
@@ -97,10 +97,10 @@ class MapChunks {
   std::vector<Record> voxels_, colours_;  ///< Copies, since RecordFile::records() may grow.
 };
 
-/// The map of an open file in parts: its chunks, read on demand.
+/// The map in an open file as MapParts. Its chunks are read on demand.
 MapParts partsOf(std::shared_ptr<const MapChunks> file);
 
-/// A mapper's contents, completed with `origin`.
+/// A mapper's contents with `origin` filled in.
 MapContents contentsWith(const MapOrigin& origin, Mapper& mapper);
 
 /// Saves a mapper's map chunk by chunk.

@@ -10,8 +10,8 @@ namespace {
 constexpr const char* kBoundSettings[] = {"fusion/mode", "map/directional", "map/truncation_voxels",
                                           "map/voxel_size_m"};
 
-/// The shortest decimal that is parsed as the same number, always with a point or an exponent, so
-/// that it is not parsed as an integer.
+/// The shortest decimal that is parsed as the same number. It always contains a point or an
+/// exponent, so that it is not parsed as an integer.
 std::string textOf(double number) {
   std::string text;
   for (int digits = 6; digits <= 17; ++digits) {

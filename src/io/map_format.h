@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace map_format {
 
-/// Content code in the head of a map file.
+/// Four-letter code that identifies map files.
 constexpr char kPurpose[] = "MAP ";
 
 /// Kinds of records, in file order.
@@ -32,18 +32,18 @@ constexpr uint64_t kMaxText = 1 << 20;
 /// Maximum size of a box record, in bytes.
 constexpr uint64_t kMaxBox = 1 << 28;
 
-/// The settings to store in a file: those of the map, and poses/... unless the given poses were
-/// used unchanged.
+/// The settings to store in a file: the map's settings and, unless the input poses were used
+/// unchanged, those under poses/.
 ParamTree settingsOfFile(const ParamTree& of_map, const PoseParams& poses);
 
-/// Reads the settings below poses/. @throws ParamError if a value is invalid.
+/// Reads the settings under poses/. @throws ParamError if a value is invalid.
 PoseParams posesOf(const ParamTree& settings);
 
 /// Settings as lines "key: value", sorted by key; parseYamlParams() reads them back unchanged,
-/// unless a value has a line break.
+/// unless a value contains a line break.
 std::string settingsText(const ParamTree& settings);
 
-/// The settings that are fixed for a map, as text for its content hash.
+/// The settings that cannot change during the life of a map, as text for its content hash.
 std::string boundSettingsText(const ParamTree& settings);
 
 // The functions below read or write the contents of the small records.

@@ -1,5 +1,5 @@
-// Reads maps from records: first the small records, which determine the sizes of the others, then
-// voxels and colours.
+// Reads maps from records: first the small records, which determine the sizes of all other records,
+// then voxels and colours.
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -45,7 +45,8 @@ MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_
 
 void MapChunks::throwWrongSizes() const { file_->throwDamaged("its sizes are inconsistent"); }
 
-/// Reports errors in the contents as damage to the file, unless they name the file already.
+/// Reports errors in the contents as damage to the file, unless the error message already names the
+/// file.
 template <class Check>
 void MapChunks::reportingDamage(const Check& check) const {
   std::string problem;

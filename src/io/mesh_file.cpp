@@ -137,7 +137,7 @@ void checkMeshSize(uint64_t vertices, uint64_t triangles, const std::string& pat
   constexpr uint64_t kMaxCount = std::numeric_limits<int32_t>::max();
   if (triangles == 0) {
     throw std::runtime_error("cannot save '" + path +
-                             "': the mesh is empty; fuse frames that show a surface first");
+                             "': the mesh is empty; fuse frames with a visible surface first");
   }
   if (vertices > kMaxCount || triangles > kMaxCount) {
     throw std::runtime_error("cannot save '" + path +

@@ -16,12 +16,12 @@ namespace {
 namespace fs = std::filesystem;
 using Pose = std::optional<Eigen::Isometry3d>;
 
-const char* const kPosesAdvice = "poses are expected there";
+const char* const kPosesAdvice = "expected a file with poses";
 
 using NamedPoses = std::map<std::string, Pose>;
 
-/// The keys by which an image is found: its name, with and without the folder, and the number at
-/// the end of the name.
+/// The keys under which an image's pose is stored: the image's name, with and without the folder,
+/// and the number at the end of the name.
 std::vector<std::string> keysOf(const std::string& path) {
   const fs::path name = fs::path(path).replace_extension();
   const std::string last = name.filename().string();
@@ -34,8 +34,8 @@ void add(const std::string& path, const Pose& pose, NamedPoses& named) {
   for (const std::string& key : keysOf(path)) named.emplace(key, pose);
 }
 
-/// Reads the poses in COLMAP's images.txt. Lines consist of the image number, qw qx qy qz and tx ty
-/// tz from world to camera, the camera number, and the file name.
+/// Reads the poses in COLMAP's images.txt. Each line consists of the image ID, qw qx qy qz and tx
+/// ty tz from world to camera, the camera ID, and the file name.
 NamedPoses posesOfColmap(const std::vector<ListLine>& lines) {
   NamedPoses named;
   for (const ListLine& line : lines) {

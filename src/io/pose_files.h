@@ -13,12 +13,13 @@ namespace dtsdf {
 /// Finds the poses of images in a file or folder; some images may have none. Images are matched
 /// - by stamp: a list in TUM's format;
 /// - by name, or else by the number at the end of the name: COLMAP's images.txt, transforms.json,
-///   and a folder with a file of 4 x 4 numbers per image;
-/// - by order if there are as many poses as images, or else by number: a list of 3 x 4 (KITTI) or
-///   4 x 4 matrices, such as Open3D's trajectory.log. If it has as many poses as there are depth
-///   images, a colour image gets the pose of the depth image with the same number.
+///   and a folder with one file per image that contains a 4 x 4 matrix;
+/// - by order if there are as many poses as images, or else by number: a list of 3 x 4 (KITTI) or 4
+///   x 4 matrices, such as Open3D's trajectory.log. If the list has as many poses as there are
+///   depth images, a colour image gets the pose of the depth image with the same number.
 /// @param depth The depth images, sorted by stamp; may be `images`.
-/// @param convention See RecordingOptions::pose_convention. If empty, the format's convention.
+/// @param convention See RecordingOptions::pose_convention. If empty, the file format's usual
+/// convention is used.
 /// @throws std::runtime_error that names the file, if anything is missing or malformed.
 void findPosesIn(const std::string& path, double tolerance_s,
                  const std::vector<StampedImage>& depth, std::vector<StampedImage>& images,

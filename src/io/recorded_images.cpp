@@ -14,7 +14,7 @@
 namespace dtsdf {
 namespace {
 
-/// Reverses the order of the rows of an image, which have `row` values each.
+/// Flips an image vertically. @param row Number of values per row.
 template <class Value>
 void flipRows(std::vector<Value>& values, size_t row) {
   const auto length = static_cast<std::ptrdiff_t>(row);
@@ -25,7 +25,7 @@ void flipRows(std::vector<Value>& values, size_t row) {
   }
 }
 
-/// Intrinsics of the flipped image of a camera whose y axis points up.
+/// Intrinsics after an image is flipped because the camera's y axis points up.
 Intrinsics flippedIntrinsics(const Intrinsics& K, int height) {
   return {K.fx, -K.fy, K.cx, static_cast<float>(height - 1) - K.cy};
 }
@@ -75,7 +75,7 @@ class RecordedSource : public ImageSource<Image> {
   /// Prefix of the reasons in skipped().
   const std::string kind_ = kIsColour ? "colour images: " : "";
 
-  /// Why an image is skipped without being decoded; empty if it is to be decoded.
+  /// The reason for skipping an image without decoding it; empty if it is to be decoded.
   std::string skipReason(size_t index) const {
     if (!recorded_.camera) return recorded_.missing_camera;
     if (!recorded_.images[index].T_W_C) return recorded_.images[index].missing;
@@ -108,7 +108,7 @@ class RecordedSource : public ImageSource<Image> {
     return image;
   }
 
-  /// @return the problem with the image, or an empty string.
+  /// @return an error message, or an empty string.
   std::string read(const std::string& path, SourceFrame& frame) const {
     const auto pixels = std::make_shared<std::vector<uint16_t>>(
         readDepthPng(path, frame.depth.width, frame.depth.height));
@@ -131,7 +131,7 @@ class RecordedSource : public ImageSource<Image> {
     return "";
   }
 
-  /// Skips a bad image if skip_bad is set. @throws std::runtime_error with remedies otherwise.
+  /// Skips a bad image if skip_bad is set. @throws std::runtime_error with advice if it is not set.
   void skip(const std::runtime_error& error) {
     if (!options_.skip_bad) {
       throw std::runtime_error(errorText(error) + "; --skip-bad skips such images" +

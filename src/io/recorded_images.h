@@ -1,4 +1,4 @@
-/// Depth and colour images in files, each with its pose, as FrameSource and ColourSource.
+/// FrameSource and ColourSource for depth and colour images in files, each with its pose.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -37,12 +37,12 @@ std::unique_ptr<FrameSource> openRecordedImages(RecordedImages images,
 std::unique_ptr<ColourSource> openRecordedColours(RecordedImages images,
                                                   const RecordingOptions& options);
 
-/// Finds the poses of images by stamp. If no image has a pose, `missing` of the first image tells
-/// how the stamps differ.
+/// Finds the poses of images by stamp. If no image gets a pose, the first image's `missing`
+/// describes how the stamps differ.
 void findPosesNear(const Trajectory& trajectory, double tolerance_s,
                    std::vector<StampedImage>& images);
 
-/// Checks that the selection is not empty, unless it is a list of images.
+/// Checks that a range selects at least one image; a list of images may be empty.
 /// @throws std::runtime_error that states the number of images.
 inline void checkSelection(const FrameSelection& selection, size_t total) {
   if (selection.listed != nullptr || total == 0 || selection.countIn(total) > 0) return;

@@ -68,7 +68,7 @@ void requireFolder(const std::string& path) {
   }
 }
 
-/// Sorts images by their stamps, since lists may be in any order.
+/// Sorts images by stamp, since lists may be in any order.
 void sortByStamp(std::vector<StampedImage>& images) {
   std::stable_sort(images.begin(), images.end(), [](const StampedImage& a, const StampedImage& b) {
     return a.stamp_s < b.stamp_s;

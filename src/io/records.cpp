@@ -171,7 +171,7 @@ void RecordFile::readAt(uint64_t offset, void* data, size_t bytes) const {
     const ssize_t got = pread(descriptor_, to, bytes, static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) throwCannotRead(errno);
-    if (got == 0) throwDamaged("its end is missing");  // truncated meanwhile
+    if (got == 0) throwDamaged("its end is missing");  // truncated while it was being read
     to += got;
     offset += static_cast<uint64_t>(got);
     bytes -= static_cast<size_t>(got);

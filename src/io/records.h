@@ -1,5 +1,5 @@
-/// Files that consist of records {kind, flags, length, checksum, bytes}: maps, map boxes, journals.
-/// docs/map_format.md describes them byte by byte.
+/// File format of maps, map boxes and journals: a sequence of records {kind, flags, length,
+/// checksum, bytes}. docs/map_format.md describes them byte by byte.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -18,7 +18,7 @@
 
 namespace dtsdf {
 
-/// XXH64, which is used for all checksums in files.
+/// The XXH64 hash, used for all checksums in files.
 uint64_t hashOf(const void* data, size_t bytes, uint64_t seed = 0);
 
 template <class Io>
@@ -95,7 +95,8 @@ class RecordWriter {
   uint64_t records_ = 0, bytes_ = 0;
 };
 
-/// An open file of records. Their heads are kept in memory; contents are read on demand.
+/// An open record file. The heads of all records are kept in memory; their contents are read on
+/// demand.
 class RecordFile {
  public:
   /// @param what Kind of file, for error messages, such as "map file".
@@ -106,14 +107,15 @@ class RecordFile {
   RecordFile(const RecordFile&) = delete;
   RecordFile& operator=(const RecordFile&) = delete;
 
-  /// Whether a file is regular and has this purpose and version. Never blocks on a pipe.
+  /// Whether `path` is a regular file with this purpose and the current version. Never blocks on a
+  /// pipe.
   static bool hasPurpose(const std::string& path, const char* purpose);
 
   const std::string& path() const { return path_; }
   const std::vector<Record>& records() const { return records_; }
   uint64_t bytes() const { return bytes_; }
-  /// Reads the heads of records that were appended since the last call. @return whether there were
-  /// any.
+  /// Reads the heads of records that were appended since the last call. @return whether any were
+  /// appended.
   bool readAppended();
   /// End of the last complete record.
   uint64_t end() const { return end_; }

@@ -16,7 +16,7 @@
 namespace dtsdf {
 namespace {
 
-/// Describes the blocks that a mesh lacks; empty if it is complete.
+/// Describes the blocks missing from a mesh; empty if it is complete.
 /// @param before Value of meshes.missed() before the mesh was read.
 /// @throws std::runtime_error if the disk cannot be read, which may be temporary.
 std::string describeMissing(PagedMeshes& meshes, uint64_t before) {
@@ -38,8 +38,8 @@ std::vector<PackedKey> blocksIn(const BoxRegion& region, const PagedMeshes& mesh
   return keys;
 }
 
-/// Saves the same file as saveMesh(), in three passes over the blocks: to count for the header, to
-/// write vertices, and to write triangles.
+/// Saves the same file as saveMesh() in three passes over the blocks: the first counts vertices and
+/// triangles for the header, the second writes vertices, and the third writes triangles.
 SavedMesh saveInPieces(PagedMeshes& meshes, MeshColour colour, const std::string& path) {
   const uint64_t missed = meshes.missed();
   size_t vertices = 0, triangles = 0;
@@ -90,7 +90,7 @@ SavedMesh savePagedMesh(PagedMeshes& meshes, MeshColour colour, const std::strin
   SimplifiedMesh saved{assemble(meshes, region, lack)};
   if (region && saved.mesh.triangles.empty() && meshes.triangleCount() > 0) {
     throw std::runtime_error(
-        "no triangle lies wholly in the region, so nothing was saved; use map coordinates");
+        "no triangle lies wholly in the region (in map coordinates); nothing was saved");
   }
   const size_t joined = saved.mesh.triangles.size();
   if (simplify_error_m != 0.0) {

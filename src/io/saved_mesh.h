@@ -1,5 +1,5 @@
-/// Saves the whole mesh of a map or the part in a region, optionally simplified. If the mesh is
-/// partly on disk, it is written piece by piece when saved whole, unsimplified and as .ply.
+/// Saves the whole mesh of a map or the part in a region, optionally simplified. A mesh that is
+/// partly on disk is written piece by piece if it is saved whole, unsimplified and as .ply.
 #pragma once
 
 #include <cstddef>

@@ -13,11 +13,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Maximum file size, larger than any list or image.
+/// Maximum file size; lists and images are expected to be smaller.
 constexpr uintmax_t kMaxBytes = uintmax_t{1} << 30;
 
-/// Why the file cannot be read as a whole; empty if it can. Devices and pipes may be endless or
-/// block.
+/// The reason why a file cannot be read as a whole; empty if it can. Devices and pipes are rejected
+/// because they may be endless or block.
 std::string whyUnreadable(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);

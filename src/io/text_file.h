@@ -17,7 +17,7 @@ void requireRegularFile(const std::string& path, const std::string& advice);
 /// @throws std::runtime_error with the path and `advice`.
 std::string readTextFile(const std::string& path, const std::string& advice);
 
-// Lists: text files with words on each line; lines that begin with # are comments.
+// Lists are text files that contain words on each line; lines that begin with # are comments.
 
 /// A line, split into words.
 struct ListLine {

@@ -12,11 +12,11 @@ namespace dtsdf {
 
 /// A texture image and the triangles that use it.
 struct TexturePage {
-  size_t triangles;  ///< Number of triangles, which follow those of the previous page.
+  size_t triangles;  ///< Number of triangles, after those of the previous page.
   std::string png;   ///< Content of its PNG file.
 };
 
-/// Texture coordinates, 0 to 1, from the left and top edges of a page.
+/// Texture coordinates from 0 to 1, measured from the left and top edges of a page.
 using TexturePlace = std::array<float, 2>;
 
 struct TexturedMesh {

@@ -18,8 +18,8 @@ class Trajectory {
 
   /// The pose at a stamp, if the nearest pose in time is at most `tolerance_s` away. Between two
   /// poses it is interpolated: positions linearly, rotations by slerp. A pose with exactly this
-  /// stamp is returned unchanged. Nothing is extrapolated: before the first pose and after the last
-  /// one, that pose itself is returned.
+  /// stamp is returned unchanged. Poses are not extrapolated: before the first pose and after the
+  /// last, that pose itself is returned.
   std::optional<Eigen::Isometry3d> poseAt(double stamp_s, double tolerance_s) const;
 
   const std::vector<StampedPose>& poses() const { return poses_; }

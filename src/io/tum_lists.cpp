@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const char* const kAdvice = "a TUM folder has depth.txt, groundtruth.txt and camera_info.yaml";
+const char* const kAdvice = "a TUM folder contains depth.txt, groundtruth.txt and camera_info.yaml";
 
 /// The driver registered the benchmark's depth images to colour but did not rectify them. The
 /// benchmark recommends the driver's default intrinsics, without undistortion, for all cameras
@@ -49,7 +49,7 @@ bool isBenchmarkRecording(const fs::path& folder) {
 std::vector<StampedImage> readAssociations(const fs::path& folder, const std::string& kind) {
   std::vector<StampedImage> images;
   const fs::path path = folder / "associations.txt";
-  for (const ListLine& line : readList(path.string(), "images are listed there")) {
+  for (const ListLine& line : readList(path.string(), "expected a list of images")) {
     const size_t i = line.words.size() == 4 && line.words[1].rfind(kind, 0) == 0 ? 1 : 3;
     if (line.words.size() != 4 || line.words[i].rfind(kind, 0) != 0) {
       throwAt(line, "expected 'stamp depth/FILE stamp rgb/FILE'");
@@ -109,7 +109,8 @@ RecordedImages findColours(const fs::path& folder, const CameraInfo& depth_camer
 
 /// The TUM RGB-D benchmark (cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats): depth.txt and
 /// groundtruth.txt with stamps from one clock, rgb.txt, and 16-bit depth in units of 1/5000 m,
-/// registered to colour. If it is not registered, colour_info.yaml describes the colour camera.
+/// registered to colour. If depth is not registered to colour, colour_info.yaml describes the
+/// colour camera.
 FolderFormat tumFormat() {
   return {"tum",       "depth.txt, or associations.txt with groundtruth.txt",
           isTumFolder, readTumDepthList,

@@ -24,10 +24,12 @@ struct StampedImage {
 // file is missing, or, with the line number, if a line is malformed.
 
 /// Whether a folder has depth.txt, or associations.txt together with groundtruth.txt or
-/// camera_info.yaml. An ICL-NUIM folder also has associations.txt, but neither of these two files.
+/// camera_info.yaml. An ICL-NUIM folder also contains associations.txt, but neither groundtruth.txt
+/// nor camera_info.yaml.
 bool isTumFolder(const std::filesystem::path& folder);
-/// The images in associations.txt whose paths begin with `kind`. A line is like "0 depth/0.png 0
-/// rgb/0.png"; depth or colour may come first. @throws std::runtime_error if there are none.
+/// The images in associations.txt whose paths begin with `kind`. An example of a line is "0
+/// depth/0.png 0 rgb/0.png"; depth or colour may come first. @throws std::runtime_error if there
+/// are none.
 std::vector<StampedImage> readAssociations(const std::filesystem::path& folder,
                                            const std::string& kind);
 

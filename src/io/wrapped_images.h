@@ -1,4 +1,4 @@
-/// Wraps an image source, to modify its images, to add further ones, or to read ahead.
+/// Wraps an image source in order to modify its images, add images, or read ahead.
 #pragma once
 
 #include <functional>
@@ -46,9 +46,9 @@ std::unique_ptr<ImageSource<Image>> changed(std::unique_ptr<ImageSource<Image>> 
 }
 
 /// Decodes each frame of a source on another thread while the previous one is used. If the source
-/// throws, next() throws that error when the frame is due, and on every later call.
+/// throws, next() throws that error in place of the frame, and again on every subsequent call.
 /// @pre skipped() and problems() are called only after next() has returned std::nullopt or thrown;
-/// until then the other thread may change them.
+/// until then, the other thread may change their results.
 inline std::unique_ptr<FrameSource> readAhead(std::unique_ptr<FrameSource> source) {
   return std::make_unique<WrappedImages<SourceFrame>>(
       std::move(source),

@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// @param write A function like write(2). @return 0, or an errno value.
+/// @param write write(2) or a function with the same contract. @return 0, or an errno value.
 template <class Write>
 int writeAll(int descriptor, const void* data, size_t bytes, const Write& write) {
   const auto* next = static_cast<const char*>(data);

@@ -1,4 +1,4 @@
-/// Layouts of recordings in folders.
+/// Folder layouts in which recordings are stored.
 #pragma once
 
 #include <filesystem>
@@ -15,14 +15,15 @@ struct FolderFormat {
   const char* name;   ///< Name for --format.
   const char* marks;  ///< Describes the files that identify this layout.
 
-  /// Whether a folder has this layout. If this is null, listDepth() must find an image.
+  /// Whether a folder has this layout. If null, a folder has this layout if listDepth() finds an
+  /// image.
   bool (*isIn)(const std::filesystem::path& folder);
 
   /// Lists all depth images. In a layout without stamps, an image's number is its stamp.
   std::vector<StampedImage> (*listDepth)(const std::filesystem::path& folder);
 
-  /// Finds the poses of depth or colour images. The tolerance is for layouts that match by stamp.
-  /// If null, findPosesIn() reads `posesPath`.
+  /// Finds the poses of depth or colour images. The tolerance applies to layouts that match poses
+  /// by stamp. If null, findPosesIn() reads `posesPath`.
   void (*findPoses)(const std::filesystem::path& folder, double tolerance_s,
                     std::vector<StampedImage>& images);
 
@@ -31,8 +32,8 @@ struct FolderFormat {
   std::optional<CameraInfo> (*readCamera)(const std::filesystem::path& folder,
                                           const std::vector<StampedImage>& images);
 
-  /// Finds colour images, if the folder has any, and their camera (the depth camera if the layout
-  /// has only one), but not their poses.
+  /// Finds colour images, if the folder contains any, and their camera (the depth camera if the
+  /// layout has only one camera), but not their poses.
   RecordedImages (*findColours)(const std::filesystem::path& folder,
                                 const CameraInfo& depth_camera);
 
@@ -50,7 +51,7 @@ struct FolderFormat {
 /// All layouts. If several match a folder, the first one is used.
 const std::vector<FolderFormat>& folderFormats();
 
-// The elements of folderFormats().
+// The individual layouts that folderFormats() lists.
 FolderFormat tumFormat();
 FolderFormat iclFormat();
 FolderFormat sevenScenesFormat();

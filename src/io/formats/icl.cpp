@@ -1,7 +1,7 @@
 // ICL-NUIM (doc.ic.ac.uk/~ahanda/VaFRIC/iclnuim.html), its "TUM RGB-D compatible PNGs":
 // associations.txt pairs depth with colour by frame number, and *.gt.freiburg lists poses by frame
-// number. Living room poses start at number 1, so image 0 has no pose. Depth is in units of
-// 1/5000 m.
+// number. In the living room recordings, poses start at number 1, so image 0 has no pose. Depth is
+// in units of 1/5000 m.
 //
 // The y axis of the renderer's camera, and of its poses, points up: the published intrinsics have a
 // negative fy.
@@ -39,7 +39,7 @@ void findPoses(const fs::path& folder, double, std::vector<StampedImage>& images
                              " *.gt.freiburg files, expected exactly one; choose one with "
                              "--poses FILE");
   }
-  const Trajectory trajectory = readTrajectory(paths[0], "ICL-NUIM's poses are expected there");
+  const Trajectory trajectory = readTrajectory(paths[0], "expected poses of ICL-NUIM");
   for (StampedImage& image : images) {
     image.T_W_C = trajectory.poseAt(image.stamp_s, 0.0);
     image.missing = "no pose with the same number";

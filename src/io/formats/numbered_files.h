@@ -11,13 +11,14 @@
 
 namespace dtsdf {
 
-/// The files for whose names `stampOf` returns a stamp, sorted by stamp. Empty if the folder does
-/// not exist.
+/// Lists the files whose names `stampOf` converts to a stamp, sorted by stamp. Empty if the folder
+/// does not exist.
 std::vector<StampedImage> listFiles(
     const std::filesystem::path& folder,
     const std::function<std::optional<double>(const std::filesystem::path&)>& stampOf);
 
-/// The files named `prefix`, digits, `suffix`, sorted by number. Leading zeros are optional.
+/// Lists the files whose names consist of `prefix`, digits and `suffix`, sorted by number. Leading
+/// zeros are optional.
 std::vector<StampedImage> listNumberedFiles(const std::filesystem::path& folder,
                                             const std::string& prefix, const std::string& suffix);
 

@@ -1,6 +1,7 @@
 // A user's own images: 16-bit PNGs in millimetres, in depth/ or in the folder itself, sorted by the
-// number at the end of their names. Poses are in the first of kPoses that exists, intrinsics in one
-// of three files (readCamera()), and colour images in a subfolder such as color/.
+// number at the end of their names. Poses are read from the first existing file or folder listed in
+// kPoses, intrinsics from one of three files (readCamera()), and colour images from a subfolder
+// such as color/.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -54,7 +55,7 @@ std::string posesPath(const fs::path& folder) {
 /// Reads transforms.json. Its principal point is relative to the corner of the first pixel, not to
 /// that pixel's centre.
 std::optional<CameraInfo> cameraOfTransforms(const std::string& path, const DepthImage& size) try {
-  const nlohmann::json root = readJsonFile(path, "intrinsics are expected there");
+  const nlohmann::json root = readJsonFile(path, "expected intrinsics");
   for (const char* const list : {"depth_frames", "frames", ""}) {
     const nlohmann::json frames = root.value(list, nlohmann::json::array());
     const nlohmann::json& camera = frames.empty() ? root : frames.front();
@@ -77,7 +78,7 @@ std::optional<CameraInfo> readCamera(const fs::path& folder,
   const std::string transforms = (folder / "transforms.json").string();
   const DepthImage size = readDepthPngSize(images.front().path);
   if (fs::exists(matrix)) {
-    return cameraOfMatrix(readMatrixFile(matrix, 3, 3, "intrinsics are expected there"), size.width,
+    return cameraOfMatrix(readMatrixFile(matrix, 3, 3, "expected intrinsics"), size.width,
                           size.height, matrix);
   }
   if (!fs::exists(yaml) && fs::exists(transforms)) {

@@ -2,16 +2,17 @@
 // a matrix of intrinsics.
 //
 // 7-Scenes (microsoft.com/en-us/research/project/rgb-d-dataset-7-scenes): frame-NUMBER.depth.png,
-// with 65535 where nothing was measured, and frame-NUMBER.pose.txt. Its cameras are not calibrated;
-// one set of intrinsics is published for all. tsdf-fusion (github.com/andyzeng/tsdf-fusion-python)
-// uses this layout with other cameras and a 3 x 3 camera-intrinsics.txt next to the images. Colour
-// is in frame-NUMBER.color.png or .jpg. In 7-Scenes it is not registered to depth, and its camera
-// is not published; the depth camera's intrinsics and pose are used, which are nearly correct.
+// with 65535 where nothing was measured, and frame-NUMBER.pose.txt. Its cameras are not calibrated:
+// a single set of intrinsics is published for all of them. tsdf-fusion
+// (github.com/andyzeng/tsdf-fusion-python) uses this layout with other cameras and a 3 x 3
+// camera-intrinsics.txt next to the images. Colour is in frame-NUMBER.color.png or .jpg. In
+// 7-Scenes, colour is not registered to depth and the colour camera's parameters are not published;
+// the depth camera's intrinsics and pose are used instead, which are nearly correct.
 //
 // ScanNet, as exported by its SensReader (github.com/ScanNet/ScanNet): depth/NUMBER.png,
 // pose/NUMBER.txt (all -inf where tracking was lost), and a 4 x 4 intrinsic/intrinsic_depth.txt.
-// Numbers have no leading zeros. Colour is in color/NUMBER.jpg. It has the pose of the depth image,
-// but its own intrinsics, intrinsic/intrinsic_color.txt.
+// Numbers have no leading zeros. Colour images are color/NUMBER.jpg. They share the depth images'
+// poses, but their intrinsics are in intrinsic/intrinsic_color.txt.
 #include <utility>
 
 #include "io/camera_file.h"
@@ -36,7 +37,7 @@ void readPoses(const FileOf& fileOf, std::vector<StampedImage>& images) {
     image.missing = "no pose file";
     if (!fs::exists(path)) continue;
     image.missing = "the pose is not a rigid motion, or the camera was lost";
-    image.T_W_C = rigidMotion(readMatrixFile(path.string(), 4, 4, "a pose is expected there"));
+    image.T_W_C = rigidMotion(readMatrixFile(path.string(), 4, 4, "expected a pose"));
   }
 }
 
@@ -57,7 +58,7 @@ std::optional<CameraInfo> cameraOfSevenScenes(const fs::path& folder,
   if (!fs::exists(path)) return std::nullopt;
   const DepthImage size = readDepthPngSize(images.front().path);
   return cameraOfMatrix(
-      readMatrixFile(path.string(), 3, 3, "tsdf-fusion's camera is expected there"), size.width,
+      readMatrixFile(path.string(), 3, 3, "expected the camera of tsdf-fusion"), size.width,
       size.height, path.string());
 }
 
@@ -101,7 +102,7 @@ RecordedImages coloursOfScanNet(const fs::path& folder, const CameraInfo&) {
   } else if (!colours.images.empty()) {
     const RgbImage first = readColourImage(colours.images.front().path);
     colours.camera =
-        cameraOfMatrix(readMatrixFile(path, 4, 4, "ScanNet's colour camera is expected there"),
+        cameraOfMatrix(readMatrixFile(path, 4, 4, "expected ScanNet's colour camera"),
                        first.width, first.height, path);
   }
   return colours;

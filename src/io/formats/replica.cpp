@@ -1,7 +1,7 @@
 // Replica as rendered by NICE-SLAM (github.com/cvg/nice-slam): results/depthNUMBER.png and, from
 // the same camera, results/frameNUMBER.jpg; traj.txt with a line of 16 numbers per image, camera to
 // world (x right, y down, z forward); and, in the parent folder, cam_params.json with the image
-// size, intrinsics and units per metre for all rooms.
+// size, the intrinsics and the depth units per metre, which apply to all rooms.
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -30,7 +30,7 @@ fs::path paramsPath(const fs::path& folder) { return folder / ".." / "cam_params
 /// Reads the camera object in cam_params.json. @throws std::runtime_error
 nlohmann::json readParams(const fs::path& path) {
   const nlohmann::json root = readJsonFile(
-      path.string(), "Replica's camera is expected there; or give --intrinsics fx,fy,cx,cy");
+      path.string(), "expected Replica's camera; or give --intrinsics fx,fy,cx,cy");
   if (!root.contains("camera") || !root["camera"].is_object()) {
     throw std::runtime_error(path.string() +
                              ": expected {\"camera\": {\"w\", \"h\", \"fx\", "

@@ -33,7 +33,7 @@ bool isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 }
 
 /// Sorts poses by stamp. @throws std::runtime_error if different poses have the same stamp, as in a
-/// path whose poses are all stamped with the time of publication.
+/// nav_msgs/Path whose poses are all stamped with the time of publication.
 Trajectory sortedByStamp(std::vector<StampedPose> poses) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; });
@@ -54,8 +54,8 @@ bool hasPoseOf(const StampedPose& image, const std::vector<StampedPose>& correct
 }
 
 /// The pose at which the camera's image with this stamp was fused. If there is no such image, the
-/// pose is interpolated between the images before and after it; std::nullopt if one of these is
-/// missing or has a corrected pose itself, or if they are too far apart in time.
+/// pose is interpolated between the images before and after the stamp; std::nullopt if one of these
+/// images is missing or has a corrected pose itself, or if they are too far apart in time.
 std::optional<Eigen::Isometry3d> poseAt(double stamp_s, const std::vector<StampedPose>& fused,
                                         const std::vector<StampedPose>& corrected) {
   const auto after = std::lower_bound(fused.begin(), fused.end(), stamp_s, isBefore);
@@ -169,9 +169,9 @@ namespace {
 constexpr double kMaxExtrapolation = 3.0;
 /// A jump counts as the correction if the two differ by less than this fraction of the correction.
 constexpr double kSameJump = 1.0 / 3.0;
-/// The correction must exceed the uncertainty of the motion by this factor.
+/// The correction must exceed the uncertainty in the expected pose by this factor.
 constexpr double kMinJumpRatio = 2.0;
-/// Factor by which the unevenness of a motion decays with each image.
+/// Factor by which `unevenness_` decays with each image.
 constexpr double kDecay = 0.8;
 
 /// Distance between the positions in metres, plus about 1.4 times the angle between the
@@ -194,7 +194,7 @@ void GivenMotion::add(const StampedPose& given) {
 
 bool GivenMotion::adoptsCorrection(const Eigen::Isometry3d& T_W_S, const StampedPose& given) {
   const bool has_adopted = isNewRecording(given) || isMovedBy(T_W_S, given);
-  if (has_adopted) {  // so that the jump does not count as motion
+  if (has_adopted) {  // so that the jump is not mistaken for motion
     if (before_) before_->T_W_C = T_W_S * before_->T_W_C;
     if (newest_) newest_->T_W_C = T_W_S * newest_->T_W_C;
   }
@@ -220,8 +220,7 @@ Eigen::Isometry3d GivenMotion::expectedAt(double stamp_s) const {
   return newest_->T_W_C * motion;
 }
 
-/// How far the camera may be from the expected pose: the unevenness of its motion, or more after a
-/// gap in the poses.
+/// Uncertainty of the expected pose: unevenness_, or more after a gap in the poses.
 double GivenMotion::uncertaintyAt(double stamp_s) const {
   const double unseen = stepsTo(stamp_s) - kMaxExtrapolation;
   if (unseen <= 0.0) return unevenness_;

@@ -1,5 +1,5 @@
 /// Corrects the poses of all images, given a SLAM system's poses for some of them. Also decides
-/// whether the source of poses has adopted the correction.
+/// whether the source of the input poses has adopted the correction.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,23 +10,24 @@
 
 namespace dtsdf {
 
-/// A correction of a camera's poses. Images before the first corrected image, or after the last
-/// one, keep their pose relative to that image. An image between two corrected images has a pose
-/// relative to each of them; the resulting two poses are interpolated.
+/// A correction of a camera's poses. Images before the first corrected image keep their pose
+/// relative to that image; likewise images after the last corrected image. An image between two
+/// corrected images has a pose relative to each of them; the two resulting poses are interpolated.
 class PoseCorrection {
  public:
   /// Stamps that differ by no more than this belong to the same image.
   static constexpr double kSameStamp_s = 1e-3;
   /// A corrected pose without an image is compared with a pose interpolated between the images
-  /// before and after it. It is used only if these are at most this far apart and have no corrected
-  /// poses themselves.
+  /// before and after it. It is used only if these images are at most this far apart and have no
+  /// corrected poses themselves.
   static constexpr double kMaxGap_s = 0.25;
   /// Larger corrections are rejected as mistakes.
   static constexpr double kFarthest_m = 1000.0;
-  /// If every pose turns by more than this, the correction is rejected: its poses must be in
-  /// another frame.
+  /// If every pose rotates by more than this, the correction is rejected, since its poses must be
+  /// in another frame.
   static constexpr double kMaxCommonTurn_rad = 1.0;
-  /// Smaller changes, in metres and radians, are ignored: they result from rounding in files.
+  /// Changes below this, in metres or radians, are ignored, since they result from rounding in
+  /// files.
   static constexpr double kMin = 1e-6;
 
   /// @param fused Poses at which the camera's images were fused, sorted by stamp.
@@ -38,9 +39,10 @@ class PoseCorrection {
   /// exactly `T_W_C` if the change is below kMin.
   Eigen::Isometry3d correct(double stamp_s, const Eigen::Isometry3d& T_W_C) const;
 
-  /// The corrected poses that are used; the others have no effect.
+  /// The corrected poses that have an effect.
   std::vector<StampedPose> used() const;
-  /// The largest motion of a corrected pose, in metres or radians.
+  /// The largest displacement of a corrected pose: the larger of its distance in metres and its
+  /// angle in radians.
   double farthest() const;
   /// Stamp of the last corrected pose.
   double last_s() const { return anchors_.back().stamp_s; }
@@ -63,20 +65,20 @@ class PoseCorrection {
   std::vector<Anchor> anchors_;  ///< Sorted by stamp.
 };
 
-/// Decides, from the newest poses given for a camera's images, whether the source of poses has
-/// adopted a correction: SLAM does, odometry never does.
+/// Decides from a camera's newest input poses whether their source has adopted a correction. SLAM
+/// systems adopt corrections, odometry never does.
 ///
-/// In doubt, the answer is no. A wrong no is soon mended, since SLAM sends further corrections;
-/// after a wrong yes, uncorrected images stay in the map next to corrected ones.
+/// Answers no when in doubt. A wrong no is put right by the next correction, whereas a wrong yes
+/// leaves uncorrected images in the map next to corrected ones.
 class GivenMotion {
  public:
-  /// A stamp that goes back by more than this begins a new recording.
+  /// A new recording begins if stamps go back by more than this.
   static constexpr double kBegin_s = 0.5;
 
   void add(const StampedPose& given);
 
   /// Adds a pose. @return whether its source has adopted the correction `T_W_S`, that is, whether
-  /// the pose jumps by it or a new recording begins.
+  /// the pose jumps by `T_W_S` or a new recording begins.
   bool adoptsCorrection(const Eigen::Isometry3d& T_W_S, const StampedPose& given);
 
   /// Whether the next pose continues the motion from the newest pose moved by `T_W_S`. False if the

@@ -19,32 +19,32 @@
 namespace dtsdf {
 namespace journal {
 
-/// Content code in the head of a journal, and file extension of journals.
+/// Four-letter code that identifies journals, and their file extension.
 constexpr char kPurpose[] = "JRNL", kExtension[] = ".dtsdfj";
 
 /// Kinds of records; the records of a map may follow kBegin.
 constexpr char kBegin[] = "BEGN", kDepth[] = "DIMG", kColour[] = "CIMG", kPixels[] = "PIXL",
                kClear[] = "CLRG", kLevel[] = "TWM ", kCorrection[] = "CORR";
 
-/// The beginning of a map, into which the following images are fused.
+/// Begins a map, into which the images after this record are fused.
 struct Begin {
   ParamTree settings;       ///< Settings of the mapper.
-  PoseParams poses;         ///< Settings with which poses were found.
-  std::string map_frame;    ///< Name of the frame of the given poses.
+  PoseParams poses;         ///< Settings of the pose source and alignment.
+  std::string map_frame;    ///< Name of the frame of the input poses.
   std::string level_frame;  ///< Name of the map's frame; equals map_frame unless levelled.
-  bool has_map = false;     ///< Whether the map's records follow; if not, it is empty.
+  bool has_map = false;     ///< Whether a map's records follow; otherwise the map is empty.
 };
 
 /// An image that the mapper processed at pose `frame`.T_W_C.
 struct Image {
   double stamp_s = 0.0;
   uint32_t camera = 0;                                      ///< Index of the camera.
-  Eigen::Isometry3d T_W_G = Eigen::Isometry3d::Identity();  ///< The given pose.
+  Eigen::Isometry3d T_W_G = Eigen::Isometry3d::Identity();  ///< The input pose.
   std::variant<DepthFrame, ColourFrame> frame;
   std::shared_ptr<const void> pixels;  ///< Owns the frame's pixels.
 };
 
-/// Levels the map from here on: T_W_M maps the frame M of the given poses to the map frame W.
+/// Levels the map from here on: T_W_M maps the frame M of the input poses to the map frame W.
 struct Level {
   Eigen::Isometry3d T_W_M;
 };
@@ -58,7 +58,8 @@ struct Correction {
 /// A change to the map. A Region means that this region was cleared.
 using Call = std::variant<Image, Region, Level, Correction>;
 
-/// Encodes records with their heads. An image becomes two records; the second has its pixels.
+/// Encodes records with their heads. An image becomes two records, of which the second contains the
+/// pixels.
 Bytes encode(const Begin& begin);
 Bytes encode(const Call& call);
 

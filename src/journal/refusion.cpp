@@ -6,9 +6,9 @@
 namespace dtsdf {
 namespace {
 
-/// Calls between mesh updates, so that little is left to do when the maps are swapped.
+/// Number of calls between mesh updates, which leave little to do when the maps are swapped.
 constexpr size_t kCallsPerMesh = 64;
-/// Calls between measurements of memory, for which a GPU must finish its work.
+/// Number of calls between memory checks, each of which waits until the GPU has finished its work.
 constexpr size_t kCallsPerCheck = 8;
 /// With fewer pending calls, the mesh is not updated until the maps are swapped.
 constexpr size_t kMinCallsPerMesh = 8;
@@ -19,8 +19,8 @@ std::string inMb(size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }
 
 std::string whyTooLarge(size_t live_bytes, size_t second_bytes, size_t max_bytes) {
   if (live_bytes + second_bytes <= max_bytes) return "";
-  return "the map needs " + inMb(live_bytes) + " and the corrected one " + inMb(second_bytes) +
-         ", together more than the " + inMb(max_bytes) + " of map/max_memory_mb; raise it";
+  return "the map needs " + inMb(live_bytes) + " and the corrected map " + inMb(second_bytes) +
+         ", together more than " + inMb(max_bytes) + "; raise map/max_memory_mb";
 }
 
 Refusion::Refusion(const std::string& path, const MapperParams& run, journal::Correction correction)

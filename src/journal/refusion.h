@@ -1,4 +1,4 @@
-/// Fuses the images of a journal again, at corrected poses, into a second map.
+/// Fuses a journal's images again at corrected poses, into a second map.
 #pragma once
 
 #include <cstddef>
@@ -12,12 +12,13 @@
 
 namespace dtsdf {
 
-/// Works in small steps, so that new images can be fused into the live map in between.
+/// Works in small steps, between which new images can be fused into the live map.
 class Refusion {
  public:
   /// Opens the journal and, if the correction moves any depth image, creates the map with which the
   /// journal begins.
-  /// @param run Its backend and threads are used; all other settings come from the journal.
+  /// @param run Determines the backend and the number of threads; all other settings come from the
+  /// journal.
   /// @throws std::runtime_error if the journal cannot be read or the correction is invalid.
   Refusion(const std::string& path, const MapperParams& run, journal::Correction correction);
 
@@ -26,7 +27,8 @@ class Refusion {
 
   /// Repeats the next call of the journal or, at its end, updates the mesh.
   /// @param live_bytes Size of the live map; both maps must fit into map/max_memory_mb.
-  /// @return false if the replay has caught up with the journal, so that nothing was left to do.
+  /// @return false if there was nothing left to do, since all calls in the journal have been
+  /// repeated.
   /// @throws std::runtime_error if there is too little memory, or the journal is damaged.
   bool step(size_t live_bytes);
 
@@ -35,7 +37,7 @@ class Refusion {
   size_t bytes() const { return bytes_; }                 ///< Size of the map when last measured.
   /// Calls read from the journal; once step() returns false, all of them have been repeated.
   uint64_t count() const { return replay_.count(); }
-  /// The correction for images that are not in the journal yet.
+  /// The correction that applies to images not yet in the journal.
   Eigen::Isometry3d motion() const { return replay_.motion(); }
 
   /// See JournalReplay::firstCamera().
@@ -57,8 +59,8 @@ class Refusion {
   size_t fused_ = 0, bytes_ = 0, calls_since_mesh_ = 0;
 };
 
-/// Why a second map of `second_bytes` does not fit into `max_bytes` together with the live one;
-/// empty if it does.
+/// The reason why a second map of `second_bytes` and the live map do not both fit into `max_bytes`;
+/// empty if they do.
 std::string whyTooLarge(size_t live_bytes, size_t second_bytes, size_t max_bytes);
 
 }  // namespace dtsdf

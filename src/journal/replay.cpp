@@ -108,7 +108,7 @@ void JournalReplay::add(size_t record) {
     depth_images_ += item.is_depth;
   } else if (const auto* const correction = std::get_if<journal::Correction>(&call)) {
     correct(*correction);
-    running_.reset();  // later images were fused at corrected poses
+    running_.reset();  // images after the correction were fused at corrected poses
   } else if (const auto* const level = std::get_if<journal::Level>(&call)) {
     T_W_M_ = level->T_W_M;
   }
@@ -116,7 +116,7 @@ void JournalReplay::add(size_t record) {
 }
 
 /// The corrected pose of an image. Whether the source has adopted the correction is decided only
-/// from the images up to this one, since later images may not be in the journal yet.
+/// from the images up to this one, since the images after it may not be in the journal yet.
 Eigen::Isometry3d JournalReplay::correctNext(Running& running, const Item& item) {
   const StampedPose given{item.stamp_s, item.T_W_C};
   const bool is_named = given.stamp_s <= running.poses.last_s();

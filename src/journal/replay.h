@@ -1,5 +1,5 @@
-/// Reads a journal, even while it is being written: the images that were fused, each at its
-/// corrected pose, and the calls between them.
+/// Reads a journal, even while it is being written, and returns the images that were fused, each at
+/// its corrected pose, and the calls between them.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -22,8 +22,8 @@ bool isJournal(const std::string& path);
 
 /// The effect of a correction.
 struct CorrectionEffect {
-  size_t moved = 0;                             ///< Number of depth images that it moves.
-  double farthest_m = 0.0, farthest_rad = 0.0;  ///< The largest motion.
+  size_t moved = 0;                             ///< Number of depth images whose pose changes.
+  double farthest_m = 0.0, farthest_rad = 0.0;  ///< Largest change of a pose.
 };
 
 /// Replays the newest map in a journal: everything since the map was last cleared or loaded. Not
@@ -40,7 +40,7 @@ class JournalReplay {
   const journal::Begin& begin() const { return begin_; }
   /// The map into which the first image is fused; null if it is empty.
   std::shared_ptr<const MapChunks> map() const { return map_; }
-  /// The newest level of the map; std::nullopt if it is not levelled.
+  /// The map's newest levelling transform; std::nullopt if the map is not levelled.
   const std::optional<Eigen::Isometry3d>& level() const { return T_W_M_; }
   /// Describes the incomplete end of the file, which is ignored; empty if it is complete.
   std::string incompleteEnd() const;
@@ -49,12 +49,12 @@ class JournalReplay {
   /// Number of calls read so far, since the beginning of the map.
   uint64_t count() const { return items_.size(); }
 
-  /// Corrects the images read so far, and those read later up to the journal's next correction.
-  /// @throws std::runtime_error if the correction is invalid; nothing is changed then.
+  /// Corrects the images read so far, and all images up to the next correction in the journal.
+  /// @throws std::runtime_error, without changing anything, if the correction is invalid.
   CorrectionEffect correct(const journal::Correction& correction);
 
   /// Like correct(), for a correction that arrives after all calls so far.
-  /// @param poses_M Poses in the frame M of the given poses.
+  /// @param poses_M Corrected poses in the frame M of the input poses.
   CorrectionEffect correctGiven(std::vector<StampedPose> poses_M);
 
   /// The correction for images after the last one read; the identity if none applies.
@@ -65,7 +65,7 @@ class JournalReplay {
     return firstCamera(beginOfRecording(count()), count());
   }
 
-  /// Reads records that were appended since the last call. @return whether there were any.
+  /// Reads records that were appended since the last call. @return whether any were appended.
   bool readAppended();
 
   /// The next image to fuse or paint, or region to clear; std::nullopt after the last record read.
@@ -77,7 +77,7 @@ class JournalReplay {
     size_t record;
     double stamp_s = 0.0;                                     ///< For images only, like T_W_C.
     Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< The corrected pose.
-    /// `is_first_camera`: whether it is a depth image of camera 0.
+    /// `is_first_camera` is true for depth images of camera 0.
     bool is_image = false, is_depth = false, is_first_camera = false;
   };
   /// The correction that applies to the next image read.

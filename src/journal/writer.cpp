@@ -32,8 +32,8 @@ std::string timeText(const char* format) {
   return {text, std::strftime(text, sizeof(text), format, &parts)};
 }
 
-/// Total size of the journals in a folder, without the writer's `own` journal and symbolic links.
-/// Ignores other files with the same extension.
+/// Total size of the journals in a folder. Ignores the writer's `own` journal, symbolic links, and
+/// other files with the same extension.
 uint64_t bytesOfJournalsIn(const std::string& folder, const std::string& own) {
   uint64_t bytes = 0;
   std::error_code error;
@@ -49,7 +49,7 @@ uint64_t bytesOfJournalsIn(const std::string& folder, const std::string& own) {
 constexpr std::chrono::seconds kSyncEvery(1);
 constexpr size_t kMaxRecordsOfCall = 2;
 
-/// Bytes reserved for the heads of 64 files, which are written even at the limit.
+/// Bytes reserved so that the heads of up to 64 files can be written even at the limit.
 constexpr uint64_t kHeadReserve = 64 * kFileHeadBytes;
 
 }  // namespace
@@ -125,7 +125,7 @@ void JournalWriter::add(journal::Call call) {
     entry.bytes = std::visit(
         [](const auto& frame) { return frame.row_bytes * static_cast<size_t>(frame.height); },
         image->frame);
-    // Corrections refer to the first camera's images; others may have stamps out of order.
+    // Corrections refer to the first camera's images; stamps of other cameras may be out of order.
     const bool is_depth = std::holds_alternative<DepthFrame>(image->frame);
     if (is_depth && image->camera == 0) entry.stamp_s = image->stamp_s;
   }
@@ -179,7 +179,7 @@ void JournalWriter::loop() {
     if (entries_.empty()) return;
     Entry entry = std::move(entries_.front());
     entries_.pop_front();
-    const bool is_lost = is_stopped_;  // entries after a failure are lost too
+    const bool is_lost = is_stopped_;  // entries after a failure are lost, too
     if (entry.written) {
       entry.written->set_value(!is_stopped_);
       continue;
@@ -233,7 +233,7 @@ void JournalWriter::append(const void* data, size_t bytes, size_t records) {
   if (other_journals_bytes_ + whole_bytes_ + bytes + kHeadReserve > options_.max_bytes) {
     throw std::runtime_error(
         "the journals in '" + printable(options_.folder) +
-        "' take as much as journal/max_gb allows; raise it, or remove old journals");
+        "' have reached the limit journal/max_gb; raise it, or remove old journals");
   }
   if (const int error = writeAll(descriptor_, data, bytes, options_.write)) {
     throw std::runtime_error("cannot write '" + printable(path_) + "': " + reasonOf(error));

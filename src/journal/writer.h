@@ -25,12 +25,12 @@ struct JournalReport {
   uint64_t waiting_bytes = 0;           ///< Size of the images waiting to be written.
   std::optional<double> first_stamp_s;  ///< Stamp of the first image that can be corrected.
   uint64_t lost = 0;                    ///< Calls that were not written.
-  std::string problem;                  ///< Why and since when nothing is written; may be empty.
+  std::string problem;                  ///< Why and since when writing has stopped; or empty.
 };
 
-/// Each writer creates one file and changes no other file in the folder. If it cannot write or
-/// reaches a limit, it stops and reports this; the next begin() tries again, unless the file may be
-/// damaged or has no room for more records.
+/// Each writer creates one file and changes no other file in the folder. If writing fails or a
+/// limit is reached, the writer stops and reports this. The next begin() resumes writing, unless
+/// the file may be damaged or has no room for more records.
 ///
 /// Thread-safe. Errors while writing are reported, not thrown.
 class JournalWriter {
@@ -51,22 +51,23 @@ class JournalWriter {
 
   const std::string& path() const { return path_; }
 
-  /// Begins another map: `map`, or an empty one.
+  /// Begins a new map: a copy of `map`, or an empty map if null.
   void begin(const journal::Begin& begin, std::shared_ptr<const MapChunks> map = nullptr);
 
   /// Adds a change to the map.
   void add(journal::Call call);
 
-  /// Number of calls added since begin(), not counting lost ones.
+  /// Number of calls added since begin(), without lost calls.
   uint64_t count() const;
-  /// Becomes ready when all entries so far have been processed: true unless writing has stopped.
+  /// Becomes ready when all entries added so far have been processed; true unless writing has
+  /// stopped.
   std::future<bool> written();
 
   JournalReport report() const;
 
  private:
   struct Entry {
-    std::function<void()> write;  ///< Runs on the thread; may throw std::exception.
+    std::function<void()> write;  ///< Runs on the writer's thread; may throw.
     size_t bytes = 0;
     bool begins = false;
     std::optional<double> stamp_s;              ///< Stamp of an image that can be corrected.
@@ -84,7 +85,7 @@ class JournalWriter {
   const Options options_;
   std::string path_;
   int descriptor_ = -1;
-  // Used only by the thread.
+  // Used only by the writer's thread.
   uint64_t other_journals_bytes_ = 0;  ///< Size of other journals in the folder.
   uint64_t whole_bytes_ = 0;           ///< End of the last complete record.
   size_t records_ = 0;                 ///< Number of records in the file.
@@ -94,7 +95,7 @@ class JournalWriter {
   std::deque<Entry> entries_;
   size_t waiting_bytes_ = 0;
   bool is_ending_ = false;
-  bool is_stopped_ = false;  ///< New entries are lost until begin().
+  bool is_stopped_ = false;  ///< New entries are discarded until begin().
   bool can_resume_ = true;   ///< False once the file may be damaged or has too many records.
   uint64_t count_ = 0;
   JournalReport report_;

@@ -64,8 +64,8 @@ DTSDF_HD const ColourPixel& pixelAt(const ColourImage& image, const ColourLevel&
   return image.pixels[level.first + static_cast<int64_t>(y) * level.width + x];
 }
 
-/// The mean of four pixels, rounded byte by byte. Two bytes of a word are summed at once, in 16
-/// bits each.
+/// The mean of four pixels, rounded per byte. Two bytes of a word are summed at once, in 16 bits
+/// each.
 DTSDF_HD uint32_t meanOfPixels(uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
   constexpr uint32_t kBytes = 0x00ff00ff, kHalf = 0x00020002;
   const uint32_t even = (a & kBytes) + (b & kBytes) + (c & kBytes) + (d & kBytes) + kHalf;
@@ -88,7 +88,7 @@ DTSDF_HD ColourPixel meanOf(const ColourPixel& a, const ColourPixel& b, const Co
   return mean;
 }
 
-/// A pixel of a level, computed from the previous level.
+/// A pixel of a level, averaged from four pixels of the previous level.
 DTSDF_HD ColourPixel halvedPixel(const ColourImage& image, int level, int32_t u, int32_t v) {
   const ColourLevel& finer = image.level[level - 1];
   return meanOf(pixelAt(image, finer, 2 * u, 2 * v), pixelAt(image, finer, 2 * u + 1, 2 * v),
@@ -96,8 +96,8 @@ DTSDF_HD ColourPixel halvedPixel(const ColourImage& image, int level, int32_t u,
                 pixelAt(image, finer, 2 * u + 1, 2 * v + 1));
 }
 
-/// The coarsest level at which a pixel spans at most `width_px` pixels of the full image; 0 if
-/// there is none.
+/// The coarsest level at which a pixel spans at most `width_px` pixels of the full image; 0 if no
+/// level does.
 DTSDF_HD int levelOfWidth(float width_px) {
   int level = 0;
   for (int l = 1; l < kColourLevels; ++l) level += width_px >= static_cast<float>(1 << l) ? 1 : 0;

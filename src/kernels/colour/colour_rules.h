@@ -1,4 +1,4 @@
-/// Constants of the rules that paint surfaces: defaults, units and reasons.
+/// Parameters of the rules that paint surfaces, with their default values and the reasons for them.
 #pragma once
 
 #include <cstdint>
@@ -6,25 +6,25 @@
 namespace dtsdf {
 
 struct ColourRules {
-  /// Voxels are painted, and hide others, up to this distance from the surface, in voxels. Above
-  /// 0.5, so that there are such voxels everywhere along a surface.
+  /// Maximum distance from the surface, in voxels, of voxels that are painted and that hide other
+  /// voxels. Above 0.5, so that every part of a surface has such voxels.
   float surface_distance = 0.6f;
-  /// A surface hides a point that is farther away by more than this, in voxels. Smaller differences
-  /// are due to the roughness of the surface.
+  /// A surface hides points that are farther from the camera by more than this, in voxels. Smaller
+  /// differences are due to the roughness of the surface.
   float hidden_depth = 2.0f;
 
   /// Side in voxels of the squares over which pixels are averaged. Finer detail is lost in the map
   /// anyway, and would appear as noise.
   float sample_width = 0.5f;
-  /// A view increases a colour's weight up to this multiple of the view's weight, so that later
-  /// views still count. A larger weight, from better views, is kept.
+  /// A view increases a colour's weight to at most this multiple of the view's own weight, so that
+  /// new views still have an effect. A weight that is already larger is kept.
   int32_t max_views = 8;
 
   /// Minimum number of painted voxels for estimating an image's exposure; chosen by judgement.
   int32_t min_overlap = 256;
 };
 
-/// Settings of the painting rules.
+/// Settings for painting.
 struct PaintSettings {
   int32_t directional;
   int32_t fixed_exposure;     ///< 1 if the image's values are used unchanged.

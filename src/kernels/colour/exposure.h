@@ -1,9 +1,9 @@
-/// The exposure of an image relative to that of the map: a surface should have one colour, whatever
-/// the camera's exposure time.
+/// The exposure of an image relative to that of the map, so that a surface keeps its colour when
+/// the camera's exposure time changes.
 ///
-/// Each channel has a gain, from the ratio of the map's values to the image's at the same voxels. A
-/// gain suits gamma-encoded values as well: a longer exposure multiplies all of them by the same
-/// factor.
+/// The gain of each channel is computed from the ratio of the map's values to the image's values at
+/// the same voxels. Gains also suit gamma-encoded values, as a longer exposure multiplies all of
+/// them by the same factor.
 #pragma once
 
 #include "kernels/colour/colour_rules.h"
@@ -45,7 +45,7 @@ DTSDF_HD bool isWellExposed(const VoxelColour& colour) {
   return isWellExposed(colour.red) && isWellExposed(colour.green) && isWellExposed(colour.blue);
 }
 
-/// Whether a voxel helps to estimate the exposure: its colours in the map and in the image must
+/// Whether a voxel is used to estimate the exposure. Its colours in the map and in the image must
 /// have similar weights, as views of very different quality may differ for other reasons.
 DTSDF_HD bool isUsableForExposure(const VoxelColour& map, const VoxelColour& image,
                                   float image_weight, const ColourRules& rules) {
@@ -70,9 +70,9 @@ DTSDF_HD void addToSums(ExposureSums& sums, const VoxelColour& map, const VoxelC
 
 /// The gain of a channel: the ratio of the map's values to the image's, pulled towards 1 if it
 /// explains little of their squared difference. The unexplained part comes from differences in
-/// viewing angle, place and light. These also bias the ratio, and such biases would add up over
-/// images. (In the map of cabinet at 20 mm, from 58 images with the same exposure, red comes out
-/// too bright by 18 % with the full ratio, and by 1 % with this gain.)
+/// viewing angle, position and lighting. These differences also bias the ratio, and the bias would
+/// accumulate over images. (In a map of the recording `cabinet` at 20 mm, from 58 images with the
+/// same exposure, red is too bright by 18 % with the full ratio, and by 1 % with this gain.)
 DTSDF_HD float gainOf(const ExposureSums& sums, int channel) {
   const auto map = static_cast<double>(sums.map_squares[channel]);
   const auto image = static_cast<double>(sums.image_squares[channel]);

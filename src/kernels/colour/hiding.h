@@ -1,8 +1,8 @@
-/// Finds what the map's own surface hides from a colour camera.
+/// Finds surface points that are hidden from a colour camera by other parts of the map.
 ///
-/// The surface points of voxels that hide others are drawn into a depth image with one cell for
-/// each 2 x 2 pixels. Each point is drawn as a piece of its plane, and a cell keeps the nearest
-/// depth, regardless of the order of drawing.
+/// The surface points of voxels for which hides() holds are drawn into a depth image with one cell
+/// per 2 x 2 pixels. Each point is drawn as a piece of its plane. A cell keeps the nearest depth,
+/// so the order of drawing does not matter.
 #pragma once
 
 #include "kernels/colour/surface_point.h"
@@ -25,10 +25,10 @@ DTSDF_HD int32_t cellOf(float px, int32_t cells) {
   return cells > cell ? cell : cells - 1;
 }
 
-/// Whether a voxel hides what is behind it. Its surface must be near, and lie between it and the
-/// next voxel along the direction's axis. That voxel must be known too, so that isolated noise in
-/// front of a surface does not hide it; a next voxel in another block is not tested. The undirected
-/// map has no axis, so a near surface suffices.
+/// Whether a voxel hides points behind it. Its surface must be near, and lie between the voxel and
+/// the next voxel along the direction's axis. That next voxel must be known too (not tested if it
+/// is in another block), so that isolated noise does not hide a surface behind it. In the
+/// undirected map, which has no axis, a near surface suffices.
 DTSDF_HD bool hides(const PointView& view, const Voxel* voxels, int index, int direction) {
   if (!isNearSurface(view, voxels[index])) return false;
   if (!view.directional) return true;
@@ -48,10 +48,10 @@ constexpr float kPieceVoxels = 0.5f;
 /// The piece of the surface around a point.
 struct SurfacePiece {
   SurfacePoint point;
-  float nearest_m, last_m;  ///< Range of its depths.
+  float nearest_m, last_m;  ///< Range of the piece's depths.
   float reach_m;
   int32_t own_u, own_v;                      ///< The point's cell.
-  int32_t first_u, last_u, first_v, last_v;  ///< Cells that it may cover.
+  int32_t first_u, last_u, first_v, last_v;  ///< Cells it may cover.
 };
 
 DTSDF_HD SurfacePiece pieceOf(const PointView& view, const SurfacePoint& point) {
@@ -80,9 +80,9 @@ DTSDF_HD float depthInCell(const SurfacePoint& point, int32_t u, int32_t v) {
   return depthBeside(point, centre_u - point.u, centre_v - point.v);
 }
 
-/// Depth of a piece in cell (u, v), or kNoSurface_m if it does not cover the cell. It covers its
-/// own cell and those where its plane is within a voxel of the point's depth. At a grazing angle, a
-/// larger piece would hide the surface behind it.
+/// Depth of a piece in cell (u, v), or kNoSurface_m if the piece does not cover the cell. A piece
+/// covers its point's cell and the cells where its plane is within a voxel of the point's depth. At
+/// a grazing angle, a larger piece would hide the surface behind it.
 DTSDF_HD float depthOfPiece(const SurfacePiece& piece, int32_t u, int32_t v) {
   const float depth_m = depthInCell(piece.point, u, v);
   const bool is_own = (u == piece.own_u) & (v == piece.own_v);

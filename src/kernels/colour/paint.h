@@ -8,14 +8,14 @@
 
 namespace dtsdf {
 
-/// A colour image with all that is needed to paint from it.
+/// A colour image with the data needed to paint from it.
 struct ColourSensing {
   PointView view;
   ColourImage image;
   const float* hiding_m;  ///< See isHidden().
 };
 
-/// A voxel's colour in an image; weight 0 if it has none.
+/// A voxel's colour in an image; the weight is 0 if there is none.
 struct ColourSample {
   uint8_t red, green, blue;
   float weight;
@@ -46,7 +46,8 @@ DTSDF_HD ColourSample sampleAt(const ColourSensing& sensing, const SurfacePoint&
           viewWeight(view, point)};
 }
 
-/// The image's sample for the voxel with this index in its array; weight 0 if it is not visible.
+/// The image's sample for the voxel at `index` in its array; the weight is 0 if the voxel is not
+/// visible.
 DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& first_voxel_L,
                                    const Voxel* voxels, int index, int direction) {
   const ColourSample nothing{0, 0, 0, 0.0f};
@@ -60,7 +61,8 @@ DTSDF_HD ColourSample sampleColour(const ColourSensing& sensing, const Vec3f& fi
   return isHidden(view, sensing.hiding_m, point) ? nothing : sampleAt(sensing, point);
 }
 
-/// The weighted mean of a voxel's colour and a sample. For its weight, see ColourRules::max_views.
+/// The weighted mean of a voxel's colour and a sample. See ColourRules::max_views for the resulting
+/// weight.
 DTSDF_HD VoxelColour paintedColour(const VoxelColour& colour, const ColourSample& sample,
                                    const Exposure& exposure, const ColourRules& rules) {
   const float before = colourWeight(colour.weight), total = before + sample.weight;

@@ -10,7 +10,7 @@ namespace dtsdf {
 /// A voxel's foot (its nearest point on the surface), projected into the image.
 struct SurfacePoint {
   float depth_m;
-  float cosine;  ///< Between the normal and the ray to the camera; negative if seen from behind.
+  float cosine;  ///< Between normal and ray to the camera; negative if facing away.
   float u, v;    ///< In pixels, from the corner of the first pixel.
   /// Inverse depth in 1/m, and its change per pixel on the plane through the point.
   float inverse_depth, per_u, per_v;
@@ -22,14 +22,14 @@ struct PointView : PaintSettings {
   int32_t min_evidence;  ///< Minimum evidence of a known voxel, as in the mesh.
 };
 
-/// Whether a voxel is known and near its surface. A cheap test that rules out most voxels.
+/// Whether a voxel is known and near its surface. This cheap test rules out most voxels.
 DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel) {
   return (evidenceOf(voxel) >= view.min_evidence) &
          (fabsf(sdfOf(voxel)) <= view.rules.surface_distance);
 }
 
-/// Radius in voxels of a ball around a block's centre that contains the block's surface points: 7
-/// for the block itself, plus the distance to a surface.
+/// Radius, in voxels, of a ball around a block's centre that contains the block's surface points: 7
+/// for the block itself, plus the distance of a voxel from its surface.
 DTSDF_HD float pointRadius(const ColourRules& rules) { return 7.0f + rules.surface_distance; }
 
 /// Whether a voxel with this normal has a surface point in a direction. The normal must belong to

@@ -1,4 +1,4 @@
-/// The colour of a mesh vertex, from the colours of voxels near its edge.
+/// Computes the colour of a mesh vertex from the colours of voxels near its edge.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"
@@ -19,7 +19,7 @@ struct ColourMean {
   float red = 0.0f, green = 0.0f, blue = 0.0f, weight = 0.0f;
 };
 
-/// Adds a colour; an unpainted one has no effect.
+/// Adds a colour; an unpainted colour has no effect.
 DTSDF_HD void addTo(ColourMean& mean, const VoxelColour& colour, float weight) {
   const float counted = isPainted(colour) ? weight : 0.0f;
   const Rgb rgb = rgbOf(colour);
@@ -38,11 +38,12 @@ DTSDF_HD VertexColour colourOf(const ColourMean& mean) {
   return {rounded(mean.red), rounded(mean.green), rounded(mean.blue), 255};
 }
 
-/// The voxels and colours at the corners of a block's units; null where there are none.
+/// The voxels and colours at the corners of a block's units; pointers are null where there are
+/// none.
 struct ColouredCorners {
   CornerArrays voxels;
   const VoxelColour* colours[kCornerBlocks][kDirectionCount][kBricksPerArray];
-  /// Directions with colours in a brick, bit d for direction d.
+  /// Directions that have colours in a brick, bit d for direction d.
   uint8_t kept[kCornerBlocks][kBricksPerArray];
   /// Painted corners, indexed by direction, z and y, with bit x for corner x. Filled by
   /// findPaintedRow(); needed only for colourNearEdge().
@@ -71,11 +72,11 @@ struct ColouredCorners {
 };
 
 /// Distance in voxels within which an unpainted vertex takes the colour of painted voxels. (For a
-/// house coloured in waves, at 25 mm, the root mean square colour error in CIE Lab is 6.5 with 1,
-/// 6.1 with 2 and 6.0 with 3.)
+/// model of a house painted with waves, at 25 mm, the root mean square colour error in CIE Lab is
+/// 6.5 with 1, 6.1 with 2 and 6.0 with 3.)
 constexpr int kFillReach = 2;
 
-/// The directions that have bricks of colours at corners in a box.
+/// Mask of the directions that have painted bricks at corners within a box.
 DTSDF_HD uint32_t directionsIn(const ColouredCorners& corners, const Vec3i& first,
                                const Vec3i& last) {
   uint32_t directions = 0;
@@ -108,8 +109,8 @@ DTSDF_HD void findPaintedRow(ColouredCorners& corners, int number) {
   corners.painted_rows[direction][z][y] = static_cast<uint16_t>(painted);
 }
 
-/// The mean colour of painted voxels up to `reach` voxels around an edge's ends, among the corners
-/// of the block's units, in the directions of directionsOnEdge().
+/// The mean colour of the painted voxels within `reach` voxels of an edge's ends, limited to the
+/// corners of the block's units and to the directions in directionsOnEdge().
 DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, bool directional,
                                    int reach) {
   const int axis = edgeAxis(edge);
@@ -136,14 +137,14 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, boo
   return colourOf(mean);
 }
 
-/// The mean colour of a vertex; weight 0 if none of its voxels is painted. `asked` is a mask of
-/// directions; `colour(direction, upper)` and `sample(direction, upper)` return a direction's
+/// The mean colour of a vertex; the weight is 0 if none of its voxels is painted. `asked` is a mask
+/// of directions; `colour(direction, upper)` and `sample(direction, upper)` return a direction's
 /// colour and sample at the edge's lower or upper end.
 ///
 /// Only painted directions that cross the edge with the vertex's facing are used; if there are
-/// none, all painted directions in `asked` are used. The colours of a voxel belong to its foot, so
-/// in a crossing direction the colour is interpolated at the zero of the distance, which is taken
-/// to be linear. Samples are read only where a direction is painted.
+/// none, all painted directions in `asked` are used. A voxel's colour is that of its foot, so in a
+/// crossing direction the colour is interpolated at the zero of the distance, which is assumed to
+/// be linear. Samples are read only where a direction is painted.
 template <class ColourAt, class SampleAt>
 DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colour,
                                const SampleAt& sample) {
@@ -177,8 +178,9 @@ DTSDF_HD VertexColour colourNearEdge(const ColouredCorners& corners, int edge, b
   return around;
 }
 
-/// The colour of the vertex on an edge of a block, from the voxels at its ends, in the directions
-/// of directionsOnEdge() that have colours there. The array of an undirected map is always used.
+/// The colour of the vertex on an edge of a block, from the voxels at the edge's ends, in those
+/// directions in directionsOnEdge() that have colours there. The array of an undirected map is
+/// always used.
 DTSDF_HD VertexColour colourOnEdge(const ColouredCorners& corners, int edge, bool directional) {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const CornerSource lower = cornerSource(corner),

@@ -1,4 +1,4 @@
-/// An anchor is a point near a grid corner, where that corner's surface was measured.
+/// An anchor is a point near a grid corner at which that corner's surface was measured.
 ///
 /// In one frame, the anchor is the measured point that is nearest, along the surface, to the
 /// corner's foot; over frames, it is the weighted mean of these points. The distance alone would
@@ -41,10 +41,10 @@ DTSDF_HD Vec3f anchorOffset(uint16_t anchor) {
           offset(steps / (kAnchorSteps * kAnchorSteps))};
 }
 
-// A measured point near a corner is packed into a key: 8 bits of nearness to the corner's foot, in
-// equal steps of squared distance, then 8 bits of offset for each axis. The nearest point has the
-// largest key, so atomic maxima find it whatever the order of points. A point farther away than
-// kAnchorReach along any axis has the key 0.
+// A measured point near a corner is packed into a key: 8 bits for the nearness to the corner's
+// foot, in equal steps of squared distance, followed by 8 bits for the offset along each axis. The
+// nearest point has the largest key, so an atomic maximum finds it regardless of the order of
+// points. A point farther away than kAnchorReach along any axis has the key 0.
 
 constexpr float kPointSteps = 127.0f;
 constexpr float kNearnessSteps = 84.0f;  ///< Per squared voxel; squared distances are at most 3.

@@ -58,8 +58,8 @@ DTSDF_HD ProjectedBounds unite(const ProjectedBounds& a, const ProjectedBounds& 
           maximum(a.right, b.right),   minimum(a.top, b.top),     maximum(a.bottom, b.bottom)};
 }
 
-/// Whether part of a ball may be in the image; false only if no part is. `middle` is in the local
-/// frame, lengths are in voxels.
+/// Whether part of a ball may be in the image; false only if no part is. `middle` is the ball's
+/// centre in the local frame; lengths are in voxels.
 DTSDF_HD bool mayBeInView(const FrameView& frame, const Vec3f& middle, float radius) {
   const Vec3f p = rotateInverse(frame.T_L_C, middle - frame.T_L_C.t);
   const float z = p.z + radius;

@@ -1,4 +1,4 @@
-/// The six directions of the map, and the weight of a normal in each.
+/// The six directions of the map, and the weight of a normal in each direction.
 #pragma once
 
 #include "kernels/core/vec.h"
@@ -39,7 +39,7 @@ struct DirectionSet {
 };
 
 /// The directions of normal n, in the order of their axes; in the undirected map, direction 0 with
-/// weight 1. No branch depends on n, so compilers can vectorise loops over it.
+/// weight 1. No branch depends on n, so that compilers can vectorise loops that call this function.
 DTSDF_HD DirectionSet directionsOf(const Vec3f& n, bool directional) {
   if (!directional) return {1, {0, 0, 0}, {1.0f, 0.0f, 0.0f}};
   const float of_x = directionWeight(fabsf(n.x)), of_y = directionWeight(fabsf(n.y)),

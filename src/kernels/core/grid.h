@@ -48,7 +48,7 @@ DTSDF_HD uint64_t hashKey(PackedKey key) {
   return key;
 }
 
-/// Rounds towards minus infinity: all supported compilers shift negative numbers arithmetically.
+/// Rounds towards minus infinity, as all supported compilers shift negative numbers arithmetically.
 DTSDF_HD BlockKey blockOfVoxel(const Vec3i& voxel) {
   return {voxel.x >> kBlockSideLog2, voxel.y >> kBlockSideLog2, voxel.z >> kBlockSideLog2};
 }

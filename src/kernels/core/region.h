@@ -10,7 +10,7 @@ struct Vec3d {
   double x, y, z;
 };
 
-/// A box or a ball in the map frame W. Its lengths and the tested points have the same unit.
+/// A box or a ball in the map frame W, in the same unit as the points that are tested.
 struct RegionView {
   double R_B_W[9];  ///< Row-major; its rows are the directions of the box's edges in W.
   Vec3d center;

@@ -1,5 +1,5 @@
-/// Functions that replace branches. A rule written with them works on single values (here) or on
-/// vectors of several voxels or mesh units (src/cpu/lanes.h).
+/// Functions that replace branches. Rules written with them work on single values (defined here)
+/// and on vectors of several voxels or mesh units (src/cpu/lanes.h).
 #pragma once
 
 #include <cmath>
@@ -13,8 +13,8 @@ DTSDF_HD float select(bool condition, float yes, float no) { return condition ? 
 DTSDF_HD int32_t select(bool condition, int32_t yes, int32_t no) { return condition ? yes : no; }
 DTSDF_HD bool select(bool condition, bool yes, bool no) { return condition ? yes : no; }
 DTSDF_HD bool any(bool condition) { return condition; }
-/// Whether to enter a branch that has no effect where the condition is false. False only if the
-/// condition holds in no lane.
+/// Whether to enter a branch that has no effect in lanes where the condition is false. False only
+/// if the condition holds in no lane.
 DTSDF_HD bool shouldBranch(bool condition) { return condition; }
 DTSDF_HD float magnitude(float a) { return fabsf(a); }
 DTSDF_HD float squareRoot(float a) { return sqrtf(a); }

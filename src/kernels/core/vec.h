@@ -1,4 +1,4 @@
-/// Small vectors for the rules, as plain structs, since nvcc emits many warnings about Eigen.
+/// Small vectors for the rules. They are plain structs, since nvcc emits many warnings about Eigen.
 #pragma once
 
 #include <cmath>
@@ -60,8 +60,8 @@ DTSDF_HD Vec maxOf(const Vec& a, const Vec& b) {
   return {a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z};
 }
 
-/// Floor of a number that fits in an int32_t. floorf() is a library call on targets such as x86-64
-/// without SSE 4.1.
+/// Floor of a number that fits in an int32_t. Avoids floorf(), which is a library call on targets
+/// such as x86-64 without SSE 4.1.
 DTSDF_HD int32_t floorToInt(float a) {
   const auto truncated = static_cast<int32_t>(a);
   return truncated - (static_cast<float>(truncated) > a ? 1 : 0);

@@ -1,4 +1,5 @@
-/// A voxel of a directional signed distance field, and the fixed-point sums of a frame for a voxel.
+/// A voxel of a directional signed distance field, and the fixed-point sums that a frame
+/// accumulates for a voxel.
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -6,11 +7,12 @@
 
 namespace dtsdf {
 
-/// One direction's surface at a corner of the grid. If all members are zero, nothing is known.
+/// A sample of one direction's surface at a corner of the grid. If all members are zero, nothing is
+/// known.
 ///
-/// The weight tells how much was measured, in units of 2^-16; it fits in 24 bits, as
+/// The weight measures how much was observed, in units of 2^-16; it fits in 24 bits, as
 /// fusion/max_weight is below 256. The evidence decides whether there is a surface
-/// (fusion/evidence.h). Negative evidence means that frames showed free space here; it remains when
+/// (fusion/evidence.h). Negative evidence means that free space was observed here; it remains when
 /// the distance is cleared.
 struct Voxel {
   /// Signed distance, positive in front of the surface, in units of 2^-11 voxels.
@@ -61,7 +63,7 @@ struct Sample {
   float sdf, weight;
 };
 
-/// A voxel's sample; unknown if its evidence is below `min_evidence`.
+/// A voxel's sample, which is unknown if the evidence is below `min_evidence`.
 DTSDF_HD Sample sampleOf(const Voxel& voxel, int32_t min_evidence) {
   return {sdfOf(voxel), evidenceOf(voxel) >= min_evidence ? weightOf(voxel) : 0.0f};
 }
@@ -76,7 +78,7 @@ DTSDF_HD Sample sampleOf(const Voxel& voxel, int32_t min_evidence) {
 struct VoxelSums {
   int64_t weighted_sdf;
   int64_t weight;
-  uint32_t nearest;  ///< The largest key of a point (anchor.h); 0 if there is none.
+  uint32_t nearest;  ///< The largest pointKey() (anchor.h); 0 if there is none.
   uint32_t unused;   ///< Explicit padding.
 };
 
@@ -101,7 +103,7 @@ DTSDF_HD int32_t quantiseSdf(float sdf_share) {
 }
 
 /// The sums of a single sample; `point_key` is the key of its measured point (anchor.h). A sample
-/// of weight 0 adds nothing.
+/// of weight 0 contributes nothing.
 DTSDF_HD VoxelSums sumsOfSample(int32_t weight, int32_t sdf, uint32_t point_key) {
   return {static_cast<int64_t>(weight) * sdf, weight, weight > 0 ? point_key : 0u, 0};
 }

@@ -8,10 +8,11 @@
 
 namespace dtsdf {
 
-/// A colour, encoded as in the images, and its weight. Aligned so that it is copied as one word.
+/// A colour, encoded as in the colour images, and its weight. Aligned so that it is copied as one
+/// word.
 struct alignas(4) VoxelColour {
   uint8_t red, green, blue;
-  uint8_t weight;  ///< A code, see colourWeight(); 0 if not painted.
+  uint8_t weight;  ///< Encoded; see colourWeight(). 0 if not painted.
 };
 
 /// Colours are stored in bricks of 4 x 4 x 4 voxels, as a surface passes through only about half of
@@ -19,7 +20,8 @@ struct alignas(4) VoxelColour {
 constexpr int kBricksPerArray = 8, kBrickSide = kBlockSide / 2;
 constexpr int kVoxelsPerBrick = kVoxelsPerBlock / kBricksPerArray;
 
-/// The brick of a voxel in its array, and the voxel's index in the brick; x fastest in both.
+/// The index of a voxel's brick in its array, and the voxel's index in the brick; x varies fastest
+/// in both.
 DTSDF_HD int brickOf(int voxel) { return (voxel >> 2 & 1) | (voxel >> 4 & 2) | (voxel >> 6 & 4); }
 DTSDF_HD int placeInBrick(int voxel) { return (voxel & 3) | (voxel >> 1 & 12) | (voxel >> 2 & 48); }
 DTSDF_HD int voxelInBrick(int brick, int place) {

@@ -1,4 +1,4 @@
-/// Casts one surfel into a frame's sums, for the paper's two ray casting modes.
+/// Casts a surfel into a frame's sums, in either of the paper's two ray casting modes.
 #pragma once
 
 #include "kernels/core/direction.h"
@@ -12,15 +12,16 @@ namespace dtsdf {
 /// point's covariance in voxels: a point may represent any place within a voxel, and its depth has
 /// the error sigma, `noise_voxels`, along the unit ray r. `ray` is a multiple of r.
 ///
-/// So an exact point is cast along its normal, and a very noisy one along its ray. Along the ray,
-/// errors average out even if the normal is wrong, as at an edge smoothed by a wide window.
+/// So an exact point is cast along its normal, and a very noisy point along its ray. Along the ray,
+/// errors average out even if the normal is wrong, for instance at an edge that a wide window has
+/// smoothed.
 DTSDF_HD Vec3f castDirection(const Vec3f& normal, const Vec3f& ray, float noise_voxels) {
   const float along_ray = noise_voxels * noise_voxels * dot(normal, ray) / dot(ray, ray);
   const Vec3f C_n = normal + along_ray * ray;
   return (1.0f / norm(C_n)) * C_n;
 }
 
-/// The line along which a surfel is cast, up to sampleReach() in both directions.
+/// The line along which a surfel is cast. It extends by sampleReach() in both directions.
 DTSDF_HD SampleLine sampleLineOf(const Surfel& surfel, const FrameSensing& sensing,
                                  const FusionSettings& fusion) {
   const float noise_voxels = noiseInVoxels(sensing, surfel.depth_m);
@@ -86,7 +87,7 @@ DTSDF_HD BlockFrame blockFrameOf(int axis, const Vec3i& block_L) {
           component(strides, axis), component(strides, u_axis), component(strides, v_axis)};
 }
 
-/// The part of a line's planes that is inside a block.
+/// The range of a line's planes that lies inside a block.
 DTSDF_HD Span planesInside(const Span& planes, const BlockFrame& block) {
   const int end = block.k0 + kBlockSide - 1;
   return {planes.first > block.k0 ? planes.first : block.k0, planes.last < end ? planes.last : end};

@@ -1,8 +1,8 @@
-/// Finds blocks that a frame cannot see through, without reading their voxels.
+/// Rules out blocks in which a frame looks through no voxel's place, without reading their voxels.
 ///
 /// For each patch of the image, the largest free depth is stored. A block is skipped if it is
 /// outside the image, or behind this depth in all patches that it overlaps. This only saves time:
-/// no place that the frame sees through is skipped.
+/// no place that the frame looks through is skipped.
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -19,8 +19,7 @@ DTSDF_HD int32_t freePatchesAlong(int32_t pixels) {
   return (pixels + kFreePatchSide - 1) >> kFreePatchSideLog2;
 }
 
-/// Bounds of a box's corners in the image; near_m is not positive if one of them is behind the
-/// camera.
+/// Bounds of a box's corners in the image; near_m is not positive if a corner is behind the camera.
 DTSDF_HD ProjectedBounds boundsOfBox(const FrameView& frame, const Vec3f& low, const Vec3f& high) {
   ProjectedBounds bounds = boundsOf(projectToImage(frame, low));
   for (int i = 1; i < 8; ++i) {
@@ -30,10 +29,10 @@ DTSDF_HD ProjectedBounds boundsOfBox(const FrameView& frame, const Vec3f& low, c
   return bounds;
 }
 
-/// Whether a frame may see through some point of a box in the local frame; false only if it sees
-/// through none.
+/// Whether a frame may look through some point of a box in the local frame; false only if it looks
+/// through no point.
 DTSDF_HD bool maySeeThrough(const FrameSensing& sensing, const Vec3f& low, const Vec3f& high) {
-  constexpr int kMaxPatches = 32;  // along a side; larger boxes are not tested
+  constexpr int kMaxPatches = 32;  // along a side; larger boxes are not ruled out
   const FrameView& frame = sensing.image.frame;
   const ProjectedBounds seen = boundsOfBox(frame, low, high);
   if (!(seen.near_m > 0.0f)) return true;
@@ -56,8 +55,8 @@ DTSDF_HD bool maySeeThrough(const FrameSensing& sensing, const Vec3f& low, const
   return false;
 }
 
-/// Whether a frame may see through the place of any voxel in a block. Along each axis, a place is
-/// at most the truncation, or an anchor's reach, away from its voxel.
+/// Whether a frame may look through the place of any voxel in a block. Along each axis, a place is
+/// at most the truncation distance or kAnchorReach, whichever is larger, away from its voxel.
 DTSDF_HD bool maySeeThroughBlock(const FrameSensing& sensing, const Vec3f& first_voxel_L,
                                  float truncation_voxels) {
   constexpr float kMargin = 0.125f;  // so that rounding does not matter

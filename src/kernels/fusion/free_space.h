@@ -1,4 +1,4 @@
-/// Finds where an image looks through surfaces of the map.
+/// Finds voxels whose surface is contradicted by a depth image, because the image looks through it.
 ///
 /// Casting along lines writes only near surfaces, so without clearing, stray measurements and
 /// removed objects would stay. Voxel projection also writes in front of surfaces, and needs no
@@ -6,9 +6,9 @@
 ///
 /// A voxel is tested at its place: its foot; its anchor, if the frame covers the voxel (without an
 /// anchor it is not tested); or the voxel itself, if it has no distance. The frame contradicts the
-/// voxel if space is free there at all of the 3 x 3 points around it that are in the image. So it
-/// contradicts nothing next to an outline or a thin object, or where the free depth is unknown. At
-/// an outline it may take back a support (contradicts()).
+/// voxel if all 3 x 3 points around the place, as far as they are in the image, are free. So
+/// nothing is contradicted next to an outline or a thin object, or where the free depth is unknown.
+/// At an outline, a support may be revoked (contradicts()).
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -20,8 +20,8 @@
 
 namespace dtsdf {
 
-/// The inputs of a pixel's plane: its inverse depth, its row fit, the row fits of the pixels above
-/// and below (0 outside the image), its links and the links of the pixel above.
+/// The inputs from which a pixel's plane is computed: its inverse depth, its row fit, the row fits
+/// of the pixels above and below (0 outside the image), its links and the links of the pixel above.
 struct PlaneAround {
   float inverse_depth;
   float row_value, row_slope, above, below;
@@ -41,9 +41,10 @@ DTSDF_HD PlaneAround planeAround(const ImageView& image, const Pixel& pixel) {
 }
 
 /// Depth in metres up to which a pixel's ray is free: the pixel's depth minus a margin
-/// (perpendicular to its plane, if it has one); 0 if nothing is measured or the margin is larger.
-/// Measurements beyond the fused range are used too; an unfilled gap counts as measured at its
-/// nearest neighbour's depth (filledInverseDepth()). Branch-free, for vectorisation.
+/// (perpendicular to the pixel's plane, if there is one); 0 if nothing is measured or the margin
+/// exceeds the depth. Measurements beyond the fused range are used too; an unfilled gap counts as
+/// measured at its nearest neighbour's depth (filledInverseDepth()). Branch-free, for
+/// vectorisation.
 DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const PlaneAround& plane,
                          const FusionSettings& fusion) {
   const FrameView& frame = sensing.image.frame;
@@ -84,8 +85,9 @@ DTSDF_HD Real slopeBeside(const Real& own, const Real& upper, const Real& has_up
          (has_upper * (upper - own) + has_lower * (own - lower));
 }
 
-/// Slope of the distance at a voxel along an axis, per voxel, from its neighbours in the block; 0
-/// if there are none. Branch-free, as it is unpredictable which neighbours have a distance.
+/// Slope of the distance at a voxel along an axis, per voxel, computed from its neighbours in the
+/// block; 0 if there are none. Branch-free, since branches on whether a neighbour has a distance
+/// would be unpredictable.
 DTSDF_HD float slopeAlong(const Voxel* voxels, int index, int axis) {
   const int at = component(voxelOffset(index), axis);
   const int step = axis == 0 ? 1 : (axis == 1 ? kBlockSide : kBlockSide * kBlockSide);
@@ -100,10 +102,11 @@ DTSDF_HD Vec3f slopeAt(const Voxel* voxels, int index) {
   return {slopeAlong(voxels, index, 0), slopeAlong(voxels, index, 1), slopeAlong(voxels, index, 2)};
 }
 
-/// Stands for all directions, which share the array of an undirected map.
+/// Represents all directions at once, in an undirected map, which has a single array.
 constexpr int kAnyDirection = -1;
 
-/// Limits the orientation of an array's surfaces: minimum cosine between their normals and an axis.
+/// Limits the orientation of surfaces in a voxel array: their normals must have at least this
+/// cosine with the axis.
 struct Facing {
   Vec3f axis;
   float min_cosine;
@@ -118,8 +121,8 @@ DTSDF_HD Facing facingOf(int direction) {
 }
 
 /// Unit gradient of the distance at a voxel. If the slope is too small or does not match the
-/// direction, this is the direction's axis; in the undirected map it is then 0, so the voxel is its
-/// own foot.
+/// direction, the direction's axis is returned. In the undirected map, 0 is returned instead, so
+/// that the voxel is its own foot.
 DTSDF_HD Vec3f gradientOf(const Vec3f& slope, const Facing& facing) {
   constexpr float kMinLength = 0.3f;
   const float length = norm(slope);
@@ -135,10 +138,10 @@ DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const F
   return voxel - sdf * gradientOf(slope, facing);
 }
 
-/// Whether a frame can change a voxel by looking through its place; for one or several voxels at
-/// once. A covered voxel needs an anchor. A voxel that is not covered must be in a block that is
-/// checked in this frame (`in_turn`) and, if it is empty, have evidence left to lose (`may_lose`,
-/// which is set only if `in_turn` is).
+/// Whether a frame can change a voxel by looking through its place; works on one voxel or several
+/// at once. A covered voxel needs an anchor. A voxel that is not covered must be in a block that is
+/// checked in this frame (`in_turn`) and, if it is empty, its evidence must be above the minimum
+/// (`may_lose`, which is set only if `in_turn` is).
 template <class Mask>
 DTSDF_HD Mask canChange(const Mask& is_covered, const Mask& has_anchor, const Mask& is_empty,
                         const Mask& may_lose, const Mask& in_turn) {
@@ -151,8 +154,8 @@ DTSDF_HD bool isJudged(const Voxel& voxel, bool is_covered, bool in_turn,
   return canChange(is_covered, voxel.anchor != kNoAnchor, isEmpty(voxel), may_lose, in_turn);
 }
 
-/// Start of the step to a voxel's place, in voxels relative to the block's first voxel: the voxel
-/// or, if the frame covers it, its anchor.
+/// The point from which the step to a voxel's place starts: the voxel's anchor if the frame covers
+/// the voxel, otherwise the voxel itself. In voxels relative to the block's first voxel.
 DTSDF_HD Vec3f judgedOrigin(uint16_t anchor, int index, bool is_covered) {
   const float to_anchor = is_covered ? 1.0f : 0.0f;
   return toFloat(voxelOffset(index)) + to_anchor * anchorOffset(anchor);
@@ -172,16 +175,16 @@ DTSDF_HD Vec3f placeOf(const Voxel* voxels, int index, int direction, bool is_co
 }
 
 /// Spacing in pixels of the 3 x 3 points at which a frame must look through a place. It is 1 unless
-/// the voxel is empty; an empty voxel represents all mesh units around it, so the spacing is then
-/// the width of a voxel, rounded down but at least 1.
+/// the voxel is empty. An empty voxel represents all mesh units around it, so its spacing is the
+/// width of a voxel, rounded down but at least 1.
 DTSDF_HD int probeSpacing(const FrameView& frame, const Voxel& voxel, float depth_m) {
   if (!isEmpty(voxel)) return 1;
   const float cell_px = frame.voxel_size_m * frame.intrinsics.fx / depth_m;
   return cell_px < 1.0f ? 1 : floorToInt(minimum(cell_px, 1000.0f));
 }
 
-/// Whether the frame looks through a place at 3 x 3 points around it, `spread` pixels apart. Points
-/// outside the image are ignored.
+/// Whether the frame looks through a place at all 3 x 3 points around it, `spread` pixels apart.
+/// Points outside the image are ignored.
 DTSDF_HD bool seesThroughAround(const FrameSensing& sensing, const VoxelInImage& at, int spread) {
   const FrameView& frame = sensing.image.frame;
   const Pixel centre{static_cast<int>(at.u), static_cast<int>(at.v)};
@@ -202,15 +205,15 @@ DTSDF_HD bool isInImage(const FrameView& frame, const VoxelInImage& at) {
          (at.u < static_cast<float>(frame.width)) & (at.v < static_cast<float>(frame.height));
 }
 
-/// What a frame shows at a voxel's place.
+/// What is observed at a voxel's place.
 enum class Observation : uint32_t {
-  kOccupied,   ///< The surface may be there, or the place is not in the image.
-  kAtOutline,  ///< The place's own pixel looks through it, but not all pixels around it do.
-  kFree,       ///< All pixels around the place look through it.
+  kOccupied,   ///< A surface may be there, or the place is not in the image.
+  kAtOutline,  ///< Free at the place's own pixel, but not at all pixels around it.
+  kFree,       ///< Free at all pixels around the place.
 };
 
-/// The depth that must be free for a frame to look through a voxel's place: that of the place or,
-/// for an empty voxel, one voxel more. Infinite outside the image.
+/// The depth up to which a pixel must be free for the frame to look through a voxel's place: the
+/// depth of the place, plus one voxel if the tested voxel is empty. Infinite outside the image.
 DTSDF_HD float requiredFreeDepth(const FrameView& frame, bool is_empty, const VoxelInImage& at) {
   constexpr float kInfiniteDepth_m = 1e30f;
   const float depth_m = is_empty ? at.depth_m + frame.voxel_size_m : at.depth_m;
@@ -226,7 +229,7 @@ DTSDF_HD int32_t pixelOfPlace(const FrameView& frame, const VoxelInImage& at) {
   return v * frame.width + u;
 }
 
-/// What a frame shows at a place whose own pixel looks through it.
+/// The observation at a place whose own pixel is free.
 DTSDF_HD Observation judgeFree(const FrameSensing& sensing, const Voxel& voxel,
                                const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
@@ -236,7 +239,7 @@ DTSDF_HD Observation judgeFree(const FrameSensing& sensing, const Voxel& voxel,
              : Observation::kAtOutline;
 }
 
-/// What a frame shows at the place of a voxel; the place projects to `at`.
+/// The observation at the place of a voxel; the place projects to `at`.
 DTSDF_HD Observation judge(const FrameSensing& sensing, const Voxel& voxel,
                            const VoxelInImage& at) {
   const FrameView& frame = sensing.image.frame;
@@ -245,7 +248,7 @@ DTSDF_HD Observation judge(const FrameSensing& sensing, const Voxel& voxel,
                                                                : Observation::kOccupied;
 }
 
-/// What a frame shows at the place of a voxel for which isJudged() holds.
+/// The observation at the place of a voxel for which isJudged() holds.
 DTSDF_HD Observation judge(const FrameSensing& sensing, const Vec3f& first_voxel_L,
                            const Voxel* voxels, int index, int direction, bool is_covered) {
   const Vec3f place = placeOf(voxels, index, direction, is_covered);
@@ -253,17 +256,17 @@ DTSDF_HD Observation judge(const FrameSensing& sensing, const Vec3f& first_voxel
 }
 
 /// Whether an observation reduces a voxel's evidence. At an outline, only a support of a covered
-/// voxel is taken back, so a surface ends where as many images see it as see past it. Nothing is
-/// taken back from a full voxel, where a support would not count in full: as a camera circles an
-/// object, the object's outline passes over every place, and would wear the surface away.
+/// voxel is revoked, so that a surface ends where as many images observe it as look past it. No
+/// support is revoked if the evidence is almost at its maximum (isFull()): as a camera circles an
+/// object, the object's outline passes over all of its surface and would erode it.
 DTSDF_HD bool contradicts(Observation observation, const Voxel& voxel, bool is_covered,
                           const FusionRules& rules) {
   return observation == Observation::kFree ||
          (observation == Observation::kAtOutline && is_covered && !isFull(voxel, rules));
 }
 
-/// Number of contradictions that an observation is worth. A voxel that is not covered is checked in
-/// one out of look_turns frames, so each check counts for all of them.
+/// Number of contradictions that an observation counts as. A voxel that is not covered is checked
+/// in one out of look_turns frames, so each check counts look_turns times.
 DTSDF_HD int32_t contradictionWeight(Observation observation, bool is_covered,
                                      const FusionRules& rules) {
   if (observation != Observation::kFree) return 0;
@@ -277,8 +280,8 @@ DTSDF_HD bool isInTurn(PackedKey key, uint64_t frame_number, const FusionRules& 
   return (hashKey(key) >> 32) % turns == frame_number % turns;
 }
 
-/// Radius in voxels of a ball around a block's centre that contains the feet of its voxels: 7 for
-/// the block itself, plus at most 16 for the truncation.
+/// Radius, in voxels, of a ball around a block's centre that contains the feet of its voxels: 7 for
+/// the block itself, plus at most 16 for the truncation distance.
 constexpr float kFootRadius = 3.0f * static_cast<float>(kBlockSide);
 
 /// Whether part of a ball around a block's centre may be in the image; false only if no part is.

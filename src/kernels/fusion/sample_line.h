@@ -1,5 +1,5 @@
-/// Finds the samples that a surfel updates when it is cast into the grid, their blocks, and their
-/// distances and weights.
+/// Finds the samples that a surfel updates when it is cast into the grid, the blocks that contain
+/// them, and their distances and weights.
 ///
 /// The line runs through the surfel's point in both directions, along the view ray or the normal
 /// (turned towards the ray if the depth is noisy). It is intersected with each grid plane
@@ -8,7 +8,8 @@
 /// from the surfel's plane (linear). Departure: the paper updates the nearest corner at each step
 /// (Amanatides and Woo 1987).
 ///
-/// Each plane is computed independently, so a block can process just the part of a line inside it.
+/// Each plane is computed independently, so that a block can process just the part of a line that
+/// lies inside it.
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -18,7 +19,7 @@
 
 namespace dtsdf {
 
-/// Distance from the measured plane up to which samples are updated, in voxels.
+/// Maximum distance from the measured plane, in voxels, at which samples are updated.
 DTSDF_HD float sampleReach(float noise_voxels, const FusionSettings& fusion) {
   return minimum(fusion.truncation_voxels,
                  maximum(fusion.rules.sample_reach, fusion.rules.noise_reach * noise_voxels));
@@ -30,9 +31,9 @@ DTSDF_HD float noiseInVoxels(const FrameSensing& sensing, float depth_m) {
   return noise * depth_m * depth_m / sensing.image.frame.voxel_size_m;
 }
 
-/// Half the sides of a wide pixel or subpixel on its plane, along the image's rows and columns:
-/// vectors in voxels, in the axes (k, u, v) of its line, and the inverses of their squared lengths.
-/// All 0 if the surfel is a point.
+/// Half the sides of a wide pixel or subpixel on its plane, along the image's rows and columns.
+/// They are given as vectors in voxels, in the axes (k, u, v) of the surfel's line, and as the
+/// inverses of their squared lengths. All 0 if the surfel is a point.
 struct MeasuredSides {
   Vec3f across, down;
   float per_across, per_down;
@@ -53,9 +54,9 @@ DTSDF_HD Vec3f movedAlong(const Vec3f& side, float per_side, const Vec3f& offset
 /// (y, z, x) or (z, x, y).
 struct SampleLine {
   int32_t axis;
-  /// Grid planes perpendicular to axis k that the line crosses within its reach.
+  /// Grid planes perpendicular to axis k that the line crosses within `reach`.
   int32_t first_plane, last_plane;
-  float per_reach;                     ///< Inverse of the reach; see makeSampleLine().
+  float per_reach;                     ///< Inverse of `reach`; see makeSampleLine().
   float p_k, p_u, p_v;                 ///< Measured point.
   float slope_u, slope_v;              ///< Change of u and v per plane.
   float normal_k, normal_u, normal_v;  ///< Surface normal, for the point-to-plane distance.
@@ -97,7 +98,7 @@ DTSDF_HD Vec3i pointShifts(int axis) {
 
 /// The crossing of a line with one grid plane.
 struct CellCrossing {
-  int u, v;                         ///< The corner at the lower end of the cell.
+  int u, v;                         ///< The corner of the cell with the smallest u and v.
   float fraction_u, fraction_v;     ///< Position inside the cell, in [0, 1).
   float point_k, point_u, point_v;  ///< The measured point, relative to that corner.
   float distance;                   ///< Signed distance of that corner.
@@ -120,18 +121,18 @@ DTSDF_HD CellCrossing crossCell(const SampleLine& line, int plane) {
           -(point_k * line.normal_k + point_u * line.normal_u + point_v * line.normal_v)};
 }
 
-/// The sample at a corner of a cell: its share of the surfel's weight, in [0, 1]; its
-/// point-to-plane distance in voxels, positive in front of the surface; and the key of the measured
-/// point (core/anchor.h).
+/// The sample at a corner of a cell: the fraction of the surfel's weight that it receives, in [0,
+/// 1]; its point-to-plane distance in voxels, positive in front of the surface; and the key of the
+/// measured point (core/anchor.h).
 struct CornerSample {
   float share, distance;
   uint32_t point_key;
 };
 
-/// The sample at the corner (du, dv), each 0 or 1, of a cell; `shifts` is from pointShifts(). With
-/// sides, the measured point is moved over the pixel towards the corner's foot, as the surface
-/// continues to the next pixel. Without loops or branches, so that compilers can vectorise loops
-/// over it.
+/// The sample at the corner (du, dv), each 0 or 1, of a cell; `shifts` is from pointShifts(). If
+/// the surfel has sides, the measured point is moved within the pixel towards the corner's foot, as
+/// the surface continues to the next pixel. Contains no loops or branches, so that compilers can
+/// vectorise loops that call it.
 template <bool kHasSides>
 DTSDF_HD CornerSample sampleCorner(const SampleLine& line, const MeasuredSides& sides,
                                    const Vec3i& shifts, const CellCrossing& at, int du, int dv) {
@@ -156,8 +157,8 @@ struct Span {
   int32_t first, last;
 };
 
-/// The corners along an axis that are updated where a line crosses a plane at `corner` +
-/// `fraction`.
+/// The corners along one axis that are updated if a line crosses a plane at `corner` + `fraction`
+/// on that axis.
 DTSDF_HD Span cornersOf(int corner, float fraction) {
   return {corner, corner + (fraction > 0.0f ? 1 : 0)};
 }

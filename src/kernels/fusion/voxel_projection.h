@@ -10,8 +10,9 @@ namespace dtsdf {
 
 /// Fuses a voxel with the pixel that it projects to (Curless and Levoy 1996; the paper's VP). Calls
 /// add(direction, weight, sdf, point_key), in fixed point, for each direction in which the pixel's
-/// surfel has a weight. The distance is the difference between the depths, at most the truncation.
-/// Voxels outside the image, or behind their surfel by more than the truncation, are skipped.
+/// surfel has a weight. The distance is the difference between the depths, limited to the
+/// truncation distance. Voxels that are outside the image, or behind their surfel by more than the
+/// truncation distance, are skipped.
 template <class Add>
 DTSDF_HD void projectVoxel(const FrameView& frame, const FusionSettings& fusion,
                            const Surfel* surfels, const Vec3i& voxel_L, Add& add) {

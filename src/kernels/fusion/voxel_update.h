@@ -23,7 +23,7 @@ DTSDF_HD float blockDepthWeight(const FrameView& frame, const Vec3i& block_L,
                      rules);
 }
 
-/// A frame's sums for a voxel, as floats.
+/// A frame's sums for a voxel, converted to floats.
 struct RoundedSums {
   float weighted_sdf, weight;
   float dither;      ///< Pseudo-random, in [0, 1), so that rounding is unbiased.
@@ -44,7 +44,7 @@ DTSDF_HD RoundedSums roundSums(const VoxelSums& sums) {
 }
 
 /// Weight of a point in the mean that yields an anchor, from its squared distance to the corner's
-/// foot; near points count more.
+/// foot; nearer points count more.
 DTSDF_HD float anchorWeight(float squared_distance) {
   constexpr float kFarthest = 15.0f / 16.0f;
   const float closeness = 1.0f - minimum(sqrtf(maximum(squared_distance, 0.0f)), kFarthest);
@@ -71,11 +71,12 @@ DTSDF_HD uint16_t foldAnchor(const Voxel& voxel, float sdf, float weight, const 
 }
 
 /// The fold of the paper's two-pass scheme: D = (W D + w d) / (W + w), W = min(W + w, max). d is
-/// the mean of the frame's distances. The frame's weight w is the share of the voxel that it
-/// covers, at most 1, times the depth weight. Branch-free, for vectorisation. @pre sums.weight > 0.
+/// the mean of the frame's distances. The frame's weight w is the fraction of the voxel that the
+/// frame covers, at most 1, times the depth weight. Branch-free, for vectorisation. @pre
+/// sums.weight > 0.
 DTSDF_HD Voxel foldRoundedSums(const Voxel& voxel, const RoundedSums& sums, float depth_weight,
                                const FusionSettings& fusion) {
-  const float covered = sums.weight / kWeightScale;  // share of the voxel, may exceed 1
+  const float covered = sums.weight / kWeightScale;  // fraction of the voxel; may exceed 1
   const float sdf = sums.weighted_sdf / (sums.weight * kSdfScale) * fusion.truncation_voxels;
   const float weight = maximum(minimum(covered, 1.0f) * depth_weight * kStoredWeightScale, 1.0f);
   const auto added = static_cast<int32_t>(weight + 0.5f);
@@ -84,8 +85,8 @@ DTSDF_HD Voxel foldRoundedSums(const Voxel& voxel, const RoundedSums& sums, floa
   const int32_t total = before + added;
   const float share = static_cast<float>(added) / static_cast<float>(total);
   const float mean = sdfOf(voxel) + share * (sdf - sdfOf(voxel));
-  // Distances beyond support_reach come from the wider reach of noisy points. They are averaged,
-  // but do not count as evidence.
+  // Distances beyond support_reach come from noisy points, which update samples farther away. They
+  // are averaged, but do not count as evidence.
   const bool supports =
       (covered >= fusion.rules.support_share) & (fabsf(sdf) <= fusion.support_reach);
   const int32_t evidence =

@@ -1,9 +1,9 @@
-/// Pulls vertices towards places where the surface was measured.
+/// Pulls vertices towards points where the surface was measured.
 ///
 /// A surfel's plane continues past the end of what was measured, so a surface that ends inside a
 /// cell has vertices up to a voxel beyond its end. If a thin part was measured from many sides, the
 /// mean distances may cross zero where there is no surface. So a vertex with a large gap
-/// (measuredGap()) is pulled towards the nearest anchor of its edge's ends (core/anchor.h).
+/// (measuredGap()) is pulled towards the nearest anchor at the ends of its edge (core/anchor.h).
 ///
 /// The shift depends only on the vertex and on samples at the edge's two ends, so all blocks that
 /// share the edge compute the same shift.
@@ -32,8 +32,8 @@ DTSDF_HD float squaredPlaneGap(const Sample& sample, float along) {
 }
 
 /// Calls visit(direction, anchor at the lower end, anchor at the upper end) for each direction in
-/// `telling`; an end without a known sample has kNoAnchor. `anchors(end, direction)` returns the
-/// anchor at the lower (0) or upper (1) end.
+/// the mask `telling`; an end without a known sample has kNoAnchor. `anchors(end, direction)`
+/// returns the anchor at the lower (0) or upper (1) end.
 template <class Edge, class Anchors, class Visit>
 DTSDF_HD void visitAnchors(const Edge& edge, uint32_t telling, const Anchors& anchors,
                            const Visit& visit) {
@@ -61,15 +61,15 @@ DTSDF_HD float measuredGap(const MeshSettings& rules, const Edge& edge, uint32_t
   return sqrtf(maximum(squared, 0.0f));
 }
 
-/// Rounds to a multiple of 2^-12 voxels, so that blocks on both sides of a face put a vertex at
-/// exactly the same place.
+/// Rounds to a multiple of 2^-12 voxels, so that the blocks on both sides of a face put a vertex at
+/// exactly the same position.
 DTSDF_HD float roundShift(float shift) {
   constexpr float kSteps = 4096.0f;
   return static_cast<float>(floorToInt(shift * kSteps + 0.5f)) / kSteps;
 }
 
 /// Shift of the vertex at `edge_offset` on an edge, in voxels; 0 if its gap is small. If no
-/// direction crosses the edge, the anchors of all directions of directionsOnEdge() are used.
+/// direction crosses the edge, the anchors of all directions in directionsOnEdge() are used.
 template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                               const Anchors& anchors, int axis, int facing, float edge_offset) {

@@ -1,4 +1,4 @@
-/// The corner grid of a block: the corners and edges of its mesh units, their numbers, and where
+/// The corner grid of a block: the corners and edges of its mesh units, their indices, and where
 /// the corners' samples are stored.
 #pragma once
 
@@ -22,8 +22,8 @@ DTSDF_HD Vec3i cornerAt(int index) {
           index / (kCornerGridSide * kCornerGridSide)};
 }
 
-/// Number of an edge (BlockVertex::edge), from its lower corner, axis and facing (0 if the lower
-/// end is behind), and the inverse functions.
+/// Index of an edge (BlockVertex::edge), from its lower corner, axis and facing (0 if the lower end
+/// is behind the surface), and the inverse functions.
 DTSDF_HD constexpr int edgeNumber(int corner, int axis, int facing) {
   return (corner * 3 + axis) * 2 + facing;
 }
@@ -37,7 +37,7 @@ DTSDF_HD Vec3i gridStep(int axis, int32_t length) {
 }
 DTSDF_HD Vec3i unitStep(int axis) { return gridStep(axis, 1); }
 
-/// Unit step along an edge from its end behind the surface to that in front.
+/// Unit step along an edge from its end behind the surface to its end in front of it.
 DTSDF_HD Vec3i facingStep(int edge) {
   return gridStep(edgeAxis(edge), edgeFacing(edge) == 0 ? 1 : -1);
 }
@@ -47,17 +47,18 @@ DTSDF_HD int cornerStride(int axis) {
   return axis == 0 ? 1 : (axis == 1 ? kCornerGridSide : kCornerGridSide * kCornerGridSide);
 }
 
-/// Offsets in {-1, 0}^3, from a block to the blocks whose units have a corner in it; number 0 is
+/// Offsets in {-1, 0}^3, from a block to the blocks whose units have a corner in it; offset 0 is
 /// the block itself.
 constexpr int kUnitReach = 8;
 DTSDF_HD Vec3i unitReachOffset(int n) { return {-(n & 1), -(n >> 1 & 1), -(n >> 2 & 1)}; }
 
-/// Offsets in {0, 1}^3, from a block to the blocks that hold the corners of its units; number 0 is
+/// Offsets in {0, 1}^3, from a block to the blocks that hold the corners of its units; offset 0 is
 /// the block itself.
 constexpr int kCornerBlocks = 8;
 DTSDF_HD Vec3i cornerBlockOffset(int n) { return {n & 1, n >> 1 & 1, n >> 2 & 1}; }
 
-/// Location of a corner's sample: which of the kCornerBlocks blocks, and which voxel in it.
+/// Location of a corner's sample: the index of the block (of kCornerBlocks) and of the voxel in the
+/// block.
 struct CornerSource {
   int block, voxel;
 };
@@ -69,18 +70,18 @@ DTSDF_HD CornerSource cornerSource(const Vec3i& corner) {
 }
 DTSDF_HD CornerSource cornerSource(int corner) { return cornerSource(cornerAt(corner)); }
 
-/// Offsets in {-1, 0, 1}^3, from a block to the blocks that hold its corner grid extended by one
-/// layer, and the inverse function.
+/// Offsets in {-1, 0, 1}^3, from a block to the blocks that hold its corner grid when extended by
+/// one layer, and the inverse function.
 constexpr int kBlocksAround = 27;
 DTSDF_HD Vec3i aroundOffset(int n) { return {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1}; }
 DTSDF_HD int aroundNumber(const Vec3i& offset) {
   return offset.x + 1 + 3 * (offset.y + 1) + 9 * (offset.z + 1);
 }
 
-/// Number (aroundNumber) of the block that holds a corner; each coordinate is in [-8, 16).
+/// Index (aroundNumber()) of the block that holds a corner; each coordinate is in [-8, 16).
 DTSDF_HD int blockAround(const Vec3i& corner) { return aroundNumber(blockOfVoxel(corner)); }
 
-/// The voxel arrays of a block and of the blocks around it; null where there is none.
+/// The voxel arrays of a block and of the blocks around it; null for missing arrays.
 struct ArraysAround {
   const Voxel* array[kBlocksAround][kDirectionCount];
   int32_t min_evidence;  ///< Minimum evidence of a known voxel.
@@ -97,7 +98,7 @@ struct ArraysAround {
   }
 };
 
-/// The voxel arrays that hold the corners of a block's units; null where there is none.
+/// The voxel arrays that hold the corners of a block's units; null for missing arrays.
 struct CornerArrays {
   const Voxel* array[kCornerBlocks][kDirectionCount];
 

@@ -1,8 +1,8 @@
-/// Finds crossings of a sheet that are too poorly known to be meshed.
+/// Finds crossings of a sheet whose weights are too small for the sheet to be meshed.
 ///
 /// Where one surface ends and the fringe of another begins, an edge may have one end behind the
-/// first and the other in front of the second, although no direction crosses zero on it. A vertex
-/// there would be off by half a voxel.
+/// first surface and the other in front of the second, although no direction's distance crosses
+/// zero on it. A vertex there would be off by half a voxel.
 #pragma once
 
 #include "kernels/meshing/mesh_rules.h"
@@ -10,8 +10,9 @@
 
 namespace dtsdf {
 
-/// Whether a direction is used at a crossing: all are, except the one whose axis points along the
-/// edge from in front to behind. `behind_below` is true if the edge's lower end is behind.
+/// Whether a direction is used at a crossing: true unless its axis points along the edge from the
+/// end in front of the surface to the end behind it. `behind_below` is true if the edge's lower end
+/// is behind.
 template <class Mask>
 DTSDF_HD Mask countsOnCrossing(int direction, int axis, const Mask& behind_below) {
   const Mask any_facing = behind_below == behind_below;
@@ -19,9 +20,9 @@ DTSDF_HD Mask countsOnCrossing(int direction, int axis, const Mask& behind_below
   return (direction & 1) == 0 ? behind_below : behind_below != any_facing;
 }
 
-/// How well a crossing is known: the greatest product of the weights at the edge's two ends, over
-/// the directions that cross zero there and for which countsOnCrossing() holds; 0 if there are
-/// none. The edge's lower end is corner `c`.
+/// Weight of a crossing: the greatest product of the weights at the edge's two ends, over the
+/// directions that cross zero there and for which countsOnCrossing() holds; 0 if there are none.
+/// The edge's lower end is corner `c`.
 template <class Real, class Samples, class Mask>
 DTSDF_HD Real crossingWeight(const Samples& samples, int c, int axis, const Mask& behind_below) {
   const Real zero{0.0f};
@@ -53,7 +54,8 @@ DTSDF_HD Real votedWeight(const Samples& samples, int c, int axis, const Mask& b
 }
 
 /// The weak crossings of a sheet, as a mask: bit 8 * axis + lower corner for each edge.
-/// @param labels Labels of the sheet. @param greatest Greatest weight in the unit.
+/// @param labels The corners behind the sheet, bit c for corner c. @param greatest Greatest weight
+/// in the unit.
 template <class Samples, class Bits, class Real>
 DTSDF_HD Bits weakCrossings(const MeshRules& rules, const Samples& samples, const Bits& labels,
                             const Real& greatest) {

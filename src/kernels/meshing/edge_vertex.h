@@ -12,14 +12,14 @@
 namespace dtsdf {
 
 /// The direction whose axis points along an edge from its end behind the surface to its end in
-/// front. On this edge, the only array (0) of an undirected map is treated as this direction.
+/// front. The only array (0) of an undirected map is treated as this direction.
 DTSDF_HD int facingDirection(int axis, int facing) { return 2 * axis + facing; }
 
-// An Edge has lower[d] and upper[d], the samples of direction d at its two ends, and beyond(end,
-// d), the sample one voxel beyond the lower (0) or upper (1) end.
+// An Edge provides lower[d] and upper[d], the samples of direction d at its two ends, and
+// beyond(end, d), the sample one voxel beyond the lower (0) or upper (1) end.
 
-/// The directions that are used on an edge: all but the one whose axis points along it from in
-/// front to behind.
+/// The directions that are used on an edge: all except the direction whose axis points along the
+/// edge from its end in front of the surface to its end behind it.
 DTSDF_HD uint32_t directionsOnEdge(int axis, int facing) {
   return kAllDirections & ~(1u << facingDirection(axis, 1 - facing));
 }
@@ -27,7 +27,7 @@ DTSDF_HD bool countsOnEdge(int direction, int axis, int facing) {
   return (directionsOnEdge(axis, facing) >> direction & 1u) != 0;
 }
 
-/// Offset of a vertex on an edge that no direction crosses by itself: it divides the edge in the
+/// Offset of a vertex on an edge that no direction crosses by itself: the edge is divided in the
 /// ratio of the magnitudes of the voted distances at its ends, or in the middle if both are 0.
 template <class Edge>
 DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearness) {
@@ -42,15 +42,15 @@ DTSDF_HD float votedOffset(const Edge& edge, int axis, int facing, float nearnes
 }
 
 /// Whether a direction's distance crosses zero between two known samples, with the given facing (0:
-/// the lower end is behind). Branch-free, as which directions cross is unpredictable.
+/// the lower end is behind). Branch-free, since a branch would be unpredictable.
 DTSDF_HD bool crosses(const Sample& lower, const Sample& upper, int facing) {
   const bool behind_lower = facing == 0;
   return ((lower.sdf < 0.0f) == behind_lower) & ((upper.sdf < 0.0f) != behind_lower) &
          (lower.weight > 0.0f) & (upper.weight > 0.0f);
 }
 
-/// The directions of directionsOnEdge() that cross an edge by themselves, bit d for direction d.
-/// The sides are those of sidesOfCorner() for the edge's two ends (possible_leaders.h).
+/// The directions in directionsOnEdge() that cross an edge by themselves, bit d for direction d.
+/// The arguments are the sidesOfCorner() of the edge's two ends (possible_leaders.h).
 DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides, int axis,
                                      int facing) {
   const uint32_t behind = facing == 0 ? lower_sides : upper_sides;
@@ -60,8 +60,8 @@ DTSDF_HD uint32_t crossingDirections(uint32_t lower_sides, uint32_t upper_sides,
 }
 
 /// Second difference of the distance along an edge: the mean of the second differences at its two
-/// ends, or the only one that is known; 0 if neither is. It is limited to the second difference of
-/// a ball with a radius of two voxels; larger values usually come from noise or from the fringe of
+/// ends, or the only known one; 0 if neither is known. It is limited to the second difference of a
+/// ball with a radius of two voxels; larger values usually come from noise or from the fringe of
 /// another surface.
 DTSDF_HD float bendOnEdge(const Sample& below, const Sample& lower, const Sample& upper,
                           const Sample& above) {

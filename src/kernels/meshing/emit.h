@@ -1,4 +1,4 @@
-/// Triangles, as references to edges of the corner grid.
+/// Emits triangles as references to edges of the corner grid.
 #pragma once
 
 #include "kernels/meshing/corner_grid.h"
@@ -6,13 +6,14 @@
 
 namespace dtsdf {
 
-/// Number of a unit's first edge. Edge numbers of the block's first unit plus this number are the
-/// edge numbers of this unit.
+/// Index of a unit's first edge. Added to the edge indices of the block's first unit, it gives the
+/// edge indices of this unit.
 DTSDF_HD int firstEdge(const Vec3i& unit) {
   return edgeNumber(cornerIndex(unit.x, unit.y, unit.z), 0, 0);
 }
 
-/// Number in the corner grid of edge e (0 to 11) of a unit with the marching cubes index `index`.
+/// Index in the corner grid of edge e (0 to 11) of a unit; `index` is the unit's marching cubes
+/// case.
 DTSDF_HD int unitEdge(const Vec3i& unit, int e, uint8_t index) {
   return firstEdge(unit) + firstUnitEdge(e, index);
 }

@@ -1,10 +1,10 @@
-/// Gaps: triangles that span a place where nothing was measured.
+/// Finds triangles that span a gap in the measurements.
 ///
 /// A surfel updates all corners around it, so units may close gaps up to two voxels wide. Anchoring
-/// (anchoring.h) pulls the vertices on both sides of a gap towards where the surface was measured,
-/// and thus away from each other. It hardly stretches other triangles: at an outline it pulls all
-/// vertices in the same direction, and inside a surface they stay in place. So a triangle that
-/// anchoring stretches is left out.
+/// (anchoring.h) pulls the vertices on both sides of a gap towards measured points, and thus away
+/// from each other. It hardly stretches other triangles: at an outline it pulls all vertices in the
+/// same direction, and inside a surface the vertices stay in place. So triangles that anchoring
+/// stretches are left out.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"
@@ -46,8 +46,8 @@ DTSDF_HD bool spansGap(const MeshRules& rules, const BlockVertex& a, const Block
          stretchOf(c, a) > rules.max_stretch;
 }
 
-/// Until it is dropped, a triangle that spans a gap has this vertex at all three corners; no other
-/// triangle repeats a vertex.
+/// Until it is removed, a triangle that spans a gap is marked by having this vertex at all three
+/// corners. No other triangle contains a vertex twice.
 constexpr uint16_t kGapVertex = 0;
 DTSDF_HD bool isMarkedGap(const uint16_t* triangle) { return triangle[0] == triangle[1]; }
 

@@ -1,12 +1,12 @@
-/// Finds which directions are active in a unit, and which of these lead its sheets.
+/// Finds the directions that are active in a unit, and those that lead its sheets.
 #pragma once
 
 #include "kernels/meshing/unit_samples.h"
 
 namespace dtsdf {
 
-/// Rise of a direction's distance along an axis: the weighted mean over the unit's edges with both
-/// ends known; 0 if there are none.
+/// Rise of a direction's distance along an axis: the weighted mean over the unit's edges whose ends
+/// are both known; 0 if there are no such edges.
 template <class Samples, class Real>
 DTSDF_HD Real riseAlong(const Samples& samples, int direction, int axis, const Real& min_weight) {
   const Real zero{0.0f};
@@ -53,8 +53,8 @@ DTSDF_HD Real directionConfidence(const Samples& samples, int direction, const R
 }
 
 /// Finds the directions that lead the unit's sheets; -1 for a missing sheet. The strongest
-/// direction (the one with the lowest number, if several are equally strong) leads the first sheet;
-/// its opposite leads the second if it is active as well.
+/// direction leads the first sheet (in case of a tie, the direction with the lowest index). Its
+/// opposite leads the second sheet if it is active as well.
 /// @return The active directions, bit d for direction d.
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits findLeaders(const Samples& samples, const Real& min_weight,

@@ -1,4 +1,4 @@
-/// The vertex on an edge of a block, by the rules of edge_vertex.h and anchoring.h.
+/// Computes the vertex on an edge of a block, by the rules in edge_vertex.h and anchoring.h.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"
@@ -15,8 +15,8 @@ struct EdgeSamples {
   bool directional;
   Sample lower[kDirectionCount], upper[kDirectionCount];
 
-  /// Copies the corner's members one by one, because they were just written one by one: a wider
-  /// load would wait for these stores.
+  /// Copies the corner member by member: it has just been written member by member, so a wider load
+  /// would stall until those stores are done.
   DTSDF_HD EdgeSamples(const ArraysAround& arrays, const Vec3i& corner, int axis, bool directional)
       : arrays(arrays),
         corner{corner.x, corner.y, corner.z},
@@ -32,7 +32,8 @@ struct EdgeSamples {
 /// Position of an edge's vertex, in voxels relative to the block's first voxel; anchored in a
 /// directional map.
 /// @param read Mask of directions whose samples are read in a directional map. It must include the
-/// directions in directionsOnEdge() that cross the edge or, if none does, all directionsOnEdge().
+/// directions in directionsOnEdge() that cross the edge or, if none crosses it, all of
+/// directionsOnEdge().
 DTSDF_HD Vec3f placeVertex(const MeshSettings& rules, const ArraysAround& arrays, int edge,
                            bool directional, uint32_t read) {
   const int axis = edgeAxis(edge), facing = edgeFacing(edge);

@@ -1,13 +1,15 @@
 /// Marching cubes tables, derived at compile time from the geometry of the cube.
 ///
-/// Corner c of a mesh unit lies at (c & 1, c >> 1 & 1, c >> 2 & 1). Bit c of an index is set if the
-/// corner is behind the surface (negative distance). Edge e runs along axis e / 4.
+/// Corner c of a mesh unit lies at (c & 1, c >> 1 & 1, c >> 2 & 1). A marching cubes case is an
+/// index from 0 to 255 in which bit c is set if corner c is behind the surface (negative distance).
+/// Edge e runs along axis e / 4.
 ///
 /// On each face, the contour cuts off each run of corners behind the surface separately. This
 /// depends on the face alone, so neighbouring units agree. The contours of all faces join into
-/// closed loops, the components of an index. Each loop is triangulated as a fan that starts where
-/// none of its diagonals lies on a face of the cube: a diagonal on a face could coincide with a
-/// neighbour's side or diagonal, and four triangles would share it.
+/// closed loops, each of which bounds one component of the surface. Each loop is triangulated as a
+/// fan that starts where none of its diagonals lies on a face of the cube: a diagonal on a face
+/// could coincide with a neighbour's side or diagonal, which would then be shared by four
+/// triangles.
 #pragma once
 
 #include <cstdint>
@@ -23,13 +25,13 @@ constexpr int kMaxTriangles = 5;
 constexpr int kFallingBit = 24;
 
 /// Corner at the lower end of an edge; the upper end is that corner with bit (e / 4) set. Its bits
-/// are those of the edge's number within its axis, with a 0 inserted at the axis.
+/// are those of e % 4 with a 0 inserted as bit e / 4.
 DTSDF_HD constexpr int edgeLowerCorner(int e) {
   return e < 4 ? (e & 3) << 1 : (e < 8 ? (e & 1) | (e & 2) << 1 : e & 3);
 }
 
-/// Number in the corner grid of edge e (0 to 11) of the block's first unit; the unit's index gives
-/// the facing.
+/// Index in the corner grid of edge e (0 to 11) of the block's first unit; the unit's case `index`
+/// determines the facing.
 DTSDF_HD constexpr int firstUnitEdge(int e, int index) {
   const int lower = edgeLowerCorner(e);
   return edgeNumber(cornerIndex(lower & 1, lower >> 1 & 1, lower >> 2 & 1), e / 4,
@@ -37,19 +39,21 @@ DTSDF_HD constexpr int firstUnitEdge(int e, int index) {
 }
 
 struct MeshTables {
-  /// Triangles of an index: three edges each, counter-clockwise as seen from the front.
+  /// Triangles of each case: three edges each, counter-clockwise when viewed from the front.
   uint8_t triangle_count[256];
   uint8_t triangle_edge[256][3 * kMaxTriangles];
-  uint16_t grid_edge[256][3 * kMaxTriangles];  ///< firstUnitEdge() of each.
-  /// Separate surface components of an index; for each, the index that has only this component.
+  uint16_t grid_edge[256][3 * kMaxTriangles];  ///< firstUnitEdge() of each edge.
+  /// Separate surface components of each case; a component is stored as the case that consists of
+  /// it alone.
   uint8_t component_count[256];
   uint8_t component[256][kMaxComponents];
-  /// Edges that an index crosses: bit 8 * axis + corner, by the edge's lower corner, if that is
-  /// behind (the edge faces +axis); kFallingBit higher if the upper corner is behind.
+  /// Edges crossed by the surface of each case: bit 8 * axis + lower corner if the edge's lower
+  /// corner is behind the surface (the edge faces +axis), shifted up by kFallingBit if its upper
+  /// corner is behind.
   uint64_t crossings[256];
-  /// Directions that may contain a component, bit d for direction d. By the intra-directional
-  /// filter (paper, Sec. V-B), a component is impossible in direction D if it crosses an edge along
-  /// D whose +D end is behind and whose -D end is in front.
+  /// Directions in which a component with this case is possible, bit d for direction d. By the
+  /// intra-directional filter (paper, Sec. V-B), a component is impossible in direction D if it
+  /// crosses an edge along D whose +D end is behind and whose -D end is in front.
   uint8_t seen_from[256];
 };
 
@@ -65,7 +69,7 @@ constexpr int edgeBetween(int a, int b) {
 }
 
 /// Corner i (0 to 3) of the face perpendicular to `axis` at its low or high end, counter-clockwise
-/// as seen from outside.
+/// when viewed from outside.
 constexpr int faceCorner(int axis, int high, int i) {
   const int u = 1 << ((axis + 1) % 3), v = 1 << ((axis + 2) % 3);
   const int turn = high ? i : (4 - i) % 4;  // opposite faces run the other way round
@@ -73,7 +77,7 @@ constexpr int faceCorner(int axis, int high, int i) {
   return in_plane + (high ? 1 << axis : 0);
 }
 
-/// For each crossed edge of an index, the next edge of its contour loop; -1 for other edges.
+/// For each edge crossed by a case, finds the next edge of the contour loop; -1 for other edges.
 constexpr void traceContours(int index, int (&next)[kCubeEdges]) {
   for (int& edge : next) edge = -1;
   for (int face = 0; face < 6; ++face) {
@@ -99,8 +103,8 @@ constexpr unsigned facesOfEdge(int e) {
   return faces;
 }
 
-/// First position in a loop at which a fan can start without having a diagonal on a face of the
-/// cube; 0 if there is none.
+/// First position in a loop at which a fan can start without a diagonal on a face of the cube; 0 if
+/// there is none.
 constexpr int fanStart(const int (&loop)[kCubeEdges], int length) {
   for (int start = 0; start < length; ++start) {
     bool on_face = false;
@@ -113,8 +117,8 @@ constexpr int fanStart(const int (&loop)[kCubeEdges], int length) {
   return 0;
 }
 
-/// Index of a single loop: the corners behind it, found by a flood fill along the cube's edges that
-/// the loop does not cross.
+/// The case with a single loop: the corners behind the loop, found by a flood fill along the cube's
+/// edges that the loop does not cross.
 constexpr int componentIndex(int index, unsigned loop_edges) {
   int behind = 0;
   for (int e = 0; e < kCubeEdges; ++e) {
@@ -173,8 +177,8 @@ constexpr MeshTables make() {
 
 inline constexpr MeshTables kMeshTables = mesh_tables_detail::make();
 
-/// An index without one of its components: the corners that only this component separates change
-/// sides.
+/// Removes a component from a case: the corners that only this component separates from the others
+/// change sides.
 DTSDF_HD uint8_t removeComponent(uint8_t index, uint8_t component) {
   const uint8_t behind_side = component, front_side = static_cast<uint8_t>(~component);
   const bool behind_uniform = (behind_side & static_cast<uint8_t>(~index)) == 0;

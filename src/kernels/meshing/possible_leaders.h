@@ -1,14 +1,14 @@
 /// Finds which directions can lead a sheet in a unit, from the sides of its corners alone, so that
-/// the index stage can skip units that hold no surface.
+/// the index stage can skip units without a surface.
 ///
-/// No direction is rejected that the other stages would accept, whatever the MeshRules. The leader
-/// of a sheet meets two conditions:
+/// No direction is rejected that the other stages would accept, regardless of the MeshRules. The
+/// leader of a sheet meets two conditions:
 /// - It is active, so it has observed corners on both sides of a surface (directionConfidence()).
 /// - At each corner, some direction other than the leader's opposite votes; the opposite has no
 ///   vote (voteOnCorners()). So each corner was observed by a direction other than the opposite.
 ///
-/// A unit without such a direction has no surface. In an undirected map, the only direction must
-/// have observed all corners, and both sides.
+/// A unit in which no direction meets both conditions has no surface. In an undirected map, the
+/// only direction must have observed all corners, and both sides of a surface.
 #pragma once
 
 #include "kernels/meshing/unit_samples.h"
@@ -32,7 +32,7 @@ DTSDF_HD uint32_t observedDirections(uint32_t sides) {
   return (sides | sides >> kBehindBit) & kAllDirections;
 }
 
-/// Directions that have observed both sides of a surface; no others can be active.
+/// Directions that have observed both sides of a surface; only these can be active.
 DTSDF_HD uint32_t possiblyActive(uint32_t sides) {
   return sides & sides >> kBehindBit & kAllDirections;
 }

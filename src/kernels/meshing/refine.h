@@ -1,9 +1,9 @@
-/// Refinement (optional): each triangle becomes four, with new vertices at the midpoints of its
-/// sides, on the curved surface.
+/// Optional refinement, which splits each triangle into four. The new vertices are the midpoints of
+/// its sides, moved onto the curved surface.
 ///
-/// The midpoint of a side is that of the cubic curve that leaves each end of the side in its
-/// tangent plane (Vlachos et al., Curved PN Triangles, 2001). It depends only on the two ends and
-/// their normals, so all triangles with this side share it, across units and blocks. A side is
+/// The midpoint of a side is that of a cubic curve that is tangent to the surface at both ends of
+/// the side (Vlachos et al., Curved PN Triangles, 2001). It depends only on the two ends and their
+/// normals, so all triangles with this side share it, even across units and blocks. A side is
 /// identified by the grid edges of its two ends.
 #pragma once
 
@@ -14,22 +14,22 @@
 
 namespace dtsdf {
 
-/// Maximum number of sides of an index's triangles: four loops of three edges have twelve.
+/// Maximum number of triangle sides in a case: four loops of three edges have twelve sides.
 constexpr int kMaxSides = 12;
 
-/// The sides of an index's triangles, without duplicates, and which of them bound each triangle;
-/// derived at compile time from mesh_tables.h.
+/// The triangle sides of each marching cubes case, without duplicates, and the sides of each
+/// triangle; derived at compile time from mesh_tables.h.
 struct RefineTables {
-  /// Sides of an index in the order of its triangles, each given by two of the unit's edges.
+  /// Sides of each case in the order of its triangles; a side is given by two of the unit's edges.
   uint8_t side_count[256];
   uint8_t side_edge[256][2 * kMaxSides];
-  /// Numbers of each triangle's sides; the first side runs from the first corner to the second.
+  /// Indices of each triangle's sides; the first side runs from the first corner to the second.
   uint8_t triangle_side[256][3 * kMaxTriangles];
 };
 
 namespace refine_tables_detail {
 
-/// Number of the side between two edges of an index; the side is added if it is new.
+/// Index of the side between two edges in a case; the side is added if it is new.
 constexpr uint8_t sideBetween(RefineTables& tables, int index, uint8_t a, uint8_t b) {
   const uint8_t count = tables.side_count[index];
   for (uint8_t i = 0; i < count; ++i) {
@@ -78,7 +78,7 @@ DTSDF_HD uint32_t midpointNumber(int edge_a, int edge_b) {
 }
 DTSDF_HD bool isMidpoint(uint32_t number) { return number >= kFirstMiddle; }
 
-/// The edges at the two ends of a midpoint's side, the lower number first.
+/// The edges at the two ends of a midpoint's side, the lower index first.
 DTSDF_HD int midpointFirstEnd(uint32_t number) {
   return static_cast<int>((number - kFirstMiddle) / kGridEdges);
 }
@@ -86,7 +86,8 @@ DTSDF_HD int midpointSecondEnd(uint32_t number) {
   return static_cast<int>((number - kFirstMiddle) % kGridEdges);
 }
 
-/// Step in the direction that a vertex's edge faces; for a midpoint, the sum of both ends' steps.
+/// Step in the direction that a vertex's edge faces; for a midpoint, the sum of the steps of both
+/// ends.
 DTSDF_HD Vec3i facingSteps(uint32_t number) {
   if (!isMidpoint(number)) return facingStep(static_cast<int>(number));
   return facingStep(midpointFirstEnd(number)) + facingStep(midpointSecondEnd(number));
@@ -97,16 +98,16 @@ struct SideEnd {
   Vec3f position, normal;
 };
 
-/// Rounds to a multiple of 2^-16, so that blocks on both sides of a face, whose positions differ by
-/// whole blocks, put the midpoint at exactly the same place.
+/// Rounds to a multiple of 2^-16, so that the blocks on both sides of a face, whose coordinates
+/// differ by whole blocks, put the midpoint at exactly the same position.
 DTSDF_HD float roundedShift(float shift) {
   constexpr float kSteps = 65536.0f;
   return static_cast<float>(floorToInt(shift * kSteps + 0.5f)) / kSteps;
 }
 
-/// The midpoint of the curved side between two vertices; an end without a normal does not bend it.
-/// Swapping the ends gives exactly the same point. The midpoint is off the straight side by at most
-/// a quarter of the side's length.
+/// The midpoint of the curved side between two vertices; an end without a normal does not bend the
+/// side. Swapping the ends gives exactly the same point. The midpoint is off the straight side by
+/// at most a quarter of the side's length.
 DTSDF_HD Vec3f midpointOfSide(const SideEnd& a, const SideEnd& b) {
   const Vec3f way = b.position - a.position;
   const Vec3f at_a = dot(way, a.normal) * a.normal, at_b = dot(way, b.normal) * b.normal;
@@ -115,7 +116,7 @@ DTSDF_HD Vec3f midpointOfSide(const SideEnd& a, const SideEnd& b) {
          Vec3f{roundedShift(shift.x), roundedShift(shift.y), roundedShift(shift.z)};
 }
 
-/// Number of sides of a unit's triangles, counted once per sheet.
+/// Number of triangle sides in a unit; sides shared by two triangles of a sheet count once.
 DTSDF_HD uint32_t sidesOfUnit(const RefineTables& tables, const UnitIndices& indices) {
   uint32_t sides = 0;
   for (int s = 0; s < kMaxSheets; ++s) sides += tables.side_count[indices.sheet[s]];

@@ -1,9 +1,10 @@
-/// Regularisation: decides on which side of the surface a corner is if the units around it
+/// Regularisation: decides on which side of the surface a corner lies if the units around it
 /// disagree.
 ///
 /// Units may disagree if their leaders differ, or if one has dropped a component that another
 /// keeps. Where a unit's sheets agree about a corner, the corner takes the side that most units
-/// around it assign to it. So neighbours cross their common face in the same way and leave no slit.
+/// around it assign to it. So the surfaces of neighbouring units meet at their common face and
+/// leave no slit.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -31,12 +32,13 @@ DTSDF_HD int cornerBalance(const At& at, const Vec3i& corner) {
   return balance;
 }
 
-/// Whether a corner is behind the surface by a majority of units; a tie counts as in front.
+/// Whether the majority of units assigns a corner to the back of the surface; in a tie, it is in
+/// front.
 DTSDF_HD bool isMajorityBehind(int balance) { return balance > 0; }
 
-/// A unit's indices after regularisation (paper, Sec. V-F). A corner about which its sheets agree
-/// takes the side that most units around it assign to it (`majority_behind`). Other corners are not
-/// changed, since they lie between the two sides of something thin.
+/// A unit's marching cubes cases after regularisation (paper, Sec. V-F). A corner about which its
+/// sheets agree takes the side that most units around it assign to it (`majority_behind`). Other
+/// corners are not changed, since they lie between the two sides of a thin object.
 DTSDF_HD UnitIndices regularise(const UnitLabels& own, unsigned majority_behind) {
   const UnitIndices indices = indicesOf(own);
   const unsigned agreed = cornersBehind(own) | cornersInFront(own);
@@ -47,8 +49,8 @@ DTSDF_HD UnitIndices regularise(const UnitLabels& own, unsigned majority_behind)
                                   settled(static_cast<uint8_t>(~own.in_front_of_last))));
 }
 
-/// Location of a unit's labels: the number (aroundNumber) of its block, and of the unit in the
-/// block. `unit` is relative to the central block's first unit.
+/// Location of a unit's labels: the index (aroundNumber()) of its block, and the unit's index in
+/// the block. `unit` is relative to the central block's first unit.
 DTSDF_HD CornerSource unitSource(const Vec3i& unit) {
   return {blockAround(unit), indexInBlock(unit)};
 }

@@ -1,5 +1,5 @@
-/// The index stage: marching cubes indices of a unit's sheets, from its samples (docs/method.md,
-/// Index).
+/// The index stage: determines the marching cubes case of each sheet in a unit from the unit's
+/// samples (docs/method.md, Index).
 #pragma once
 
 #include "kernels/meshing/crossings.h"
@@ -8,8 +8,8 @@
 
 namespace dtsdf {
 
-/// Marching cubes index of a sheet: its labels without the components that none of its active
-/// directions may contain. kUnknown if a component has a weak crossing.
+/// Marching cubes case of a sheet: its labels without the components that are impossible in all of
+/// its active directions. kUnknown if a component has a weak crossing.
 DTSDF_HD int sheetIndex(const MeshTables& tables, unsigned labels, unsigned active,
                         unsigned weak_crossings) {
   uint8_t index = static_cast<uint8_t>(labels);
@@ -22,8 +22,8 @@ DTSDF_HD int sheetIndex(const MeshTables& tables, unsigned labels, unsigned acti
   return index;
 }
 
-/// Plain marching cubes for an undirected map. All units around a corner agree about it, so units
-/// without a surface can stay empty.
+/// Plain marching cubes for an undirected map. All units around a corner assign the same side to
+/// it, so units without a surface can stay empty.
 template <class Samples>
 DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samples::kUnits]) {
   using Bits = typename Samples::Bits;
@@ -42,9 +42,9 @@ DTSDF_HD void undirectedLabels(const Samples& samples, UnitLabels (&result)[Samp
   }
 }
 
-/// Computes the indices of the sheets with these leaders, one per unit; kUnknown for a leader of -1
-/// and for a sheet that is not meshed. `greatest_weight` is the greatest weight at the unit's
-/// corners; at each corner, the weights of the directions that vote must add up to more than
+/// Computes the marching cubes case of the sheet that `leader` leads, for each unit; kUnknown if
+/// the leader is -1 or the sheet is not meshed. `greatest_weight` is the greatest weight at the
+/// unit's corners; at each corner, the weights of the directions that vote must add up to more than
 /// `min_weight`.
 template <class Samples, class Real, class Bits>
 DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, const Samples& samples,
@@ -69,10 +69,10 @@ DTSDF_HD void sheetIndices(const MeshTables& tables, const MeshRules& rules, con
 
 DTSDF_HD bool isSurface(int index) { return index > 0 && index < 255; }
 
-/// Labels of a unit whose sheets have these indices. The two sides of something thin never cross an
-/// edge in the same way. Sheets that do so are the same surface twice, for instance where it bends
-/// within the unit, so only the first, with the stronger leader, is kept. A sheet without a surface
-/// is dropped if the other sheet has one.
+/// Labels of a unit whose sheets have these cases. The two sides of a thin object never cross the
+/// same edge with the same facing. Two sheets that do are the same surface found twice, for
+/// instance where it bends within the unit, so only the first sheet, with the stronger leader, is
+/// kept. A sheet without a surface is dropped if the other sheet has one.
 DTSDF_HD UnitLabels joinSheets(const MeshTables& tables, int first, int second) {
   if (!isSurface(first) && (isSurface(second) || first == kUnknown)) first = second;
   if (first == kUnknown) return {0, 0};

@@ -1,27 +1,28 @@
-/// Samples, labels and indices of a mesh unit.
+/// Samples, labels and marching cubes cases of a mesh unit.
 ///
 /// A mesh unit is a marching cubes cell: a cube with a voxel's sample at each of its corners. The
 /// files in this folder are the stages of directional marching cubes (paper, Sec. V):
 ///
 ///   index   possible_leaders.h   which units can hold a surface at all
 ///           leaders.h            which directions are active, and which of these lead its sheets
-///           vote.h               on which side of a sheet each corner is
-///           crossings.h          which crossings are too poorly known
-///           sheets.h             marching cubes indices, without impossible components
-///   make    regularisation.h     corners that the units around them disagree about
+///           vote.h               on which side of a sheet each corner lies
+///           crossings.h          which crossings have too little weight
+///           sheets.h             marching cubes cases, without impossible components
+///   make    regularisation.h     corners about which the surrounding units disagree
 ///           edge_vertex.h        where the surface crosses an edge
 ///           anchoring.h          vertices pulled towards measured points
 ///           gap.h                triangles across gaps, which are left out
 ///           emit.h               triangles, as references to edges
 ///   refine  vertex_normal.h      normals of vertices, from the gradients of distances
-///           refine.h             four triangles for each, with vertices on the curved surface
+///           refine.h             splits each triangle into four on the curved surface
 ///
-/// corner_grid.h locates a block's samples, mesh_tables.h holds the tables of marching cubes, and
-/// mesh_rules.h the constants. A vertex belongs to an edge and a facing and depends only on samples
-/// along the edge, so all units around the edge share it.
+/// corner_grid.h locates a block's samples, mesh_tables.h contains the marching cubes tables, and
+/// mesh_rules.h the parameters. A vertex belongs to an edge and a facing and depends only on
+/// samples along the edge, so all units around the edge share it.
 ///
-/// Departure: the paper votes on whole indices per unit and intersects them. With votes per corner,
-/// neighbouring units mostly agree about the corners they share.
+/// Departure: in the paper, the directions vote for whole marching cubes cases, which are then
+/// intersected. With a separate vote at each corner, neighbouring units mostly agree about the
+/// corners they share.
 #pragma once
 
 #include "kernels/core/direction.h"
@@ -32,11 +33,11 @@
 
 namespace dtsdf {
 
-/// Maximum number of sheets in a unit; two are the two sides of something thin.
+/// Maximum number of sheets in a unit; two sheets are the two sides of a thin object.
 constexpr int kMaxSheets = 2;
 
-/// The marching cubes indices of a unit, one per sheet. An index of 0 or 255 (all corners on one
-/// side) means no surface.
+/// The marching cubes cases of a unit, one per sheet. Case 0 or 255 (all corners on one side) means
+/// no surface.
 struct UnitIndices {
   uint8_t sheet[kMaxSheets];
 };
@@ -67,7 +68,7 @@ DTSDF_HD unsigned cornersInFront(const UnitLabels& labels) {
   return ~labels.behind_first & labels.in_front_of_last & 255u;
 }
 
-/// The labels as indices; two equal sheets become one.
+/// Converts labels to marching cubes cases; two equal sheets become one.
 DTSDF_HD UnitIndices indicesOf(const UnitLabels& labels) {
   const auto last = static_cast<uint8_t>(~labels.in_front_of_last);
   if (isEmpty(labels) || last == labels.behind_first) return {{labels.behind_first, 0}};
@@ -76,14 +77,15 @@ DTSDF_HD UnitIndices indicesOf(const UnitLabels& labels) {
 
 // Samples are distances and weights at the eight corners of a unit, per direction; a sample is
 // observed if its weight is positive. The rules take any type with the members of UnitOfGrid
-// (cuda/index_blocks.cu). If its Real holds values of several neighbouring units, the rules work on
-// all of these at once (UnitsOfRow, src/cpu/block_indexer.cpp). isObserved() may be false for a
-// direction without weight, mayBeActive() for one without samples on both sides of a surface.
+// (cuda/index_blocks.cu). If Real holds the values of several neighbouring units, the rules work on
+// all of these units at once (UnitsOfRow, src/cpu/block_indexer.cpp). isObserved() may return false
+// for a direction without weight, and mayBeActive() for a direction without samples on both sides
+// of a surface.
 
 /// A surface nearer to a corner than this, in voxels, touches it: the corner counts as being on
-/// both of its sides, as the vote may reverse the sign of such small distances (vote.h).
-/// Without this, a unit whose only corner behind the surface was reversed might have no active
-/// direction, and leave a hole.
+/// both of its sides, as the vote may reverse the sign of such small distances (vote.h). Without
+/// this rule, a unit whose only corner behind the surface has its sign reversed might have no
+/// active direction, and leave a hole.
 constexpr float kTouching = 0.25f * MeshRules().nearness_voxels;
 
 template <class Samples>

@@ -1,9 +1,9 @@
-/// Unit normals of edge vertices, for refined meshes (refine.h), from the gradients of the
-/// directions' distances.
+/// Computes unit normals of edge vertices from the gradients of the directions' distances, for
+/// refined meshes (refine.h).
 ///
-/// Perpendicular to an edge, the slope is interpolated between those at the edge's two ends; along
-/// the edge, it is that of the parabola of edge_vertex.h. Samples are read at the ends and at their
-/// neighbours along each axis.
+/// Perpendicular to an edge, the slope is interpolated between the slopes at the edge's two ends.
+/// Along the edge, it is the slope of the parabola in edge_vertex.h. Samples are read at the ends
+/// and at their neighbours along each axis.
 #pragma once
 
 #include "kernels/meshing/edge_vertex.h"
@@ -24,7 +24,8 @@ DTSDF_HD Slope slopeAt(const Sample& below, const Sample& own, const Sample& abo
   return {(knows_below && knows_above ? 0.5f : 1.0f) * (high - low), knows_below || knows_above};
 }
 
-/// Slope at t, from 0 to 1, between two corners; the slope at one of them if only that is known.
+/// Slope at t, from 0 to 1, between two corners. If the slope is known at only one corner, that
+/// slope is returned.
 DTSDF_HD Slope slopeBetween(const Slope& lower, const Slope& upper, float t) {
   if (!lower.is_known || !upper.is_known) return lower.is_known ? lower : upper;
   return {(1.0f - t) * lower.value + t * upper.value, true};
@@ -54,8 +55,8 @@ DTSDF_HD Vec3f gradientOnEdge(const At& at, const Vec3i& corner, int axis, float
 }
 
 /// Unit normal of an edge's vertex, towards free space: the mean gradient of the directions that
-/// cross the edge, weighted as in edgeOffset(). 0 if none is known. It is the same, bit for bit, in
-/// all blocks that share the vertex.
+/// cross the edge, weighted as in edgeOffset(). 0 if none is known. It is bitwise equal in all
+/// blocks that share the vertex.
 template <class Corners>
 DTSDF_HD Vec3f vertexNormal(const Corners& corners, int edge, const Vec3f& position,
                             bool directional) {

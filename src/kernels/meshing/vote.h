@@ -1,4 +1,4 @@
-/// Decides by a vote of directions on which side of a sheet a unit's corners are.
+/// Lets the directions vote on which side of a sheet each corner of a unit lies.
 #pragma once
 
 #include "kernels/meshing/mesh_rules.h"
@@ -7,7 +7,8 @@
 namespace dtsdf {
 
 /// The vote on one corner: a weighted mean of the directions' distances. A direction's influence
-/// grows with its weight and with the nearness of its surface, as the nearest one decides the sign:
+/// grows with its weight and with the nearness of its surface, as the nearest surface should decide
+/// the sign:
 ///   sdf = sum(v_d sdf_d) / sum(v_d),  v_d = (weight_d / (nearness + |sdf_d|))^2.
 template <class Real>
 struct CornerVote {
@@ -44,8 +45,8 @@ DTSDF_HD Real votedSdf(const CornerVote<Real>& vote) {
 constexpr int kUnknown = -1;
 
 /// Marching cubes labels of a sheet (bit c is set if corner c is behind), by the vote of all
-/// directions but the excluded one; kUnknown if the sum of their weights at some corner does not
-/// exceed `min_weight`.
+/// directions except the excluded one; kUnknown if the sum of the voting directions' weights at
+/// some corner does not exceed `min_weight`.
 template <class Samples, class Real, class Bits>
 DTSDF_HD Bits voteOnCorners(const MeshRules& rules, const Samples& samples,
                             const Bits& excluded_direction, const Real& min_weight) {

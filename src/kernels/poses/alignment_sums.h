@@ -1,8 +1,8 @@
-/// Distances of an image's points to the map's surfaces, and the sums for Gauss-Newton on the
-/// image's pose.
+/// Distances from an image's points to the map's surfaces, and the sums for Gauss-Newton steps on
+/// the image's pose.
 ///
-/// A point is compared with the signed distance in the directions to which its normal belongs. So
-/// in a directional map, points on a thin plate's front are not attracted by its back.
+/// A point is compared with the signed distances in the directions to which its normal belongs. So
+/// in a directional map, points on the front of a thin plate are not attracted by its back.
 #pragma once
 
 #include "kernels/core/camera.h"
@@ -22,7 +22,7 @@ struct AlignedPoint {
 
 DTSDF_HD AlignedPoint noAlignedPoint() { return {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.0f}; }
 
-/// The points of an image, on a grid: every `stride`-th column and row.
+/// The grid of an image's points: every `stride`-th column and row.
 struct AlignmentGrid {
   int32_t stride, columns, rows;
 };
@@ -43,10 +43,10 @@ DTSDF_HD Pixel pixelOfPoint(const AlignmentGrid& grid, int32_t index) {
 }
 
 /// Fits a plane in inverse depth, with slopes per pixel, to the window around a pixel. It uses
-/// pairs of opposite pixels whose mean hardly differs from the middle, so that they lie on the same
-/// surface. `inverse_depth(du, dv)` is positive where something is measured. @return false if the
-/// middle is not measured, or fewer than half of the pairs are used, or the used pixels are
-/// collinear.
+/// pairs of opposite pixels whose mean hardly differs from the value at the centre, so that they
+/// lie on the same surface. `inverse_depth(du, dv)` is positive where something is measured.
+/// @return false if the centre is not measured, fewer than half of the pairs are used, or the used
+/// pixels are collinear.
 template <class InverseDepth>
 DTSDF_HD bool fitAlignedPlane(const AlignmentSettings& settings, const InverseDepth& inverse_depth,
                               float& value, float& slope_u, float& slope_v) {
@@ -81,9 +81,9 @@ DTSDF_HD bool fitAlignedPlane(const AlignmentSettings& settings, const InverseDe
   return true;
 }
 
-/// The point of a pixel. Its weight is the cosine between its normal and its ray, times a factor
-/// that falls with depth, as noise grows. Pixels near the image's border or without a plane yield
-/// no point.
+/// The point of a pixel. Its weight is the cosine between normal and ray, times a factor that falls
+/// with depth, since noise grows with depth. Pixels near the image's border or without a plane
+/// yield no point.
 template <class InverseDepth>
 DTSDF_HD AlignedPoint makeAlignedPoint(const FrameView& frame, const Pixel& pixel,
                                        const AlignmentSettings& settings,
@@ -133,7 +133,8 @@ DTSDF_HD FieldSample sampleField(const Vec3f& p_L, VoxelAt&& voxel) {
   if (!known) return {0.0f, {0.0f, 0.0f, 0.0f}, false};
   for (int i = 1; i < 7; ++i) read(i);
   if (!known) return {0.0f, {0.0f, 0.0f, 0.0f}, false};
-  // Along x, then y, then z. The slope along an axis is taken before interpolating along it.
+  // Along x, then y, then z. The slope along an axis is computed before interpolating along that
+  // axis.
   const auto mix = [](float a, float b, float t) { return a + t * (b - a); };
   const float x00 = mix(sdf[0], sdf[1], f.x), x10 = mix(sdf[2], sdf[3], f.x);
   const float x01 = mix(sdf[4], sdf[5], f.x), x11 = mix(sdf[6], sdf[7], f.x);
@@ -163,14 +164,14 @@ DTSDF_HD FieldSample sampleDirections(const Vec3f& p_L, const DirectionSet& dire
   return {sdf / weight, (1.0f / weight) * gradient, true};
 }
 
-/// Offset along a point's normal of the n-th place where its surface is searched for, in voxels: 0,
-/// 1, -1, 2, -2 and so on.
+/// Offset along a point's normal at which its surface is searched for in the n-th step, in voxels:
+/// 0, 1, -1, 2, -2 and so on.
 DTSDF_HD float searchOffset(int32_t n) {
   const int32_t k = (n + 1) / 2;
   return static_cast<float>(n % 2 == 1 ? k : -k);
 }
 
-/// Number of places of searchOffset() that are at most `reach` voxels away.
+/// Number of search steps whose searchOffset() is at most `reach` voxels.
 DTSDF_HD int32_t searchOffsetCount(float reach) { return 2 * static_cast<int32_t>(reach) + 1; }
 
 /// Minimum cosine between the map's gradient and a point's normal: cos(pi/4).
@@ -191,8 +192,8 @@ DTSDF_HD FieldSample findPlane(const Vec3f& p_L, const Vec3f& normal,
   return field;
 }
 
-/// The distance from a point to the surface, in voxels. If findPlane() finds none at the point, the
-/// nearest plane along the point's normal is used, up to `reach` voxels away.
+/// The distance from a point to the surface, in voxels. If findPlane() finds no plane at the point
+/// itself, the nearest plane along the point's normal is used, up to `reach` voxels away.
 template <class VoxelAt>
 DTSDF_HD FieldSample findSurface(const Vec3f& p_L, const Vec3f& normal, bool directional,
                                  float reach, VoxelAt&& voxel) {
@@ -215,7 +216,7 @@ struct AlignmentSums {
   int64_t squares;             ///< Sum of weight * residual^2.
   int64_t weight;
   int64_t points;            ///< Points of the image.
-  int64_t matched, inliers;  ///< Points that meet a surface, and those that also fit it.
+  int64_t matched, inliers;  ///< Points with a surface, and those that fit it.
 };
 
 /// Units of the sums. A lever is at most 2^12 voxels long and a point's weight at most 1, so a term
@@ -228,7 +229,7 @@ DTSDF_HD int64_t toAlignmentUnits(float value) {
 }
 
 /// Adds a point at the frame's pose. A point with a residual of `cutoff` voxels or more is not an
-/// inlier, and adds nothing to the equations. `find(p_L, normal)` calls findSurface() with a reach.
+/// inlier, and adds nothing to the equations. `find(p_L, normal)` calls findSurface().
 template <class Find>
 DTSDF_HD void addPoint(AlignmentSums& sums, const FrameView& frame, const AlignedPoint& point,
                        float cutoff, Find&& find) {

@@ -1,4 +1,5 @@
-/// A mesh triangle in a camera's image: which pixels it covers, and what they show.
+/// Rasterises mesh triangles: finds the pixels that a triangle covers in a camera's image, and
+/// their depths, normals and colours.
 ///
 /// Corners are rounded to 1/256 of a pixel, and coverage is computed in integers. A pixel centre on
 /// the side between two triangles that face the camera is covered by exactly one of them, so a
@@ -22,7 +23,7 @@ using ViewKey = uint64_t;
 /// Key of a pixel where nothing was drawn; larger than any other.
 constexpr ViewKey kNothingSeen = ~ViewKey{0};
 
-/// The bits of a positive depth; their order is that of depths.
+/// The bits of a positive depth; they sort in the same order as depths.
 DTSDF_HD uint32_t depthBits(float depth) {
   uint32_t bits;
   memcpy(&bits, &depth, sizeof(bits));
@@ -33,7 +34,7 @@ DTSDF_HD ViewKey viewKey(float depth, uint32_t shown) {
   return static_cast<ViewKey>(depthBits(depth)) << 32 | shown;
 }
 
-/// Whether a surface at this depth may be in front of the one in a key.
+/// Whether a surface at this depth may be in front of the surface in a key.
 DTSDF_HD bool mayBeBefore(float depth, ViewKey key) {
   return depthBits(depth) <= static_cast<uint32_t>(key >> 32);
 }
@@ -103,8 +104,8 @@ DTSDF_HD VertexColour colourOf(ViewKey key) {
 
 /// Maximum distance of a vertex from its block's centre, in voxels; see BlockVertex.
 constexpr float kDrawnReach = 11.3f;
-/// Maximum distance from a block's centre of a vertex that depends on the labels of the block's
-/// units: one block farther.
+/// Maximum distance from a block's centre to a vertex that depends on the labels of the block's
+/// units. The vertex may belong to a neighbouring block.
 constexpr float kLabelledReach = kDrawnReach + 13.9f;
 
 /// Whether anything within `reach` of a block's centre may be in view; false only if nothing is.
@@ -148,8 +149,8 @@ DTSDF_HD Vec3i normalShare(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   return {steps(normal.x), steps(normal.y), steps(normal.z)};
 }
 
-/// The normal of a vertex, from the sum of its triangles' shares. Not normalised, so that at a
-/// border, a vertex with only a sliver of a triangle has little influence.
+/// The normal of a vertex, from the sum of its triangles' contributions. Not normalised, so that at
+/// a border, a vertex with only a sliver of a triangle has little influence.
 DTSDF_HD Vec3f normalOfShares(const FrameView& frame, const Vec3i& sum) {
   return rotateInverse(frame.T_L_C, toFloat(sum));
 }
@@ -164,7 +165,7 @@ struct CornerWeights {
 struct DrawnTriangle {
   int32_t u0, v0, u1, v1;     ///< Bounding box, in pixels.
   CornerWeights first;        ///< At pixel (u0, v0).
-  CornerWeights right, down;  ///< Change from pixel to pixel.
+  CornerWeights right, down;  ///< Change from one pixel to the next.
   /// Minimum weights of a covered pixel: 0 if pixel centres on that side belong to this triangle,
   /// otherwise 1.
   int64_t least[3];
@@ -180,7 +181,7 @@ DTSDF_HD int32_t max3(int32_t a, int32_t b, int32_t c) {
   return greatest > c ? greatest : c;
 }
 
-/// Sets up a triangle whose corners are counter-clockwise as seen from the front.
+/// Sets up a triangle whose corners are counter-clockwise when viewed from the front.
 DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const ProjectedVertex& a,
                                     const ProjectedVertex& b, const ProjectedVertex& c) {
   DrawnTriangle drawn{};
@@ -213,7 +214,7 @@ DTSDF_HD DrawnTriangle drawTriangle(const FrameView& frame, const ProjectedVerte
   return drawn;
 }
 
-/// Weights at the pixel at an offset of (right, down) from the first.
+/// Weights at the pixel at an offset of (right, down) from the first pixel.
 DTSDF_HD CornerWeights weightsAt(const DrawnTriangle& drawn, int32_t right, int32_t down) {
   CornerWeights weights;
   for (int k = 0; k < 3; ++k) {
@@ -234,7 +235,7 @@ struct TrianglePlace {
   float depth;
 };
 
-/// Perspective-correct: inverse depth is linear in the image.
+/// Perspective-correct, as inverse depth is linear in the image.
 DTSDF_HD TrianglePlace placeOn(const ProjectedVertex& a, const ProjectedVertex& b,
                                const ProjectedVertex& c, const CornerWeights& weights) {
   const auto in_image = [&](int k) { return static_cast<float>(weights.of[k]); };
@@ -252,7 +253,7 @@ DTSDF_HD uint32_t normalAt(const ProjectedVertex& a, const ProjectedVertex& b,
                     place.share[2] * c.normal_C);
 }
 
-/// The weighted mean of those corners that are painted.
+/// The weighted mean colour of the painted corners.
 DTSDF_HD uint32_t colourAt(const VertexColour& a, const VertexColour& b, const VertexColour& c,
                            const TrianglePlace& place) {
   const VertexColour colour[3] = {a, b, c};

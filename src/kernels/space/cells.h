@@ -1,4 +1,4 @@
-/// Cells of space: cubes with an edge of 1, 2, 4 or 8 voxels.
+/// Cells of the free-space grid: cubes with an edge of 1, 2, 4 or 8 voxels.
 ///
 /// Cell (i, j, k) with an edge of c voxels spans (i, j, k) * c to (i + 1, j + 1, k + 1) * c voxels
 /// of the map frame W. Cells are stored in cubes of 8 x 8 x 8, as voxels are in blocks.
@@ -33,7 +33,7 @@ DTSDF_HD bool isEmpty(const CellMask& mask) {
   return any == 0;
 }
 
-/// Some cells of a cube: the free ones, or those with surfaces.
+/// A subset of a cube's cells: the free cells, or the cells with surfaces.
 struct CubeMask {
   Vec3i key;
   CellMask cells;
@@ -56,8 +56,8 @@ DTSDF_HD Vec3i firstCellOfCube(const Vec3i& cube) {
   return {cube.x * kCubeSide, cube.y * kCubeSide, cube.z * kCubeSide};
 }
 
-/// A sector has 32 x 32 x 32 cells. The longer its side compared with the reach of distances, the
-/// less extra work the window around it causes.
+/// A sector contains 32 x 32 x 32 cells. The longer its side compared with the maximum distance,
+/// the less extra work is spent on cells around the sector.
 constexpr int kSectorSideLog2 = 5;
 constexpr int kSectorSide = 1 << kSectorSideLog2;  ///< In cells.
 constexpr int kCubesAlong = kSectorSide / kCubeSide;
@@ -69,13 +69,13 @@ DTSDF_HD Vec3i sectorOfCube(const Vec3i& cube) {
   return shiftDown(cube, kSectorSideLog2 - kCubeSideLog2);
 }
 
-/// Number of a cube in its sector.
+/// Index of a cube in its sector.
 DTSDF_HD int cubeInSector(const Vec3i& cube) {
   constexpr int32_t kMask = kCubesAlong - 1;
   return (cube.x & kMask) + kCubesAlong * ((cube.y & kMask) + kCubesAlong * (cube.z & kMask));
 }
 
-/// The cube with this number in a sector.
+/// The cube at index `number` in a sector.
 DTSDF_HD Vec3i cubeOfSector(const Vec3i& sector, int number) {
   return {sector.x * kCubesAlong + number % kCubesAlong,
           sector.y * kCubesAlong + number / kCubesAlong % kCubesAlong,

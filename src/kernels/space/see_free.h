@@ -1,10 +1,10 @@
-/// Finds cells that a depth image sees through.
+/// Finds free cells from a depth image.
 ///
 /// A cell is free if each pixel in the bounding rectangle of its eight corners is free beyond the
 /// farthest corner; all corners must be in the image and within range. To test thousands of cells,
 /// the smallest free depths are stored in a pyramid, in which a texel of level k stands for 2^k x
-/// 2^k pixels. Texels of a coarser level include pixels beyond the cell, so a free cell at an edge
-/// may be missed, but a cell that its own pixels would reject is never accepted.
+/// 2^k pixels. Texels of a coarser level include pixels outside the cell, so a free cell at an edge
+/// may be missed, but a cell that is not free is never accepted.
 #pragma once
 
 #include "kernels/core/camera.h"
@@ -22,7 +22,7 @@ struct FreePyramid {
   int32_t width, height;  ///< Size of level 0.
 };
 
-/// Number of a level's texels along a side of the image.
+/// Number of texels along a side of the image at this level.
 DTSDF_HD int32_t texelsFor(int32_t pixels, int level) {
   return (pixels + (1 << level) - 1) >> level;
 }
@@ -73,7 +73,7 @@ DTSDF_HD Vec3f cornerOfCube(const FrameView& frame, int32_t cell_log2, const Vec
 constexpr int kCornersAlong = kCubeSide + 1;
 constexpr int kCornersPerCube = kCornersAlong * kCornersAlong * kCornersAlong;
 
-/// Projects corner number `i` of a cube's cells, x fastest. `first_L` is cornerOfCube().
+/// Projects corner `i` of a cube's cells, where x varies fastest. `first_L` is cornerOfCube().
 DTSDF_HD VoxelInImage cornerInImage(const FrameView& frame, const Vec3f& first_L, int32_t cell_log2,
                                     int i) {
   const Vec3i steps{i % kCornersAlong, i / kCornersAlong % kCornersAlong,
@@ -81,8 +81,8 @@ DTSDF_HD VoxelInImage cornerInImage(const FrameView& frame, const Vec3f& first_L
   return projectToImage(frame, first_L + static_cast<float>(cellSide(cell_log2)) * toFloat(steps));
 }
 
-/// Whether the image sees through a whole cell, which must not extend beyond max_range_m in depth.
-/// `corners` are the projected corners of its cube's cells.
+/// Whether a whole cell is free in the image and nearer than max_range_m in depth. `corners` are
+/// the projected corners of all cells in the cell's cube.
 DTSDF_HD bool isCellSeenFree(const FreePyramid& free,
                              const VoxelInImage (&corners)[kCornersPerCube], int cell,
                              float max_range_m) {

@@ -1,17 +1,17 @@
-/// Squared distances from cells to the nearest cells with surfaces, up to a reach: minima along x,
-/// then y, then z (Saito and Toriwaki, Pattern Recognition 27, 1994). They are integers, so the
-/// order of computation does not matter.
+/// Computes squared distances from cells to the nearest cell with a surface, up to a maximum
+/// distance, as minima along x, then y, then z (Saito and Toriwaki, Pattern Recognition 27, 1994).
+/// They are integers, so the order of computation does not matter.
 #pragma once
 
 #include "kernels/space/cells.h"
 
 namespace dtsdf {
 
-/// Stored as the squared distance if no surface is within reach.
+/// Stored as the squared distance if no surface lies within the maximum distance.
 constexpr uint16_t kSquaredFar = 0xffff;
 
-/// The cubes of a sector that have surfaces: one bit for each, numbered by cubeInSector(), and the
-/// index of the first cube's mask in DistanceTask::cubes. The masks of the others follow in the
+/// The cubes of a sector that have surfaces: bit cubeInSector() of `known` for each, and the index
+/// of the first cube's mask in DistanceTask::cubes. The masks of the other cubes follow in the
 /// order of their bits.
 struct SurfaceCubes {
   uint64_t known;
@@ -22,15 +22,15 @@ struct SurfaceCubes {
 struct SectorStack {
   int32_t count;
   int32_t place;  ///< Index of its first sector in DistanceTask::places.
-  int32_t first;  ///< Number of its first sector among those of all stacks.
-  /// Number of its first plane of cells among those of all stacks. A stack includes the planes
-  /// within reach above and below it.
+  int32_t first;  ///< Index of its first sector among the sectors of all stacks.
+  /// Index of its first plane of cells among the planes of all stacks. A stack includes the planes
+  /// up to `reach` cells above and below its sectors.
   int32_t first_plane;
 };
 
 /// Sectors whose distances are to be computed, and the surfaces in a box around them.
 struct DistanceTask {
-  int32_t reach;  ///< In cells, at most 255.
+  int32_t reach;  ///< Maximum distance, in cells; at most 255.
   int32_t stack_count, place_count, sector_count, cube_count;
   int32_t box_x, box_y;  ///< Number of sectors along the box's edges.
   int32_t wanted;        ///< Number of sectors in all stacks.
@@ -43,7 +43,7 @@ struct DistanceTask {
   const CellMask* cubes;
 };
 
-/// Number of sectors on each side that are within reach.
+/// Number of sectors on each side that lie within the maximum distance.
 DTSDF_HD int32_t sectorsInReach(int32_t reach) {
   return (reach + kSectorSide - 1) >> kSectorSideLog2;
 }
@@ -59,7 +59,7 @@ DTSDF_HD int countBits(uint64_t bits) {
   return __builtin_popcountll(bits);
 #endif
 }
-/// @pre Some bit is set.
+/// @pre At least one bit is set.
 DTSDF_HD int lowestBit(uint32_t bits) {
 #ifdef __CUDA_ARCH__
   return __ffs(static_cast<int>(bits)) - 1;
@@ -100,7 +100,7 @@ DTSDF_HD uint32_t surfacesInRow(const DistanceTask& task, const SectorStack& sta
 }
 
 /// The squared distance along a row to the nearest surface, from cell x of the middle word;
-/// kSquaredFar if none is within reach.
+/// kSquaredFar if none is at most `reach` cells away.
 DTSDF_HD int32_t squaredAlongRow(const uint32_t* words, int32_t x, int32_t reach) {
   const int32_t ring = sectorsInReach(reach);
   const uint32_t from = words[ring] >> x, until = words[ring] << (kSectorSide - 1 - x);
@@ -120,7 +120,7 @@ DTSDF_HD int32_t squaredAlongRow(const uint32_t* words, int32_t x, int32_t reach
   return least <= reach ? least * least : kSquaredFar;
 }
 
-/// `squared`, or kSquaredFar beyond the reach.
+/// `squared`, or kSquaredFar if it exceeds the square of `reach`.
 DTSDF_HD uint16_t squaredWithin(int32_t squared, int32_t reach) {
   return squared <= reach * reach ? static_cast<uint16_t>(squared) : kSquaredFar;
 }

@@ -1,4 +1,4 @@
-/// Converts raw depths to inverse depths, and fills gaps between them.
+/// Converts raw depths to inverse depths, and fills small gaps.
 #pragma once
 
 #include "kernels/surfels/sensing.h"
@@ -12,9 +12,9 @@ struct DepthRange {
   float rounded_to_m;  ///< Unit of integer depths; 0 for floats.
 };
 
-/// Inverse depth of a raw value, in 1/m. Positive: it is fused. Negative: it lies beyond the fused
-/// range, so it makes no surface, but the space in front of it is free. 0: nothing was measured, or
-/// the depth is too small.
+/// Inverse depth of a raw value, in 1/m. Positive values are fused. Negative values lie beyond the
+/// fused range: they create no surface, but the space in front of them is free. 0 means that
+/// nothing was measured, or that the depth is too small.
 DTSDF_HD float inverseDepth(float raw, const DepthRange& range) {
   const float depth_m = raw * range.unit_m;
   // Branch-free, for vectorisation. Comparisons with NaN are false.
@@ -25,14 +25,15 @@ DTSDF_HD float inverseDepth(float raw, const DepthRange& range) {
   return sign / maximum(depth_m, range.min_m);
 }
 
-/// Whether a depth edge lies between two inverse depths: they differ by more than `depth_jump`
-/// times the larger one.
+/// Whether there is a depth edge between two inverse depths, that is, whether they differ by more
+/// than `depth_jump` times the larger of them.
 DTSDF_HD bool isEdgeBetween(float a, float b, float depth_jump) {
   return fabsf(b - a) > depth_jump * maximum(fabsf(a), fabsf(b));
 }
 
-/// How far the value of a gap may be off the plane beside it, in 1/m: the noise of a difference,
-/// plus the errors that rounding to integer depths and to floats causes in predictsGap().
+/// Largest difference, in 1/m, between the value of a gap and the plane beside it: the noise of a
+/// difference, plus the errors that rounding to integer depths and to floats causes in
+/// predictsGap().
 DTSDF_HD float gapTolerance(const SurfelSettings& surfels, const DepthNoise& noise,
                             float rounded_to_m, float inverse_depth) {
   constexpr float kUnits = 1.5f, kRounding = 2e-6f;
@@ -46,8 +47,8 @@ DTSDF_HD bool predictsGap(float beside, float behind_it, float in_gap, float tol
   return behind_it == 0.0f || fabsf((beside + beside - fabsf(behind_it)) - in_gap) <= tolerance;
 }
 
-/// Whether a line of empty pixels continues: the next pixel is empty as well, and lies between two
-/// measured ones.
+/// Whether a line of empty pixels continues: the next pixel must be empty as well, and lie between
+/// two measured pixels.
 DTSDF_HD bool emptyLineContinues(float next, float one_side, float other_side) {
   return next == 0.0f && one_side != 0.0f && other_side != 0.0f;
 }
@@ -72,10 +73,11 @@ DTSDF_HD bool isOnEmptyLine(const float* before, const float* after) {
 /// depths were rounded to multiples of `rounded_to_m`.
 ///
 /// An empty pixel takes the mean of two opposite neighbours if these and the pixels behind them lie
-/// on a plane, without a depth edge; of several such pairs, the one that differs least is used.
-/// Away from lines of empty pixels, two pairs must fit, as a single pair may be the sides of a
-/// notch in an outline. Other empty pixels are free up to the nearest neighbour whose opposite is
-/// measured too; they get minus its inverse depth, or 0 if there is none.
+/// on a plane without a depth edge. If several pairs qualify, the pair with the smallest difference
+/// is used. Away from lines of empty pixels, two pairs must qualify, as a single pair may be the
+/// sides of a notch in an outline. An empty pixel that is not filled is free up to the nearest
+/// neighbour whose opposite is measured too: its value is the negative of that neighbour's inverse
+/// depth, or 0 if there is none.
 template <class Measured>
 DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int height,
                                   const Pixel& pixel, const SurfelSettings& surfels,

@@ -1,7 +1,8 @@
-/// Fits straight lines to inverse depths along a row or down a column, as far as pixels are linked.
+/// Fits straight lines to inverse depths along a row or down a column, over linked pixels only.
 ///
-/// On a curved surface, a line fitted to one side of a pixel would have the slope at the middle of
-/// that side. So both sides end where the shorter one does, unless the noise requires more pixels.
+/// On a curved surface, a line fitted to only one side of a pixel would have the slope at the
+/// middle of that side. So both sides are cut to the length of the shorter side, unless the noise
+/// requires more pixels.
 #pragma once
 
 #include "kernels/surfels/links.h"
@@ -29,8 +30,8 @@ DTSDF_HD FitWindow fitWindow(const FrameView& frame, const DepthNoise& noise,
 
 /// Half widths of a window, in pixels.
 struct WindowRadius {
-  int32_t both;      ///< While both sides continue: set by voxel size and noise, within limits.
-  int32_t one_side;  ///< After the other side has ended: set by noise only, at least 1.
+  int32_t both;      ///< If both sides continue: set by voxel size and noise.
+  int32_t one_side;  ///< If the other side has ended: set by noise, at least 1.
 };
 
 DTSDF_HD WindowRadius windowRadius(float inverse_depth, const FitWindow& window) {
@@ -50,7 +51,7 @@ struct PixelLine {
   int one_side;       ///< Maximum after the other side has ended.
 };
 
-/// The line around pixel number `at` of a row or column of `count` pixels.
+/// The line around pixel `at` of a row or column of `count` pixels.
 DTSDF_HD PixelLine lineAround(int at, int count, int64_t stride, PixelLinks link,
                               const WindowRadius& radius) {
   const int last = count - 1 - at;
@@ -79,7 +80,7 @@ struct LineFit {
 
 DTSDF_HD LineFit noFit() { return {0.0f, 0.0f, 0.0f, 0}; }
 
-/// A walk from the centre in both directions, with sums over its samples: y is the value at offset
+/// A walk from the centre in both directions, with sums over its samples. y is the value at offset
 /// k minus the value at the centre.
 struct LineWalk {
   int32_t before_open, after_open;  ///< 1 until that side ends, then 0.
@@ -87,8 +88,8 @@ struct LineWalk {
   float y, ky, second_value;
 };
 
-/// A sample on one side: whether the walk continues to it (1 or 0), its value relative to the
-/// centre's, and its second value.
+/// A sample on one side: whether the walk continues to it (1 or 0), its value minus the value at
+/// the centre, and its second value.
 struct SideSample {
   int32_t continues;
   float y, second_value;
@@ -153,7 +154,7 @@ DTSDF_HD SideSample sideSample(const LineSamples& centre, const PixelLine& line,
           centre.second_value[at]};
 }
 
-/// Fits a line to the inverse depths around a centre, as far as pixels are measured and linked.
+/// Fits a line to the inverse depths around a centre, over measured and linked pixels.
 DTSDF_HD LineFit fitLine(const LineSamples& centre, const PixelLine& line) {
   LineWalk walk{1, 1, 0.0f, 0.0f, 0.0f, 0.0f, *centre.second_value};
   for (int step = 1; (walk.before_open | walk.after_open) != 0; ++step) {

@@ -1,7 +1,7 @@
-/// Links: finds which neighbouring pixels lie on one surface. There are three cases:
+/// Finds links: pairs of neighbouring pixels that lie on one surface. There are three cases:
 ///
-/// - They have the same depth, to within the noise plus a voxel.
-/// - The surface is steep: a neighbouring step in the line, and those in both adjacent lines, are
+/// - The pixels have the same depth, to within the noise plus a voxel.
+/// - The surface is steep: a neighbouring step in the line and the steps in both adjacent lines are
 ///   similar, without an allowance for noise. Next to a depth edge, the steps in the line differ;
 ///   at a mixed pixel, the steps in the adjacent lines differ.
 /// - The surface curves out of sight: the step is much smaller than the jump behind it. Mixed
@@ -17,10 +17,10 @@ struct LinkLimits {
   DepthNoise noise;
   float noise_level;
   float same_m;  ///< Difference in depth that the map does not resolve.
-  /// Largest final step of a surface that curves out of sight, as a share of inverse depth.
+  /// Largest final step of a surface that curves out of sight, relative to inverse depth.
   float rim_slope;
-  float turn;       ///< Largest change from a step to the next in line, as a share of the step.
-  float rim_share;  ///< Largest final step, as a share of the jump behind it.
+  float turn;       ///< Largest change from one step to the next, relative to the step.
+  float rim_share;  ///< Largest final step, relative to the jump behind it.
 };
 
 DTSDF_HD LinkLimits linkLimits(const FrameView& frame, const DepthNoise& noise,
@@ -47,8 +47,8 @@ DTSDF_HD bool isPredicted(float from, float to, float step, const LinkLimits& li
              mapTolerance(from, to, limits);
 }
 
-/// A pixel in a row or column of inverse depths: number `at` out of `count` in its line, which is
-/// number `beside` out of `lines` adjacent lines.
+/// A pixel in a row or column of inverse depths: pixel `at` of `count` in its line, which is line
+/// `beside` of `lines` parallel lines.
 struct LineInImage {
   const float* inverse_depth;  ///< At the pixel.
   int64_t stride, to_beside;
@@ -73,8 +73,8 @@ DTSDF_HD bool stepContinues(const LineInImage& line, float step, const LinkLimit
          (line.beside + 1 == line.lines || isSameStep(a[d], b[d], step, same));
 }
 
-/// Whether a surface curves out of sight with this step: behind it, nothing is fused, or only
-/// something much farther away.
+/// Whether a surface curves out of sight with this step: the pixel beyond the step must be empty or
+/// much farther away.
 DTSDF_HD bool curvesOutOfSight(const LineInImage& line, float step, const LinkLimits& limits) {
   const float *a = line.inverse_depth, *b = a + line.stride;
   if (fabsf(step) > limits.rim_slope * maximum(*a, *b)) return false;

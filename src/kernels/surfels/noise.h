@@ -1,9 +1,9 @@
 /// Estimates the noise of a depth image from the image itself.
 ///
 /// Over seven samples in a line, a polynomial of fourth degree describes the surface, and the rest
-/// is noise. Short lines do not show noise that neighbouring pixels share, so longer lines are used
-/// as well. These also contain surface detail, but detail varies over the image, while noise is
-/// assumed to be the same everywhere.
+/// is noise. Short lines do not reveal noise that is correlated between neighbouring pixels, so
+/// longer lines are used as well. These also contain surface detail, but detail varies over the
+/// image, while noise is assumed to be the same everywhere.
 #pragma once
 
 #include <cstring>
@@ -32,14 +32,14 @@ struct NoiseLinePlace {
   int kind;
 };
 
-/// The pixel at a grid point. In images smaller than the grid, several points share a pixel, which
-/// then counts several times.
+/// The pixel at a grid point. In images smaller than the grid, several points may fall on the same
+/// pixel, which then counts several times.
 DTSDF_HD Pixel noisePoint(int column, int row, int width, int height) {
   return {(2 * column + 1) * width / (2 * kNoiseColumns),
           (2 * row + 1) * height / (2 * kNoiseRows)};
 }
 
-/// The line at a grid point with step number `step` (0: three pixels, 1: seven, 2: one). Lines
+/// The line at a grid point with step index `step` (0: three pixels, 1: seven, 2: one). Lines
 /// alternate between rows and columns.
 DTSDF_HD NoiseLinePlace noiseLinePlace(int column, int row, const Pixel& middle, int step) {
   const int step_px = step == 0 ? 3 : (step == 1 ? 7 : 1), odd = (column + row) % 2;
@@ -124,8 +124,8 @@ constexpr int kNoiseQuartiles = 3;
 /// Rank of a quartile (0: lower, 1: median, 2: upper) among the variances of `lines` lines.
 DTSDF_HD uint32_t quartileRank(uint32_t lines, int quartile) { return lines * (quartile + 1) / 4; }
 
-/// Variance of the noise, if this quartile of the lines' variances is at the lower end of `bin`.
-/// With two degrees of freedom, variances are distributed exponentially.
+/// Variance of the noise if this quartile of the lines' variances lies at the lower end of `bin`.
+/// With two degrees of freedom, the lines' variances are distributed exponentially.
 DTSDF_HD float noiseOfBin(int bin, int quartile) {
   constexpr float kShares[kNoiseQuartiles] = {0.28768207f, 0.69314718f, 1.38629436f};
   const uint32_t bits = static_cast<uint32_t>(bin) << 20;

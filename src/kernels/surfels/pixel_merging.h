@@ -21,9 +21,10 @@ struct PixelSquare {
   int32_t side;
 };
 
-/// Whether the surface turns little across a square: compares the slopes of the row fits' values
-/// before and after the square, each over the width of the square. `along` and `across` are the
-/// strides from pixel to pixel along the slopes, and from one line to the next.
+/// Whether the surface turns little across a square. Compares the slope of the row fits' values
+/// before the square with the slope after it, each over the width of the square. `along` is the
+/// stride from pixel to pixel in the direction of the slopes, `across` the stride from one line to
+/// the next.
 DTSDF_HD bool turnsLittle(const ImageView& image, const PixelSquare& square, int64_t along,
                           int64_t across, float largest_turn) {
   const float* line = image.row_value + pixelIndex(image.frame, square.first);
@@ -81,17 +82,18 @@ DTSDF_HD bool isMerged(const ImageView& image, const PixelSquare& square,
       !(most - least <= frame.voxel_size_m * least * most)) {  // the range of z, times least * most
     return false;
   }
-  // The largest turn as a change of the slope of 1 / z, for a surface that faces the camera.
+  // The largest turn, as a change in the slope of 1 / z, for a surface that faces the camera.
   const float turn = rules.merged_turn * most / frame.intrinsics.fx;
   return turnsLittle(image, square, 1, frame.width, turn) &&
          turnsLittle(image, square, frame.width, 1, turn);
 }
 
-/// How a patch is merged: bit kPatchBit for the whole patch, or bit q for each merged quad.
+/// The merged squares of a patch: bit kPatchBit for the whole patch, or bit q for each merged quad.
 using MergedPatch = uint32_t;
 constexpr int kPatchBit = 4;
 
-/// Whether the square for bit `bit` of MergedPatch is merged, in the patch that starts at `first`.
+/// Whether the square that corresponds to bit `bit` of MergedPatch is merged, in the patch that
+/// starts at `first`.
 DTSDF_HD bool isBitMerged(const ImageView& image, const Pixel& first, int bit,
                           const SurfelSettings& surfels) {
   if (bit == kPatchBit) return isMerged(image, {first, kPatchSide}, surfels);

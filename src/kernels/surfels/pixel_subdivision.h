@@ -19,7 +19,7 @@ struct Subdivision {
 };
 
 /// A surfel updates the samples on both of its sides, so with thirds, pixels up to five voxels wide
-/// leave no sample out.
+/// skip no samples.
 constexpr int kThirds = 3;
 
 DTSDF_HD int subpixelCount(const Subdivision& subdivision) {
@@ -79,7 +79,7 @@ DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pi
   return subdivision;
 }
 
-/// Offset along an axis from a pixel's centre to that of subpixel number `subpixel` of `count`, in
+/// Offset along an axis from a pixel's centre to that of subpixel `subpixel` out of `count`, in
 /// pixels; less than half a pixel.
 DTSDF_HD float subpixelOffset(int subpixel, int count) {
   return static_cast<float>(subpixel - count / 2) / static_cast<float>(count);

@@ -1,15 +1,16 @@
-/// Surface normals from a depth image, by plane fits in inverse depth that end at depth edges.
+/// Computes surface normals from a depth image by plane fits in inverse depth that end at depth
+/// edges.
 ///
 /// The inverse depth of a plane n^T P = delta, with P = z ((u - cx) / fx, (v - cy) / fy, 1), is
 /// affine in the pixel:
 ///   1 / z = (n_x (u - cx) / fx + n_y (v - cy) / fy + n_z) / delta.
-/// So its value and slopes, fitted in a window around a pixel, give the normal without bias, and
-/// the noise of triangulating sensors is uniform in 1 / z. The least-squares fit over a rectangle
+/// So a fit of its value and slopes in a window around a pixel gives the normal without bias. The
+/// noise of triangulating sensors is uniform in 1 / z. The least-squares fit over a rectangle
 /// separates into a fit along the row and one along the column.
 ///
-/// A strip one pixel wide (a rod, a wire, or a surface seen through a slit) has only one of the two
-/// fits. If that line is long enough and the strip stands alone, it is assumed to face the camera
-/// across its width.
+/// A strip one pixel wide (a rod, a wire, or a surface visible through a slit) has only one of the
+/// two fits. If the fitted line is long enough and the strip is isolated, it is assumed to face the
+/// camera across its width.
 #pragma once
 
 #include "kernels/surfels/line_fit.h"
@@ -56,9 +57,9 @@ DTSDF_HD LineFit fitColumn(const FrameSensing& sensing, const Pixel& pixel,
                  columnAround(pixel.v, frame, radius));
 }
 
-/// Whether a pixel is in front of both adjacent pixels (or equally near), or behind both, as if
-/// seen through a slit; both must be measured. Pixels in between may mix two sides of a step, or
-/// belong to a floor at a grazing angle.
+/// Whether a pixel is in front of both adjacent pixels (or equally near), or behind both, like a
+/// surface visible through a slit; both must be measured. Other pixels may mix the two sides of a
+/// step, or belong to a floor at a grazing angle.
 DTSDF_HD bool isDepthExtremum(float before, float inverse_depth, float after) {
   return before > 0.0f && after > 0.0f && (before > inverse_depth) == (after > inverse_depth);
 }
@@ -77,7 +78,7 @@ DTSDF_HD bool isDepthExtremumAcross(const ImageView& image, const Pixel& pixel, 
 constexpr int32_t kMinLinePixels = 3;
 
 /// The plane of a strip one pixel wide, along the row or down the column, with reduced weight;
-/// noPlane() if the strip is short or does not stand alone.
+/// noPlane() if the strip is short or not isolated.
 DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, bool along_row,
                                const SurfelSettings& surfels) {
   const FrameView& frame = sensing.image.frame;
@@ -95,7 +96,7 @@ DTSDF_HD PixelPlane stripPlane(const FrameSensing& sensing, const Pixel& pixel, 
                         along_row ? 0.0f : fit.slope, frame.intrinsics, surfels.rules.strip_weight);
 }
 
-/// The plane at a measured pixel, given the fit down its column; that of a strip if a fit is
+/// The plane at a measured pixel, given the fit down its column; stripPlane() if one of the fits is
 /// missing.
 DTSDF_HD PixelPlane pixelPlane(const FrameSensing& sensing, const Pixel& pixel,
                                const LineFit& column, const SurfelSettings& surfels) {

@@ -13,7 +13,7 @@ constexpr PixelLinks kLinkRight = 1, kLinkDown = 2;
 /// A depth image, its row fits and its links, in row-major order without padding.
 struct ImageView {
   FrameView frame;
-  const float* inverse_depth;  ///< In 1/m, from filledInverseDepth(); a surface if positive.
+  const float* inverse_depth;  ///< In 1/m, from filledInverseDepth(); positive on a surface.
   const float* row_value;      ///< Inverse depth from the row fits; 0 if there is no fit.
   const float* row_slope;      ///< Per pixel.
   const PixelLinks* links;
@@ -32,8 +32,8 @@ DTSDF_HD float noiseAt(const DepthNoise& noise, float inverse_depth) {
   return noise.sigma * (in_depth * (inverse_depth * inverse_depth) + (1.0f - in_depth));
 }
 
-/// Largest difference between two inverse depths, in 1/m, that noise explains. `nearer` is the
-/// larger one. The variance of a difference is twice that of a sample.
+/// Largest difference between two inverse depths, in 1/m, that noise can explain. `nearer` is the
+/// larger of the two. The variance of a difference is twice that of a sample.
 DTSDF_HD float noiseOfStep(const DepthNoise& noise, float nearer, float noise_level) {
   constexpr float kSqrt2 = 1.41421356f;
   return kSqrt2 * noise_level * noiseAt(noise, nearer);
@@ -47,10 +47,10 @@ struct FrameSensing {
   const float* max_free = nullptr;  ///< Largest free depth per patch (free_patches.h); CPU only.
 };
 
-/// Settings of the surfel rules.
+/// Settings for computing surfels.
 struct SurfelSettings {
   int32_t normal_radius_px;  ///< Maximum half width of a window; 0 if no normals are needed.
-  float depth_jump;  ///< Largest share by which neighbouring depths on one surface may differ.
+  float depth_jump;  ///< Largest relative difference of neighbouring depths on one surface.
   SurfelRules rules;
   int32_t noise_in_depth;  ///< See DepthNoise::in_depth.
 };

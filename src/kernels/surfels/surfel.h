@@ -7,19 +7,19 @@
 
 namespace dtsdf {
 
-/// A point, in voxels, and its unit normal (0 if it has none) in the local frame L. The weight is 0
-/// if there is no surfel.
+/// A point, in voxels, and its unit normal (0 if there is none) in the local frame L. The weight is
+/// 0 if there is no surfel.
 struct Surfel {
   Vec3f p_L;
   float weight;
   Vec3f normal_L;
   float depth_m;
-  /// Distance along the image's rows and columns up to which the surface is known to continue on
+  /// Distances along the image's rows and columns up to which the surface is known to continue on
   /// both sides of the point; see Subdivision.
   float half_across_px = 0.0f, half_down_px = 0.0f;
 };
 
-/// Share of a voxel's face that a pixel covers at a depth, if the surface faces the camera; may
+/// Fraction of a voxel's face that a pixel covers at a depth, if the surface faces the camera; may
 /// exceed 1. As a weight, it makes a frame's effect independent of the image's resolution.
 DTSDF_HD float coveredShare(const FrameView& frame, float depth_m) {
   const float width = depth_m / (frame.intrinsics.fx * frame.voxel_size_m);
@@ -35,7 +35,7 @@ DTSDF_HD float angleWeight(const Vec3f& p_C, const Vec3f& normal_C) {
 DTSDF_HD Surfel noSurfel() { return {{0.0f, 0.0f, 0.0f}, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f}; }
 
 /// The surfel at a point (u, v) of the image, in pixels relative to the centre of the first pixel.
-/// It covers `share` of a voxel.
+/// It covers the fraction `share` of a voxel's face.
 DTSDF_HD Surfel makeSurfel(const FrameView& frame, float u, float v, float depth_m,
                            const Vec3f& normal_C, float share, float half_across_px = 0.0f,
                            float half_down_px = 0.0f) {
@@ -69,7 +69,7 @@ struct PixelMeasurement {
   Subdivision subdivision;
 };
 
-/// An undivided pixel, given the fit down its column; without a plane if it is not measured.
+/// An undivided pixel, given the fit down its column. It has no plane if it is not measured.
 DTSDF_HD PixelMeasurement wholePixel(const FrameSensing& sensing, const Pixel& pixel,
                                      const LineFit& column, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;
@@ -87,7 +87,7 @@ DTSDF_HD PixelMeasurement subdividedPixel(const FrameSensing& sensing, const Pix
   return measured;
 }
 
-/// The surfel of a subpixel; number 0 of an undivided pixel is the whole pixel.
+/// The surfel of a subpixel. Subpixel 0 of an undivided pixel is the whole pixel.
 DTSDF_HD Surfel makeSubpixelSurfel(const ImageView& image, const PixelMeasurement& measured,
                                    int subpixel) {
   const auto& [pixel, plane, subdivision] = measured;
@@ -117,8 +117,8 @@ DTSDF_HD Surfel makePixelSurfel(const FrameSensing& sensing, const Pixel& pixel,
   return makeWholePixelSurfel(sensing.image, wholePixel(sensing, pixel, column, surfels));
 }
 
-/// The surfel of merged pixels, at the square's centre. Its inverse depth is the pixels' mean,
-/// which for a plane is that at the centre.
+/// The surfel of merged pixels, at the square's centre. Its inverse depth is the mean over the
+/// pixels, which for a plane equals the value at the centre.
 DTSDF_HD Surfel makeMergedSurfel(const FrameSensing& sensing, const PixelSquare& square,
                                  const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;

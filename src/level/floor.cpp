@@ -17,20 +17,20 @@ using Eigen::Vector3d;
 using Point = FloorView::Point;
 
 constexpr double kMinCosine = 0.70710678118654752;  // cos(45 degrees), between normal and up
-constexpr double kMinShare = 0.05;   // minimum share of all points that are on the floor
+constexpr double kMinShare = 0.05;   // minimum fraction of all points that are on the floor
 constexpr size_t kMinPoints = 100;   // minimum number of points on the floor
-constexpr double kMaxBelow = 0.02;   // maximum share of points far below the floor (reflections)
-constexpr double kFarBelow = 3.0;    // far below: this many tolerances below the floor
+constexpr double kMaxBelow = 0.02;   // maximum fraction of points far below the floor (reflections)
+constexpr double kFarBelow = 3.0;    // points this many tolerances below the floor are far below
 constexpr double kMinWidth_m = 0.3;  // minimum width of 80 % of the points, in any direction
 constexpr int kWidths = 18;          // number of directions in which the width is measured
-/// If a tenth of the points below the camera are on the floor, only one search in 3000 never draws
-/// three floor points.
+/// If a tenth of the points below the camera are on the floor, only one search in 3000 fails to
+/// draw three floor points at once.
 constexpr int kDraws = 8000;
 constexpr double kMinArea_m2 = 0.01;  // minimum area of the parallelogram of three drawn points
 constexpr unsigned kSeed = 1;
 constexpr size_t kScored = 2000;  // number of points used to score a drawn plane
 constexpr int kRounds = 8;        // rounds of refinement
-/// Smallest fraction of the tolerance to which refinement narrows, even without noise.
+/// Smallest fraction of the tolerance used in refinement, even without noise.
 constexpr double kMinScale = 0.1;
 
 size_t countInliers(const FloorPlane& plane, const std::vector<Point>& points) {
@@ -84,8 +84,8 @@ std::optional<FloorPlane> fitNear(const FloorPlane& start, const std::vector<Poi
   return plane;
 }
 
-/// Fits the plane with a shrinking tolerance, down to the actual noise, since the feet of objects
-/// on the floor are within the full tolerance too.
+/// Fits the plane with a tolerance that shrinks to the actual noise, since the lowest points of
+/// objects on the floor are within the full tolerance, too.
 std::optional<FloorPlane> refine(const FloorPlane& start, const std::vector<Point>& points) {
   constexpr double kSigmaOfMedian = 1.4826;
   std::optional<FloorPlane> plane = start;
@@ -97,8 +97,8 @@ std::optional<FloorPlane> refine(const FloorPlane& start, const std::vector<Poin
   return plane;
 }
 
-/// Width of the points on a plane in their narrowest direction. The outer tenth on either side is
-/// ignored, since a tilted plane that cuts a wall has a few points there.
+/// Width, in the narrowest direction, of the area covered by the points on a plane. The outer tenth
+/// on either side is ignored, since a tilted plane that cuts a wall contains a few points there.
 double widthOf(const FloorPlane& plane, const std::vector<Point>& points) {
   const Vector3d u = plane.normal().unitOrthogonal(), v = plane.normal().cross(u);
   std::vector<Eigen::Vector2d> on;
@@ -128,7 +128,7 @@ std::vector<Point> subsample(const std::vector<Point>& points, size_t most) {
   return chosen;
 }
 
-/// Best plane through three of the candidates, scored with at most kScored points.
+/// Best plane through three randomly drawn candidates, scored with at most kScored points.
 std::optional<FloorPlane> drawPlane(const std::vector<Point>& candidates,
                                     const std::vector<Point>& points, const Vector3d& up) {
   const std::vector<Point> scored = subsample(points, kScored);
@@ -170,10 +170,10 @@ std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::str
   }
   const auto views_count = static_cast<double>(views.size());
   if (views.empty() || up.norm() < 0.5 * views_count) {
-    return without("the camera turns too much to show which way is up");
+    return without("the camera turns too much to tell which way is up");
   }
   up.normalize();
-  if (below_camera.size() < kMinPoints) return without("hardly any depth below the camera's axis");
+  if (below_camera.size() < kMinPoints) return without("hardly any depth below the optical axis");
   const std::optional<FloorPlane> drawn = drawPlane(below_camera, points, up);
   if (!drawn) {
     return without("no lowest plane was found within 45 degrees of the camera's x-z plane");
@@ -182,7 +182,7 @@ std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::str
   const size_t on = fit ? countInliers(*fit, points) : 0;
   const double least = kMinShare * static_cast<double>(points.size());
   if (on < kMinPoints || static_cast<double>(on) < least) {
-    return without("the largest plane below has less than a twentieth of the measured points");
+    return without("the largest plane contains less than a twentieth of the measured points");
   }
   if (widthOf(*fit, points) < kMinWidth_m)
     return without("only a strip of a possible floor is visible");
@@ -196,10 +196,10 @@ std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::str
 namespace {
 
 constexpr int kColumns = 48, kRows = 36;
-/// Points farther away are too noisy for finding a floor.
+/// Points farther away than this are too noisy for finding the floor.
 constexpr double kMaxDepth_m = 6.0;
 
-/// Three standard deviations of a cheap sensor, whose noise grows with the square of depth.
+/// Three standard deviations of a low-cost sensor, whose noise grows with the square of depth.
 double toleranceAt(double depth_m) { return 0.01 + 0.003 * depth_m * depth_m; }
 
 FloorView viewOf(const DepthFrame& frame) {

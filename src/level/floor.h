@@ -11,14 +11,14 @@
 
 namespace dtsdf {
 
-/// A floor, with its unit normal pointing to the camera's side.
+/// A floor plane, whose unit normal points to the camera's side.
 using FloorPlane = Eigen::Hyperplane<double, 3>;
 
 /// Camera and points of one image, all in the same frame.
 struct FloorView {
   struct Point {
     Eigen::Vector3d p;
-    double tolerance_m;  ///< Largest distance from its surface that noise can cause.
+    double tolerance_m;  ///< Largest distance from the surface caused by noise.
   };
   Eigen::Vector3d camera;     ///< Position of the camera.
   Eigen::Vector3d camera_up;  ///< Unit vector opposite to the optical frame's y axis.
@@ -27,25 +27,26 @@ struct FloorView {
 
 /// Finds the floor: the plane with the most points among the planes tilted by less than 45 degrees
 /// from the cameras' mean up vector. It must contain a twentieth of all points, be wider than a
-/// strip, and have hardly any points below it. The same points always give the same plane.
-/// @param problem Set to the reason why there is no floor; callers add what to do.
+/// strip, and have hardly any points below it. Deterministic.
+/// @param problem Set to the reason why no floor was found, without advice; cleared if it was
+/// found.
 std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::string& problem);
 
-/// Searches for the floor in depth images, kViews at a time, until it is found. Not thread-safe.
+/// Searches for the floor in batches of kViews depth images until it is found. Not thread-safe.
 class FloorSearch {
  public:
   /// Number of images in one attempt.
   static constexpr size_t kViews = 10;
 
-  /// Adds an image, whose pose is in the frame M. Images without a finite pose, or without
-  /// measurements up to 6 m, are ignored. @return whether this completes an attempt, so that
-  /// floor() or problem() is new.
+  /// Adds an image, with its pose in the frame M. Images without a finite pose, or without
+  /// measurements up to 6 m, are ignored. @return whether this completes an attempt, which updates
+  /// floor() or problem().
   bool add(const DepthFrame& frame);
 
-  /// Ends the current attempt with the images added so far.
+  /// Completes the current attempt with the images added so far.
   void finish();
 
-  /// The floor in M, once found; later images are ignored.
+  /// The floor in M, once found; further images are ignored.
   const std::optional<FloorPlane>& floor() const { return floor_; }
 
   /// Why the last attempt failed; empty if it succeeded, or if no attempt is complete yet.

@@ -1,4 +1,4 @@
-/// Points of a depth image.
+/// Computes 3D points from a depth image.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,15 +8,15 @@
 
 namespace dtsdf {
 
-/// Depth in metres; 0 if nothing was measured. @pre The pixel lies in the image.
+/// Depth of a pixel in metres; 0 if nothing was measured. @pre The pixel lies in the image.
 double depthAt(const DepthFrame& frame, int u, int v);
 
-/// Points in the camera's frame for a grid of pixels; pixels without a measurement are skipped.
+/// Points, in the camera's frame, of a grid of columns x rows pixels; pixels without a measurement
+/// are skipped.
 std::vector<Eigen::Vector3d> thinnedPoints(const DepthFrame& frame, int columns, int rows);
 
 /// Converts depth that was measured along each pixel's ray to depth along the optical axis. The
-/// frame then refers to the floats in `pixels`, which must have room for the image and outlive the
-/// frame.
+/// frame then refers to `pixels`, which must have room for the image and outlive the frame.
 void rayToAxialDepth(DepthFrame& frame, float* pixels);
 
 }  // namespace dtsdf

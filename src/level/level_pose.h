@@ -1,4 +1,5 @@
-/// Computes a level frame W from the vertical and the floor in another frame M.
+/// Computes the levelling transform T_W_M from the vertical, and optionally the floor, in a frame
+/// M.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,17 +9,17 @@
 
 namespace dtsdf {
 
-/// The pose T_W_M for which z of W points up, and points p with up . p = `floor_offset_m` have z =
-/// 0. The rotation is the smallest possible, so an almost level frame keeps its x and y. The origin
-/// of W is straight above or below that of M.
+/// The transform T_W_M such that z of W points up, and points p with up . p = `floor_offset_m` have
+/// z = 0. The rotation is the smallest possible, so x and y of an almost level frame hardly change.
+/// The origin of W is straight above or below that of M.
 Eigen::Isometry3d levelPose(const Eigen::Vector3d& up_M, double floor_offset_m = 0.0);
 
-/// The pose T_W_M for which up is the normal of a floor, and the floor is at z = 0.
+/// The transform T_W_M such that the normal of the floor points up, and the floor is at z = 0.
 inline Eigen::Isometry3d levelPose(const FloorPlane& floor) {
   return levelPose(floor.normal(), -floor.offset());
 }
 
-/// Angle between z of M and up, in degrees.
+/// Angle between z of M and the vertical, in degrees.
 double tiltOf(const Eigen::Isometry3d& T_W_M);
 
 std::string describeLevel(const Eigen::Isometry3d& T_W_M);

@@ -15,12 +15,13 @@ constexpr int kSamples = 24;
 constexpr double kMinMotion_m = 0.05, kMinTurn_rad = 0.1;
 /// Largest relative difference between depths on the same surface.
 constexpr double kSameDepth = 0.03;
-/// A pair of images counts if the best convention finds at least the share kFound of the points in
-/// view, and leads by at least kMinLead over the given convention or, if that is the best, over the
-/// second best.
+/// A pair of images counts if, with the best convention, at least the fraction kFound of the points
+/// in view lie on measured surfaces, and if this fraction exceeds that of the assumed convention by
+/// at least kMinLead. If the assumed convention is the best, the fraction is compared with the
+/// second best instead.
 constexpr double kFound = 0.65, kMinLead = 0.25;
 constexpr int kMinInView = 60;
-/// Pairs needed for a verdict, and how many of them must agree.
+/// Number of pairs needed for a verdict, and how many of them must agree.
 constexpr int kPairs = 8, kMajority = 7;
 
 constexpr const char* kDoubts[] = {
@@ -41,8 +42,8 @@ Eigen::Isometry3d axesOf(size_t way) {
   return T;
 }
 
-/// The share of points that lie on the surfaces in an image, among those that project onto measured
-/// pixels; 0 if there are too few.
+/// The fraction of points that lie on the surfaces in an image, among the points that project onto
+/// measured pixels; 0 if these are too few.
 /// @param motion From the points' frame to the image's.
 double inlierShare(const std::vector<Eigen::Vector3d>& points, const Eigen::Isometry3d& motion,
                    const DepthFrame& frame) {

@@ -12,12 +12,13 @@ namespace dtsdf {
 
 /// Poses are often those of the camera's body (x forward, z up), of OpenGL (y up, z backwards), or
 /// from the map to the camera. Only with the right convention do surfaces stay in place while the
-/// camera moves. So points of an earlier image are projected into a later one under each
-/// convention; if another convention repeatedly matches far more of them, the poses seem to follow
-/// that convention. Not thread-safe.
+/// camera moves. So points of one image are projected into a later image under each convention. If
+/// another convention repeatedly matches far more points than the assumed convention, the poses
+/// seem to follow it. Not thread-safe.
 class PoseConvention {
  public:
-  /// Adds a valid frame. Ignored once there is a verdict, and while the camera hardly moves.
+  /// Adds a valid frame. Frames are ignored once there is a verdict, and while the camera hardly
+  /// moves.
   void add(const DepthFrame& frame);
 
   /// Which convention the poses seem to follow, and what to do; empty if they seem right, or if
@@ -25,7 +26,7 @@ class PoseConvention {
   const std::string& doubt() const { return doubt_; }
 
  private:
-  static constexpr size_t kConventions = 4;  ///< The first convention leaves poses as given.
+  static constexpr size_t kConventions = 4;  ///< The first convention leaves poses unchanged.
 
   void judge(const DepthFrame& frame);
 

@@ -9,10 +9,10 @@ constexpr size_t kMinSamples = 20;
 /// Once there are kMinSamples, samples within this time of the previous one are ignored, which
 /// limits memory and computing time.
 constexpr double kMinStep_s = 0.0005;
-/// Largest difference between the mean and standard gravity; cheap sensors are off by a few
+/// Largest difference between the mean and standard gravity; low-cost sensors are off by a few
 /// percent.
 constexpr double kMaxScaleError_m_s2 = 0.5;
-/// Largest root mean square deviation from the mean; vibration of a robot at rest is less.
+/// Largest root mean square deviation from the mean; a robot at rest vibrates less.
 constexpr double kMaxNoise_m_s2 = 0.3;
 /// Slower turns are attributed to the sensor's bias.
 constexpr double kMaxTurn_rad_s = 0.1;

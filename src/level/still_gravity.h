@@ -14,7 +14,7 @@ struct InertialSample {
   std::optional<Eigen::Vector3d> turn_rad_s;  ///< Angular velocity, if measured.
 };
 
-/// Waits for a second without motion. Not thread-safe.
+/// Finds the first second without motion. Not thread-safe.
 class StillGravity {
  public:
   static constexpr double kSpan_s = 1.0;

@@ -67,7 +67,7 @@ void BlockCells::clear() { *this = BlockCells(); }
 size_t BlockCells::memoryBytes() const {
   return (groups_ ? groups_->memoryBytes() : 0) + numbers_.memoryBytes() +
          cells_.capacity() * sizeof(Cell) +
-         2 * places_.capacity() * sizeof(uint32_t);  // the cells' lists hold each slot once, too
+         2 * places_.capacity() * sizeof(uint32_t);  // each slot is also listed once in a cell
 }
 
 bool mayBeInView(const FrameView& frame, const Vec3i& cube, int side, float radius) {
@@ -75,7 +75,8 @@ bool mayBeInView(const FrameView& frame, const Vec3i& cube, int side, float radi
   const auto voxels = static_cast<float>(side * kBlockSide);
   // Largest distance from a block's centre to the cube's; 0.8661 is half the square root of 3.
   const float reach = 0.8661f * (voxels - static_cast<float>(kBlockSide));
-  // Bounds the rounding errors of this test and of mayBeInView() for blocks, at any angle of view.
+  // Bounds on the rounding errors of this test and of mayBeInView() for blocks, for any field of
+  // view.
   constexpr float kRounding = 1e-5f, kMinRounding = 0.1f;
   const float half = 0.5f * voxels;
   const Vec3f middle = toFloat(firstVoxelOfBlock(first - blockOfVoxel(frame.origin_voxel))) +

@@ -1,4 +1,4 @@
-/// Groups blocks into coarse cells of the grid, to find those in view without visiting each block.
+/// Groups blocks into coarse cells, to find the blocks in view without visiting every block.
 #pragma once
 
 #include <cstdint>
@@ -36,8 +36,8 @@ class BlockCells {
   const std::vector<Cell>& all() const { return cells_; }
 
   /// Calls visit(cell) for each cell that may be partly in a frame's view: see mayBeInView(). The
-  /// running time grows with the number of cells in view, and with the number of groups of kSide x
-  /// kSide x kSide cells.
+  /// running time is proportional to the number of cells in the groups in view, plus the number of
+  /// all groups; a group is kSide x kSide x kSide cells.
   template <class Visit>
   void visitInView(const FrameView& frame, float radius, const Visit& visit) const;
 
@@ -51,10 +51,10 @@ class BlockCells {
   void renumber(const BlockKey& block, int32_t slot, int32_t new_slot) noexcept;
 
   std::vector<Cell> cells_;
-  size_t last_ = 0;                     ///< Index of the cell that cellOf() returned last.
+  size_t last_ = 0;                     ///< Index of the cell last returned by cellOf().
   SlotIndex numbers_;                   ///< Index of each cell, by packed key.
   std::vector<uint32_t> places_;        ///< Position of each block in its cell's list, by slot.
-  std::unique_ptr<BlockCells> groups_;  ///< Coarser cells; null in the groups themselves.
+  std::unique_ptr<BlockCells> groups_;  ///< Groups of cells; null in the groups themselves.
 };
 
 /// Key of the cell that contains a block.
@@ -63,8 +63,8 @@ inline Vec3i cellOfBlock(const BlockKey& block) {
   return {block.x >> kShift, block.y >> kShift, block.z >> kShift};
 }
 
-/// Whether part of a cube of blocks may be in a frame's view. A block is treated as a ball around
-/// its centre. True whenever mayBeInView() is true for one of the blocks.
+/// Whether part of a cube of blocks may be in a frame's view. Each block is treated as a ball
+/// around its centre. True whenever mayBeInView() is true for at least one of the blocks.
 /// @param cube Coordinates of the cube's first block, divided by `side`.
 /// @param side Number of blocks along each edge of the cube.
 /// @param radius Radius of the balls, in voxels.

@@ -1,4 +1,4 @@
-/// Boxes of blocks. A map that is one tile of a larger map is restricted to such boxes.
+/// Boxes of blocks, to which a map is restricted if it is one tile of a larger map.
 #pragma once
 
 #include "kernels/core/grid.h"
@@ -55,8 +55,8 @@ inline bool holdsNothing(const BlockExtent& box) { return box.first.x > box.last
 /// Boxes to which a map is restricted.
 struct MapExtent {
   BlockExtent blocks;   ///< Blocks that may be created.
-  BlockExtent painted;  ///< Blocks that may be painted; others only hide what is behind them.
-  BlockExtent cubes;    ///< Cubes of space cells, as a box of cube keys.
+  BlockExtent painted;  ///< Blocks that may be painted; other blocks only occlude surfaces.
+  BlockExtent cubes;    ///< Cubes of free-space cells, as a box of cube keys.
 };
 
 }  // namespace dtsdf

@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-/// Takes a freed number, or else the next unused one.
+/// Takes a freed index, or else the next unused index.
 int32_t takeNumber(std::vector<int32_t>& free, size_t& count) {
   if (free.empty()) return static_cast<int32_t>(count++);
   const int32_t number = free.back();
@@ -61,7 +61,8 @@ void BlockTable::publish() {
   }
 }
 
-/// Slots of the requested blocks, or -1. Prefetches in batches, to overlap memory latencies.
+/// Slots of the requested blocks; -1 for missing blocks. Prefetches in batches to hide memory
+/// latency.
 template <class Request>
 std::vector<int32_t> BlockTable::findAll(const std::vector<Request>& requests) const {
   constexpr size_t kTogether = 32;
@@ -212,7 +213,7 @@ std::vector<int32_t> BlockTable::takeVacant() {
   std::vector<int32_t> slots;
   vacant_.insert(vacant_.end(), unmeshed_.begin(), unmeshed_.end());
   for (const int32_t slot : vacant_) {
-    // A block that has arrays again is returned the next time it loses them.
+    // A block that has arrays again will be listed the next time it loses them.
     blocks_[slot].is_vacant = blocks_[slot].in_use && !hasArrays(slot);
     if (blocks_[slot].is_vacant) slots.push_back(slot);
   }

@@ -1,5 +1,5 @@
-/// Index of the map: its blocks, voxel arrays and bricks of colours, their places in memory and
-/// their budget. Both backends use it, so they admit and recycle the same blocks.
+/// Index of the map: its blocks, voxel arrays and colour bricks, their locations in memory and the
+/// memory budget. Both backends use it, so they admit and recycle the same blocks.
 #pragma once
 
 #include <algorithm>
@@ -49,14 +49,14 @@ struct BlockRequest {
   uint32_t directions;
 };
 
-/// A block to paint, and its bricks: bit kBricksPerArray * d + b for brick b of direction d.
+/// A block to be painted, and its bricks: bit kBricksPerArray * d + b for brick b of direction d.
 struct ColourRequest {
   PackedKey key;
   uint64_t bricks;
 };
 static_assert(kBricksPerArray * kDirectionCount <= 64, "one bit for each brick of a block");
 
-/// A new brick of colours in a voxel array.
+/// A new colour brick in a voxel array.
 struct NewBrick {
   int32_t array, brick;
   int32_t colours;  ///< Index in the pool of bricks; the caller zeroes its memory.
@@ -67,7 +67,7 @@ struct Admission {
   std::vector<int32_t> changed_slots;  ///< Blocks that are new or got new arrays, in key order.
   std::vector<int32_t> new_arrays;     ///< New arrays; the caller zeroes their memory.
   std::vector<NewBrick> bricks;        ///< New bricks, in key order.
-  size_t refused = 0;                  ///< Requests, or bricks, that the budget has no room for.
+  size_t refused = 0;                  ///< Requests, or bricks, that exceed the budget.
 };
 
 /// Sizes of the pools of slots and arrays.
@@ -75,17 +75,17 @@ struct PoolSizes {
   size_t slots, arrays;
 };
 
-/// Arrays of a block (bit d for direction d) that are empty, because a frame emptied them, or
-/// because they were allocated for a frame that wrote nothing to them.
+/// Arrays of a block (bit d for direction d) that are empty: a frame either cleared all their
+/// voxels, or wrote nothing to them after they were allocated for it.
 struct EmptyBlock {
   int32_t slot;
   uint32_t directions;
 };
 
-/// Effect of clearing a region on a block.
+/// Effect of clearing a region on one block.
 struct EmptiedBlock {
-  uint32_t voxels;            ///< Number of cleared voxels that held something.
-  uint32_t empty_directions;  ///< Bit d is set if the array of direction d became empty.
+  uint32_t voxels;            ///< Number of cleared voxels that were not empty.
+  uint32_t empty_directions;  ///< Bit d: the array of direction d became empty.
 };
 
 class BlockTable {
@@ -93,13 +93,13 @@ class BlockTable {
   /// Bytes of the budget used by a voxel array, and by a block without its arrays.
   static constexpr size_t kArrayBytes = kVoxelsPerBlock * sizeof(Voxel);
   static constexpr size_t kBlockBytes = 2 * kVoxelsPerBlock + 64;  // labels of units, entry, hash
-  /// Bytes of the budget used by a brick of colours; a brick exists once it is painted.
+  /// Bytes of the budget used by a colour brick; a brick is allocated when it is first painted.
   static constexpr size_t kColourBytes = kVoxelsPerBrick * sizeof(VoxelColour);
 
   explicit BlockTable(size_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
-  /// Restricts new blocks and painting to an extent, even after clear(). Requests outside are
-  /// ignored and do not count as refused.
+  /// Restricts new blocks and painting to an extent, even after clear(). Requests outside the
+  /// extent are ignored and do not count as refused.
   void restrictTo(const MapExtent& extent) { extent_ = extent; }
   bool takesColour(const BlockKey& key) const { return extent_.painted.contains(key); }
   const BlockExtent& paintedExtent() const { return extent_.painted; }
@@ -113,55 +113,57 @@ class BlockTable {
   size_t arrayCount() const { return array_count_; }
   size_t colourCount() const { return colour_count_; }
 
-  /// Creates the requested blocks and arrays in the order of their keys. A request that the budget
-  /// has no room for is refused as a whole.
+  /// Creates the requested blocks and arrays in the order of their keys. A request that exceeds the
+  /// budget is refused as a whole.
   Admission admit(std::vector<BlockRequest> requests);
 
-  /// The two halves of admit(). Work on a device can begin after allocate(), but find() and
-  /// slotsInView() return the new blocks only after publish().
+  /// The two halves of admit(). Work on the device can begin after allocate(), but find() and
+  /// slotsInView() return new blocks only after publish().
   Admission allocate(std::vector<BlockRequest> requests);
   void publish();
 
-  /// Creates the requested bricks of colours in ascending order of keys, until the budget is full.
-  /// Blocks that are not in the map or not to be painted are ignored.
+  /// Creates the requested colour bricks in ascending order of keys, until the budget is exhausted.
+  /// Blocks that are not in the map or must not be painted are ignored.
   Admission admitColours(std::vector<ColourRequest> requests);
 
   /// Upper bound on the number of bricks that admitColours() would create.
   size_t countNewColours(const std::vector<ColourRequest>& requests) const;
 
-  /// Pool index of a voxel array's brick of colours, or kNoArray. Released with the voxel array.
+  /// Pool index of a voxel array's colour brick, or kNoArray. The brick is released with the voxel
+  /// array.
   int32_t colourOf(int32_t array, int brick) const {
     const size_t place = static_cast<size_t>(array) * kBricksPerArray + brick;
     return place < colour_of_.size() ? colour_of_[place] : kNoArray;
   }
 
-  /// Upper bound on the pools' sizes after this many blocks and arrays are admitted. Call it and
-  /// reserve memory before the admission, so that nothing after it can fail.
+  /// Upper bound on the pools' sizes after this many blocks and arrays are admitted. Reserve this
+  /// memory before admitting them, so that nothing can fail afterwards.
   PoolSizes sizesAfter(size_t new_blocks, size_t new_arrays) const;
 
   /// Numbers of blocks and arrays that requests would add; duplicate requests count twice.
   PoolSizes countNew(const std::vector<BlockRequest>& requests) const;
 
-  /// Releases arrays of a block (bit d for direction d), and with its last array the block itself.
+  /// Releases arrays of a block (bit d for direction d), and the block itself once it has no arrays
+  /// left.
   /// @return whether the block was released.
   bool release(int32_t slot, uint32_t directions);
 
-  /// Releases arrays of a block that held something. The block itself stays, since it may have a
-  /// mesh; once it has no arrays left, takeUnmeshed() or takeVacant() returns it.
+  /// Releases arrays of a block, but keeps the block itself, since it may have a mesh. Once the
+  /// block has no arrays left, takeUnmeshed() or takeVacant() returns it.
   /// @return whether the block has no arrays left.
   bool vacate(int32_t slot, uint32_t directions);
 
-  /// Notes that an extraction of meshes begins.
+  /// Notes that a mesh extraction begins.
   void noteExtraction() { ++extractions_; }
-  uint32_t extractions() const { return extractions_; }  ///< Number of extractions begun so far.
+  uint32_t extractions() const { return extractions_; }  ///< Number of extractions so far.
 
-  /// Restores BlockEntry::extractions of a block that was read back.
+  /// Restores BlockEntry::extractions of a block that was read back from disk.
   void setExtractions(int32_t slot, uint32_t extractions) {
     blocks_[static_cast<size_t>(slot)].extractions = extractions;
   }
 
-  /// Blocks that lost their last array since the last call and were in no extraction. They have no
-  /// mesh, so they can be released before the next mesh update.
+  /// Blocks that lost their last array since the last call and have not been in any mesh
+  /// extraction. They have no mesh, so they can be released before the next mesh update.
   std::vector<int32_t> takeUnmeshed() { return std::exchange(unmeshed_, {}); }
 
   /// Blocks that lost their last array since the last call. They stay in the table until a mesh
@@ -173,11 +175,11 @@ class BlockTable {
   std::vector<int32_t> slotsIn(const RegionView& region) const;
 
   /// Blocks in a frame's view, each treated as a ball with a radius of `radius` voxels, and some
-  /// others near them, in no particular order. The running time depends mostly on what is in view,
-  /// not on the size of the map.
+  /// blocks near them, in no particular order. The running time depends mostly on the number of
+  /// blocks in view, not on the size of the map.
   std::vector<int32_t> slotsInView(const FrameView& frame, float radius) const;
 
-  /// Coarse cells of blocks, and when they were needed: see BlockCells.
+  /// Coarse cells of blocks, and when they were last needed; see BlockCells.
   const std::vector<BlockCells::Cell>& cells() const { return cells_.all(); }
   template <class Visit>
   void visitCellsInView(const FrameView& frame, float radius, const Visit& visit) const {
@@ -188,7 +190,8 @@ class BlockTable {
   /// Blocks with arrays that lie entirely outside a ball, in no particular order.
   std::vector<int32_t> slotsBeyond(const RegionView& kept) const;
 
-  /// Releases those of the given blocks that have no arrays. @return the released blocks.
+  /// Releases those of the given blocks that have no arrays. @return the slots of the released
+  /// blocks.
   std::vector<int32_t> releaseVacant(const std::vector<int32_t>& slots);
 
   void clear();
@@ -244,7 +247,7 @@ class BlockTable {
   std::vector<int32_t> unpublished_;  ///< New blocks that are not in slots_ and cells_ yet.
   std::vector<int32_t> free_slots_, free_arrays_;
   std::vector<int32_t> vacant_;  ///< Blocks that lost their last array; some may have arrays again.
-  /// Like vacant_, for blocks in no extraction: see takeUnmeshed().
+  /// Like vacant_, but for blocks that were in no extraction; see takeUnmeshed().
   std::vector<int32_t> unmeshed_;
   uint32_t extractions_ = 0;
   size_t array_count_ = 0, arrays_in_use_ = 0;

@@ -57,9 +57,8 @@ std::optional<CameraInfo> cameraOfSevenScenes(const fs::path& folder,
   const fs::path path = folder / "camera-intrinsics.txt";
   if (!fs::exists(path)) return std::nullopt;
   const DepthImage size = readDepthPngSize(images.front().path);
-  return cameraOfMatrix(
-      readMatrixFile(path.string(), 3, 3, "expected the camera of tsdf-fusion"), size.width,
-      size.height, path.string());
+  return cameraOfMatrix(readMatrixFile(path.string(), 3, 3, "expected the camera of tsdf-fusion"),
+                        size.width, size.height, path.string());
 }
 
 RecordedImages coloursOfSevenScenes(const fs::path& folder, const CameraInfo& depth_camera) {
@@ -101,9 +100,8 @@ RecordedImages coloursOfScanNet(const fs::path& folder, const CameraInfo&) {
     colours.missing_camera = "no intrinsic/intrinsic_color.txt";
   } else if (!colours.images.empty()) {
     const RgbImage first = readColourImage(colours.images.front().path);
-    colours.camera =
-        cameraOfMatrix(readMatrixFile(path, 4, 4, "expected ScanNet's colour camera"),
-                       first.width, first.height, path);
+    colours.camera = cameraOfMatrix(readMatrixFile(path, 4, 4, "expected ScanNet's colour camera"),
+                                    first.width, first.height, path);
   }
   return colours;
 }

@@ -29,8 +29,8 @@ fs::path paramsPath(const fs::path& folder) { return folder / ".." / "cam_params
 
 /// Reads the camera object in cam_params.json. @throws std::runtime_error
 nlohmann::json readParams(const fs::path& path) {
-  const nlohmann::json root = readJsonFile(
-      path.string(), "expected Replica's camera; or give --intrinsics fx,fy,cx,cy");
+  const nlohmann::json root =
+      readJsonFile(path.string(), "expected Replica's camera; or give --intrinsics fx,fy,cx,cy");
   if (!root.contains("camera") || !root["camera"].is_object()) {
     throw std::runtime_error(path.string() +
                              ": expected {\"camera\": {\"w\", \"h\", \"fx\", "

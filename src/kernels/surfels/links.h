@@ -73,8 +73,8 @@ DTSDF_HD bool stepContinues(const LineInImage& line, float step, const LinkLimit
          (line.beside + 1 == line.lines || isSameStep(a[d], b[d], step, same));
 }
 
-/// Whether a surface curves out of sight with this step: the pixel beyond the step must be empty or
-/// much farther away.
+/// Whether a surface curves out of sight with this step: the pixel beyond the step must be much
+/// farther away, or not fused at all.
 DTSDF_HD bool curvesOutOfSight(const LineInImage& line, float step, const LinkLimits& limits) {
   const float *a = line.inverse_depth, *b = a + line.stride;
   if (fabsf(step) > limits.rim_slope * maximum(*a, *b)) return false;

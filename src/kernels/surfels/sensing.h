@@ -50,7 +50,7 @@ struct FrameSensing {
 /// Settings for computing surfels.
 struct SurfelSettings {
   int32_t normal_radius_px;  ///< Maximum half width of a window; 0 if no normals are needed.
-  float depth_jump;  ///< Largest relative difference of neighbouring depths on one surface.
+  float depth_jump;          ///< Largest relative difference of neighbouring depths on one surface.
   SurfelRules rules;
   int32_t noise_in_depth;  ///< See DepthNoise::in_depth.
 };

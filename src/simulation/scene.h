@@ -36,7 +36,7 @@ struct Rod {
   double radius_m;
 };
 
-/// A box seen from inside: free inside, solid outside. Its faces are aligned with W.
+/// A box that is free inside and solid outside. Its faces are aligned with W.
 using Room = Eigen::AlignedBox3d;
 
 using Shape = std::variant<Plane, Sphere, Box, Rod, Room>;

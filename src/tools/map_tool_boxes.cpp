@@ -41,7 +41,7 @@ class BoxJoiner {
     head_.painted |= head.painted;
     for (const MapBlock& block : head.blocks) {
       if (!boxes_.back().contains(block.key)) {
-        throw std::runtime_error("'" + printable(path) + "' has blocks outside its box");
+        throw std::runtime_error("'" + printable(path) + "' contains blocks outside its box");
       }
       head_.blocks.push_back(block);
     }
@@ -133,7 +133,7 @@ void printBoxes(const std::vector<std::string>& arguments) {
       "Divides space into boxes that contain about equal parts of a recording's surfaces, and "
       "prints them, one per line, for reconstruct --only. Only a sample of the images is "
       "read, but the boxes cover all of space.");
-  line.addText({"RECORDING", "", "a recording that reconstruct reads"}, input.recording.path);
+  line.addText({"RECORDING", "", "a recording, as for reconstruct"}, input.recording.path);
   line.addNumber({"--count", "N", "number of boxes"}, count, {1, 1e6});
   line.addNumber({"--box-m", "METRES", "maximum extent of the surfaces in a box"}, edge_m,
                  {0.01, 1e6});

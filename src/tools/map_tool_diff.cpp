@@ -253,8 +253,8 @@ void compareMaps(const std::vector<std::string>& arguments) {
   };
   const double added_m2 = add("added", after, kChanged, kGreen);
   const double gone_m2 = add("gone", before, kChanged, kRed);
-  add("not seen by A", after, kUnseen, kBlue);
-  add("not seen by B", before, kUnseen, kBlue);
+  add("unknown in A", after, kUnseen, kBlue);
+  add("unknown in B", before, kUnseen, kBlue);
   const double same_m2 =
       add("unchanged", before, kSame, changes_only ? std::nullopt : std::optional(kGrey));
   if (same_m2 <= added_m2 + gone_m2) {

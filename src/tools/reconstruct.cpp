@@ -167,7 +167,7 @@ void requireMost(size_t usable, size_t images, const ReconstructOptions& options
                  const std::string& what) {
   if (options.allow_gaps || 2 * usable >= images) return;
   throw std::runtime_error("only " + std::to_string(usable) + " of " + std::to_string(images) +
-                           " images " + what + "; --allow-gaps accepts that");
+                           " images " + what + "; use --allow-gaps to accept this");
 }
 
 size_t depthImages(const ReconstructionResult& result) {

@@ -115,7 +115,8 @@ void addMapperOptions(CommandLine& line, RunOptions& options) {
                       [] { return listSettings(); });
   line.addTextRequest("--list-rules", "print every rule parameter with its default and range",
                       [] { return listRules(); });
-  addSettingOption(line, {"--backend", "auto|cpu|cuda", "what to compute on"}, "backend", options);
+  addSettingOption(line, {"--backend", "auto|cpu|cuda", "device to compute on"}, "backend",
+                   options);
   addSettingOption(line, {"--threads", "N", "CPU threads (0: all cores)"}, "threads", options);
 }
 

@@ -23,7 +23,7 @@ void* __libc_memalign(size_t, size_t);
 
 namespace {
 
-std::atomic<long> calls_left{0};  ///< Calls until one fails; 0 if no call is to fail.
+std::atomic<long> calls_left{0};  ///< Counts down chosen calls; the call that sets it to 0 fails.
 char chosen[16] = "";
 
 bool fails(const char* call) {

@@ -50,7 +50,7 @@ class InputFile {
   int descriptor_;
 };
 
-/// Reads numbers from the bytes in order, and zeros after their end.
+/// Reads numbers from a sequence of bytes, which is followed by zeros.
 class InputBytes {
  public:
   InputBytes(const uint8_t* data, size_t size) : data_(data), left_(size) {}

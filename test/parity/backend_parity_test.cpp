@@ -195,7 +195,7 @@ std::string nameOfMode(const testing::TestParamInfo<ModeCase>& info) {
          (std::get<2>(info.param) ? "Directional" : "Undirected");
 }
 
-/// The other modes are tested with two threads in random_scene_test.cpp.
+/// random_scene_test.cpp tests two threads in modes that are drawn at random.
 INSTANTIATE_TEST_SUITE_P(TwoThreads, FusionModeParity,
                          testing::Combine(testing::Values(Candidate::kCpuTwoThreads),
                                           testing::Values(FusionMode::kNormalRayCasting),

@@ -37,7 +37,7 @@ MapperParams paramsOf(const Scenario& scenario) {
   return params;
 }
 
-/// Three rooms, one after the other, and back.
+/// The camera visits three rooms in turn, then returns to the first.
 const std::vector<int> kThreeRooms = {0, 1, 2, 1, 0};
 
 /// `count` images of each room.
@@ -158,7 +158,7 @@ TEST_P(PagingParity, OtherModes) {
   }
 }
 
-/// Single images exceed the budget, and meshes are extracted in parts.
+/// Even a single image exceeds the budget, and meshes are extracted in parts.
 TEST_P(PagingParity, SmallBudgets) {
   for (const int mesh_every : {0, 2}) {
     Scenario scenario;

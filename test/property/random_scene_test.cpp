@@ -93,8 +93,8 @@ class RandomScenes : public testing::TestWithParam<int> {
   uint32_t seed() const { return caseSeed(GetParam()); }
 };
 
-/// Meshing after most frames on one thread equals meshing once on two threads. A frame before
-/// clear() has no effect.
+/// Updating the mesh after most frames, on one thread, gives the same mesh as updating it once, on
+/// two threads. A frame before clear() makes no difference.
 TEST_P(RandomScenes, WorkMayBeSplitInAnyWay) {
   SCOPED_TRACE(describeSeed(seed()));
   RandomCase c = drawCase(seed());

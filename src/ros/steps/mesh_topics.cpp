@@ -23,8 +23,8 @@ using visualization_msgs::MarkerArray;
 
 namespace {
 
-/// Each message is a piece of the mesh: maximum number of pieces queued per listener, and the
-/// approximate size of a piece.
+/// A piece is the part of the mesh in one message. Maximum number of pieces queued per listener,
+/// and approximate size of a piece.
 constexpr uint32_t kQueuePieces = 20;
 constexpr size_t kPieceBytes = 1 << 20;
 /// Maximum number of pieces per round and topic. At ten rounds per second, this limits each topic

@@ -76,7 +76,7 @@ TEST_F(MapToolDiff, SwappingMapsSwapsGoneAndAdded) {
   ASSERT_EQ(added.exit_code, 0) << added.err;
   EXPECT_EQ(valueOf("added", added.out), gone_m2);
   EXPECT_EQ(valueOf("gone", added.out), 0.0);
-  EXPECT_EQ(valueOf("not seen by A", added.out), valueOf("not seen by B", gone.out));
+  EXPECT_EQ(valueOf("unknown in A", added.out), valueOf("unknown in B", gone.out));
 }
 
 TEST_F(MapToolDiff, IgnoresShiftsWithinTheTolerance) {

@@ -8,13 +8,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// z of the wall, off the planes of the voxel grid.
+/// z of the wall. It lies off the grid planes.
 constexpr double kNearWall_m = 0.0037;
 
 std::vector<Figure> measure(const SceneSetup& setup, const std::vector<double>& distances_m) {
   Scene scene;
   scene.add(wallAt(kNearWall_m));
-  // Well inside the part of the wall that is visible from 3 m.
+  // Half the width of an area well inside the part of the wall that is visible from 3 m.
   const double half_m = 1.2 * setup.image_width / 320.0;
   const auto insideWall = [&](const Vector3d& p) {
     return std::abs(p.x()) < half_m && std::abs(p.y()) < 0.75 * half_m;

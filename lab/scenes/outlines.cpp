@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 constexpr double kSheet_m = 2.3 + kOff_m, kBehindSheet_m = 2.8 + kOff_m;
 constexpr double kSweep_m = 0.2;
 constexpr int kSights = 40;
-/// Centre of a sheet. It lies off the grid planes by a different length along each axis, so that no
-/// two sides have the same position relative to the grid.
+/// Centre of a sheet. Its offset from the grid planes differs between the axes, so that no two
+/// sides have the same position relative to the grid.
 const Vector2d kOffGrid_m(kOff_m, 0.0061);
 
 /// How far each side of a rectangle is displaced outwards, in metres.
@@ -36,7 +36,7 @@ struct Rectangle {
   double rim() const { return 2.0 * (width_m + height_m); }
 };
 
-/// A sheet without thickness, facing the camera. A slot of width 0 means that there is no slot.
+/// An infinitely thin sheet facing the camera. A slot of width 0 means no slot.
 struct Sheet {
   Rectangle outline, slot;
   Vector2d centre_m = kOffGrid_m;
@@ -50,8 +50,8 @@ struct Sheet {
 const Sheet kBoard{{0.6, 0.4}, {0.035, 0.2}};
 const Sheet kBoardOnGrid{kBoard.outline, kBoard.slot, Vector2d::Zero()};
 
-/// Standard deviations of the position of a side, drawn for each row or column of an image, and of
-/// the camera's position along each axis.
+/// Standard deviations of random errors: in the position of each side, per row or column of an
+/// image, and in the position of the camera, per axis.
 struct SightError {
   double outline_px, pose_m;
 };
@@ -59,8 +59,8 @@ struct SightError {
 /// A camera with a Kinect's focal length and an image large enough to contain the board.
 SceneCamera sightCamera() { return {240, 150, 525.0}; }
 
-/// Random displacements of the left and right sides for each row of an image, and of the top and
-/// bottom sides for each column.
+/// Random displacements of a rectangle's sides: left and right for each image row, top and bottom
+/// for each image column.
 class NoisySides {
  public:
   NoisySides(const SceneCamera& camera, double sigma_m, Random& random)
@@ -103,7 +103,7 @@ SceneView lookAtSheet(const Sheet& sheet, const Vector3d& eye, double outline_px
   return view;
 }
 
-/// Random position errors. Their mean is subtracted, as a common shift would only move the map.
+/// Random position errors with a mean of zero, as a common shift would only move the map.
 std::vector<Vector3d> drawShifts(double sigma_m, Random& random) {
   std::vector<Vector3d> shifts;
   for (int i = 0; i < kSights; ++i) {
@@ -131,8 +131,8 @@ Surface sweepPast(const SceneSetup& setup, const Sheet& sheet, double sweep_m,
   return map.surface();
 }
 
-/// The area of the mesh outside the sheet and the area of the sheet missing from the mesh, each
-/// divided by the length of the sheet's rim; and the share of the slot that the mesh covers.
+/// Measures the mesh area outside the sheet and the sheet area missing from the mesh, each divided
+/// by the length of the sheet's rim, and the percentage of the slot that the mesh covers.
 std::vector<Figure> measure(const SceneSetup& setup, const Sheet& sheet, double sweep_m,
                             const SightError& error) {
   constexpr double kNear_m = 0.1, kCell_m = 0.00025;

@@ -1,5 +1,5 @@
-/// Measures the area that a surface covers when projected along z; overlapping triangles count
-/// once.
+/// Measures the area that a surface covers when projected along z. Where triangles overlap, the
+/// area counts once.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -20,7 +20,7 @@ class PlaneRaster {
 
   void cover(const Surface& surface);
 
-  /// Total area of the cells whose point satisfies `holds`(point, whether it is covered).
+  /// Total area of the cells for whose point p `holds(p, is_covered)` returns true.
   double areaWhere(const std::function<bool(const Eigen::Vector2d&, bool)>& holds) const;
 
  private:

@@ -1,4 +1,4 @@
-/// prove_scenes: fuses analytic scenes and prints measurements of the maps, with their bounds.
+/// prove_scenes: fuses analytic scenes and prints measurements of the maps, with their limits.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -27,10 +27,10 @@ ProveOptions parseOptions(const std::vector<std::string>& arguments) {
   ProveOptions options;
   CommandLine line("prove_scenes", "[options]",
                    "Fuses views of analytic scenes at several voxel sizes and prints a Markdown "
-                   "table of measurements of the maps, each with its bound.");
+                   "table of measurements of the maps, each with its limit.");
   line.add({"--voxels", "MM,...", "voxel sizes in millimetres (default 20,10,5)"},
            [&](const std::string& text) { options.voxels_mm = readNumbers(text); });
-  line.addList({"--scene", "TEXT ...", "only cases whose \"scene: variant\" contains a TEXT"},
+  line.addList({"--scene", "TEXT ...", "only cases whose \"scene: variant\" contains any TEXT"},
                [&](const std::string& text) { options.scenes.push_back(text); });
   line.addFlag("--quick", "only the cases that the tests run", options.quick);
   line.addNumber({"--width", "PIXELS", "width of the room camera's images"}, options.image_width,
@@ -79,7 +79,7 @@ Results measureCases(const ProveOptions& options, const RunSettings& settings,
   return results;
 }
 
-/// The value, in bold if it breaks its bound; a dash if the case has no such figure at this size.
+/// The value, in bold if it is outside its limits; a dash if it is not measured at this voxel size.
 std::string cellOf(const std::vector<Figure>& figures, const Figure& wanted) {
   const auto found = std::find_if(figures.begin(), figures.end(),
                                   [&](const Figure& figure) { return figure.name == wanted.name; });
@@ -90,7 +90,7 @@ std::string cellOf(const std::vector<Figure>& figures, const Figure& wanted) {
   return found->holds() ? text : "**" + text + "**";
 }
 
-/// The bounds of a figure at all voxel sizes, without duplicates.
+/// The limits of a measurement at all voxel sizes, without duplicates.
 std::string boundsOf(const std::vector<std::vector<Figure>>& by_voxel, const Figure& wanted) {
   std::vector<std::string> bounds;
   for (const auto& figures : by_voxel) {
@@ -107,7 +107,7 @@ std::string boundsOf(const std::vector<std::vector<Figure>>& by_voxel, const Fig
   return text;
 }
 
-/// The figures that the case has at any voxel size, without duplicates.
+/// The measurements of a case at all voxel sizes, without duplicates.
 std::vector<Figure> figuresOf(const std::vector<std::vector<Figure>>& by_voxel) {
   std::vector<Figure> all;
   for (const auto& figures : by_voxel) {
@@ -123,7 +123,7 @@ std::vector<Figure> figuresOf(const std::vector<std::vector<Figure>>& by_voxel) 
 
 void printTable(const ProveOptions& options, const std::vector<SceneCase>& cases,
                 const Results& results) {
-  std::string head = "| scene | figure | unit | bound |", rule = "|---|---|---|---|";
+  std::string head = "| scene | metric | unit | limit |", rule = "|---|---|---|---|";
   for (const double voxel_mm : options.voxels_mm) {
     head += formatted(" %g mm |", voxel_mm);
     rule += "---|";
@@ -139,7 +139,7 @@ void printTable(const ProveOptions& options, const std::vector<SceneCase>& cases
   }
 }
 
-/// Prints how many bounds are met at each voxel size.
+/// Prints how many limits are met at each voxel size.
 void printKept(const ProveOptions& options, const Results& results) {
   std::string text;
   for (size_t v = 0; v < options.voxels_mm.size(); ++v) {
@@ -153,7 +153,7 @@ void printKept(const ProveOptions& options, const Results& results) {
     text += (text.empty() ? "" : ", ") + std::to_string(kept) + " of " + std::to_string(bounds) +
             formatted(" at %g mm", options.voxels_mm[v]);
   }
-  std::printf("\nBounds met: %s.\n", text.c_str());
+  std::printf("\nLimits met: %s.\n", text.c_str());
 }
 
 void run(const ProveOptions& options) {

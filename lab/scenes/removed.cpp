@@ -9,14 +9,15 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRemovedSide_m = 0.4;
-constexpr double kBoardFront_m = kOff_m - 0.11;  // 0.1 m of space between board and wall
+constexpr double kBoardFront_m = kOff_m - 0.11;  // leaves a gap of 0.1 m between board and wall
 
-/// Area of the mesh away from the true scene, in percent of the former area `was_m2`.
+/// Mesh area away from the true scene, as a percentage of `was_m2`, the same area measured before
+/// the object was removed.
 double leftPercent(const Scene& truth, const SceneSetup& setup, SceneMap& map, double was_m2) {
   return 100.0 * areaAwayFrom(truth, 2.0 * setup.voxel(), map.surface()) / was_m2;
 }
 
-/// Two figures: what is left after 10 and after 30 frames without the object.
+/// Measures how much of the object is left after 10 and after 30 frames without it.
 template <class Watch>
 std::vector<Figure> measureRemoval(SceneMap& map, const SceneSetup& setup, const Scene& truth,
                                    double was_m2, const Watch& watch) {
@@ -27,8 +28,8 @@ std::vector<Figure> measureRemoval(SceneMap& map, const SceneSetup& setup, const
           atMost("left after 30 frames", 2.0, "%", leftPercent(truth, setup, map, was_m2))};
 }
 
-/// A map of a board in front of a wall, fused from `frames` images taken from `distance_m` away. If
-/// there are more than 30, all of them are the same image.
+/// Maps a board in front of a wall from `frames` images taken from `distance_m` away. More than 30
+/// frames are repetitions of a single image.
 SceneMap showBoard(const SceneSetup& setup, const Scene& wall, double distance_m, int frames) {
   Scene scene = wall;
   scene.add(boardAt(0.0, 0.0, kBoardFront_m, kRemovedSide_m, kRemovedSide_m));
@@ -57,7 +58,7 @@ std::vector<Figure> measureBoard(const SceneSetup& setup, double distance_m, int
   });
 }
 
-/// Nothing is removed with fusion/clearing off.
+/// With fusion/clearing off, nothing should be removed.
 std::vector<Figure> measureKept(SceneSetup setup) {
   setup.params.fusion.clearing = false;
   Scene wall;
@@ -69,14 +70,14 @@ std::vector<Figure> measureKept(SceneSetup setup) {
   return {atLeast("left after 30 frames", 99.0, "%", 100.0 * is_m2 / was_m2)};
 }
 
-/// The i-th of 30 poses on an arc around the centre of a room, looking at the centre.
+/// The i-th of 30 poses on an arc around the centre of a room, facing the centre.
 Eigen::Isometry3d aroundTheMiddle(int i) {
   const double angle = (i - 14.5) / 15.0;  // radians
   const Vector3d eye(2.2 * std::sin(angle), -0.1, -2.2 * std::cos(angle));
   return lookFrom(eye, Vector3d(0.0, 0.05, 0.0));
 }
 
-/// A person-sized box in the middle of a room, more than 1 m away from its floor and walls.
+/// A person-sized box in mid-air, more than 1 m away from all walls of a room.
 std::vector<Figure> measurePerson(const SceneSetup& setup) {
   Scene room;
   room.add(Room{Vector3d(-2.5037, -2.0037, -2.5037), Vector3d(2.5037, 2.0037, 2.5037)});
@@ -92,8 +93,8 @@ std::vector<Figure> measurePerson(const SceneSetup& setup) {
                         [&](int begin, int end) { walk(room, begin, end); });
 }
 
-/// A board in mid-air whose background is out of range. The floor makes sure that frames without
-/// the board measure something.
+/// A board in mid-air in front of a background that is out of range. The floor ensures that frames
+/// without the board contain measurements.
 std::vector<Figure> measureOutOfRange(SceneSetup setup) {
   setup.params.fusion.max_depth_m = 3.0f;
   Scene background;

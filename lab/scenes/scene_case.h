@@ -1,5 +1,5 @@
-/// Tests whether maps of analytic scenes contain what was seen, and nothing else: settings,
-/// cases, and figures with bounds.
+/// Settings, cases and measurements for testing that maps of analytic scenes contain the observed
+/// surfaces, and nothing else.
 #pragma once
 
 #include <cmath>
@@ -23,7 +23,7 @@ struct SceneSetup {
   std::unique_ptr<ProbedMapper> makeMapper() const { return makeProbedMapper(params, rules); }
 };
 
-/// A measured value with its unit ("%", "mm", "cm2", or empty for a count) and its bounds.
+/// A measured value with its unit ("%", "mm", "cm2", or empty for a count) and its limits.
 struct Figure {
   std::string name, unit;
   double value;
@@ -31,7 +31,7 @@ struct Figure {
   double most = std::numeric_limits<double>::infinity();
 
   bool isBounded() const { return std::isfinite(least) || std::isfinite(most); }
-  /// NaN breaks every bound.
+  /// Whether the value is within its limits; NaN never is.
   bool holds() const { return !isBounded() || (value >= least && value <= most); }
 };
 
@@ -41,10 +41,10 @@ Figure within(const std::string& name, double least, double most, const std::str
               double value);
 Figure reported(const std::string& name, const std::string& unit, double value);
 
-/// "<= 2", ">= 1" or "1 to 2"; empty without a bound.
+/// "<= 2", ">= 1" or "1 to 2"; empty if there is no limit.
 std::string describeBound(const Figure& figure);
 
-/// One variant of a scene. The figures depend on the setup only.
+/// One variant of a scene. Its measurements depend only on the setup.
 struct SceneCase {
   std::string scene, variant;
   bool quick;  ///< Whether the tests run it.

@@ -24,7 +24,7 @@ struct SceneCamera {
 /// resolution.
 SceneCamera roomCamera(const SceneSetup& setup);
 
-/// The room camera's default field of view at half the resolution, for long runs.
+/// A camera with the default field of view of roomCamera() and half its resolution, for long runs.
 SceneCamera coarseCamera();
 
 /// A depth image in metres with its camera and pose.
@@ -38,7 +38,7 @@ struct SceneView {
   float& at(int u, int v);
   float at(int u, int v) const;
   size_t indexOf(int u, int v) const;
-  /// The point in W that pixel (u, v) shows if its depth is `z_m`.
+  /// The point in W at pixel (u, v) and depth `z_m`.
   Eigen::Vector3d point(int u, int v, double z_m) const;
 };
 
@@ -51,17 +51,17 @@ Eigen::Isometry3d lookFrom(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& 
 /// Pose of a camera at `eye_W` looking along z.
 Eigen::Isometry3d lookAlongZ(const Eigen::Vector3d& eye_W);
 
-/// Offset of a hand-held, stationary camera in image i: at most `reach_m` along each axis.
+/// Offset in image i of a camera that is held still by hand: at most `reach_m` along each axis.
 Eigen::Vector3d sway(int i, double reach_m);
 
-/// A plane z = `z_m`, visible from smaller z.
+/// The plane z = `z_m`, facing -z.
 Plane wallAt(double z_m);
 
 /// A board facing -z, with its front in the plane z = `front_z_m`.
 Box boardAt(double x_m, double y_m, double front_z_m, double width_m, double height_m,
             double thickness_m = 0.01);
 
-/// A mapper and its mesh.
+/// A mapper that fuses views of scenes, and its mesh.
 class SceneMap {
  public:
   explicit SceneMap(const SceneSetup& setup);
@@ -70,7 +70,7 @@ class SceneMap {
   /// frame with nothing in range is not an error.
   void fuse(const SceneView& view, int times = 1);
 
-  /// Fuses `count` views of a scene along z, from positions that sway() around `eye_W`.
+  /// Fuses `count` views along z, taken from `eye_W` + sway(i, `reach_m`) for image i.
   void watch(const Scene& scene, const SceneCamera& camera, const Eigen::Vector3d& eye_W, int count,
              double reach_m = 0.01);
 

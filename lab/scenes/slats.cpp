@@ -22,7 +22,7 @@ struct Stand {
   double roll_deg, tilt_deg, off_voxels;
 };
 
-/// A slat and its frame S: x across it, y along it, its front in z = 0, facing -z.
+/// A slat and its frame S: x across it, y along it, and its front at z = 0, facing -z.
 struct Slat {
   double width_m;
   Eigen::Isometry3d T_W_S;
@@ -43,7 +43,7 @@ Slat makeSlat(double width_m, double across_m, const Stand& stand, double voxel_
   return slat;
 }
 
-/// A pixel covers about 1 mm at the slats.
+/// At the distance of the slats, a pixel is about 1 mm wide.
 SceneCamera slatCamera() { return {320, 280, 525.0}; }
 
 Surface watchSlats(const SceneSetup& setup, const std::vector<Slat>& slats) {
@@ -55,12 +55,12 @@ Surface watchSlats(const SceneSetup& setup, const std::vector<Slat>& slats) {
   return map.surface();
 }
 
-/// Area of the mesh of one slat, without the slat's ends, in bins of 1 mm along the slat.
+/// Mesh area of one slat, excluding its ends, in 1 mm bins along the slat.
 class SlatMesh {
  public:
   SlatMesh(const Slat& slat, const Surface& surface) : slat_(slat) {
     const Eigen::Isometry3d T_S_W = slat.T_W_S.inverse();
-    // Nearer to this slat than to any other; the wall is more than 0.2 m away.
+    // Excludes the other slats, and the wall, which is more than 0.2 m away.
     const auto near = [&](const Vector3d& p) {
       const Vector3d p_S = T_S_W * p;
       return std::abs(p_S.x()) < 0.5 * kSpacing_m && std::abs(p_S.y()) < 0.6 * kLength_m &&
@@ -73,7 +73,7 @@ class SlatMesh {
     }
   }
 
-  /// Area of the mesh in percent of that of the slat's front, both without the ends.
+  /// Mesh area as a percentage of the area of the slat's front, both excluding the ends.
   double areaPercent() const { return 100.0 * sum() / (slat_.width_m * 0.001 * kBins); }
   double longestGap_mm() const {
     int run = 0, longest = 0;
@@ -90,7 +90,7 @@ class SlatMesh {
 
  private:
   static constexpr double kInner_m = 0.4 * kLength_m;
-  static constexpr int kBins = 160;  // one millimetre each
+  static constexpr int kBins = 160;  // each 1 mm long
 
   double sum() const {
     double total = 0.0;
@@ -102,8 +102,8 @@ class SlatMesh {
   std::vector<double> area_m2_ = std::vector<double>(kBins, 0.0);
 };
 
-/// Bounds: no slat has a gap longer than 1 mm, or is wider in the mesh than its own width or a
-/// voxel, whichever is greater. With voxels of up to 10 mm, its area must be right, too.
+/// Limits: in the mesh, no slat may have a gap longer than 1 mm, or be wider than its true width or
+/// a voxel, whichever is greater. With voxels of up to 10 mm, its area must also be correct.
 std::vector<Figure> measureStand(const SceneSetup& setup, const Stand& stand) {
   std::vector<Slat> slats;
   const double widths_mm[] = {5.0, 10.0, 20.0};
@@ -128,7 +128,7 @@ std::vector<Figure> measureStand(const SceneSetup& setup, const Stand& stand) {
   return figures;
 }
 
-/// The back of a chair: slats two voxels apart. The gaps between them must stay open.
+/// The back of a chair, with slats two voxels apart. The gaps between them must stay open.
 std::vector<Figure> measureChair(const SceneSetup& setup, double width_m) {
   const double gap_m = 2.0 * setup.voxel(), step_m = width_m + gap_m;
   const int half = static_cast<int>(0.1 / step_m);

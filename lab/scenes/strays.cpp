@@ -10,10 +10,10 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kStrayFrames = 100;
-/// Ten good frames follow the last bad one.
+/// The last bad frame; ten good ones follow.
 constexpr int kLastBad = 89;
 const std::vector<int> kOneOf50 = {kLastBad - 50, kLastBad};
-/// One frame only: two shifted frames would support the same false surface, so it would be meshed.
+/// A single bad frame, as two frames with the same shift would support, and mesh, a false surface.
 const std::vector<int> kOnce = {kLastBad};
 
 /// A wall with a board, a box and a sphere in front of it.
@@ -26,7 +26,7 @@ Scene makeFurniture() {
   return scene;
 }
 
-/// The i-th pose of a camera that moves sideways by 0.3 m, looking at the centre of the wall.
+/// The i-th pose of a camera that moves sideways by 0.3 m, facing the centre of the wall.
 Eigen::Isometry3d pass(int i) {
   const Vector3d eye(0.3 * (static_cast<double>(i) / kStrayFrames - 0.5), 0.03, -1.8);
   return lookFrom(eye + sway(i, 0.01), Vector3d(0.0, 0.0, 0.0));
@@ -128,7 +128,7 @@ void addStrayCases(std::vector<SceneCase>& cases) {
   for (const int side_px : {2, 4}) {
     const std::string side = std::to_string(side_px);
     cases.push_back(
-        {"strays", side + " x " + side + " pixels in one frame of 50", true,
+        {"strays", side + " x " + side + " pixels in one frame in 50", true,
          [side_px](const SceneSetup& setup) { return measurePatches(setup, side_px); }});
   }
   const std::pair<const char*, Vector3d> shifts[] = {{"backwards", Vector3d(0.0, 0.0, -0.05)},

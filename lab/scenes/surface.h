@@ -31,7 +31,7 @@ Surface refine(const Surface& surface, double longest_side_m);
 double areaOf(const Surface& surface);
 double areaOf(const Surface& surface, const Zone& zone);
 
-/// Area of the part that is farther than `distance_m` away from every surface of the scene.
+/// Area of the part of the surface that is more than `distance_m` away from the scene.
 double areaAwayFrom(const Scene& truth, double distance_m, const Surface& surface);
 
 /// Counts the sides that belong to only one triangle and have both ends in the zone.

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector3d;
 
 /// Whether a view may affect a point. False only if the point is far enough behind the camera or
-/// outside the image, or if it and its surroundings are hidden by something much nearer.
+/// outside the image, or if the point and its surroundings are hidden by a much nearer surface.
 bool isWithinReach(const Scene& scene, const SceneView& view, const Vector3d& p_W, double voxel_m) {
   const double margin_m = 10.0 * voxel_m;
   const Vector3d p_C = view.T_W_C.inverse() * p_W;
@@ -53,7 +53,7 @@ ArrayWords arraysOf(const MapContents& contents) {
   return arrays;
 }
 
-/// Compares the voxels that no frame may affect and whose bits were not all zero.
+/// Compares the voxels that no frame may affect, except those that were all zero before.
 ByteComparison compareOutside(const MapContents& before, const MapContents& after, double voxel_m,
                               const Zone& isReached) {
   ByteComparison result;
@@ -77,8 +77,8 @@ ByteComparison compareOutside(const MapContents& before, const MapContents& afte
   return result;
 }
 
-/// A room is mapped in all directions; then a board is put in front of a wall and seen in ten
-/// frames. These must not change voxels outside their images or hidden by the board.
+/// Maps a room in all directions, then puts a board in front of a wall and fuses ten more frames.
+/// These must not change voxels that are outside their images or hidden by the board.
 std::vector<Figure> measureBytes(const SceneSetup& setup) {
   Scene scene;
   scene.add(Room{Vector3d(-1.5037, -1.0037, -1.5037), Vector3d(1.5037, 1.0037, 1.5037)});
@@ -113,7 +113,7 @@ void blind(SceneView& view, double nearer_m) {
   for (float& z : view.depth_m) z = static_cast<double>(z) < nearer_m ? 0.0f : z;
 }
 
-/// A board that is measured in some frames; the other frames have no depth there.
+/// Maps a board that only some frames measure; all others have no depth at its pixels.
 std::vector<Figure> measureGaps(const SceneSetup& setup,
                                 const std::function<bool(int)>& isMeasured) {
   constexpr double kDistance_m = 1.5;
@@ -135,7 +135,7 @@ std::vector<Figure> measureGaps(const SceneSetup& setup,
       atLeast("board in the mesh", 99.0, "%", coveredPercent(front, map.surface(), setup.voxel()))};
 }
 
-/// Area near a rod along y, without its ends.
+/// Area near a rod along y, excluding its ends.
 double areaNearRod(const Surface& surface, double x_m, double reach_m) {
   const Surface near = partOf(surface, [&](const Vector3d& p) {
     return std::hypot(p.x() - x_m, p.z() - kOff_m) < reach_m && std::abs(p.y()) < 0.12;
@@ -143,8 +143,8 @@ double areaNearRod(const Surface& surface, double x_m, double reach_m) {
   return areaOf(refine(near, 0.002), [](const Vector3d& p) { return std::abs(p.y()) < 0.07; });
 }
 
-/// Rods are fused from close by, then from a distance at which they are thinner than a pixel. No
-/// frame contradicts them from there: a pixel that measures the wall may contain the rod, too.
+/// Maps rods from close by, then from a distance at which they are thinner than a pixel. The latter
+/// frames must not contradict them, as a pixel that measures the wall may also contain a rod.
 std::vector<Figure> measureRods(const SceneSetup& setup) {
   const std::pair<double, double> rods[] = {{5.0, -0.0513}, {10.0, 0.0487}};  // mm, x in m
   Scene scene;

@@ -1,7 +1,7 @@
 """Maps depth images with a Directional TSDF; see docs/python.md for a tour.
 
-In a ROS workspace this package also contains the messages: dtsdf_mapping.msg, .srv and .cfg. They may
-be in another folder of sys.path than the compiled part, e.g. after pip install in a sourced workspace.
+In a ROS workspace this package also contains dtsdf_mapping.msg, .srv and .cfg. These may be in a
+different sys.path folder from the compiled part, e.g. after pip install in a sourced workspace.
 """
 from pkgutil import extend_path as _extend_path
 

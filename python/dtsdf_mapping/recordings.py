@@ -13,7 +13,7 @@ class Recording:
     K: intrinsics in pixels, 3 x 3 or (fx, fy, cx, cy); by default those of the recording.
     units_per_metre: scale of 16-bit depth; by default that of the recording.
     poses: a file or folder with poses to use instead of the recording's own.
-    pose_tolerance_s: largest difference between the stamps of an image and of its pose.
+    pose_tolerance_s: maximum difference between the stamps of an image and its pose.
     first, last, step: select depth images by index; last is included.
     pose_convention: "optical", "opengl", "body" or "inverted"; by default that of the poses' format.
     skip_bad: skip and count damaged images instead of raising an error.
@@ -43,7 +43,7 @@ class Recording:
         return self._size
 
     def __iter__(self):
-        """Yields the selected depth images as DepthImage objects, each time from the first one."""
+        """Yields the selected depth images as DepthImage objects. Each iteration starts over."""
         images = self._options.open_depth()
         for image in images:
             self.skipped = images.skipped
@@ -51,13 +51,13 @@ class Recording:
         self.skipped = images.skipped
 
     def colours(self):
-        """Yields every step-th colour image of the whole recording as a ColourImage; nothing if the
-        recording has no colour."""
+        """Yields every step-th colour image of the whole recording as a ColourImage. Yields nothing if
+        the recording has no colour images."""
         yield from self._options.open_colour() or ()
 
     def images(self, colour=True):
-        """Yields depth and colour images in the order of their stamps; if stamps are equal, depth comes
-        first. Colour images before the first or after the last depth image are left out."""
+        """Yields depth and colour images in the order of their stamps, depth first if stamps are equal.
+        Leaves out colour images before the first and after the last depth image."""
         colours = self.colours() if colour else iter(())
         painting = next(colours, None)
         is_first = True
@@ -78,12 +78,12 @@ def _print_progress(done, total):
 
 
 def fuse(mapper, recording, colour=True, progress=None):
-    """Fuses a Recording at its poses, and paints its colours unless colour is False. The map is the same
-    as that of `reconstruct --poses-mode tf`.
+    """Fuses the depth images of a Recording at its poses, and its colour images unless colour is False.
+    The resulting map is identical to that of `reconstruct --poses-mode tf`.
 
-    progress: True prints to standard error; a function is called as progress(done, total) after each
-    depth image, with total None if unknown, and may raise an exception to stop. Returns the number of
-    depth images fused. Ctrl-C stops between images; the map keeps those fused so far.
+    progress: if True, prints progress to standard error. A function is called as progress(done, total)
+    after each depth image, where total is None if unknown; it may raise an exception to stop. Returns the
+    number of depth images fused. Ctrl-C stops between images; those fused so far stay in the map.
     """
     show = _print_progress if progress is True else progress
     done = fused = 0

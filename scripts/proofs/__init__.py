@@ -1,1 +1,1 @@
-"""The cases of scripts/prove: each measures one thing and fills its part of a results page."""
+"""The cases of scripts/prove: each measures one property and fills its part of a results page."""

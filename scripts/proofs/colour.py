@@ -1,10 +1,10 @@
-"""Compares the colours of reconstructed models with the truth.
+"""Compares the colours of reconstructed models with the ground truth.
 
-Renders each model from 60 views on a helix, and a furnished house from inside, with a checker and a
+Renders each model from 60 views along a helix, and a furnished house from inside, with a checker and a
 gradient texture; the colour camera is 5 cm from the depth camera. Reconstructs each and measures the
 colour error over the surface. Does the same for a 5 mm plate, red in front and blue behind, with
-the directional and the undirected map. Fills colour.md, with pictures of the plate. Exits with 0 only
-if the directional map keeps the plate's colours apart.
+the directional and the undirected map. Fills colour.md, including pictures of the plate. Exits with 0 only
+if the directional map does not mix the plate's colours.
 """
 import itertools
 import json
@@ -16,18 +16,18 @@ from .common import (MAPS, fill_page, made_by, make_parser, markdown_table, numb
 from .ply import columns, read_ply
 
 TEXTURES = ("checker", "gradient")
-HOUSE = "house"  # furnished, seen from inside, from the poses of house_noisy
+HOUSE = "house"  # furnished; rendered from inside, at the poses of house_noisy
 # {model: voxel sizes in mm}.
 MODELS = {"armadillo": [10, 20], "dragon": [10, 20], HOUSE: [25, 50]}
 PLATE_VOXELS_MM, FRAMES = [10, 20], 60
 
 PLATE_M = (0.005, 0.5, 0.5)
 FRONT, BACK, RIM = (220, 30, 30), (30, 30, 220), (128, 128, 128)
-MAX_WRONG_SHARE = 0.01  # greatest allowed wrong_share()
+MAX_WRONG_SHARE = 0.01  # limit for wrong_share()
 
 
 def write_plate(path):
-    """Writes a box. Its faces share no corners, so that each has one colour."""
+    """Writes a box. Its faces share no vertices, so that each can have its own colour."""
     rows = []
     for axis, sign in itertools.product(range(3), (1, -1)):
         colour = RIM if axis > 0 else FRONT if sign > 0 else BACK
@@ -42,7 +42,7 @@ def write_plate(path):
 
 
 def wrong_share(mesh, voxel_mm):
-    """Share of vertices with the colour of the wrong side, among those over a voxel away from the rim."""
+    """Fraction of the vertices more than a voxel away from the rim that have the colour of another side."""
     vertices = read_ply(mesh)[0]
     inside = (abs(columns(vertices, "yz")) <= np.array(PLATE_M[1:]) / 2 - voxel_mm / 1000).all(axis=1)
     vertices = vertices[inside]
@@ -51,7 +51,7 @@ def wrong_share(mesh, voxel_mm):
 
 
 def measure_plate(options, voxel_mm, variant):
-    """Renders pictures of both sides, and returns the share of vertices with the wrong colour."""
+    """Renders pictures of both sides, and returns wrong_share()."""
     mesh = options.work / f"plate_{variant}_{voxel_mm:g}mm.ply"
     reconstruct(options, options.work / "plate", voxel_mm, MAPS[variant], mesh)
     for side, azimuth in (("front", 60), ("back", 240)):
@@ -62,7 +62,7 @@ def measure_plate(options, voxel_mm, variant):
 
 
 def plate(options):
-    """The part `plate` of the page, and whether the directional map keeps the plate's colours apart."""
+    """Returns the text for the part `plate`, and whether the directional map keeps the colours apart."""
     write_plate(options.work / "plate.ply")
     render(options, (options.work / "plate.ply").resolve(), options.work / "plate", "--frames",
            FRAMES, "--trajectory", "sphere", "--radius", 1, "--longest-side", 0,

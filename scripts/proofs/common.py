@@ -1,4 +1,4 @@
-"""Shared by all cases: options, programs, tables and pages."""
+"""Helpers shared by all cases: options, programs, tables and pages."""
 import argparse
 import datetime
 import json
@@ -11,7 +11,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 MAPS = {"directional": ["map/directional=true"],
         "undirected": ["map/directional=false", "fusion/mode=voxel_projection"]}
-# Options whose values are paths on this machine, which pages must not show.
+# Options whose values are local paths, which must not appear on the pages.
 PLACES = ("--data", "--programs", "--work", "--results",
           "--page", "--voxblox", "--against", "--raw", "--peer", "--gpu-peer")
 
@@ -25,8 +25,8 @@ def find_programs():
 
 
 def make_parser(doc, work="", data=""):
-    """A parser with the options of all cases. `work`: name of the folder for intermediate files; `data`:
-    what --data must contain. If either is empty, its option is left out."""
+    """Returns a parser with the options common to all cases. `work` is the name of the folder for
+    intermediate files, and `data` says what --data must contain; if empty, the option is left out."""
     parser = argparse.ArgumentParser(description=doc,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
 
@@ -62,7 +62,7 @@ def run(program, *arguments, **more):
 
 
 def reconstruct(options, folder, voxel_mm, settings, mesh, *arguments, poses="tf"):
-    """Fuses a TUM folder into a mesh, by default at the poses in the folder; returns the report."""
+    """Reconstructs a mesh from a TUM folder, by default at the poses in the folder; returns the report."""
     report = pathlib.Path(mesh).with_suffix(".report.json")
     run(options.programs / "reconstruct", "--tum", folder, "--backend", options.backend,
         "--poses-mode", poses, "--mesh", mesh, "--report", report, *arguments, "--set",
@@ -71,7 +71,7 @@ def reconstruct(options, folder, voxel_mm, settings, mesh, *arguments, poses="tf
 
 
 def render(options, model, folder, *arguments):
-    """Renders images of a mesh in --data into a folder, unless the folder has them already."""
+    """Renders images of a mesh in --data into a folder, unless they are already there."""
     if not (folder / "groundtruth.txt").exists():
         run(options.programs / "render_orbit", options.data / model, folder, *arguments)
     return folder
@@ -98,7 +98,7 @@ def cpu_name():
 
 
 def made_by(device):
-    """A line with the command of this run (without paths), the device and the date."""
+    """A line that gives the command of this run (without paths), the device and the date."""
     shown, is_place = [], False
     for word in sys.argv[1:]:
         if not is_place and word.split("=")[0] not in PLACES:
@@ -109,7 +109,7 @@ def made_by(device):
 
 
 def fill_page(path, **parts):
-    """Replaces the text of each named part between its marks in a page. Adds missing marks at the end."""
+    """Replaces the text between the markers of each named part of a page. Appends missing markers."""
     path.parent.mkdir(parents=True, exist_ok=True)
     page = path.read_text(encoding="utf-8") if path.exists() else ""
     for name, text in parts.items():

@@ -1,10 +1,10 @@
 """Compares three ways of correcting a map after its poses have been corrected.
 
-A camera moves through a house. Its poses drift like odometry, and are then replaced by the true poses:
-- All images are fused again at the true poses, as by the node and `reconstruct JOURNAL --poses`.
-- Submaps, fused at drifted poses, move to the true poses of their first images, as in voxgraph.
+A camera moves through a house. Its poses drift like odometry, and are then corrected to the true poses:
+- All images are fused again at the true poses, as in the node and in `reconstruct JOURNAL --poses`.
+- Submaps, fused at drifted poses, are moved to the true poses of their first images, as in voxgraph.
 - Only one image a second is fused, at its true pose, as in rtabmap.
-The last two are imitated with maps of this package. Fills the part `corrections` of poses.md, and saves
+The last two are emulated with maps of this package. Fills the part `corrections` of poses.md, and saves
 pictures of the meshes in --work. Needs numpy.
 """
 import json
@@ -14,14 +14,14 @@ import numpy as np
 from .common import fill_page, made_by, make_parser, markdown_table, number, reconstruct, render, run, words
 from .ply import columns, read_ply
 
-# {way: (images per part, images between the beginnings of parts)}, both limited to the number of images.
+# {way: (images per part, images from the start of a part to the start of the next)}; at most all images.
 WAYS = {"as it drifted": (10**6, 10**6), "**fused again**": (10**6, 10**6), "submaps of 5 s, moved": (150, 150),
         "submaps of 1 s, moved": (30, 30), "one image a second, moved": (1, 30)}
 STEP_M, STEP_DEG = 0.002, 0.05  # standard deviations per image: about 5 cm and 1 degree after 20 s
 
 
 def drift(truth, seed, restart):
-    """Rows of a TUM file with drift, which starts anew from the true pose every `restart` rows."""
+    """Returns the rows of a TUM file with added drift. Every `restart` rows, the drift restarts at zero."""
     rng, poses = np.random.default_rng(seed), truth.copy()
     for i, row in enumerate(poses):
         if i % restart == 0:
@@ -51,7 +51,7 @@ def join(meshes, path):
 
 
 def measure(options, seed):
-    """The RMSE of the surface in mm, for each way."""
+    """Returns the RMSE of the surface in mm for each way."""
     count, errors = options.images, []
     folder = render(options, "scenes/house.ply", options.work / f"hand_{count}_{seed}", "--trajectory", "hand", "--views",
                     options.data / "sequences/house_noisy", "--frames", count, "--noise", "kinect", "--longest-side", 0,
@@ -77,7 +77,7 @@ def measure(options, seed):
 
 def main():
     parser = make_parser(__doc__, "corrections", "scenes/ and sequences/")
-    parser.add_argument("--voxel-mm", type=float, default=20.0, help="default: %(default)s")
+    parser.add_argument("--voxel-mm", type=float, default=20.0, help="voxel size (default: %(default)s)")
     parser.add_argument("--images", type=int, default=600, help="number of images, 30 per second (default: %(default)s)")
     parser.add_argument("--seeds", default="1,2", help="seeds for path, noise and drift (default: %(default)s)")
     options = parser.parse_args()

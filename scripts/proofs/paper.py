@@ -1,6 +1,6 @@
 """Runs the paper's experiments: accuracy by model, voxel size and fusion mode.
 
-For each cell, renders an orbit, reconstructs it, and compares the mesh with the model. Reuses meshes
+For each table cell, renders an orbit, reconstructs a mesh, and compares it with the model. Reuses meshes
 that are newer than the program, so that an interrupted run can continue. Fills the part of
 accuracy.md that is named after the set-up.
 """
@@ -16,11 +16,11 @@ MODES = {f"{'directional' if directional == 'true' else 'undirected'}-{short}":
          for short, mode in (("rcn", "normal_ray_casting"), ("rc", "ray_casting"),
                              ("vp", "voxel_projection"))}
 MODELS = ["armadillo", "asian_dragon", "bunny", "dragon"]
-HOUSE = "house_noisy"  # a recording that replaces the rooms of the paper
+HOUSE = "house_noisy"  # a recording used in place of the paper's rooms
 
 
 def setup_of(options):
-    """The name of the set-up: how it differs from the paper's, or "paper"."""
+    """The name of the set-up, which lists its differences from the paper; "paper" if there are none."""
     parts = [] if options.frames == 1000 else [f"{options.frames}_frames"]
     parts += [name for name in (options.trajectory, options.noise) if name not in ("circle", "none")]
     parts += [setting.split("/")[-1] for setting in options.set]
@@ -28,7 +28,7 @@ def setup_of(options):
 
 
 def measure(options, model, voxel_mm, mode):
-    """A cell with the RMSE in mm of vertices, surface and completeness; and the topology of the mesh."""
+    """Returns a table cell (RMSE in mm of vertices, surface and completeness) and the mesh's topology."""
     folder = options.work / model
     truth = folder / "gt.ply"
     if model == HOUSE:

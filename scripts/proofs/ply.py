@@ -6,7 +6,7 @@ FORMATS = {"char": "i1", "uchar": "u1", "short": "<i2", "ushort": "<u2", "int": 
 
 
 def read_ply(path):
-    """(vertices, triangles): an array with a field for each property, and rows of indices."""
+    """Returns the vertices, as an array with a field per property, and the triangles, as rows of indices."""
     with open(path, "rb") as file:
         head, _, data = file.read().partition(b"end_header\n")
     lines = [line.split() for line in head.decode("ascii").splitlines()]

@@ -3,7 +3,7 @@
 Fuses every second image of each recording, at the given poses and at refined ones. Compares the mesh with
 the depth images in between, after aligning each with the mesh. `reconstruct` refines the poses with
 the directional map; the other maps use the same refined poses. Pictures show the meshes from the poses of two
-images. Results of recordings without a licence are only printed.
+images. For recordings without a licence, results are only printed.
 
 --voxblox PROGRAM also measures voxblox ("fast", with its carving) on the same images. PROGRAM is called
 as DIR VOXEL_M METHOD CARVE THREADS MESH.ply FIRST:LAST:STEP.
@@ -16,7 +16,7 @@ import shutil
 from .common import (MAPS, fill_page, made_by, make_parser, markdown_table, number,
                      reconstruct, run)
 
-# {name: (voxel size in mm, images from whose poses pictures are drawn)}.
+# {name: (voxel size in mm, indices of the images at whose poses pictures are rendered)}.
 RECORDINGS = {"redkitchen": (20, [31, 101]), "cabinet": (20, [9, 29]), "box": (5, [1, 25]),
               "phone_lidar": (30, [])}
 UNPUBLISHED = {"phone_lidar"}  # without a licence
@@ -30,7 +30,7 @@ COLUMNS = [*SHARES, "p95 mm", *GROSS, "covered %", "border edges", "small holes"
 
 
 def at_poses(folder, trajectory, to):
-    """Makes a folder of links to the files of a TUM folder, but with other poses."""
+    """Creates a folder with links to the files of a TUM folder, but with other poses."""
     shutil.rmtree(to, ignore_errors=True)
     to.mkdir(parents=True)
     for path in folder.iterdir():
@@ -41,7 +41,7 @@ def at_poses(folder, trajectory, to):
 
 
 def fuse(title, folder, voxel_mm, poses, mesh, options):
-    """Makes the mesh of a map at the given or the refined poses. Returns the device, if known."""
+    """Extracts the mesh of a map fused at the given or the refined poses. Returns the device, if known."""
     mesh.unlink(missing_ok=True)
     trajectory = options.work / f"{folder.name}_poses.txt"
     if title == "voxblox":
@@ -60,8 +60,8 @@ def fuse(title, folder, voxel_mm, poses, mesh, options):
 
 
 def measure(mesh, folder, options):
-    """The cells of a row: shares in percent of the measured pixels that the mesh covers, and gross errors
-    in percent of all measured pixels."""
+    """Returns the cells of a row: accuracies as percentages of the measured pixels that the mesh covers, and
+    gross errors as percentages of all measured pixels."""
     depth = json.loads(run(options.programs / "evaluate_depth", mesh, folder, "--first", 1,
                            "--step", 2, "--stride", options.stride, "--register",
                            REGISTRATION_STEPS))["registered"]
@@ -73,7 +73,7 @@ def measure(mesh, folder, options):
 
 
 def measure_recording(name, options):
-    """Rows of figures, rows of pictures (one for each image and kind of poses), and the device."""
+    """Returns rows of metrics, rows of pictures (one per image and kind of poses), and the device."""
     voxel_mm, images = RECORDINGS[name]
     folder = options.data / "sequences" / name
     folder_of_pictures = pathlib.Path(options.page).parent / "pictures"

@@ -1,7 +1,7 @@
-"""Checks on analytic scenes that the map contains what was seen, and nothing else.
+"""Checks that maps of analytic scenes contain the observed surfaces, and nothing else.
 
 Runs the program prove_scenes, which fuses views of each scene at several voxel sizes. Fills
-scenes.md with the figures that break their bounds. Exits with 0 only if there are none.
+scenes.md with the measurements outside their limits. Exits with 0 only if there are none.
 """
 import os
 import re
@@ -24,5 +24,5 @@ def main():
     kept, device = end.strip().split("\nDevice: ")
     fill_page(options.results / "scenes.md", scenes=f"{broken}\n\n{kept}\n\n{made_by(device)}")
     if any(count != total for count, total in re.findall(r"(\d+) of (\d+) at", kept)):
-        return "some figures break their bounds"
+        return "some measurements are outside their limits"
     return 0

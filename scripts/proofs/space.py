@@ -1,22 +1,23 @@
-"""Compares a map's free cells and distances with the truth of an analytic scene, at several cell sizes.
+"""Compares the free cells and distances of a map with the ground truth of an analytic scene, at several cell
+sizes.
 
-Fills space.md. Exits with 0 only if no sampled free cell is occupied or unseen, and distances at the centres of
-cells have an RMSE of at most half a cell and no error above one and a half cells.
+Fills space.md. Exits with 0 only if no sampled free cell is occupied or was never observed, and distances at
+cell centres have an RMSE of at most half a cell and no error above one and a half cells.
 """
 import json
 
 from .common import fill_page, made_by, make_parser, markdown_table, number, run
 
-# Edge of a cell in mm -> voxel size in m, voxels along an edge of a cell, largest distance in m.
+# {cell size in mm: (voxel size in m, voxels along the edge of a cell, maximum distance in m)}.
 CELLS = {50: (0.025, 2, 2.0), 100: (0.025, 4, 2.0), 200: (0.025, 8, 2.0), 20: (0.02, 1, 0.3)}
-HEADER = ["cell mm", "reach m", "RMSE", "mean", "least to greatest",
+HEADER = ["cell mm", "range m", "RMSE", "mean", "least to greatest",
           "off by more than 1.5", "RMSE anywhere", "free, but occupied", "free, but not seen",
           "found, of free cells seen"]
 
 
 def measure(options, cell_mm):
     voxel_m, cell_voxels, reach_m = CELLS[cell_mm]
-    # min_support 1: a surface seen in one image counts, as in the truth.
+    # With min_support 1, a surface visible in a single image counts, as in the ground truth.
     return json.loads(run(
         options.programs / "evaluate_space", "--samples", options.samples, "--set",
         f"backend={options.backend}", f"map/voxel_size_m={voxel_m}",
@@ -44,7 +45,7 @@ def is_sound(cell_mm, figures):
 def main():
     parser = make_parser(__doc__)
     parser.add_argument("--samples", type=int, default=20000,
-                        help="number of cells at which each figure is measured (default: %(default)s)")
+                        help="number of cells to sample for each measurement (default: %(default)s)")
     options = parser.parse_args()
     rows, is_all_sound = [], True
     for cell_mm in CELLS:
@@ -53,4 +54,4 @@ def main():
         is_all_sound = is_all_sound and is_sound(cell_mm, figures)
     fill_page(options.results / "space.md",
               figures=f"{markdown_table(HEADER, rows)}\n{made_by(options.backend)}")
-    return 0 if is_all_sound else "a figure breaks its bound"
+    return 0 if is_all_sound else "a measurement exceeds its limit"

@@ -1,4 +1,4 @@
-"""Shows that thin parts keep all sides: plates of 2 to 40 mm, or rods, with 20 mm voxels.
+"""Shows that thin parts keep all their sides: 2 to 40 mm thick plates, or rods, with 20 mm voxels.
 
 Renders syn_plates.ply (or --model syn_rods) from all sides and reconstructs it with the directional and
 the undirected map. Measures how complete and accurate the two faces of each plate, or the four quarters
@@ -16,7 +16,7 @@ SQUARE_M = 0.025         # edge of the squares into which a side is divided; a s
 INSET_M = 0.025          # width of the margin along the ends of a side that is not measured
 FACING_COSINE = 0.9      # a point belongs to a plate's face if their normals have at least this cosine
 LARGEST_OFFSET_M = 0.06  # a point farther from a side does not belong to it
-# A side is sound if at least this share of it is covered, and its mean offset is at most this.
+# A side is sound if at least this fraction of it is covered, and its mean offset is at most this large.
 SOUND_SHARE, SOUND_OFFSET_M = 0.95, 0.005
 MIN_SOUND_THICKNESS_M = 0.0099  # thinner parts need not be sound
 # Barycentric weights of the points inside a triangle.
@@ -25,7 +25,7 @@ WEIGHTS = [(1 / 3, 1 / 3, 1 / 3), (2 / 3, 1 / 6, 1 / 6), (1 / 6, 2 / 3, 1 / 6),
 
 
 class Part:
-    """A plate (an axis-aligned box that is thin along one axis) or a rod along y, made from its vertices."""
+    """A plate (an axis-aligned box that is thin along one axis) or a rod along y, given by its vertices."""
 
     def __init__(self, points):
         self.low, self.high = points.min(axis=0), points.max(axis=0)
@@ -35,13 +35,14 @@ class Part:
         self.is_rod = abs(self.size[0] - self.size[2]) < 1e-3
 
     def sides(self):
-        """{name: direction} of the two faces of a plate or the four quarters of a rod."""
+        """Returns {name: direction} for the two faces of a plate or the four quarters of a rod."""
         axes = {"x": 0, "z": 2} if self.is_rod else {"": self.axis}
         return {sign + name: (1 if sign == "+" else -1) * np.eye(3)[axis]
                 for name, axis in axes.items() for sign in "+-"}
 
     def offsets(self, side, positions, normals):
-        """Signed distances of points from a side, positive in front of it, and which points belong to it."""
+        """Returns the signed distances of points from a side, positive in front of it, and a mask of the
+        points that belong to it."""
         if not self.is_rod:
             plane = self.high if side[self.axis] > 0 else self.low
             return ((positions - plane) @ side, normals @ side >= FACING_COSINE)
@@ -51,7 +52,7 @@ class Part:
                 faces & (normals @ side >= np.sqrt(0.5)))
 
     def measure(self, side, positions, normals):
-        """(share of the side that is covered, mean offset of its points, largest offset)."""
+        """Returns the fraction of the side that is covered, and its points' mean and largest offsets."""
         along = [1] if self.is_rod else [a for a in range(3) if a != self.axis]
         offsets, chosen = self.offsets(side, positions, normals)
         inset = (positions - self.low)[:, along] - INSET_M
@@ -66,7 +67,7 @@ class Part:
 
 
 def points_of(path):
-    """Positions and normals of a mesh's vertices, and of points inside its triangles."""
+    """Returns positions and normals of a mesh's vertices and of points inside its triangles."""
     vertices, triangles = read_ply(path)
     positions, normals = columns(vertices, "xyz"), columns(vertices, ("nx", "ny", "nz"))
     inside = [[np.tensordot(weights, values[triangles], axes=(0, 1)) for weights in WEIGHTS]
@@ -91,7 +92,7 @@ def parts_of(path):
 
 
 def measure(options, variant, parts):
-    """Rows of the table, whether all sides (except those of the thinnest parts) are sound, and the device."""
+    """Returns rows of the table, whether all sides (except on the thinnest parts) are sound, and the device."""
     mesh, frames = options.work / f"{variant}.ply", options.work / "frames"
     report = reconstruct(options, frames, VOXEL_MM, MAPS[variant], mesh)
     run(options.programs / "evaluate_mesh", mesh, frames / "gt.ply", "--picture",
@@ -123,7 +124,7 @@ def main():
         more, sound[variant], device = measure(options, variant, parts)
         rows += more
     rows.sort(key=lambda row: float(row[0]))
-    header = ["thickness mm", "side", "map", "share present", "mean offset mm", "largest offset mm"]
+    header = ["thickness mm", "side", "map", "fraction covered", "mean offset mm", "largest offset mm"]
     fill_page(options.results / "thin.md", **{options.stem: (
         f"{FRAMES} images, {VOXEL_MM:g} mm voxels.\n\n"
         f"{markdown_table(header, rows)}\n{made_by(device)}")})

@@ -8,7 +8,7 @@ import time
 
 
 def program(name):
-    """The path of one of the package's programs."""
+    """Returns the path of a program of this package."""
     found = subprocess.run(["catkin_find", "--first-only", "--libexec", "dtsdf_mapping", name],
                            capture_output=True, text=True, check=False)
     path = found.stdout.strip()
@@ -85,6 +85,6 @@ def pid_of(node):
 
 
 def resident_mb(pid):
-    """Resident memory of a process in MiB; 0 if it has ended but was not waited for, None if it is gone."""
+    """Resident memory of a process in MiB; 0 if it is a zombie, None if it does not exist."""
     answer = subprocess.run(["ps", "-o", "rss=", "-p", str(pid)], capture_output=True, text=True, check=False)
     return int(answer.stdout) / 1024.0 if answer.stdout else None

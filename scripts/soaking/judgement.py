@@ -8,9 +8,9 @@ import numpy as np
 # Student's t for 95 % (two-sided), by degrees of freedom; T_95_MANY beyond the end of the list.
 T_95 = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13]
 T_95_MANY = 2.0
-# Growth per hour that counts as flat: the larger of an amount in MiB and a share of resident memory. Memory is
-# flat only if, in addition, the upper bound of its growth does not exceed DOUBT_SHARE_H of resident memory or
-# the growth that counts as flat.
+# Memory is flat if it grows per hour by at most the larger of FLAT_MB_H (in MiB) and FLAT_SHARE_H times the
+# resident memory. In addition, the upper confidence bound of the growth must not exceed the larger of this
+# limit and DOUBT_SHARE_H times the resident memory.
 FLAT_MB_H, FLAT_SHARE_H, DOUBT_SHARE_H = 10.0, 0.05, 0.2
 
 
@@ -23,8 +23,8 @@ def of_kind(records, kind):
 
 
 def minima_of_cycles(records):
-    """(seconds, minimum) of each cycle in the second half. A leak raises the minima; memory that a cycle
-    uses temporarily does not. The first half does not count, as pools and caches still grow there."""
+    """Returns (start in s, minimum memory) for each cycle in the second half. Unlike temporary memory, a leak
+    raises the minima. The first half does not count, as pools and caches still grow there."""
     begins = [record["t"] for record in of_kind(records, "event") if record["what"] == "cycle"]
     samples = of_kind(records, "sample")
     least = []
@@ -36,7 +36,8 @@ def minima_of_cycles(records):
 
 
 def slope_per_hour(points):
-    """(slope, bound of its error) of a line fitted to the points; None for fewer than three points."""
+    """Fits a line to the points. Returns its slope and the bound of the slope's error, or None for fewer than
+    three points."""
     if len(points) < 3:
         return None
     line, variances = np.polyfit(*zip(*points), 1, cov=True)

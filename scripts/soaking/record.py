@@ -1,4 +1,4 @@
-"""The record of a run: a line of JSON for each sample, event, call and problem."""
+"""The record of a run: one line of JSON per sample, event, call and problem."""
 import json
 import pathlib
 import threading
@@ -6,7 +6,7 @@ import time
 
 
 class Record:
-    """Thread-safe."""
+    """Writes the record of a run. Thread-safe."""
 
     def __init__(self, folder):
         self.file = open(pathlib.Path(folder) / "record.jsonl", "w")

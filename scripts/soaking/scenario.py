@@ -1,5 +1,5 @@
-"""The events of a run: a fixed sequence is repeated, from loading the nodelet into its manager to unloading
-it."""
+"""The events of a run: a fixed sequence that is repeated, from loading the nodelet into its manager to
+unloading it."""
 import pathlib
 import random
 import signal
@@ -28,11 +28,11 @@ MANAGER, NODE = "/mapping_manager", "/mapping"
 QUERIED_POINTS = 1000
 RECOVERS_WITHIN_S = 30.0
 SETTLES_WITHIN_S = 180.0
-MAX_UNCOUNTED_IMAGES = 70  # images received but not yet counted; the queues limit their number
+MAX_UNCOUNTED_IMAGES = 70  # received but not yet counted elsewhere; limited by the queues
 
 
 def cycle_seconds(hours):
-    """A twelfth of the run, but at least 40 s, the time that the events need, and at most five minutes."""
+    """A twelfth of the run, but at least 40 s (the time required by the events) and at most five minutes."""
     return min(max(3600.0 * hours / 12, 40.0), 300.0)
 
 
@@ -52,7 +52,7 @@ class Watch:
         self.status_time, self.status = time.monotonic(), status
 
     def sample_all(self, sample_s):
-        """Samples until the run ends. An error ends the run, as a run without samples shows nothing."""
+        """Takes samples until the run ends. An error ends the run, which is useless without samples."""
         try:
             while not self.ended.wait(sample_s):
                 self.sample()
@@ -92,7 +92,7 @@ def unaccounted(stream):
 
 
 class Scenario:
-    """A camera, and a nodelet that each cycle loads into a manager and unloads."""
+    """A simulated camera, and a nodelet that is loaded into a manager and unloaded again in each cycle."""
 
     def __init__(self, graph, record, options):
         self.graph, self.record, self.options = graph, record, options
@@ -196,8 +196,8 @@ class Scenario:
                    self.watch.status.frames_fused > before, RECOVERS_WITHIN_S, "not mapping again")
 
     def must_be_settled(self):
-        """Waits until all images are accounted for. One may remain: if the camera died after publishing an
-        image but before its camera_info, the image waits for the next camera_info."""
+        """Waits until all images are accounted for, except at most one: if the camera died after publishing an
+        image but before its camera_info, that image stays in the queue."""
         wait_until(lambda: all(unaccounted(stream) + stream.waiting <= 1 for stream in
                                self.watch.status.cameras[0].streams), SETTLES_WITHIN_S, "images not accounted for")
 

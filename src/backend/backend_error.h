@@ -6,7 +6,8 @@
 
 namespace dtsdf {
 
-/// A backend failed. If it ran out of memory, the map is unchanged, and smaller frames may succeed.
+/// A backend failed. If it ran out of memory, the map is unchanged, and a smaller frame may still
+/// succeed.
 class BackendError : public std::runtime_error {
  public:
   BackendError(bool lacks_memory, const std::string& text)

@@ -16,7 +16,7 @@
 namespace dtsdf {
 namespace {
 
-/// Reads an element of a row, which may be unaligned.
+/// Reads the u-th element of a row, which may be unaligned.
 template <class Raw>
 Raw elementOf(const char* row, int u) {
   Raw raw;
@@ -24,7 +24,7 @@ Raw elementOf(const char* row, int u) {
   return raw;
 }
 
-/// Checks what depth and colour images have in common; `kind` names the image in messages.
+/// Checks the properties common to depth and colour images; `kind` names the image in messages.
 template <class Frame>
 std::optional<IntegrationResult> findImageProblem(const Frame& frame, const char* kind) {
   if (frame.data == nullptr || frame.width <= 0 || frame.height <= 0) {
@@ -50,8 +50,7 @@ std::optional<IntegrationResult> findIntrinsicsProblem(const Intrinsics& K, int 
   return refuse(FrameStatus::kBadIntrinsics, text);
 }
 
-/// Checks the pose. Everything within `reach_m` of the camera must have representable block
-/// coordinates.
+/// Checks the pose. All blocks within `reach_m` of the camera must have representable coordinates.
 std::optional<IntegrationResult> findPoseProblem(const Eigen::Isometry3d& T_W_C, double reach_m,
                                                  const MapperParams& params) {
   if (!T_W_C.matrix().allFinite()) {
@@ -60,7 +59,7 @@ std::optional<IntegrationResult> findPoseProblem(const Eigen::Isometry3d& T_W_C,
   const Eigen::Matrix3d R = T_W_C.linear();
   constexpr double kRotationTolerance = 1e-3;
   if (!(R * R.transpose()).isIdentity(kRotationTolerance) || R.determinant() < 0.0) {
-    return refuse(FrameStatus::kBadPose, "the camera pose is not a rotation and a translation");
+    return refuse(FrameStatus::kBadPose, "the camera pose is not a rigid transform");
   }
   const double limit_m =
       static_cast<double>(kMaxBlockCoordinate - 2) * kBlockSide * params.map.voxel_size_m;
@@ -74,7 +73,7 @@ std::optional<IntegrationResult> findPoseProblem(const Eigen::Isometry3d& T_W_C,
   return std::nullopt;
 }
 
-/// Largest distance from the camera at which a depth frame may touch the map, in metres.
+/// Maximum distance from the camera, in metres, at which a depth frame may change the map.
 double reachOf(const DepthFrame& frame, const MapperParams& params) {
   const Intrinsics& K = frame.intrinsics;
   const double tangent_u = (frame.width + std::abs(static_cast<double>(K.cx))) / K.fx;
@@ -173,8 +172,8 @@ void resizeView(const FrameView& frame, bool has_colours, RenderedView& view) {
   view.colours.resize(has_colours ? pixels : 0);
 }
 
-/// Larger depths count neither as measurements nor as free space. No camera measures this far;
-/// depths in millimetres that are taken for metres usually exceed it.
+/// Larger depths count neither as measurements nor as free space. No camera measures this far, but
+/// depths in millimetres that are mistaken for metres usually exceed this limit.
 constexpr float kFarthest_m = 300.0f;
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params) {
@@ -269,8 +268,8 @@ IntegrationResult noMeasurement(const DepthFrame& frame, const MapperParams& par
 
 IntegrationResult nothingToPaint() {
   return refuse(FrameStatus::kNoMeasurement,
-                "no surface of the map is seen well enough to paint it: none is in view, or all "
-                "are hidden or seen at a grazing angle");
+                "no surface of the map can be painted: all surfaces are outside the image, hidden, "
+                "or viewed at a grazing angle");
 }
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// Validates frames and converts them to the form that the rules use; shared by both backends.
+/// Validates frames and converts them to the types that the rules use; shared by both backends.
 #pragma once
 
 #include <optional>
@@ -12,11 +12,11 @@
 
 namespace dtsdf {
 
-/// Result for a frame with a problem; none if the frame is valid.
+/// Returns the result that reports what is wrong with a frame; nullopt if the frame is valid.
 std::optional<IntegrationResult> findProblem(const DepthFrame& frame, const MapperParams& params);
 std::optional<IntegrationResult> findProblem(const ColourFrame& frame, const MapperParams& params);
 
-/// Converts a frame for the rules. The origin of the local frame L is the camera's block.
+/// Converts a frame for the rules. The local frame L has its origin at the camera's block.
 /// @pre findProblem() found nothing.
 FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m);
 FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m);
@@ -31,11 +31,12 @@ void resizeView(const FrameView& frame, bool has_colours, RenderedView& view);
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
-/// Maximum number of blocks outside keptBallOf() that a frame drops, to limit its duration.
+/// Maximum number of blocks outside keptBallOf() that are dropped per frame, to limit the time that
+/// this takes.
 constexpr size_t kMaxDroppedBlocks = 4096;
 
-/// Ball in units of voxels; after a frame, blocks entirely outside it are dropped.
-/// @pre map/keep_radius_m is not 0.
+/// The sphere with radius map/keep_radius_m, in voxels. After a frame, blocks entirely outside it
+/// are dropped. @pre map/keep_radius_m is not 0.
 RegionView keptBallOf(const DepthFrame& frame, const MapParams& params);
 
 /// Converts a region to units of voxels.
@@ -51,15 +52,15 @@ PixelLayout layoutOf(ColourEncoding encoding);
 size_t packedRowBytes(const DepthFrame& frame);
 size_t packedRowBytes(const ColourFrame& frame);
 
-/// Whether a frame that touches no block clears nevertheless, because it has a measurement beyond
-/// the fused range, in front of which space is free.
+/// Whether a frame that touches no block can still clear voxels: whether a pixel measures something
+/// beyond the fused range, which proves that the space in front of it is free.
 bool clearsBeyondRange(const DepthFrame& frame, const MapperParams& params);
 
 IntegrationResult refuse(FrameStatus status, const std::string& message);
 
 IntegrationResult noMeasurement(const DepthFrame& frame, const MapperParams& params);
 
-/// Result for a colour frame that shows no surface of the map well enough to paint it.
+/// Result for a colour frame with which no surface of the map can be painted.
 IntegrationResult nothingToPaint();
 
 }  // namespace dtsdf

@@ -1,4 +1,4 @@
-/// Drops triangles that span gaps, for both backends.
+/// Drops triangles that span gaps; shared by both backends.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"

@@ -14,11 +14,11 @@ static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "maps are copied as lit
 static_assert(sizeof(Voxel) == sizeof(uint64_t) && sizeof(VoxelColour) == sizeof(uint32_t),
               "voxels and colours are one word each");
 
-/// Settings that are not stored: where a map is computed, its memory limits, and how it is shown.
+/// Settings that are not stored, as they concern the computer, its memory or the display.
 constexpr const char* kUnstoredSettings[] = {
     "backend", "threads", "map/max_memory_mb", "map/page_folder", "map/page_max_gb", "mesh/colour"};
 
-/// Section of the rules for poses, which are not stored either.
+/// Section of the rule parameters for poses, which are not stored either.
 constexpr const char* kPoseRulesSection = "rules/poses/";
 
 void eraseSection(const std::string& section, ParamTree& tree) {

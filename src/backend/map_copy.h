@@ -1,4 +1,4 @@
-/// Helpers for copying a map to and from MapContents, in the order of its voxels and colours.
+/// Helpers for copying a map to and from MapContents, in the order in which these store it.
 #pragma once
 
 #include <vector>
@@ -28,11 +28,11 @@ void visitBricks(const BlockTable& table, const BlockEntry& entry, const Visit& 
   }
 }
 
-/// Contents with the settings of a mapper and nothing else.
+/// Contents that consist only of the settings of a mapper.
 MapContents contentsOf(MapperParams params, Rules rules);
 
-/// Converts blocks of a table to those of MapContents, in the given order. Blocks without voxel
-/// arrays are left out, as only their meshes are still needed.
+/// Converts blocks of a table to the format of MapContents, in the given order. Blocks without
+/// voxel arrays are left out, as only their meshes are still needed.
 std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32_t>& slots);
 
 /// Finds the indices of the voxels and colours of the blocks in `slots`.

@@ -1,4 +1,4 @@
-/// Access to a mapper's internals, for benchmarks, tests and tiles of larger maps.
+/// Access to a mapper's internals, for benchmarks, tests and maps that are divided into tiles.
 #pragma once
 
 #include "backend/profile.h"
@@ -11,24 +11,24 @@ namespace dtsdf {
 /// A mapper with access to its internals. It can also be a tile of a larger map.
 class ProbedMapper : public Mapper {
  public:
-  /// Waits until the extraction under way has computed its meshes. On a GPU, the copy to the host
-  /// may still be under way. Not needed before finishMeshUpdate().
+  /// Waits until the extraction in progress has computed its meshes. On a GPU, they may not yet be
+  /// copied to the host. Not needed before finishMeshUpdate().
   virtual void waitForMeshes() = 0;
 
-  /// Adds the host time of each stage to a profile until another profile or nullptr is given. For a
-  /// GPU's kernels, use NVIDIA's profilers.
+  /// Adds the host time of each stage to a profile until called with another profile or nullptr. To
+  /// profile kernels on a GPU, use NVIDIA's tools.
   virtual void profileTo(Profile* profile) = 0;
 
-  /// Fills the map with contents. @pre The head was checked, and the map is empty.
+  /// Loads a map. @pre Its head was checked, and this mapper's map is empty.
   /// @throws std::exception if memory runs out, blocks cannot be paged to disk, or the parts cannot
   /// be read; the mapper is then unusable.
   virtual void restore(const MapParts& parts) = 0;
 
   /// Restricts the map to an extent. Blocks outside are ignored, and do not count as refused.
-  /// Blocks and cells inside equal those of the whole map, bit for bit, since fusion never lets one
-  /// block affect another. For equal colours, colour/exposure must be fixed (adaptive exposure
-  /// depends on the whole map), and the extent must include all blocks that may hide painted ones.
-  /// Call this before the first frame.
+  /// Blocks and cells inside equal those of the whole map bit for bit, since blocks are fused
+  /// independently of each other. For equal colours, colour/exposure must be fixed (adaptive
+  /// exposure depends on the whole map), and the extent must include all blocks that may hide
+  /// painted ones. Call this before the first frame.
   virtual void restrictTo(const MapExtent& extent) = 0;
 
   /// Number of depth frames so far that touched a block, inside or outside the extent.

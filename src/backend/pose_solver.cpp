@@ -16,8 +16,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // Unknowns of the normal equations: a rotation vector about the camera, then a translation in
 // voxels, both along the axes of the map.
 
-/// Smallest RMS residual to assume: the map's surfaces are no more accurate than this, and without
-/// noise they would outweigh any prior.
+/// Lower limit for the RMS residual: the map's surfaces are no more accurate than this, and with a
+/// residual near zero they would outweigh any prior.
 constexpr double kMinResidual_voxels = 0.05;
 
 constexpr double kUnit = 1.0 / kAlignmentScale;
@@ -46,7 +46,7 @@ double varianceOf(const AlignmentSums& sums) {
                   static_cast<double>(sums.squares) / weight);
 }
 
-/// Offset of a pose from that of the prior, in the units of the normal equations.
+/// Offset of a pose from the prior, in the units of the normal equations.
 Vector6d offsetFrom(const Eigen::Isometry3d& prior, const Eigen::Isometry3d& pose,
                     double voxel_size_m) {
   const Eigen::AngleAxisd turn(pose.linear() * prior.linear().transpose());
@@ -88,24 +88,24 @@ Matrix6d covarianceOf(const Matrix6d& information, double voxel_size_m) {
   return covariance;
 }
 
-/// Steps of Gauss-Newton. The cutoff falls during the first kFallingSteps steps; later steps end on
-/// convergence.
+/// Number of Gauss-Newton steps. The cutoff falls during the first kFallingSteps steps; after
+/// these, the iteration ends on convergence.
 constexpr int kFallingSteps = 6, kMaxSteps = 12;
 
-/// Cutoff of a step: falls from the reach to the final cutoff, halving the difference each time.
+/// Cutoff of a step. It starts at the maximum distance of an alignment, and its excess over the
+/// final cutoff is halved in each step.
 float cutoffAt(int step, const AlignmentRules& rules) {
   if (step >= kFallingSteps || rules.reach < rules.cutoff) return rules.cutoff;
   return rules.cutoff + std::ldexp(rules.reach - rules.cutoff, -step);
 }
 
-/// Whether a step moves points a few metres away by far less than the map's error.
+/// Whether a step moves points that are a few metres away by far less than the map's error.
 bool hasConverged(const Vector6d& change) {
   constexpr double kStill_voxels = 1e-2, kStill_rad = 1e-4;
   return change.tail<3>().norm() < kStill_voxels && change.head<3>().norm() < kStill_rad;
 }
 
-/// Root mean square distance, in voxels, by which an offset of the pose moves the points along the
-/// normals of their surfaces.
+/// RMS distance, in voxels, by which an offset of the pose moves the points along their normals.
 double movedAlongNormals(const AlignmentSums& sums, const Vector6d& offset) {
   const double weight = std::max(1.0, static_cast<double>(sums.weight)) / kAlignmentScale;
   const double squares = offset.dot(informationOf(sums) * offset);
@@ -192,7 +192,7 @@ Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const Alignm
   return result;
 }
 
-/// Points are in row-major order, so most of them read the same blocks as the previous point.
+/// Points are in row-major order, so most of them need the same blocks as the previous point.
 std::vector<PackedKey> alignedKeys(const FrameView& view, float cutoff, const AlignedPoint* points,
                                    size_t count) {
   constexpr float kAround = 2.0f;  // samples interpolate between the surrounding voxels
@@ -217,8 +217,8 @@ const char* toString(AlignmentStatus status) {
     case AlignmentStatus::kAligned: return "aligned";
     case AlignmentStatus::kUnmapped: return "too little of the map in view";
     case AlignmentStatus::kMisfit: return "does not fit the map";
-    case AlignmentStatus::kAmbiguous: return "several places in the map look like the image";
-    case AlignmentStatus::kUnsure: return "fits again, but not for long enough yet";
+    case AlignmentStatus::kAmbiguous: return "the image matches several places in the map";
+    case AlignmentStatus::kUnsure: return "aligned again, but in too few images so far";
   }
   return "unknown";
 }

@@ -1,5 +1,5 @@
-/// Finds the pose at which an image fits the map, by Gauss-Newton on sums from a backend. The
-/// result is the same on both backends.
+/// Aligns an image with the map by Gauss-Newton, with sums computed by a backend. Both backends
+/// give the same result.
 #pragma once
 
 #include <functional>
@@ -19,7 +19,7 @@ using SumsAtPose = std::function<AlignmentSums(const FrameView& view, float cuto
 Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior,
                         const AlignmentRules& rules, float voxel_size_m);
 
-/// Aligns a frame. @param frame Its pose is the prior's mean.
+/// Aligns a frame with the map. @param frame Its pose is the mean of the prior.
 Alignment findPose(const DepthFrame& frame, const PosePrior& prior, const AlignmentRules& rules,
                    float voxel_size_m, const SumsAtPose& sums_at);
 

@@ -1,4 +1,4 @@
-/// Measures the host time of each stage; on a GPU, only of those that the engine runs.
+/// Measures the host time of each stage; with a GPU, only the stages that the engine runs itself.
 #pragma once
 
 #include <chrono>
@@ -11,16 +11,16 @@ enum class Stage {
   kSense,        ///< Image noise, inverse depth, row fits and free depth.
   kMakeSurfels,  ///< Merged pixels, column fits and surfels.
   kFindBlocks,   ///< Blocks that surfels touch, and which blocks and arrays the map lacks.
-  kSeeFree,      ///< Cells of space that the image shows to be free.
+  kSeeFree,      ///< Cells that are free according to the image.
   kAdmit,        ///< New blocks and arrays, and their memory.
-  kCast,         ///< Casting; also folding and clearing of the touched blocks.
+  kCast,         ///< Casting, folding and clearing of the touched blocks.
   kClear,        ///< Clearing of other blocks in view, and dropping of distant blocks.
   kPaint,        ///< Painting of a colour image.
   kRender,       ///< A view of the map.
-  kIndex,        ///< Blocks to mesh again, and their marching cubes indices.
+  kIndex,        ///< Blocks to mesh again, and the marching-cubes cases of their units.
   kMake,         ///< Vertices and triangles.
   kReturn,       ///< Collecting the meshes that changed.
-  kFindCells,    ///< Cells of space that the new meshes pass through.
+  kFindCells,    ///< Surface cells, which the new meshes pass through.
 };
 constexpr int kStageCount = static_cast<int>(Stage::kFindCells) + 1;
 
@@ -34,7 +34,7 @@ struct Profile {
   double of(Stage stage) const { return ms[static_cast<int>(stage)]; }
 };
 
-/// Adds the wall time of its own lifetime to a stage; does nothing without a profile.
+/// Adds the wall time of its own lifetime to a stage; does nothing if the profile is null.
 class StageTimer {
  public:
   StageTimer(Profile* profile, Stage stage) : profile_(profile), stage_(stage) {

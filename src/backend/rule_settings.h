@@ -1,4 +1,4 @@
-/// Converts settings to the form that the rules use; shared by both backends.
+/// Converts settings to the types that the rules use; shared by both backends.
 #pragma once
 
 #include "backend/rules.h"
@@ -27,7 +27,8 @@ inline bool needsFreeDepth(const MapperParams& params) {
   return clearsFreeSpace(params) || params.space.enabled;
 }
 
-/// Whether only pixels with a normal count. Voxel projection into an undirected map needs none.
+/// Whether pixels without a normal are ignored. Voxel projection into an undirected map needs no
+/// normals.
 inline bool needsNormals(const MapperParams& params) {
   return params.map.directional || castsSurfels(params);
 }
@@ -37,9 +38,9 @@ inline SurfelSettings makeSurfelSettings(const MapperParams& params, const Surfe
           rules, params.sensor == Sensor::kTimeOfFlight ? 1 : 0};
 }
 
-/// The rules with the maximum evidence that follows from fusion/memory_frames.
+/// The rule parameters, with the maximum evidence that follows from fusion/memory_frames.
 inline Rules withMemory(Rules rules, const MapperParams& params) {
-  constexpr int kFrames = 8;  // frames over which drifting poses agree
+  constexpr int kFrames = 8;  // for poses that drift
   const int frames = params.fusion.memory_frames > 0 ? params.fusion.memory_frames : kFrames;
   const int most = frames * rules.fusion.support_gain;
   rules.fusion.max_evidence = most < kMaxEvidence ? most : kMaxEvidence;
@@ -50,7 +51,7 @@ inline FusionSettings makeFusionSettings(const MapperParams& params, const Rules
   return {params.fusion.mode == FusionMode::kNormalRayCasting, params.map.directional,
           params.map.truncation_voxels, params.fusion.max_weight, rules.fusion,
           rules.surfels.noise_level,
-          // Voxel projection uses differences of depth, which exceed distances at grazing angles.
+          // Voxel projection uses depth differences, which exceed distances at grazing angles.
           castsSurfels(params) ? rules.fusion.sample_reach : params.map.truncation_voxels};
 }
 

@@ -1,4 +1,4 @@
-/// The constants of all rules. Users get the defaults; other values are for experiments only.
+/// The parameters of all rules. Values other than the defaults are for experiments only.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"
@@ -18,7 +18,7 @@ struct Rules {
   AlignmentRules poses;
 };
 
-/// Visits the constants with keys such as "rules/mesh/...", like visitParams().
+/// Visits the rule parameters with keys such as "rules/mesh/...", like visitParams().
 template <class Visitor>
 void visitRules(Rules& rules, Visitor& visit) {
   std::string section = "rules/surfels/";

@@ -1,4 +1,4 @@
-/// The stage "align" on the CPU: picks points of an image, and sums their normal equations.
+/// The stage "align" on the CPU: selects points of an image, and sums their normal equations.
 #pragma once
 
 #include <algorithm>
@@ -35,7 +35,7 @@ class PoseAligner {
   PoseAligner(const AlignmentSettings& settings, bool directional, int threads)
       : settings_(settings), directional_(directional), threads_(threads) {}
 
-  /// Picks the points of an image, for sumsAt().
+  /// Selects the points of an image for sumsAt().
   void takePoints(const DepthFrame& frame, const FrameView& view, const DepthRange& range) {
     const AlignmentGrid grid = alignmentGrid(view, settings_.rules);
     points_.resize(static_cast<size_t>(grid.columns) * grid.rows);
@@ -50,10 +50,10 @@ class PoseAligner {
     });
   }
 
-  /// The sums over the points of takePoints().
+  /// Returns the sums over the points selected by takePoints().
   /// @param view The image's camera, at any pose.
-  /// @param cutoff Residual, in voxels, from which a point is no longer an inlier; also the
-  /// distance within which surfaces are searched for.
+  /// @param cutoff In voxels: the limit for the residual of an inlier, and the distance within
+  /// which surfaces are searched for.
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const CpuMap& map) const {
     AlignmentSums sums{};
     std::mutex mutex;

@@ -21,7 +21,7 @@ struct UnitsOfRow {
   const float (*sdf_at)[kGridCorners];
   const float (*weight_at)[kGridCorners];
   int first_corner;
-  uint32_t observed, active;  ///< Bit d: d is observed, or may be active, in some unit.
+  uint32_t observed, active;  ///< Bit d: direction d is observed, or may be active, in some unit.
 
   static int offset(int c) { return cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1); }
   LaneFloats sdf(int d, int c) const {
@@ -48,7 +48,7 @@ void copyRow(const Voxel* from, int32_t min_evidence, float* sdf, float* weight)
   row.knownWeight(min_evidence).store(weight);
 }
 
-/// Copies those samples of the n-th corner block that are in the corner grid.
+/// Copies the samples of the n-th corner block that are part of the corner grid.
 void copyPart(const Voxel* voxels, int n, int32_t min_evidence, float* sdf, float* weight) {
   const Vec3i at = cornerBlockOffset(n);
   const int rows = at.y ? 1 : kBlockSide, layers = at.z ? 1 : kBlockSide;
@@ -85,7 +85,7 @@ inline void BlockIndexer::collectSamples(int32_t min_evidence) {
     for (int n = 0; n < kCornerBlocks; ++n) {
       const Voxel* voxels = corner_arrays_[n][d];
       const uint32_t bit = 1u << d;
-      if (voxels == nullptr && !(maybe_nonzero_[n] & bit)) continue;  // already 0, as most are
+      if (voxels == nullptr && !(maybe_nonzero_[n] & bit)) continue;  // most are already zero
       maybe_nonzero_[n] = voxels == nullptr ? maybe_nonzero_[n] & ~bit : maybe_nonzero_[n] | bit;
       copyPart(voxels == nullptr ? kNothing : voxels, n, min_evidence, sdf_[d], weight_[d]);
     }
@@ -112,8 +112,8 @@ inline void BlockIndexer::findCandidates() {
   for (int i = 0; i < kGridCorners; ++i) candidate_[i] = possibleLeaders(unit[i]) != 0;
 }
 
-/// Labels the rows with a unit that can hold a surface. Directions observed only in other units of
-/// the row are left out, as those units hold no surface in any case.
+/// Labels the rows that contain a candidate: a unit that can hold a surface. Directions observed
+/// only in other units of the row are skipped, as those units cannot hold a surface.
 inline void BlockIndexer::labelRows(const MeshSettings& rules, bool directional,
                                     UnitLabels* labels) {
   static_assert(kLanes == kBlockSide, "a row must fill the lanes");
@@ -145,8 +145,8 @@ bool BlockIndexer::hasCandidates() const {
   return row < kRows;
 }
 
-/// The directions that placeVertex() has to read on an edge; most edges are crossed by few
-/// directions.
+/// The directions that placeVertex() has to read on an edge. On most edges, few directions cross
+/// zero.
 uint32_t BlockIndexer::directionsOn(int edge) const {
   const int corner = edgeCorner(edge), axis = edgeAxis(edge), facing = edgeFacing(edge);
   const uint32_t crossing =
@@ -156,7 +156,7 @@ uint32_t BlockIndexer::directionsOn(int edge) const {
 
 void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, bool directional,
                          std::vector<UnitLabels>& labels, std::vector<BlockVertex>& vertices) {
-  labels = std::vector<UnitLabels>();  // kept for long, so must have no spare capacity
+  labels = std::vector<UnitLabels>();  // without spare capacity, as they are kept for a long time
   vertices = std::vector<BlockVertex>();
   findArrays(arrays);
   withWidestVectors([&] {

@@ -22,7 +22,7 @@ class EdgeSet {
 
   void add(int edge) { bits_[edge / kWordBits] |= uint64_t{1} << edge % kWordBits; }
 
-  /// Adds the edges on which a unit's triangles have their corners.
+  /// Adds the edges that carry the corners of a unit's triangles.
   void addUnit(const UnitIndices& indices, const Vec3i& unit) {
     visitTriangleEdges(kMeshTables, indices, unit, [this](int edge) { add(edge); });
   }
@@ -48,18 +48,18 @@ class EdgeSet {
   uint64_t bits_[kWords] = {};
 };
 
-/// Indexes blocks one by one. Each thread needs its own instance, since it holds buffers.
+/// Indexes one block at a time. Each thread needs its own instance, as it contains buffers.
 class BlockIndexer {
  public:
   /// Labels a block's units, before regularisation.
   /// @param arrays The voxel arrays of the block and its neighbours.
-  /// @param labels One per unit; empty if all units are empty.
-  /// @param vertices The vertices on the edges that the units' sheets cross, sorted by edge.
+  /// @param labels Receives one per unit; empty if all units are empty.
+  /// @param vertices Receives a vertex for each edge that a unit's sheet crosses, sorted by edge.
   void index(const MeshSettings& rules, const ArraysAround& arrays, bool directional,
              std::vector<UnitLabels>& labels, std::vector<BlockVertex>& vertices);
 
  private:
-  /// Corners with padding, as loops also read the neighbours past the last corner.
+  /// Number of corners, with padding for loops that read neighbours past the last corner.
   static constexpr int kPaddedCorners = kGridCorners + kCornerGridSide * kCornerGridSide;
 
   void findArrays(const ArraysAround& arrays);

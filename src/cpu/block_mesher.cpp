@@ -36,7 +36,8 @@ ArraysAround arraysAround(const CpuMap& map, const SlotsAround& slots, int32_t m
   return around;
 }
 
-/// The slots of a list that are still marked, without duplicates. Clears the marks and the list.
+/// Returns the slots of a list that are still marked, without duplicates. Clears the marks and the
+/// list.
 template <class State>
 std::vector<int32_t> takeMarked(std::vector<int32_t>& list, std::vector<State>& states,
                                 bool State::*mark) {
@@ -132,8 +133,8 @@ void BlockMesher::restoreStates(const std::vector<int32_t>& slots, const MeshSta
   if (painted_.size() > 2 * state_.size()) dropClearedMarks(painted_, &SlotState::painted);
 }
 
-/// Drops slots whose marks were cleared; otherwise, the list would grow whenever blocks leave
-/// memory and return.
+/// Drops slots whose marks were cleared. Otherwise, the list would grow whenever blocks are evicted
+/// and loaded again.
 void BlockMesher::dropClearedMarks(std::vector<int32_t>& list, bool SlotState::*mark) {
   list = takeMarked(list, state_, mark);
   for (const int32_t slot : list) state_[slot].*mark = true;
@@ -146,7 +147,7 @@ void BlockMesher::select(const BlockKey& key, std::vector<int32_t>& slots) {
   slots.push_back(slot);
 }
 
-/// Voxels are read for vertices that the index stage did not make, and for colours.
+/// Voxels are read for vertices that the index stage has not placed, and for colours.
 bool BlockMesher::willReadVoxels(int32_t slot) const {
   const SlotState& state = state_[slot];
   return !state.labels.empty() && (has_colours_ || state.vertices.empty());
@@ -287,7 +288,7 @@ void BlockMesher::selectAround(const std::vector<int32_t>& changed, int count, V
   for (const int32_t slot : changed) {
     for (int n = 0; n < count; ++n) select(table_.block(slot).key + offset(n), slots);
   }
-  sortByKey(slots);  // so that data shared by neighbours is likely to be in the cache
+  sortByKey(slots);  // so that data shared by neighbours is likely to be cached
 }
 
 size_t BlockMesher::bytes() const {
@@ -313,11 +314,11 @@ MeshUpdate BlockMesher::update(int32_t min_evidence) {
   ++update_;
   min_evidence_ = min_evidence;
   const std::vector<int32_t> dirty = takeMarked(dirty_, state_, &SlotState::dirty);
-  std::vector<int32_t> slots;  // first, blocks whose units have a corner in a changed block
+  std::vector<int32_t> slots;  // at first, blocks whose units have a corner in a changed block
   selectAround(dirty, kUnitReach, unitReachOffset, slots);
   indexBlocks(slots, true);
-  // Next, all neighbours of changed blocks, as vertices and surfaces depend on voxels and labels
-  // around them; and blocks with vertices on edges that end at painted voxels.
+  // Also all neighbours of changed blocks, as vertices and surfaces depend on the voxels and labels
+  // around them, and blocks with vertices on edges that end at painted voxels.
   selectAround(dirty, kBlocksAround, aroundOffset, slots);
   if (has_colours_) {
     selectAround(takeMarked(painted_, state_, &SlotState::painted), kUnitReach, unitReachOffset,

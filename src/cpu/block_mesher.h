@@ -21,7 +21,7 @@ class BlockMesher {
   BlockMesher(const CpuMap& map, const MeshSettings& rules, bool directional, int threads,
               bool refined);
 
-  /// Makes room for `slots` slots. @throws std::bad_alloc
+  /// Allocates the states of `slots` slots. @throws std::bad_alloc
   void resize(size_t slots) {
     if (state_.size() < slots) state_.resize(slots);
   }
@@ -34,7 +34,7 @@ class BlockMesher {
   }
   void markAllDirty();
 
-  /// From the next update() on, all meshes have colours.
+  /// From the next update() on, all meshes contain colours.
   void keepColours();
 
   /// Call this when only colours of the block change.
@@ -58,19 +58,19 @@ class BlockMesher {
   MeshMarks takeMarks(int32_t slot);
   void setMarks(int32_t slot, const MeshMarks& marks);
 
-  /// Removes and returns the states of blocks that leave memory.
+  /// Removes and returns the states of blocks that are being evicted.
   MeshStates takeStates(const std::vector<int32_t>& slots);
-  /// Restores the states of blocks that return to memory.
+  /// Restores the states of blocks that are being loaded again.
   void restoreStates(const std::vector<int32_t>& slots, const MeshStates& states);
 
   size_t bytes() const;
 
   /// Meshes the blocks that were marked since the last call, and the blocks around them. Voxels
-  /// with less evidence than `min_evidence` count as unknown. @return the meshes, except those that
-  /// were empty and still are, sorted by packed key.
+  /// with less evidence than `min_evidence` count as unknown. @return the meshes sorted by packed
+  /// key, except meshes that were empty and still are.
   MeshUpdate update(int32_t min_evidence);
 
-  /// Updates the labels of those blocks whose labels are out of date. Does not clear marks.
+  /// Updates outdated labels. Does not clear marks.
   void labelBlocks(std::vector<int32_t> slots, int32_t min_evidence);
 
   /// The unrefined mesh of a block, cached until it changes; null if there is none. Thread-safe for
@@ -81,14 +81,14 @@ class BlockMesher {
   struct SlotState {
     bool dirty = false, painted = false;
     bool has_mesh = false;
-    uint32_t update = 0;  ///< Number of the latest update() that selected the block.
+    uint32_t update = 0;  ///< Value of update_ when the block was last selected.
     /// Values of indexings_ when voxels, colours, labels and `shown` were last written.
     uint64_t changed = 0, repainted = 0, indexed = 0, made = 0;
-    int32_t min_evidence = 0;                ///< Minimum evidence when the labels were made.
+    int32_t min_evidence = 0;                ///< Minimum evidence used for the labels.
     std::vector<UnitLabels> labels;          ///< One per unit; empty if all units are empty.
     std::vector<BlockVertex> vertices;       ///< On the edges of sheets, only during an update.
     std::vector<Vec3f> normals;              ///< One per vertex, if meshes are refined.
-    std::unique_ptr<const BlockMesh> shown;  ///< For viewMesh(); null if none, or not yet made.
+    std::unique_ptr<const BlockMesh> shown;  ///< For viewMesh(); null if empty or not yet computed.
   };
 
   static size_t bytesOf(const std::vector<UnitLabels>& labels) {
@@ -107,7 +107,7 @@ class BlockMesher {
   /// Whether a block's `shown` is out of date.
   bool isShownMeshOutdated(int32_t slot) const;
 
-  /// Makes a block's mesh, without colours. @return false if all its units are empty.
+  /// Computes a block's mesh without colours. @return false if all its units are empty.
   bool makeSurface(int32_t slot, BlockSurface& surface, bool refined, BlockMesh& mesh) const;
   std::vector<VertexColour> coloursOf(const BlockMesh& mesh) const {
     if (!has_colours_) return {};
@@ -116,20 +116,21 @@ class BlockMesher {
   }
   void show(int32_t slot, std::unique_ptr<const BlockMesh> mesh);
 
-  /// Indexes those blocks whose labels are out of date.
+  /// Indexes blocks whose labels are out of date.
   void indexBlocks(std::vector<int32_t> slots, bool with_vertices);
 
-  /// Adds the blocks at offset(0) to offset(count - 1) from each changed one, and sorts all by key.
+  /// Selects the blocks at offset(0) to offset(count - 1) from each changed block, and sorts all
+  /// selected blocks by key.
   void selectAround(const std::vector<int32_t>& changed, int count, Vec3i (*offset)(int),
                     std::vector<int32_t>& slots);
 
-  /// The meshes to report: all except meshes that were empty and still are.
+  /// Returns all meshes to report: those that are not empty, or were not before.
   std::vector<BlockMesh> takeChanges(const std::vector<int32_t>& slots,
                                      std::vector<BlockMesh>& meshes);
 
   void sortByKey(std::vector<int32_t>& slots) const;
 
-  /// Makes the meshes of blocks. @pre Labels of the blocks and their neighbours are up to date.
+  /// Computes the meshes of blocks. @pre Labels of the blocks and their neighbours are up to date.
   std::vector<BlockMesh> makeMeshes(const std::vector<int32_t>& slots);
 
   /// Whether makeMeshes() will probably read many of a block's voxels.
@@ -142,14 +143,14 @@ class BlockMesher {
   int threads_;
   bool refined_;
   std::vector<SlotState> state_;
-  /// Slots that were marked. Since then, some may have lost the mark or their block.
+  /// Slots that were marked. Some may have lost the mark or their block since.
   std::vector<int32_t> dirty_, painted_;
   std::atomic<size_t> held_bytes_{0};  ///< Memory of all slots' labels and shown meshes.
-  uint32_t update_ = 0;                ///< Number of the latest update().
+  uint32_t update_ = 0;                ///< Counts the calls of update().
   uint64_t indexings_ = 0;
   int32_t min_evidence_ = 0;
   bool has_colours_ = false;    ///< See keepColours().
-  bool renders_views_ = false;  ///< Views were rendered, so updates maintain `shown`.
+  bool renders_views_ = false;  ///< If views were rendered, updates also maintain `shown`.
   Profile* profile_ = nullptr;
 };
 

@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-static_assert(kGridEdges <= 65536, "edge numbers must fit in 16 bits");
+static_assert(kGridEdges <= 65536, "edge indices must fit in 16 bits");
 
 bool hasSurface(const UnitLabels* row) {
   uint64_t words[2];
@@ -15,14 +15,14 @@ bool hasSurface(const UnitLabels* row) {
   return (words[0] | words[1]) != 0;
 }
 
-/// First and end, along an axis, of those units of a neighbouring block that share corners with the
-/// block. `offset` is the neighbour's offset along that axis.
+/// First and end, along an axis, of the units in a neighbouring block that share corners with the
+/// central block. `offset` is the neighbour's offset along that axis.
 int firstSharedUnit(int offset) { return offset < 0 ? kBlockSide - 1 : 0; }
 int endSharedUnit(int offset) { return offset > 0 ? 1 : kBlockSide; }
 
 }  // namespace
 
-/// Computes cornerBalance() of all corners in a loop over units, as most units are empty.
+/// Computes cornerBalance() of all corners. Loops over units, as most units are empty.
 void BlockSurface::computeBalances(const LabelNeighbourhood& labels) {
   std::fill(balance_, balance_ + kGridCorners, int8_t{0});
   for (int n = 0; n < kBlocksAround; ++n) {
@@ -42,7 +42,7 @@ void BlockSurface::computeBalances(const LabelNeighbourhood& labels) {
   }
 }
 
-/// Adds a unit's sideOfCorner() to the balances of its corners in the block's grid.
+/// Adds a unit's sideOfCorner() to the balances of its corners that are in the block's grid.
 void BlockSurface::addToBalances(const UnitLabels& labels, const Vec3i& unit) {
   const auto add = [&](int c, int corner) {
     balance_[corner] = static_cast<int8_t>(balance_[corner] + sideOfCorner(labels, c));

@@ -1,4 +1,4 @@
-/// The stage "make" for one block on the CPU: makes its mesh from the labels of its units and of
+/// The stage "make" for one block on the CPU: computes its mesh from the labels of its units and of
 /// the units around the block.
 #pragma once
 
@@ -19,20 +19,21 @@ namespace dtsdf {
 std::vector<Vec3f> vertexNormals(const ArraysAround& arrays,
                                  const std::vector<BlockVertex>& vertices, bool directional);
 
-/// Meshes blocks one by one. Each thread needs its own instance, since it holds buffers.
+/// Meshes one block at a time. Each thread needs its own instance, as it contains buffers.
 class BlockSurface {
  public:
   /// Regularises the block's units and finds the edges of their triangles.
   /// @pre Some unit of the block is not empty.
   void regularise(const LabelNeighbourhood& labels);
 
-  /// Makes the vertices and triangles of the regularised units. Marks triangles that span a gap.
-  /// @param known Vertices made by the index stage, sorted by edge; missing ones are made here.
+  /// Computes the vertices and triangles of the regularised units. Marks triangles that span a gap.
+  /// @param known Vertices from the index stage, sorted by edge. Missing vertices are computed
+  /// here.
   void emit(const MeshSettings& rules, const ArraysAround& arrays,
             const std::vector<BlockVertex>& known, bool directional, BlockMesh& mesh);
 
   /// Refines the mesh from emit(): each triangle becomes four.
-  /// @param normals The normals of `known`, in the order of `known`.
+  /// @param normals The normals of `known`, in the same order.
   void refine(const MeshSettings& rules, const ArraysAround& arrays,
               const std::vector<BlockVertex>& known, const std::vector<Vec3f>& normals,
               bool directional, BlockMesh& mesh);
@@ -46,11 +47,11 @@ class BlockSurface {
   void addMidpoints(const Vec3i& unit, const UnitIndices& indices, BlockMesh& mesh) const;
 
   int8_t balance_[kGridCorners];  ///< Per corner, see cornerBalance().
-  /// Units with triangles, and their indices after regularisation.
+  /// Units with triangles, and their marching-cubes cases after regularisation.
   std::vector<std::pair<Vec3i, UnitIndices>> surface_units_;
   EdgeSet edges_;  ///< Edges that carry a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
-  bool is_pulled_far_[kGridEdges];  ///< By vertex, see isPulledFar().
+  bool is_pulled_far_[kGridEdges];  ///< Per vertex, see isPulledFar().
   std::vector<Vec3f> normals_;      ///< One per edge vertex, if meshes are refined.
 };
 

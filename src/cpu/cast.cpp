@@ -8,8 +8,8 @@
 namespace dtsdf {
 namespace {
 
-/// The samples of a line on two grid planes of a block, at four corners each. They are computed in
-/// a loop that compilers vectorise, and equal those of castSurfel() bit for bit.
+/// The samples of a line on two grid planes of a block, at four corners per plane. They are
+/// computed in a loop that compilers vectorise, and equal those of castSurfel() bit for bit.
 class PlanePair {
  public:
   static constexpr int kPlanes = 2;
@@ -25,7 +25,7 @@ class PlanePair {
       const CellCrossing crossing = crossCell(line, plane);
       const CornerSample sample = sampleCorner<kHasSides>(line, sides, shifts, crossing, du, dv);
       const int u = crossing.u + du - block.u0, v = crossing.v + dv - block.v0;
-      // A corner outside the block adds weight 0 to some voxel inside: a branch would be
+      // A corner outside the block adds weight 0 to some voxel inside, as a branch would be
       // unpredictable.
       constexpr uint32_t kLast = kBlockSide - 1;
       const bool is_held =
@@ -59,7 +59,7 @@ class PlanePair {
   uint32_t nearest_[3][kCount];
 };
 
-/// Adds the samples of a line that lie in a block to its sums.
+/// Adds those samples of a line that lie in a block to the block's sums.
 template <bool kHasSides>
 void castLine(const StoredLine& kept, const MeasuredSides& sides, const BlockFrame& block,
               float sdf_scale, BlockSums& sums) {
@@ -79,7 +79,7 @@ void castLine(const StoredLine& kept, const MeasuredSides& sides, const BlockFra
 
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums) {
-  constexpr int kAhead = 6;  // lines prefetched ahead, as they are scattered in memory
+  constexpr int kAhead = 6;  // number of lines to prefetch, as they are scattered in memory
   withWidestVectors([&] {
     const BlockFrame frames[3] = {blockFrameOf(0, block.block_L), blockFrameOf(1, block.block_L),
                                   blockFrameOf(2, block.block_L)};

@@ -1,5 +1,5 @@
-/// The stages "cast" and "fold" for one block on the CPU: add a frame's surfels to the block's
-/// sums, and fold the sums into its voxels.
+/// The stages "cast" and "fold" for one block on the CPU: they add a frame's surfels to the block's
+/// sums, and fold the sums into the block's voxels.
 #pragma once
 
 #include "cpu/find_blocks.h"
@@ -7,7 +7,7 @@
 
 namespace dtsdf {
 
-/// A set of a block's voxels, one bit each.
+/// A set of a block's voxels, with one bit per voxel.
 struct VoxelSet {
   static constexpr int kWordBits = 64, kWords = kVoxelsPerBlock / kWordBits;
   uint64_t word[kWords];
@@ -27,7 +27,8 @@ struct VoxelSet {
   }
 };
 
-/// A frame's sums for one block. Each thread has one; fold() resets them for the next block.
+/// A frame's sums for one block. Each thread reuses one instance; fold() resets it for the next
+/// block.
 struct BlockSums {
   VoxelSums voxel[kDirectionCount][kVoxelsPerBlock];
   VoxelSet covered[kDirectionCount];  ///< Voxels whose sums have a weight; see findCovered().
@@ -40,13 +41,14 @@ void findCovered(BlockSums& sums, int direction);
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums);
 
-/// Like cast(), for voxel projection: each voxel takes the surfel of the pixel that it projects to.
+/// The equivalent of cast() for voxel projection. Each voxel takes the surfel of the pixel to which
+/// it projects.
 void project(const TouchedBlock& block, const std::vector<Surfel>& surfels, const FrameView& frame,
              const FusionSettings& fusion, BlockSums& sums);
 
 /// Folds the sums of those `directions` (one bit each) for which the block has an array, and resets
 /// the sums of all `directions`.
-/// @return the directions whose arrays are empty afterwards.
+/// @return the directions whose arrays are empty afterwards, one bit each.
 uint32_t fold(BlockSums& sums, uint32_t directions, const BlockEntry& entry, float depth_weight,
               const FusionSettings& fusion, VoxelStore& voxels);
 

@@ -12,8 +12,8 @@ namespace {
 
 constexpr int kRows = kBlockSide * kBlockSide;
 
-/// The distances of an array, and whether each voxel has one (1) or not (0). A border of voxels
-/// without a distance surrounds the array.
+/// The distances in a voxel array, and for each voxel 1 if it has a distance, otherwise 0. A border
+/// of voxels without a distance surrounds the array.
 class DistanceGrid {
  public:
   void take(const Voxel* voxels) {
@@ -42,8 +42,8 @@ class DistanceGrid {
   float sdf_[kSide * kSide * kSide] = {}, known_[kSide * kSide * kSide] = {};
 };
 
-/// Judges the voxels of an array, a row at a time, in loops that compilers vectorise. The results
-/// equal those of judge() in free_space.h.
+/// Checks which voxels of an array the frame contradicts, a row at a time, in loops that compilers
+/// vectorise. The results equal those of judge() in free_space.h.
 class RowJudge {
  public:
   // cppcheck-suppress uninitMemberVar  ; set for each row
@@ -75,7 +75,7 @@ class RowJudge {
   }
 
  private:
-  /// Finds the voxels of the row to judge. @return whether there are any.
+  /// Finds the voxels of the row to check. @return whether there are any.
   bool findJudged(const VoxelRow& voxels, const LaneInts& covered) {
     const LaneInts nothing(0);
     const LaneInts is_empty = voxels.weightUnits() == nothing;
@@ -89,7 +89,7 @@ class RowJudge {
     return any(judged);
   }
 
-  /// Computes judgedOrigin() of each voxel; without covered voxels, no anchor has to be unpacked.
+  /// Computes judgedOrigin() for each voxel. Anchors only need to be unpacked for covered voxels.
   void findOrigins(const VoxelRow& voxels, int row, const LaneInts& covered) {
     const auto put = [&](int x, const Vec3f& origin) {
       place_x_[x] = origin.x;
@@ -108,7 +108,7 @@ class RowJudge {
     }
   }
 
-  /// Moves the places from the origins to the feet, except for covered and empty voxels.
+  /// Moves the places from the origins to the feet, except those of covered or empty voxels.
   void moveToFeet(const VoxelRow& voxels, int row, const LaneInts& covered) {
     const LaneFloats judged_sdf = select(covered, LaneFloats(0.0f), voxels.sdf());
     if (!any(bitsOf(judged_sdf))) return;
@@ -139,8 +139,8 @@ class RowJudge {
     }
   }
 
-  /// The judged voxels whose places the frame looks through at their own pixels, one bit each.
-  /// Branch-free, as branches would be unpredictable.
+  /// The checked voxels whose places the frame looks through, judging only by the pixel of each
+  /// place; one bit each. Has no branches, as these would be unpredictable.
   uint32_t lookedThrough() const {
     uint32_t through = 0;
     for (int x = 0; x < kBlockSide; ++x) {
@@ -164,7 +164,7 @@ class RowJudge {
 };
 
 /// Finds the voxels of an array that lose evidence, and their new values. Does not change the array
-/// yet, as feet depend on neighbouring voxels. @return the number of these voxels.
+/// yet, as feet depend on neighbouring voxels. @return the number of voxels found.
 int findContradicted(const BlockCheck& check, int direction, const FrameSensing& sensing,
                      const FusionRules& rules, const Voxel* voxels,
                      std::optional<DistanceGrid>& distances, int (&index)[kVoxelsPerBlock],
@@ -194,7 +194,7 @@ int findContradicted(const BlockCheck& check, int direction, const FrameSensing&
 ClearedBlock clearBlock(const BlockCheck& check, const BlockEntry& entry,
                         const FrameSensing& sensing, const FusionRules& rules, VoxelStore& voxels) {
   ClearedBlock result{false, 0, 0};
-  std::optional<DistanceGrid> distances;  // large, and most blocks need none
+  std::optional<DistanceGrid> distances;  // only if needed, as it is large
   if (check.in_turn) distances.emplace();
   for (int d = 0; d < kDirectionCount; ++d) {
     if (entry.array[d] == kNoArray) continue;

@@ -1,4 +1,4 @@
-/// The stage "clear" on the CPU: voxels that the frame contradicts lose evidence.
+/// The stage "clear" on the CPU: lowers the evidence of voxels that the frame contradicts.
 #pragma once
 
 #include "cpu/cast.h"

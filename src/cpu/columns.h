@@ -9,7 +9,8 @@
 namespace dtsdf {
 
 /// Up to kMax records of 32-bit words, with one array per word, so that compilers can vectorise
-/// loops over records. They cannot if set() and get() loop over words, hence the fold expressions.
+/// loops over records. Fold expressions are used because loops over words in set() and get() would
+/// prevent this.
 template <class Record, int kMax>
 class Columns {
   static_assert(std::is_trivially_copyable<Record>::value, "");

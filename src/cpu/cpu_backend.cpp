@@ -35,7 +35,7 @@ namespace {
 
 constexpr size_t kArraysAtATime = 64;  ///< Number of arrays a thread clears or copies at a time.
 
-/// Empties those voxels of a block that lie in a region, but keeps their colours.
+/// Empties the voxels of a block that lie in a region, but keeps their colours.
 EmptiedBlock emptyBlock(const BlockEntry& entry, const RegionView& region, VoxelStore& voxels) {
   const Vec3i first = firstVoxelOfBlock(entry.key);
   bool inside[kVoxelsPerBlock];
@@ -142,8 +142,8 @@ class CpuBackend : public MapBackend {
 
   void reserveFrame(const std::vector<int32_t>&) override {}
 
-  /// Casts (or projects), folds and clears in one loop over the touched blocks, so that a block's
-  /// sums stay in a thread's cache. The profile counts this loop as "cast".
+  /// Casts (or projects), folds and clears in one loop over the touched blocks, so that the sums of
+  /// a block stay in the cache. The profile counts this loop as "cast".
   void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>& in_view) override {
     const std::vector<TouchedBlock>& blocks = block_finder_.touched();
     std::vector<EmptyBlock> outcome(blocks.size(), EmptyBlock{-1, 0});
@@ -313,7 +313,7 @@ class CpuBackend : public MapBackend {
                      BlockSums& sums) {
     const FrameView& frame = sensing_.image.frame;
     const bool casts = castsSurfels(params_);
-    // In voxel projection, a voxel may take a surfel that does not touch its block.
+    // With voxel projection, a voxel may take a surfel that does not touch the voxel's block.
     const uint32_t directions = casts ? block.directions : kAllDirections;
     prefetchBlock(entry, map_, directions);
     if (casts) {
@@ -341,7 +341,7 @@ class CpuBackend : public MapBackend {
     return cleared;
   }
 
-  /// Clears blocks that the frame does not touch, if it is their turn.
+  /// Clears the untouched blocks whose turn it is in this frame (isInTurn()).
   void clearUntouched(uint64_t frame_number, const std::vector<int32_t>& in_view) {
     std::vector<int32_t> slots;
     for (const int32_t slot : in_view) {

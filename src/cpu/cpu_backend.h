@@ -7,11 +7,11 @@
 
 namespace dtsdf {
 
-/// Number of threads of a mapper on the CPU: the setting `threads` or, if that is 0, the number of
-/// cores that this process may use.
+/// Number of threads that a mapper uses on the CPU: the setting `threads` or, if that is 0, the
+/// number of cores available to this process.
 int cpuThreads(const MapperParams& params);
 
-/// Returns a function that makes a CPU backend for a block table.
+/// Returns a function that creates a CPU backend for a block table.
 BackendMaker cpuBackends(const MapperParams& params, const Rules& rules);
 
 }  // namespace dtsdf

@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// A batch of surfels and their lines; one per thread.
+/// A batch of surfels and their lines. Each thread has one.
 class LineBatch {
  public:
   bool isFull() const { return count_ == kMax; }
@@ -109,7 +109,7 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
     share.reset();
     LineBatch batch;
     const size_t first = count * part / shares_.size(), end = count * (part + 1) / shares_.size();
-    size_t begin = 0;  // number of the list's first surfel
+    size_t begin = 0;  // index of the list's first surfel
     for (const std::vector<Surfel>& list : lists) {
       const size_t last = std::min(begin + list.size(), end);
       for (size_t i = std::max(begin, first); i < last; ++i) {

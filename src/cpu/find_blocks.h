@@ -1,6 +1,5 @@
-/// The stage "find blocks" on the CPU: sorts a frame's surfels by the blocks that they touch. Each
-/// block can then be processed by a single thread, without atomics and with sums that stay in the
-/// cache.
+/// The stage "find blocks" on the CPU: groups a frame's surfels by the blocks that they touch, so
+/// that a single thread can process each block, without atomics and with its sums in the cache.
 #pragma once
 
 #include <unordered_map>
@@ -11,7 +10,7 @@
 
 namespace dtsdf {
 
-/// The data of a surfel that casting needs, in one cache line, since a block's surfels are
+/// The data required to cast a surfel. They fill one cache line, as the surfels of a block are
 /// scattered in memory.
 struct alignas(64) StoredLine {
   SampleLine line;
@@ -25,7 +24,7 @@ struct TouchedBlock {
   Vec3i block_L;        ///< Coordinates relative to the frame's origin.
   PackedKey key;        ///< Coordinates in the map.
   uint32_t directions;  ///< Bit d: a surfel belongs to direction d.
-  std::vector<const std::vector<uint32_t>*> surfels;  ///< Lists of surfel numbers.
+  std::vector<const std::vector<uint32_t>*> surfels;  ///< Lists of surfel indices.
 };
 
 class LineBatch;
@@ -34,11 +33,11 @@ class BlockFinder {
  public:
   BlockFinder(const FusionSettings& fusion, int threads) : fusion_(fusion), threads_(threads) {}
 
-  /// Finds the blocks touched by the surfels of these lists. Surfels are numbered consecutively
-  /// through all lists.
+  /// Finds the blocks touched by the surfels in these lists. Surfel indices are consecutive over
+  /// all lists.
   void findBlocks(const std::vector<std::vector<Surfel>>& lists, const FrameSensing& sensing);
 
-  /// The blocks from the last findBlocks().
+  /// The blocks found by the last findBlocks().
   const std::vector<TouchedBlock>& touched() const { return touched_; }
 
   /// The line of a surfel; undefined if the surfel has no weight.
@@ -46,7 +45,7 @@ class BlockFinder {
   /// The sides of a surfel; undefined unless line(surfel).has_sides.
   const MeasuredSides& sides(uint32_t surfel) const { return sides_[surfel]; }
 
-  /// Memory of lines, sides and lists of surfels; the rest is small.
+  /// Memory used by lines, sides and surfel lists; the rest is small.
   size_t bytes() const;
 
  private:
@@ -56,14 +55,14 @@ class BlockFinder {
     uint32_t directions;
     std::vector<uint32_t> surfels;
   };
-  /// The bins of one thread's share of the surfels, reused for each frame.
+  /// Bins for the part of the surfels that one thread processes; reused for each frame.
   class Share {
    public:
     void reset();
     Bin& find(const Vec3i& block_L, const Vec3i& origin_block);
 
-    std::vector<Bin> bins;  ///< Bins of the last frame come first.
-    size_t used = 0;        ///< Number of bins of the last frame.
+    std::vector<Bin> bins;  ///< Only the first `used` bins belong to the last frame.
+    size_t used = 0;
 
    private:
     static constexpr int kCacheSize = 64;
@@ -77,7 +76,7 @@ class BlockFinder {
 
   const FusionSettings fusion_;
   const int threads_;
-  std::vector<StoredLine> lines_;  ///< Lines of the last frame, possibly followed by older ones.
+  std::vector<StoredLine> lines_;  ///< Lines of the last frame, possibly followed by unused ones.
   std::vector<MeasuredSides> sides_;
   std::vector<Share> shares_;
   std::vector<TouchedBlock> touched_;

@@ -7,7 +7,7 @@
 namespace dtsdf {
 namespace {
 
-/// A batch of an array's voxels with their sums, folded in a loop that compilers vectorise.
+/// A batch of voxels of one array with their sums, folded in a loop that compilers vectorise.
 class FoldBatch {
  public:
   static constexpr int kVoxels = 32;
@@ -30,7 +30,7 @@ class FoldBatch {
     nearest_[i] = rounded.nearest;
   }
 
-  /// Folds the sums into the voxels, stores these in their array, and empties the batch.
+  /// Folds the sums into the voxels, stores the voxels in their array, and empties the batch.
   void foldInto(Voxel* voxels, float depth_weight, const FusionSettings& fusion) {
     withWidestVectors([&] { compute(depth_weight, fusion); });
     for (int i = 0; i < count_; ++i) voxels[index_[i]] = voxelAt(i);
@@ -44,7 +44,8 @@ class FoldBatch {
     return {static_cast<int16_t>(sdf_units_[i]), static_cast<uint16_t>(anchor_[i]), state_[i]};
   }
 
-  /// Computes whole groups of kTogether; the last group may contain leftovers of earlier batches.
+  /// Processes whole groups of kTogether voxels. The last group may be padded with voxels of
+  /// earlier batches, whose results are not used.
   void compute(float depth_weight, const FusionSettings& settings) {
     const FusionSettings fusion = settings;  // a copy, as stores may alias the reference
     const int count = (count_ + kTogether - 1) / kTogether * kTogether;
@@ -64,7 +65,7 @@ class FoldBatch {
   uint32_t nearest_[kVoxels] = {};
 };
 
-/// Folds sums into an array. @return whether it holds any distance afterwards.
+/// Folds sums into an array. @return whether any of its voxels has a distance afterwards.
 bool foldArray(VoxelSums* sums, const VoxelSet& covered, float depth_weight,
                const FusionSettings& fusion, Voxel* voxels) {
   FoldBatch batch;

@@ -1,8 +1,8 @@
-/// Vectors of eight values, for a whole row of voxels or mesh units: operators, and the functions
-/// of kernels/core/select.h.
+/// Vectors of eight values for a whole row of voxels or mesh units, with operators and the
+/// functions of kernels/core/select.h.
 ///
-/// Each lane gives exactly the result of the operation on a single value. Compilers translate these
-/// vector types to what the target has, such as AVX2 (widest_vectors.h), SSE2 or NEON.
+/// Each lane gives exactly the result of the scalar operation. Compilers translate these types to
+/// the vector instructions of the target, such as AVX2 (widest_vectors.h), SSE2 or NEON.
 #pragma once
 
 #include <cmath>
@@ -17,15 +17,15 @@ constexpr int kLanes = 8;
 
 template <class T>
 struct Lanes {
-  typedef T Vector __attribute__((vector_size(32)));  // GCC ignores it in a template's `using`
+  typedef T Vector __attribute__((vector_size(32)));  // not `using`, in which GCC ignores this
   Vector v;
 
   // cppcheck-suppress uninitMemberVar  ; like an int or a float
   Lanes() = default;
   explicit Lanes(T all) : v(all - Vector{}) {}
   explicit Lanes(const Vector& vector) : v(vector) {}
-  // By default, GCC copies the struct in halves. Loading the whole vector right after that stalls,
-  // as stores are not forwarded.
+  // By default, GCC copies the struct in halves. Loading the whole vector right after that would
+  // stall, as store forwarding fails.
   Lanes(const Lanes& other) : v(other.v) {}
   Lanes& operator=(const Lanes& other) {
     v = other.v;
@@ -39,7 +39,7 @@ struct Lanes {
   }
   void store(T* values) const { std::memcpy(values, &v, sizeof(v)); }
 };
-/// In masks, all bits of a lane are set where a condition holds.
+/// In a mask, all bits of a lane are set if the condition holds there, otherwise none.
 using LaneInts = Lanes<int32_t>;
 using LaneFloats = Lanes<float>;
 
@@ -78,7 +78,7 @@ inline LaneFloats floatsOf(const LaneInts& a) {
   return LaneFloats(reinterpret_cast<LaneFloats::Vector>(a.v));
 }
 
-/// A mask from the lowest bits of a number, one bit for each lane.
+/// Converts the lowest eight bits of a number to a mask, one bit per lane.
 inline LaneInts maskOf(uint32_t bits) {
   constexpr LaneInts::Vector kBit = {1, 2, 4, 8, 16, 32, 64, 128};
   return LaneInts((LaneInts(static_cast<int32_t>(bits)).v & kBit) != 0);
@@ -97,7 +97,7 @@ inline bool any(const LaneInts& mask) {
   return (pairs[0] | pairs[1] | pairs[2] | pairs[3]) != 0;
 }
 
-/// Some lane most likely needs the branch, so taking it is faster than testing.
+/// Always true: some lane most likely needs the branch, so taking it is faster than testing.
 inline bool shouldBranch(const LaneInts&) { return true; }
 
 inline LaneFloats maximum(const LaneFloats& a, const LaneFloats& b) { return select(a > b, a, b); }

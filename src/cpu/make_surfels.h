@@ -15,12 +15,12 @@ class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, int threads);
 
-  /// For casting, makes a surfel for each merged square, unmerged pixel or subpixel; all have a
-  /// weight, and their order does not matter. For voxel projection, makes one for each pixel, in
-  /// row-major order, with weight 0 where there is no surfel.
+  /// For casting, creates a surfel for each merged square, unmerged pixel or subpixel. All of these
+  /// have a weight, and their order does not matter. For voxel projection, creates one per pixel,
+  /// in row-major order, with weight 0 where there is no surfel.
   void makeSurfels(const FrameSensing& sensing);
 
-  /// The surfels from the last makeSurfels(). Voxel projection has a single list.
+  /// The surfels created by the last makeSurfels(); a single list for voxel projection.
   const std::vector<std::vector<Surfel>>& lists() const { return lists_; }
 
   size_t bytes() const;

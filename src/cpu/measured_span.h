@@ -1,4 +1,5 @@
-/// Finds the part of an image row that holds measurements. The empty rest can be skipped.
+/// Finds the part of an image row that contains all its measurements, so that the rest can be
+/// skipped.
 #pragma once
 
 #include <algorithm>
@@ -14,11 +15,11 @@ struct PixelSpan {
   bool isEmpty() const { return begin == end; }
 };
 
-/// Spans begin and end at multiples of this number of pixels, or at the image's border. So they
+/// Spans begin and end at multiples of this number of pixels or at the image border, so that they
 /// contain whole patches.
 constexpr int kSpanStep = 16;
 
-/// Whether the kSpanStep values from `first` on, or those up to the row's end, are all 0.
+/// Whether kSpanStep values starting at `first` are all 0, or fewer at the end of the row.
 template <class T>
 bool isBlank(const char* row, int first, int width) {
   uint64_t words[kSpanStep * sizeof(T) / sizeof(uint64_t)] = {};
@@ -53,8 +54,8 @@ inline PixelSpan unite(const PixelSpan& a, const PixelSpan& b) {
   return {std::min(a.begin, b.begin), std::max(a.end, b.end)};
 }
 
-/// An image that is 0 outside one span per row. Memory is reused for each frame: only what the last
-/// frame left outside the new span is zeroed.
+/// An image that is 0 outside one span per row. Its memory is reused for each frame; only the part
+/// of the last frame's span that lies outside the new span is zeroed.
 template <class T>
 class SpanImage {
  public:
@@ -66,8 +67,8 @@ class SpanImage {
     width_ = width;
   }
 
-  /// Returns a row that is zeroed outside its new span. The caller must write the span. Thread-safe
-  /// for different rows.
+  /// Returns a row that is zero outside its new span. The caller must write all pixels of the span.
+  /// Thread-safe for different rows.
   T* newRow(size_t v, const PixelSpan& span) {
     T* const row = &pixels_[v * width_];
     const PixelSpan old = spans_[v];

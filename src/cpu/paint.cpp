@@ -17,7 +17,7 @@ namespace {
 // kernels/colour bit for bit.
 
 int listNear(const PointView& of_image, const Voxel* voxels, int* near) {
-  constexpr int kRow = 16;          // tested together, as most rows have no such voxel
+  constexpr int kRow = 16;          // number of voxels tested together; usually none is near
   const PointView view = of_image;  // a copy, as stores may alias the reference
   int count = 0;
   for (int row = 0; row < kVoxelsPerBlock; row += kRow) {
@@ -35,16 +35,15 @@ int listNear(const PointView& of_image, const Voxel* voxels, int* near) {
   return count;
 }
 
-/// Lists the voxels of an array that are near their surface.
-/// @return their number.
+/// Lists the voxels of an array that are near their surface. @return the number of voxels listed.
 int listNearSurface(const PointView& view, const Voxel* voxels, int* near) {
   int count = 0;
   withWidestVectors([&] { count = listNear(view, voxels, near); });
   return count;
 }
 
-/// A batch of surface points of an array's voxels; equal to those of findSurfacePoint() bit for
-/// bit.
+/// A batch of surface points for voxels of one array. They equal those of findSurfacePoint() bit
+/// for bit.
 class PointBatch {
  public:
   static constexpr int kMax = 64;
@@ -123,13 +122,13 @@ void copyRow(const uint8_t* row, int width, const PixelLayout& layout, ColourPix
   for (int u = 0; u < width; ++u) to[u] = takePixel(row + u * layout.bytes, layout);
 }
 
-/// Copies rows of an image, without padding.
+/// Copies rows of an image and removes their padding.
 void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixel* pixels) {
   const PixelLayout layout = layoutOf(frame.encoding);
   for (int v = first_row; v < end_row; ++v) {
     const auto* row = static_cast<const uint8_t*>(frame.data) + v * frame.row_bytes;
     ColourPixel* to = pixels + static_cast<size_t>(v) * frame.width;
-    switch (frame.encoding) {  // constants for usual layouts are faster
+    switch (frame.encoding) {  // faster with a constant layout for the usual encodings
       case ColourEncoding::kRgb8: copyRow(row, frame.width, {3, 0, 1, 2}, to); break;
       case ColourEncoding::kBgr8: copyRow(row, frame.width, {3, 2, 1, 0}, to); break;
       default: copyRow(row, frame.width, layout, to);
@@ -137,8 +136,8 @@ void copyPixels(const ColourFrame& frame, int first_row, int end_row, ColourPixe
   }
 }
 
-/// Computes halvedPixel() for a row. Only if the finer level is one pixel wide does a pixel reach
-/// beyond it.
+/// Computes halvedPixel() for a row. The loop for pixels at the border only runs if the finer level
+/// is one pixel wide.
 void halveRow(const ColourImage& image, int level, int32_t v, ColourPixel* __restrict__ row) {
   const ColourLevel& finer = image.level[level - 1];
   const int32_t inside = finer.width / 2;
@@ -212,7 +211,8 @@ void Painter::findBlocksInView(const std::vector<int32_t>& candidates, const Blo
   }
 }
 
-/// Draws those surfaces of a block that hide others, and stores the points that may be visible.
+/// Draws the surfaces of a block that can hide other surfaces, and stores the points that may be
+/// visible.
 void Painter::findPoints(CpuMap& map, BlockView& block, float* hiding_m) const {
   const PointView& view = sensing_.view;
   const BlockEntry& entry = map.table.block(block.slot);
@@ -242,7 +242,7 @@ void Painter::findPoints(CpuMap& map, BlockView& block, float* hiding_m) const {
   });
 }
 
-/// Each thread draws into its own depth image; the minimum of all is stored in the first.
+/// Each thread draws into its own depth image. Finally, the first one receives the minimum of all.
 void Painter::findPoints(CpuMap& map) {
   const int32_t width = cellsFor(sensing_.view.frame.width);
   const int32_t height = cellsFor(sensing_.view.frame.height);
@@ -274,7 +274,7 @@ void Painter::sample(BlockView& block) const {
   }
 }
 
-/// Adds up the samples for the exposure, and finds the bricks that they are in.
+/// Sums the samples for estimating the exposure, and finds the bricks that contain them.
 void Painter::sumExposure(CpuMap& map, BlockView& block) const {
   const BlockEntry& entry = map.table.block(block.slot);
   block.sums = {};
@@ -290,7 +290,7 @@ void Painter::sumExposure(CpuMap& map, BlockView& block) const {
   }
 }
 
-/// Prefetches the colours of the block that is most likely the thread's next.
+/// Prefetches the colours of the block that the thread will most likely process next.
 void Painter::prefetchNext(CpuMap& map, size_t i) const {
   const size_t next = i + 1;
   if (next >= blocks_in_view_ || blocks_[next].points.empty()) return;

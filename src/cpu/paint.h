@@ -1,4 +1,4 @@
-/// The stage "paint" on the CPU: paints a colour image onto the surfaces that it shows.
+/// The stage "paint" on the CPU: paints a colour image onto the surfaces visible in it.
 #pragma once
 
 #include <utility>
@@ -13,34 +13,35 @@
 
 namespace dtsdf {
 
-/// Removes the colours of a block's empty voxels in `directions` (one bit each), so that later
-/// surfaces do not inherit the colours.
+/// Removes the colours of a block's empty voxels in `directions` (one bit each), so that surfaces
+/// that appear there in future do not inherit the colours.
 void forgetColours(const BlockEntry& entry, uint32_t directions, CpuMap& map);
 
-/// Paints an image in steps: takeImage(), findColours(), and paint() when the bricks for its
-/// colours exist.
+/// Paints an image in three steps: takeImage(), findColours(), and paint() after the bricks for its
+/// colours have been created.
 class Painter {
  public:
   Painter(const PaintSettings& settings, int threads) : settings_(settings), threads_(threads) {}
 
-  /// Copies an image; it may be freed on return.
+  /// Copies an image, which may then be freed.
   void takeImage(const ColourFrame& frame);
 
-  /// Finds the map's surfaces that the image shows.
+  /// Finds the surfaces of the map that are visible in the image.
   SeenColours findColours(const FrameView& view, int32_t min_evidence,
                           const std::vector<int32_t>& in_view, CpuMap& map);
 
-  /// The bricks that painting the image needs.
+  /// The bricks required to paint the image.
   std::vector<ColourRequest> requests(CpuMap& map) const;
 
-  /// Paints the surfaces that findColours() found, where bricks exist.
-  /// @return the slots of the blocks that look different now.
+  /// Paints the surfaces found by findColours(), where bricks exist.
+  /// @return the slots of the blocks whose colours changed visibly.
   std::vector<int32_t> paint(const Exposure& exposure, CpuMap& map);
 
   size_t bytes() const;
 
  private:
-  /// What the image shows of a block. Voxels are numbered direction * kVoxelsPerBlock + index.
+  /// The visible part of a block. The index of a voxel is direction * kVoxelsPerBlock + its index
+  /// in the array.
   struct BlockView {
     int32_t slot;
     std::vector<std::pair<uint16_t, SurfacePoint>> points;   ///< Points that face the camera.
@@ -61,8 +62,8 @@ class Painter {
   const PaintSettings settings_;
   const int threads_;
   ColourSensing sensing_ = {};
-  std::vector<ColourPixel> pixels_;           ///< The image at all levels.
-  std::vector<std::vector<float>> hiding_m_;  ///< Depths for hiding, per thread.
+  std::vector<ColourPixel> pixels_;           ///< The image at all resolutions.
+  std::vector<std::vector<float>> hiding_m_;  ///< Per thread, a depth image for occlusion tests.
   std::vector<BlockView> blocks_;             ///< Blocks in view come first.
   size_t blocks_in_view_ = 0;
 };

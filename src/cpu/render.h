@@ -16,7 +16,7 @@ namespace dtsdf {
 /// The key in a pixel, which other threads may be changing.
 inline ViewKey drawnAt(const ViewKey& pixel) { return __atomic_load_n(&pixel, __ATOMIC_RELAXED); }
 
-/// Draws a key unless the pixel has a nearer one. Thread-safe.
+/// Draws a key unless the pixel already contains a nearer one. Thread-safe.
 inline void draw(ViewKey& pixel, ViewKey key) {
   ViewKey found = drawnAt(pixel);
   while (key < found && !__atomic_compare_exchange_n(&pixel, &found, key, true, __ATOMIC_RELAXED,
@@ -37,7 +37,7 @@ inline void visitPixels(const FrameView& frame, const DrawnTriangle& drawn, cons
   }
 }
 
-/// Projects a block's vertices, with normals from the block's triangles.
+/// Projects a block's vertices, and computes their normals from the block's triangles.
 inline std::vector<ProjectedVertex> projectVertices(const FrameView& frame, const BlockMesh& mesh) {
   std::vector<Vec3i> shares(mesh.vertices.size(), Vec3i{0, 0, 0});
   for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
@@ -57,7 +57,7 @@ inline std::vector<ProjectedVertex> projectVertices(const FrameView& frame, cons
   return seen;
 }
 
-/// Fills rows [begin, end) of a view's images; `colours` may be null.
+/// Fills rows [begin, end) of a view's images. `colours` may be null.
 inline void fillRows(const FrameView& frame, int32_t begin, int32_t end, const ViewKey* surfaces,
                      const ViewKey* colours, RenderedView& view) {
   const auto first = static_cast<size_t>(pixelIndex(frame, {0, begin}));
@@ -70,14 +70,14 @@ inline void fillRows(const FrameView& frame, int32_t begin, int32_t end, const V
   for (size_t i = first; i < last; ++i) view.colours[i] = colourOf(colours[i]);
 }
 
-/// Makes and draws the triangles of the blocks in view.
+/// Draws the meshes of the blocks in view.
 class Renderer {
  public:
   Renderer(const CpuMap& map, BlockMesher& mesher, int threads)
       : map_(map), mesher_(mesher), threads_(threads) {}
 
-  /// Renders the surfaces of voxels with at least this evidence.
-  /// @param painted Whether the view has colours.
+  /// Renders the surfaces of voxels with at least `min_evidence`.
+  /// @param painted Whether to render colours.
   void render(const FrameView& frame, int32_t min_evidence, bool painted, RenderedView& view) {
     const size_t pixels = static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height);
     surfaces_.assign(pixels, kNothingSeen);

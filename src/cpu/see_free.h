@@ -1,4 +1,4 @@
-/// The stage "see free" on the CPU: finds the cells of space that a depth image shows to be free.
+/// The stage "see free" on the CPU: finds the free-space cells that a depth image shows to be free.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ class FreeCellFinder {
         threads_(threads),
         levels_(kFreeLevels) {}
 
-  /// The cells that the image shows to be free, without cubes that have none.
+  /// Returns the cells of `cubes` that are free according to the image; omits cubes without any.
   /// @pre The frame has free depths.
   std::vector<CubeMask> find(const FrameSensing& sensing, const std::vector<Vec3i>& cubes) {
     const FrameView& frame = sensing.image.frame;
@@ -71,7 +71,7 @@ class FreeCellFinder {
   const int32_t cell_log2_;
   const float max_range_m_;
   const int threads_;
-  std::vector<std::vector<float>> levels_;  ///< Level 0 stays empty; it is sensing.free_depth.
+  std::vector<std::vector<float>> levels_;  ///< Empty for level 0, which is sensing.free_depth.
 };
 
 }  // namespace dtsdf

@@ -50,7 +50,8 @@ void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& s
   }
 }
 
-/// The maxima of a row of patches, from pixel row `first_v`; depths outside `span` are 0.
+/// Finds the maximum free depth in each patch of a row of patches that starts at pixel row
+/// `first_v`. Depths outside `span` are 0.
 void findPatchMaxima(const FrameView& frame, const float* free_depth, int first_v,
                      const PixelSpan& span, float* patches) {
   const int end_v = std::min(first_v + kFreePatchSide, frame.height);
@@ -64,8 +65,8 @@ void findPatchMaxima(const FrameView& frame, const float* free_depth, int first_
   }
 }
 
-/// The noise according to each quartile of the lines' variances, from their histogram. @pre There
-/// is at least one line.
+/// Estimates the noise from each quartile of the variances of lines, given as a histogram. @pre
+/// There is at least one line.
 NoiseOfLines noiseOf(const uint32_t (&lines_in_bin)[kNoiseBins], uint32_t lines) {
   NoiseOfLines noise{{}, lines};
   uint32_t up_to = lines_in_bin[0];  // lines in bins up to `bin`
@@ -104,7 +105,7 @@ FrameSensing FrameSensor::sense(const DepthFrame& frame) {
   return sensing;
 }
 
-/// Skips raw values of 0 at both ends of a row, as they are not measurements.
+/// Skips raw values of 0 at both ends of a row.
 void FrameSensor::invertDepths(const DepthFrame& frame) {
   const int width = frame.width;
   measured_.resize(width, frame.height);
@@ -126,8 +127,8 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   });
 }
 
-/// Estimates the noise from lines. Steps run in parallel, since no two of them count lines of the
-/// same kind. Lines whose middle is not measured are skipped.
+/// Estimates the noise from lines. Steps run in parallel, as each counts different kinds of lines.
+/// Lines whose middle is not measured are skipped.
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   NoiseOfLines kinds[kNoiseKinds] = {};
   const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };
@@ -173,7 +174,7 @@ void FrameSensor::fillGaps(const FrameView& view, const DepthRange& range,
   });
 }
 
-/// Links and fits in one loop over the rows, as a row's fits need only its own links.
+/// Links pixels and fits lines in one loop over the rows, as fits need only the links of their row.
 void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise) {
   const int width = view.width;
   links_.resize(width, view.height);
@@ -191,7 +192,7 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
     for (int u = span.begin; u < span.end; ++u) {
       links[u] = linksOf(view, inverse_depth_.data(), {u, static_cast<int>(v)}, limits);
     }
-    // Pixels in the margin are unmeasured, so a walk ends there as it does at the image border.
+    // Pixels in the margin are unmeasured, so that fits end there, as at the image border.
     std::vector<float> padded(width + 2 * margin, 0.0f);
     std::vector<PixelLinks> padded_links(width + 2 * margin, 0);
     std::copy_n(inverse_depth_.row(v), width, padded.data() + margin);
@@ -211,7 +212,7 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
   });
 }
 
-/// Finds the free depth of each pixel, and in the same pass the maximum of each patch.
+/// Finds the free depth of each pixel and, in the same pass, the maximum in each patch.
 void FrameSensor::findFreeDepths(const FrameSensing& sensing) {
   const FrameView& view = sensing.image.frame;
   const int columns = freePatchesAlong(view.width), rows = freePatchesAlong(view.height);

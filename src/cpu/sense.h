@@ -1,4 +1,4 @@
-/// The stage "sense" on the CPU: prepares a depth image for making surfels.
+/// The stage "sense" on the CPU: prepares a depth image for the surfels.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@
 
 namespace dtsdf {
 
-/// Buffers are reused: the result is valid until the next frame.
+/// Reuses its buffers, so the result of sense() is valid until the next call.
 class FrameSensor {
  public:
   FrameSensor(const MapperParams& params, const Rules& rules, int threads);

@@ -6,7 +6,7 @@ namespace dtsdf {
 
 inline int StretchFit::begin(int pixels, const LineSamples& first, const FitWindow& window) {
   constexpr float kMin = 1e-6f;  // inverse depths of 0 and below have no window
-  int32_t widest = 0;            // an integer, as compilers vectorise its maximum
+  int32_t widest = 0;            // an integer, so that compilers can vectorise the maximum
   for (int i = 0; i < pixels; ++i) {
     const float value = first.value[i];
     const WindowRadius radius = windowRadius(maximum(value, kMin), window);
@@ -23,7 +23,8 @@ inline int StretchFit::begin(int pixels, const LineSamples& first, const FitWind
 
 inline void StretchFit::takeStep(int pixels, const LineSamples& first, const PixelLine& line,
                                  int step) {
-  // Samples `step` pixels before and after each centre; the centre itself beyond the line's ends.
+  // The samples `step` pixels before and after each centre, or the centre itself beyond the ends of
+  // the line.
   const int32_t has_before = step <= line.before ? 1 : 0, has_after = step <= line.after ? 1 : 0;
   const int64_t to_before = -has_before * step * line.stride;
   const int64_t to_after = has_after * step * line.stride;

@@ -1,12 +1,12 @@
-/// Fits lines around many neighbouring pixels at once. Each step of fitLine()'s walk is taken for
-/// all of them in a loop that compilers vectorise. The lines equal those of fitLine() bit for bit.
+/// Fits lines around many neighbouring pixels at once. Each step of fitLine() is done for all
+/// pixels in a loop that compilers vectorise. The lines equal those of fitLine() bit for bit.
 #pragma once
 
 #include "kernels/surfels/line_fit.h"
 
 namespace dtsdf {
 
-/// Largest number of pixels that are fitted at once.
+/// Maximum number of pixels that are fitted at once.
 constexpr int kStretch = 64;
 
 class StretchFit {
@@ -22,7 +22,7 @@ class StretchFit {
                const FitWindow& window);
 
  private:
-  /// Starts the walks. @return the largest radius.
+  /// Initialises the fits. @return the largest window radius.
   int begin(int pixels, const LineSamples& first, const FitWindow& window);
   void takeStep(int pixels, const LineSamples& first, const PixelLine& line, int step);
   void finish(int pixels, const float* values);

@@ -9,11 +9,12 @@
 
 namespace dtsdf {
 
-/// The voxels and colours from which a block's vertices get their colours. Voxels with less than
-/// `min_evidence` count as unknown.
+/// The voxels and colours from which the colours of a block's vertices are computed. Voxels with
+/// less than `min_evidence` count as unknown.
 ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t min_evidence);
 
-/// The colours of a block's vertices; the midpoint of a side gets the mean of its ends.
+/// Computes the colours of a block's vertices. The midpoint of a side gets the mean colour of the
+/// ends.
 std::vector<VertexColour> vertexColours(ColouredCorners corners,
                                         const std::vector<BlockVertex>& vertices, bool directional);
 

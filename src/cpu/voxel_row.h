@@ -1,4 +1,4 @@
-/// A row of voxels along x, split into vectors.
+/// A row of voxels along x, split into one vector per field.
 #pragma once
 
 #include <cstring>
@@ -15,7 +15,7 @@ struct VoxelRow {
   LaneInts sdf_units, anchor, state;
 
   explicit VoxelRow(const Voxel* voxels) {
-    LaneInts::Vector first, last;  // words alternate: distance with anchor, then state
+    LaneInts::Vector first, last;  // words alternate between distance with anchor, and state
     static_assert(sizeof(first) + sizeof(last) == kBlockSide * sizeof(Voxel), "");
     std::memcpy(&first, voxels, sizeof(first));
     std::memcpy(&last, voxels + kLanes / 2, sizeof(last));

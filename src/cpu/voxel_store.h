@@ -1,4 +1,4 @@
-/// Memory of the map on the CPU: arrays in slabs that do not move as the map grows.
+/// Memory for the map on the CPU: arrays in slabs, which do not move as the map grows.
 #pragma once
 
 #include <memory>
@@ -16,7 +16,7 @@ namespace dtsdf {
 template <class T, int kSize>
 class ArrayStore {
  public:
-  /// Makes room for `count` arrays, uninitialised. @throws std::bad_alloc
+  /// Allocates memory for at least `count` arrays, uninitialised. @throws std::bad_alloc
   void resize(size_t count) {
     while (slabs_.size() * kArraysPerSlab < count) {
       std::unique_ptr<T[]> slab(new T[kArraysPerSlab * kSize]);  // make_unique() would zero it

@@ -1,15 +1,14 @@
-/// Runs loops with AVX2 where the processor has it, in optimised GCC builds for x86-64; the rest of
-/// the build does not require it.
+/// Runs loops with AVX2 if the processor supports it, in optimised GCC builds for x86-64. The rest
+/// of the build does not require AVX2.
 #pragma once
 
 namespace dtsdf {
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
 
-/// Everything that `loops` calls is inlined here, and so compiled for AVX2. As the target does not
-/// include fused multiply-add, results have the same bits as on any other processor. Without noipa,
-/// GCC 12 drops calls to this function at -O2 (build type RelWithDebInfo), as if it had no effects,
-/// and maps stay empty.
+/// Everything that `loops` calls is inlined here, and thus compiled for AVX2. As the target does
+/// not include fused multiply-add, results are bitwise equal on all processors. Without noipa, GCC
+/// 12 removes calls to this function at -O2 (build type RelWithDebInfo), and maps stay empty.
 template <class Loops>
 __attribute__((target("avx2"), flatten, noipa)) void runWithAvx2(const Loops& loops) {
   loops();
@@ -20,7 +19,7 @@ inline bool hasAvx2() {
   return has;
 }
 
-/// Runs loops; the compiler must be able to inline everything that they call.
+/// Runs loops. The compiler must be able to inline everything that they call.
 template <class Loops>
 void withWidestVectors(const Loops& loops) {
   if (hasAvx2()) {

@@ -18,12 +18,12 @@ namespace {
 
 IntegrationResult outOfMemoryResult(const BackendError& error) {
   return refuse(FrameStatus::kNoMemory,
-                std::string("the GPU has too little memory for this frame, which was not fused; "
+                std::string("the frame was not fused, as the GPU has too little memory for it; "
                             "lower map/max_memory_mb or use larger voxels. ") +
                     error.what());
 }
 
-/// Keeps the farthest blocks in the lists, at most kMaxDroppedBlocks; keys break ties.
+/// Reduces the lists to the kMaxDroppedBlocks farthest blocks. Keys break ties.
 void keepFarthest(const RegionView& kept, const BlockTable& table, std::vector<int32_t>& slots,
                   std::vector<PackedKey>& on_disk) {
   std::vector<std::pair<double, PackedKey>> all;  // negative distances, to sort the farthest first
@@ -46,7 +46,7 @@ void keepFarthest(const RegionView& kept, const BlockTable& table, std::vector<i
   }
 }
 
-/// Maximum size of State::changed_in.
+/// Maximum number of views in State::changed_in.
 constexpr size_t kMaxViews = 8;
 
 }  // namespace
@@ -66,7 +66,7 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
   noteStats();
 }
 
-/// Prepares the backend for the calling thread, once the helper is done with the map.
+/// Waits for the helper, and prepares the backend for the calling thread.
 MapBackend& Engine::ready() {
   helper_.wait();
   return made();
@@ -83,7 +83,7 @@ MapBackend& Engine::made() {
   return *backend_;
 }
 
-/// Processes an image and measures the time. Refuses the image if the device runs out of memory.
+/// Runs `take` and measures its time. If the device runs out of memory, the result says so.
 IntegrationResult Engine::timed(const std::function<IntegrationResult()>& take) {
   const auto start = std::chrono::steady_clock::now();
   IntegrationResult result;
@@ -105,7 +105,7 @@ IntegrationResult Engine::integrate(const DepthFrame& frame) {
   return timed([&] { return fuse(frame); });
 }
 
-/// Runs a depth image through the stages listed in docs/method.md.
+/// Processes a depth image in the stages listed in docs/method.md.
 IntegrationResult Engine::fuse(const DepthFrame& frame) {
   const FrameView view = makeFrameView(frame, params_.map.voxel_size_m);
   made().sense(frame, view);
@@ -134,8 +134,8 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   return result;
 }
 
-/// Completes the previous frame. Moves blocks between memory and disk, unless the helper has done
-/// so or an extraction is under way.
+/// Completes the previous frame. Moves blocks between memory and disk, unless the helper has
+/// already done so or an extraction is in progress.
 /// @return the result of blocksInView().
 std::vector<int32_t> Engine::prepareForFrame(const FrameView& view) {
   helper_.wait();
@@ -147,16 +147,17 @@ std::vector<int32_t> Engine::prepareForFrame(const FrameView& view) {
   return blocksInView(view);
 }
 
-/// Blocks in view, which a frame may clear without touching them; none without a clearing stage.
-/// The first call for a frame precedes applyPendingWork(), to overlap with the device's work.
+/// Blocks in view, which a frame may clear without touching them; none if there is no clearing
+/// stage. The first call for a frame precedes applyPendingWork(), so that it overlaps with work on
+/// the device.
 std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
   if (!clearsFreeSpace(params_)) return {};
   const StageTimer timer(profile_, Stage::kClear);
   return table_.slotsInView(view, kFootRadius);
 }
 
-/// Loads the blocks that an image needs, if some are on disk or new blocks lack room. Blocks that
-/// stay on disk count as refused. @return whether blocks had to move.
+/// Loads the blocks that an image needs, and makes room for new blocks. Blocks that stay on disk
+/// count as refused. @return whether blocks had to move.
 bool Engine::loadForFrame(const FrameView& view, TouchedBlocks& touched,
                           std::vector<int32_t>& in_view) {
   const std::vector<PackedKey> keys =
@@ -176,8 +177,8 @@ bool Engine::loadForFrame(const FrameView& view, TouchedBlocks& touched,
 }
 
 /// All memory is reserved before the table changes, so a failure leaves the map unchanged. If the
-/// device lacks memory for new blocks, they are refused, as if the budget were full, and the frame
-/// is fused into the existing blocks.
+/// device lacks memory for new blocks, these are refused (as if the budget were full), and the
+/// frame is only fused into existing blocks.
 void Engine::admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view) {
   backend_->waitForMeshes();
   const StageTimer timer(profile_, Stage::kAdmit);
@@ -198,8 +199,8 @@ void Engine::admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view) 
   state_.refused += admission.refused;
 }
 
-/// Records the frame. On a device, the frame's pending work is done when the map is next used, so
-/// that this call does not wait for the device.
+/// Records the frame. With a GPU, the frame's pending work is left until the map is next used, so
+/// that this call does not wait for the GPU.
 void Engine::keep(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks) {
   if (params_.map.keep_radius_m > 0.0f) state_.kept = keptBallOf(frame, params_.map);
   if (pager_) {
@@ -222,9 +223,9 @@ Space* Engine::space() {
 
 /// Applies the last frame's outcome: free cells, empty blocks, and blocks beyond the kept radius.
 void Engine::applyPendingWork() {
-  table_.publish();  // in case a failure left blocks unpublished
+  table_.publish();  // in case an error left blocks unpublished
   std::vector<int32_t> changed = takeOutcome();
-  if (pager_ && state_.kept) {  // in case dropBeyond() runs out of memory
+  if (pager_ && state_.kept) {  // now, in case dropBeyond() runs out of memory
     sortUnique(changed);
     backend_->follow({changed});
   }
@@ -236,7 +237,8 @@ void Engine::applyPendingWork() {
   backend_->follow({changed, !dropped.empty()});
 }
 
-/// @return slots of the blocks with arrays that the last frame left empty.
+/// Takes the last frame's outcome. @return slots of the blocks with arrays that the frame left
+/// empty.
 std::vector<int32_t> Engine::takeOutcome() {
   const FrameOutcome outcome = backend_->takeOutcome();
   if (space_ != nullptr) {
@@ -252,8 +254,9 @@ std::vector<int32_t> Engine::takeOutcome() {
   return slots;
 }
 
-/// Releases blocks that became empty before any extraction. If render() has run, its labels may
-/// depend on them, so the blocks around them are marked for meshing. @return the released slots.
+/// Releases blocks that became empty before they were ever extracted. If render() has run, its
+/// labels may depend on these blocks, so the blocks around them are marked for meshing.
+/// @return the released slots.
 std::vector<int32_t> Engine::releaseUnseen() {
   const std::vector<int32_t> unseen = table_.takeUnmeshed();
   if (state_.was_viewed && !unseen.empty()) {
@@ -327,7 +330,7 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   std::vector<int32_t> in_view = table_.slotsInView(view, radius);
   applyPendingWork();
   const uint64_t refused_before = state_.refused;
-  if (pager_) {  // loads blocks that the image may show, and blocks that may hide them
+  if (pager_) {  // loads blocks that may be visible in the image, and blocks that may hide them
     const StageTimer timer(profile_, Stage::kPaint);
     std::vector<PackedKey> keys = pager_->keysInView(view, radius, paint_settings_.max_depth_m);
     const std::vector<PackedKey> seen = keys;
@@ -361,7 +364,7 @@ void Engine::admitColours(std::vector<ColourRequest> requests) {
   state_.refused += admission.refused;
 }
 
-/// Turns colours on. Blocks that are already meshed get colours, too.
+/// Turns on colours, also for blocks that are already meshed.
 void Engine::keepColours() {
   if (state_.has_colours) return;
   backend_->reserve({0, 0, 0, true});
@@ -373,19 +376,19 @@ void Engine::keepColours() {
 
 void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
                     RenderedView& view) {
-  constexpr float kViewRadius = kLabelledReach + 13.9f;  // all blocks that a view depends on
+  constexpr float kViewRadius = kLabelledReach + 13.9f;  // includes all blocks a view depends on
   constexpr float kAnyDepth_m = 1e30f;
   const FrameView frame = checkedFrameView(camera, T_W_C, params_);
   ready();
   applyPendingWork();
   state_.was_viewed = true;
   if (pager_) {
-    if (!state_.waiting.empty()) finishMeshing();  // marks the waiting blocks
+    if (!state_.waiting.empty()) finishMeshing();  // which marks the waiting blocks
     pager_->setMarks(*backend_, std::exchange(state_.undone, {}));
     std::vector<PackedKey> keys = pager_->keysInView(frame, kViewRadius, kAnyDepth_m);
     if (pager_->isAnyPaged(keys) && (pager_->trim(keys) > 0 || require(keys) > 0)) {
       throw std::runtime_error(
-          "the view shows more of the map than fits into memory; raise map/max_memory_mb, or "
+          "the view contains more of the map than fits into memory; raise map/max_memory_mb, or "
           "render the saved map");
     }
   }
@@ -393,14 +396,14 @@ void Engine::render(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
   noteStats();
 }
 
-/// Loads blocks from disk, after fetching any extraction under way.
-/// @return number of blocks that stay on disk.
+/// Loads blocks from disk, after fetching an extraction in progress, if any.
+/// @return the number of blocks that stay on disk.
 size_t Engine::require(const std::vector<PackedKey>& keys) {
   if (pager_->isAnyPaged(keys)) finishMeshing();
   return pager_->require(*backend_, keys);
 }
 
-/// Evicts blocks, except those of the last require().
+/// Evicts blocks, except those loaded by the last require().
 /// @return whether there is room for `bytes` now.
 bool Engine::makeRoom(size_t bytes) {
   if (pager_->hasRoom(bytes)) return true;

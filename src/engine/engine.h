@@ -1,5 +1,5 @@
-/// Implements the mapper on a backend, which supplies the loops and the memory. The engine decides
-/// what is in the map, enforces the budget and calls the stages.
+/// Implements the mapper with a backend, which provides the loops and the memory. The engine
+/// decides which blocks the map contains, enforces the budget and calls the stages.
 #pragma once
 
 #include <functional>
@@ -54,20 +54,21 @@ class Engine : public ProbedMapper {
     uint64_t refused = 0, dropped = 0;
     uint64_t frames = 0;                 ///< Frames fused, including those that only clear.
     uint64_t supporting_frames = 0;      ///< Frames that touched a block.
-    std::optional<RegionView> kept;      ///< Ball to keep; none after dropBeyond().
+    std::optional<RegionView> kept;      ///< Sphere to keep; none after dropBeyond().
     Exposure exposure = sameExposure();  ///< Gains of the last colour image.
     bool has_colours = false;            ///< Whether anything was painted.
 
-    bool is_meshing = false;      ///< An extraction was begun and not yet fetched.
+    bool is_meshing = false;      ///< Whether an extraction was begun and not yet fetched.
     MeshUpdate made;              ///< Meshes of that extraction so far.
-    int32_t min_evidence = 0;     ///< Evidence that the last extraction required.
-    std::vector<int32_t> vacant;  ///< Blocks to release once all parts are fetched.
+    int32_t min_evidence = 0;     ///< Minimum evidence in the last extraction.
+    std::vector<int32_t> vacant;  ///< Blocks to release after the last part is fetched.
     bool was_viewed = false;      ///< Whether render() ran since the last extraction.
 
-    /// Views that contain all blocks marked for meshing; without a value, these may be anywhere.
+    /// Views that contain all blocks marked for meshing. Without a value, the blocks may be
+    /// anywhere.
     std::optional<std::vector<FrameView>> changed_in{std::in_place};
     std::vector<MarkedKey> waiting;        ///< Blocks left for the next part of an extraction.
-    std::vector<MarkedKey> undone;         ///< Blocks to mesh again, as not all could be loaded.
+    std::vector<MarkedKey> undone;         ///< Blocks to mesh again, as some could not be loaded.
     PackedKey next_turn = 0;               ///< First block of the next part.
     bool has_moved_in_background = false;  ///< Whether blocks moved since the last frame.
   };
@@ -78,7 +79,7 @@ class Engine : public ProbedMapper {
   IntegrationResult timed(const std::function<IntegrationResult()>& take);
   int32_t minEvidenceNow() const;
 
-  // A depth image, and its pending work, which is done when the map is next used.
+  // Depth images, and their pending work, which is done when the map is next used.
   IntegrationResult fuse(const DepthFrame& frame);
   std::vector<int32_t> prepareForFrame(const FrameView& view);
   std::vector<int32_t> blocksInView(const FrameView& view) const;
@@ -90,7 +91,7 @@ class Engine : public ProbedMapper {
   std::vector<int32_t> releaseUnseen();
   std::vector<int32_t> dropBeyond();
 
-  // A colour image.
+  // Colour images.
   IntegrationResult paintSurfaces(const ColourFrame& frame);
   void admitColours(std::vector<ColourRequest> requests);
   void keepColours();
@@ -121,9 +122,9 @@ class Engine : public ProbedMapper {
   std::unique_ptr<Pager> pager_;         ///< Null without map/page_folder.
   State state_;
   PoseConvention convention_;
-  MapStats stats_;  ///< As of the last call that changed the map.
+  MapStats stats_;  ///< From the last call that changed the map.
   Profile* profile_ = nullptr;
-  mutable Helper helper_;  ///< Moves blocks between frames. Last, since it uses the other members.
+  mutable Helper helper_;  ///< Moves blocks between frames. Last member, as it uses all others.
 };
 
 }  // namespace dtsdf

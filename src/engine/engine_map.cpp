@@ -1,4 +1,4 @@
-// The engine's operations on the whole map: meshes, sizes, copies and clearing.
+// The part of Engine that works on the whole map: meshing, statistics, copying and clearing.
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -11,7 +11,7 @@ namespace dtsdf {
 void Engine::beginMeshUpdate() {
   ready();
   finishMeshing();
-  // Pending work that the meshes do not depend on is done while a device is busy.
+  // If the meshes do not depend on the pending work, it is done while the GPU extracts them.
   const bool prepares_concurrently =
       traits_.indexes_blocks_itself && !pager_ && !state_.kept && !state_.was_viewed;
   if (!prepares_concurrently) prepareForMesh();
@@ -26,7 +26,7 @@ void Engine::beginMeshUpdate() {
   noteStats();
 }
 
-/// Completes pending work and takes the vacant blocks for an extraction.
+/// Does pending work, and takes the vacant blocks, which the extraction will report as empty.
 void Engine::prepareForMesh() {
   applyPendingWork();
   table_.noteExtraction();
@@ -42,8 +42,8 @@ void Engine::markAllDirty() {
   if (pager_) pager_->markAll(dirty);
 }
 
-/// Loads the blocks that an extraction depends on. If they do not fit, only some of the marked
-/// blocks are meshed, and the rest are left to the next extraction.
+/// Loads the blocks on which an extraction depends. If they do not all fit into memory, only some
+/// of the marked blocks are meshed, and the rest are left for the next extraction.
 void Engine::loadForMesh() {
   const auto may_show = [this](const FrameView& view) {
     return pager_->mayShow(view, kMeshedRadius);
@@ -78,7 +78,7 @@ void Engine::loadForMesh() {
     state_.refused += left;
     state_.undone.insert(state_.undone.end(), marked.begin(), marked.end());
     // Blocks that stay on disk are marked again only after the last part, like all undone blocks.
-    // Otherwise the parts would never end.
+    // Otherwise there would never be a last part.
     const auto stays = [this](const MarkedKey& one) { return pager_->isPaged(one.first); };
     marked.erase(std::remove_if(marked.begin(), marked.end(), stays), marked.end());
   }
@@ -99,9 +99,9 @@ MeshUpdate Engine::finishMeshUpdate() {
   return made;
 }
 
-/// Fetches an extraction. After its last part, blocks without arrays are released, since their
-/// empty meshes have been delivered. Waiting blocks are marked again and, after the last part,
-/// undone ones too.
+/// Fetches an extraction. After its last part, blocks without arrays are released, as their empty
+/// meshes have been delivered. Waiting blocks are marked again; after the last part, undone blocks
+/// are marked, too.
 void Engine::finishMeshing() {
   if (!std::exchange(state_.is_meshing, false)) return;
   addMeshes(backend_->finishMesh(), state_.made);
@@ -114,8 +114,8 @@ void Engine::finishMeshing() {
   if (!state_.made.is_part) pager_->setMarks(*backend_, std::exchange(state_.undone, {}));
 }
 
-/// Moves blocks in the background before the next frame. If a device lacks the memory, they move
-/// only when necessary.
+/// Moves blocks in the background before the next frame. If a GPU lacks the memory to do so, blocks
+/// are only moved when frames need them.
 void Engine::moveInBackground() {
   state_.has_moved_in_background = true;
   helper_.start([this] {
@@ -128,7 +128,7 @@ void Engine::moveInBackground() {
   });
 }
 
-/// Blocks on disk are read back in batches, to be emptied.
+/// Blocks on disk are loaded in batches to be emptied.
 ClearedRegion Engine::clearRegion(const Region& region) {
   constexpr size_t kAtOnce = 256;
   const RegionView view = checkedRegionView(region, params_.map);
@@ -200,7 +200,7 @@ MapContents Engine::outline() {
   return contents;
 }
 
-/// Damaged blocks are dropped from the map, which is then copied again.
+/// Copying drops damaged blocks from the map, which must then be copied again.
 MapContents Engine::contents() {
   for (uint64_t lost = stats_.pages.lost;;) {
     MapContents contents = outline();
@@ -242,7 +242,8 @@ void Engine::restore(const MapParts& parts) {
   noteStats();
 }
 
-/// Adds a part of a map. With map/page_folder, blocks that do not fit are written to disk.
+/// Adds a part of a map. With map/page_folder, blocks that do not fit into memory are written to
+/// disk.
 void Engine::addPart(const MapContents& part) try {
   ready();
   state_.changed_in.reset();
@@ -258,8 +259,8 @@ void Engine::addPart(const MapContents& part) try {
   take(0);
 } catch (const BackendError& error) {
   if (!error.isOutOfMemory()) throw;
-  throw std::runtime_error(std::string("the GPU has too little memory for this map, which was not "
-                                       "loaded; clear_map frees the memory of the old one. ") +
+  throw std::runtime_error(std::string("the map was not loaded, as the GPU has too little memory "
+                                       "for it; clear_map frees the memory of the old map. ") +
                            error.what());
 }
 

@@ -21,7 +21,7 @@ std::vector<PackedKey> movedBy(const Vec3i& step, const std::vector<PackedKey>& 
 
 }  // namespace
 
-/// Grows the list axis by axis. Shifted lists stay sorted, so merging suffices.
+/// Extends the list along one axis at a time. Shifted lists stay sorted, so they can be merged.
 std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys) {
   std::sort(keys.begin(), keys.end());
   for (const Vec3i& axis : {Vec3i{1, 0, 0}, Vec3i{0, 1, 0}, Vec3i{0, 0, 1}}) {

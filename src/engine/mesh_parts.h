@@ -13,8 +13,8 @@ namespace dtsdf {
 /// A block affects meshes up to this many blocks away.
 constexpr int32_t kMeshReach = 2;
 
-/// With this radius, in voxels, mayBeInView() accepts all blocks that the meshes of an image's
-/// changed blocks depend on.
+/// With this radius, in voxels, mayBeInView() accepts all blocks that affect the meshes of the
+/// blocks changed by an image.
 constexpr float kMeshedRadius = kFootRadius + 1.7321f * kMeshReach * kBlockSide;
 
 template <class T>
@@ -31,12 +31,12 @@ using MarkedKey = std::pair<PackedKey, MeshMarks>;
 std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys);
 std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked);
 
-/// Sorts blocks for meshing, cell by cell, starting at `first` and wrapping around, so that every
-/// block gets its turn even if a camera keeps changing others.
+/// Sorts blocks for meshing, grouped by coarse cell. The order starts at `first` and wraps around,
+/// so that every block is meshed eventually, even if the camera keeps changing other blocks.
 void sortForTurns(std::vector<MarkedKey>& marked, PackedKey first);
 
-/// Adds the meshes of a part to those of earlier parts. If both have a mesh of a block, the later
-/// one is kept.
+/// Adds the meshes of a part to those of earlier parts. For a block with meshes in both, the mesh
+/// of the new part is kept.
 void addMeshes(MeshUpdate part, MeshUpdate& made);
 
 }  // namespace dtsdf

@@ -13,22 +13,22 @@
 namespace dtsdf {
 namespace {
 
-/// Approximate size of a batch of blocks to move. While blocks move, they are in memory twice.
+/// Approximate size of a batch of blocks to move. Blocks occupy memory twice while being moved.
 constexpr size_t kBatchBytes = size_t{8} << 20;
 
-/// Extra room to make, so that not every frame has to write blocks; small, so that a frame that
-/// does is not delayed for long.
+/// Additional room to make, so that not every frame has to write blocks. It is small, so that
+/// writing does not delay a frame for long.
 size_t spareBytes(size_t budget_bytes) { return std::min(budget_bytes / 16, 4 * kBatchBytes); }
 
-/// Blocks waiting to be written may take 1 / kWaitingShare of the budget, in addition to it, but at
-/// most kMaxWaitingBytes.
+/// Blocks waiting to be written may occupy another 1 / kWaitingShare of the budget, but at most
+/// kMaxWaitingBytes.
 constexpr size_t kWaitingShare = 8;
 constexpr size_t kMaxWaitingBytes = 4 * kBatchBytes;
 
-/// After a failure, nothing is written for this many calls of require() and noteFrame().
+/// After a failed write, nothing is written for this many calls of require() and noteFrame().
 constexpr uint64_t kCallsBetweenTries = 16;
 
-/// Largest size of a block in memory.
+/// Maximum size of a block in memory.
 constexpr size_t kMaxBytesOfBlock =
     BlockTable::kBlockBytes +
     kDirectionCount * (BlockTable::kArrayBytes + kBricksPerArray * BlockTable::kColourBytes);
@@ -39,18 +39,18 @@ size_t bytesInMemory(const MapBlock& block) {
          static_cast<size_t>(__builtin_popcountll(block.bricks)) * BlockTable::kColourBytes;
 }
 
-/// Whether a step is a motion to extrapolate, rather than a jump of the pose or a change to another
-/// camera of a rig.
+/// Whether a step is a motion that can be extrapolated, rather than a jump of the pose or a switch
+/// to another camera of a rig.
 bool isMotion(const Eigen::Isometry3d& step, double max_depth_m) {
   constexpr double kMaxTurn_rad = 0.35, kMaxDepths = 0.25;
   return Eigen::AngleAxisd(step.linear()).angle() < kMaxTurn_rad &&
          step.translation().norm() < kMaxDepths * max_depth_m;
 }
 
-/// How many frames ahead blocks are read, and the step between the frames considered.
+/// Number of frames for which to read ahead, and the step between the frames considered.
 constexpr int kFramesAhead = 24, kFramesBetween = 3;
 
-/// Number of frames between reads ahead. Frames that moved blocks also read ahead.
+/// Blocks are read ahead once in this many frames, and after frames that moved blocks.
 constexpr uint64_t kFramesBetweenReads = 3;
 
 /// Distance from the centre of a coarse cell's middle block to the cell's farthest corner, in
@@ -147,12 +147,12 @@ size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
     for (; end < numbers.size() && (end == first || bytes < batch_bytes_); ++end) {
       bytes += bytesInMemory(blocks_.block(numbers[end]).block);
     }
-    // A full disk can take other blocks only after the blocks of this batch have been read.
+    // If the disk is full, reading this batch makes room on it for other blocks.
     if (!makeRoom(backend, bytes) && !hasRoom(0)) break;
     table_.setBudget(std::max(budget_bytes_, table_.bytesInUse() + bytes));
     const size_t staying = readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
                                                numbers.begin() + static_cast<std::ptrdiff_t>(end)});
-    // If no block could be read, nothing needs to be evicted; otherwise the disk has room again.
+    // If no block could be read, none needs to be evicted. Otherwise the disk has room again.
     no_writes_before_ = staying == end - first ? now_ + kCallsBetweenTries : 0;
     first = end;
   }
@@ -169,8 +169,8 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
   return exceeds || hasRoom(bytes);
 }
 
-/// Evicts blocks until there is room for `bytes`, none is left to evict, or the disk refuses
-/// several batches. After such a refusal, does nothing until now_ reaches no_writes_before_.
+/// Evicts blocks until there is room for `bytes`, no block is left to evict, or several batches
+/// cannot be written. In the last case, nothing is written until now_ reaches no_writes_before_.
 /// @param before Only cells last needed before this value of now_ are evicted.
 void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   if (now_ < no_writes_before_) return;
@@ -178,7 +178,7 @@ void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
       leastRecentlyNeeded(table_.bytesInUse() + bytes - budget_bytes_, before);
   std::vector<int32_t> batch;
   size_t batch_bytes = 0;
-  int tries = 4;  // a disk that is too full for a large block may have room for others
+  int tries = 4;  // a disk that is too full for a large block may have room for smaller ones
   for (const int32_t slot : slots) {
     batch.push_back(slot);
     batch_bytes += table_.bytesOf(slot);
@@ -192,8 +192,9 @@ void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   }
 }
 
-/// Blocks to evict, at least `bytes` in total if possible, but none of those in the last
-/// require(). Takes the coarse cells in order of their last need, then of their keys.
+/// Selects blocks to evict, at least `bytes` in total if possible, but none that the last require()
+/// loaded. Starts with the coarse cells that have not been needed for the longest time; keys break
+/// ties.
 std::vector<int32_t> Pager::leastRecentlyNeeded(size_t bytes, uint64_t before) const {
   std::vector<const BlockCells::Cell*> cells;
   for (const BlockCells::Cell& cell : table_.cells()) {
@@ -314,9 +315,9 @@ void Pager::noteFrame(const DepthFrame& frame, const FrameView& view, bool has_m
   T_W_C_before_ = frame.T_W_C;
 }
 
-/// Blocks on disk in the coarse cells that will be in view if the camera's motion continues, in
-/// order of need; possibly more than can be loaded. Cells in memory that will be in view are noted
-/// as needed.
+/// Blocks on disk in the coarse cells that will be in view if the camera's motion continues, sorted
+/// by when they are needed; possibly more than can be loaded. Also notes that cells in memory that
+/// will be in view are needed.
 std::vector<PackedKey> Pager::keysAhead(DepthFrame ahead) {
   const size_t most =
       spareBytes(budget_bytes_) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);
@@ -342,7 +343,7 @@ std::vector<PackedKey> Pager::keysAhead(DepthFrame ahead) {
   return keys;
 }
 
-/// Blocks that were read ahead are usually in the system's cache by now.
+/// Blocks that were read ahead are usually in the page cache by now.
 void Pager::moveBetweenFrames(MapBackend& backend) {
   if (const auto frame = std::exchange(ahead_of_, std::nullopt); frame && !isEmpty()) {
     ahead_ = keysAhead(*frame);

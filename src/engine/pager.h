@@ -1,6 +1,6 @@
-/// Moves blocks of a map between memory and disk: needed blocks are read back, and the least
-/// recently needed ones are evicted to make room. A block is written with all its state, so paging
-/// does not change the map.
+/// Moves blocks of a map between memory and disk. Required blocks are loaded, and the least
+/// recently needed blocks are evicted to make room. A block is written with all its state, so
+/// paging does not change the map.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,11 @@
 
 namespace dtsdf {
 
-/// Bytes that this many new blocks and arrays take.
+/// Memory required for this many new blocks and arrays.
 size_t bytesOfNew(const PoolSizes& lack);
 
 /// Adds blocks to a table and its backend, after reserving memory.
-/// @param states The blocks' meshing states; null if they are new. @return the blocks' slots.
+/// @param states The blocks' meshing states; null if the blocks are new. @return the blocks' slots.
 std::vector<int32_t> addContents(const MapContents& contents, const MeshStates* states,
                                  BlockTable& table, MapBackend& backend);
 
@@ -32,35 +32,36 @@ class Pager {
   bool isPaged(PackedKey key) const { return blocks_.find(key) >= 0; }
   /// Whether the budget has room for `bytes` without evicting anything.
   bool hasRoom(size_t bytes) const { return table_.bytesInUse() + bytes <= budget_bytes_; }
-  /// Bytes of a block when in memory; 0 if it is not in the map.
+  /// Size of a block when it is in memory; 0 if it is not in the map.
   size_t bytesOf(PackedKey key) const;
   /// Whether the blocks of `keys` and `other_bytes` fit into the budget together.
   bool fits(const std::vector<PackedKey>& keys, size_t other_bytes) const;
-  /// Removes keys from the end until the rest fits into the budget. @return the number removed.
+  /// Removes keys from the end until the blocks of the rest fit into the budget.
+  /// @return the number of keys removed.
   size_t trim(std::vector<PackedKey>& keys) const;
 
-  // ---- Needed blocks. An extraction under way must be fetched before blocks move.
+  // ---- Required blocks. An extraction in progress must be fetched before blocks move.
 
   size_t countPaged(const std::vector<PackedKey>& keys) const { return numbersOf(keys).size(); }
   /// Whether any of these blocks is on disk, so that require() would read it.
   bool isAnyPaged(const std::vector<PackedKey>& keys) const;
 
-  /// Loads blocks, if they are in the map, and keeps them in memory until the next call. Evicts
-  /// other blocks to make room; meanwhile the budget may be exceeded.
-  /// @param keys Most important first, in case a full disk leaves no room for all of them.
-  /// @return how many of the blocks stay on disk, because there is no room or reading failed.
+  /// Loads blocks that are in the map, and keeps them in memory until the next call. Evicts other
+  /// blocks to make room. The budget may be exceeded temporarily.
+  /// @param keys Sorted by importance, as there may not be room for all if the disk is full.
+  /// @return the number of blocks that stay on disk, because there is no room or reading failed.
   size_t require(MapBackend& backend, const std::vector<PackedKey>& keys);
 
-  /// Evicts blocks, except those of the last require(), to free `bytes` and some more. If none are
-  /// left to evict, the table may exceed the budget until the next call.
+  /// Evicts blocks, except those loaded by the last require(), to free somewhat more than `bytes`.
+  /// If no blocks are left to evict, the table may exceed the budget until the next call.
   /// @return whether there is room for `bytes` now.
   bool makeRoom(MapBackend& backend, size_t bytes);
 
-  /// Keeps new blocks in memory like those of the last require().
+  /// Keeps new blocks in memory, like those loaded by the last require().
   void noteNew(const std::vector<int32_t>& slots);
 
-  /// Keys of the blocks that a depth image touches or may clear. Empty if no block has to move: all
-  /// are in memory, with room for new ones.
+  /// Keys of the blocks that a depth image touches or may clear. Empty if no block has to move,
+  /// because all these blocks are in memory and there is room for new blocks.
   std::vector<PackedKey> neededKeys(MapBackend& backend, const FrameView& view,
                                     const TouchedBlocks& touched,
                                     const std::vector<int32_t>& in_view,
@@ -69,21 +70,21 @@ class Pager {
   /// Blocks in memory and on disk that may be in view, up to a depth, nearest first.
   std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
 
-  /// Whether blocks on disk may be in view, judged by coarse cells.
+  /// Whether blocks on disk may be in view; checks only their coarse cells.
   bool mayShow(const FrameView& view, float radius) const;
 
-  /// Blocks on disk that may be inside a region, or that lie beyond a ball.
+  /// Blocks on disk that may be inside a region, or that lie outside a sphere.
   std::vector<PackedKey> keysIn(const RegionView& region) const;
   std::vector<PackedKey> keysBeyond(const RegionView& kept) const;
 
   // ---- Reading ahead.
 
-  /// Notes that a depth image was fused: blocks in its view stay, and blocks that will come into
-  /// view if the camera's motion continues are read ahead.
+  /// Notes that a depth image was fused, so that the blocks in its view stay in memory, and that
+  /// blocks that will come into view if the camera's motion continues are read ahead.
   void noteFrame(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks);
 
-  /// Between frames, loads some blocks that were read ahead and evicts some that are out of view,
-  /// so that frames seldom wait for either.
+  /// Called between frames. Loads some of the blocks read ahead, and evicts some blocks that are
+  /// out of view, so that frames seldom have to wait for either.
   void moveBetweenFrames(MapBackend& backend);
 
   // ---- Meshing.
@@ -92,7 +93,7 @@ class Pager {
   bool hasMarks() const { return blocks_.marked() > 0; }
   /// Marked blocks in memory and on disk. @param taken Whether to remove the marks.
   std::vector<MarkedKey> marked(MapBackend& backend, bool taken);
-  /// Marks blocks in memory or on disk; keys that are not in the map are ignored.
+  /// Marks blocks in memory and on disk. Keys of blocks that are not in the map are ignored.
   void setMarks(MapBackend& backend, const std::vector<MarkedKey>& marked);
 
   // ---- The whole map.
@@ -100,14 +101,15 @@ class Pager {
   /// Removes blocks on disk from the map, and marks the blocks around them for meshing.
   void drop(MapBackend& backend, const std::vector<PackedKey>& keys);
 
-  /// Empty meshes for the blocks dropped or lost since the last call.
+  /// Returns empty meshes for all blocks dropped since the last call.
   MeshUpdate takeDropped();
 
   /// Adds the blocks on disk to the contents, and sorts all blocks by key.
   void addBlocksTo(MapContents& contents) const;
 
-  /// Copies the voxels and colours of the contents' blocks from memory and disk. Damaged blocks are
-  /// filled with 0 and dropped from the map. @throws std::runtime_error if the disk cannot be read.
+  /// Copies voxels and colours from memory and disk into `contents`, whose list of blocks is given.
+  /// Damaged blocks are filled with 0 and dropped from the map.
+  /// @throws std::runtime_error if the disk cannot be read.
   void copyWords(MapBackend& backend, MapContents& contents);
 
   void clear();
@@ -130,15 +132,15 @@ class Pager {
   const size_t budget_bytes_, batch_bytes_;
   PagedBlocks blocks_;
   uint64_t now_ = 1;                 ///< Counts the calls of require() and noteFrame().
-  uint64_t no_writes_before_ = 0;    ///< Nothing is written before this value of now_.
-  std::vector<uint64_t> last_need_;  ///< Value of now_ when a block was last needed, by slot.
+  uint64_t no_writes_before_ = 0;    ///< Nothing is written until now_ has this value.
+  std::vector<uint64_t> last_need_;  ///< Per slot, the value of now_ when it was last needed.
   std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Pose of the last frame.
-  std::optional<DepthFrame> ahead_of_;       ///< Frame to read ahead from; its pixels are not used.
+  std::optional<DepthFrame> ahead_of_;       ///< Frame from which to read ahead (without pixels).
   std::optional<Eigen::Isometry3d> motion_;  ///< Motion from the previous frame; none after a jump.
-  std::vector<PackedKey> ahead_;             ///< Blocks read ahead, in order of need.
-  size_t next_ahead_ = 0, blocks_per_frame_ = 0;  ///< Next index in ahead_; blocks per frame.
-  uint64_t kept_since_ = 0;     ///< Blocks needed since this value of now_ are not evicted.
-  uint64_t ahead_made_at_ = 0;  ///< Value of now_ when ahead_ was made.
+  std::vector<PackedKey> ahead_;             ///< Blocks read ahead; those needed first come first.
+  size_t next_ahead_ = 0, blocks_per_frame_ = 0;  ///< Next in ahead_; number to load per frame.
+  uint64_t kept_since_ = 0;     ///< moveBetweenFrames() keeps blocks needed at this now_ or after.
+  uint64_t ahead_made_at_ = 0;  ///< Value of now_ when ahead_ was computed.
   std::vector<PackedKey> dropped_;
   uint64_t frames_ = 0, written_ = 0, read_ = 0;
 };

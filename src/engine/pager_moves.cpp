@@ -1,4 +1,4 @@
-// The pager's reading and writing of blocks, and its view of the blocks on disk.
+// The part of Pager that reads and writes blocks, and changes the state of blocks on disk.
 #include <algorithm>
 #include <chrono>
 #include <memory>
@@ -19,7 +19,7 @@ using Reading = RecordStore::Reading;
 /// Number of blocks that a thread reads at a time.
 constexpr size_t kReadAtOnce = 16;
 
-/// Steps through the words of contents, block by block.
+/// Iterates over the blocks of `contents` and returns the words of each.
 struct Words {
   uint64_t* voxels;
   uint32_t* colours;
@@ -47,7 +47,7 @@ struct Words {
   }
 };
 
-/// Copies bytes into the pieces of a record. @param from Source; null to fill with 0.
+/// Copies bytes into the pieces of a record. @param from Source; if null, fills the pieces with 0.
 void fill(const RecordBytes& to, const char* from) {
   for (const std::string_view piece : to.pieces) {
     char* const words = const_cast<char*>(piece.data());
@@ -77,7 +77,7 @@ std::vector<int32_t> addContents(const MapContents& contents, const MeshStates* 
   const Admission admission = table.admit(std::move(requests));
   const Admission painted = table.admitColours(std::move(colours));
   if (admission.refused > 0 || painted.refused > 0) {
-    throw std::logic_error("the contents of a map exceed its budget, which was not checked");
+    throw std::logic_error("map contents exceed the budget; the caller must make room first");
   }
   const std::vector<int32_t>& slots = admission.changed_slots;
   backend.follow({slots, false, &admission.new_arrays, &painted.bricks});
@@ -85,8 +85,8 @@ std::vector<int32_t> addContents(const MapContents& contents, const MeshStates* 
   return slots;
 }
 
-/// Writes blocks and releases them. @return whether all were released. Blocks that were not
-/// released are unchanged.
+/// Writes blocks and releases them. Blocks that cannot be written are unchanged.
+/// @return whether all were written.
 bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
   backend.reserve({0, 0, 0, false, slots.size()});
   const auto batch = std::make_shared<std::pair<MapContents, MeshStates>>();
@@ -120,8 +120,8 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
   return released.size() == slots.size();
 }
 
-/// Reads blocks back into memory, and drops damaged ones from the map. @pre There is room for the
-/// blocks. @return how many stay on disk because they cannot be read now.
+/// Loads blocks into memory, and drops damaged blocks from the map. @pre There is room for the
+/// blocks. @return the number of blocks that stay on disk because they cannot be read now.
 size_t Pager::readBatch(MapBackend& backend, std::vector<int32_t> numbers) {
   const auto start = std::chrono::steady_clock::now();
   std::sort(numbers.begin(), numbers.end(),
@@ -239,7 +239,7 @@ void Pager::addBlocksTo(MapContents& contents) const {
             [](const auto& a, const auto& b) { return packKey(a.key) < packKey(b.key); });
 }
 
-/// Copies some blocks at a time; the backend copies those in memory.
+/// Copies kAtOnce blocks at a time; the backend copies the blocks in memory.
 void Pager::copyWords(MapBackend& backend, MapContents& contents) {
   constexpr size_t kAtOnce = 1024;
   Words words(contents);

@@ -59,7 +59,7 @@ std::optional<IntegrationResult> findPoseProblem(const Eigen::Isometry3d& T_W_C,
   const Eigen::Matrix3d R = T_W_C.linear();
   constexpr double kRotationTolerance = 1e-3;
   if (!(R * R.transpose()).isIdentity(kRotationTolerance) || R.determinant() < 0.0) {
-    return refuse(FrameStatus::kBadPose, "the camera pose is not a rigid transform");
+    return refuse(FrameStatus::kBadPose, "the 3 x 3 part of the camera pose is not a rotation");
   }
   const double limit_m =
       static_cast<double>(kMaxBlockCoordinate - 2) * kBlockSide * params.map.voxel_size_m;

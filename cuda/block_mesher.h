@@ -49,13 +49,13 @@ class BlockMesher {
   ~BlockMesher() { stream_.drain(); }
 
   /// Enqueues the part of an extraction that does not need the map. Call this while the device is
-  /// busy with a frame. @pre No extraction is under way, or complete() has been called.
+  /// busy with a frame. @pre No extraction is running, or complete() has been called.
   void prepare() {
     if (!is_prepared_) totals_.zero(stream_);
     is_prepared_ = true;
   }
 
-  /// Enqueues an extraction of all changes made before `map_ready`.
+  /// Enqueues an extraction that includes all changes before `map_ready`.
   /// @param max_dirty Upper bound on the number of blocks with changed voxels.
   /// @param max_painted Upper bound on the number of blocks with changed colours.
   /// @param min_evidence Voxels with less evidence count as unknown.
@@ -85,8 +85,8 @@ class BlockMesher {
                pinned_colours_);
   }
 
-  /// Call this before the map changes: it waits until an extraction under way has finished reading
-  /// the map. The download of the meshes may still be running on return.
+  /// Call this before the map changes: it waits until a running extraction has finished reading the
+  /// map. The download of the meshes may still be running on return.
   void complete() {
     if (state_ != State::kBegun) return;
     counted_.wait();
@@ -111,7 +111,7 @@ class BlockMesher {
     state_ = State::kComplete;
   }
 
-  /// Waits for the extraction. @return the changed meshes; empty if no extraction was begun.
+  /// Waits for the extraction. @return the changed meshes; empty if no extraction was started.
   MeshUpdate finish() {
     MeshUpdate made;
     if (state_ == State::kIdle) return made;

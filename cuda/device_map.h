@@ -120,7 +120,7 @@ class DeviceMap {
   void markAllDirty() { markAll(dirty_.view()); }
 
   /// Reserves memory for the marks of `slots` slots. Neither this nor the next three functions may
-  /// be called while an extraction is under way.
+  /// be called while an extraction is running.
   void reserveMarks(size_t slots);
   /// All marked slots, with their marks. Waits for the result.
   std::vector<MarkedSlot> marked();

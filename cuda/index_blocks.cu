@@ -131,9 +131,9 @@ __device__ void labelCandidates(const MeshView& mesh, const BlockCorners& block,
   }
 }
 
-/// One thread block per reached block, in a grid-stride loop. First selects the neighbours that
-/// must be meshed too. Several thread blocks share a multiprocessor, as they spend most of their
-/// time waiting for memory.
+/// One thread block per block selected by reachBlocks(), in a grid-stride loop. First selects the
+/// neighbours that must be meshed too. Several thread blocks share a multiprocessor, as they spend
+/// most of their time waiting for memory.
 __global__ void __launch_bounds__(kThreads, 4) indexBlocksKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   extern __shared__ Sample samples[];

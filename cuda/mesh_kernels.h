@@ -41,7 +41,7 @@ struct BlockTriangle {
 struct MeshView {
   MeshTotals* totals;
   MeshTotals* host_totals;  ///< A copy in host memory.
-  int32_t* slots;           ///< The reached blocks, followed by the adjoining ones.
+  int32_t* slots;           ///< The `reached` blocks, then the `adjoining` ones.
   MeshRecord* records;      ///< One per block of `slots`.
   BlockVertex* vertices;
   Vec3f* normals;  ///< One per vertex on an edge, with the same index; null without refinement.
@@ -60,7 +60,7 @@ struct MeshView {
 /// Selects the blocks whose units have a corner in a changed block.
 void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
-/// Labels the units of the blocks selected by reachBlocks(), and selects the other neighbours of
+/// Labels the units of the blocks selected by reachBlocks(), and selects all other neighbours of
 /// changed blocks.
 void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 

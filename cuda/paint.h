@@ -18,7 +18,7 @@ namespace gpu {
 /// Counters of what is visible of the map in an image; read by the host.
 struct PaintCounters {
   uint32_t blocks, arrays;  ///< Numbers of blocks in view and of their arrays.
-  uint32_t seen;            ///< Arrays with voxels to be painted.
+  uint32_t seen;            ///< Arrays with voxels that will be painted.
   uint32_t requests;        ///< Arrays that lack bricks to be painted.
   ExposureSums sums;
   uint64_t samples;  ///< Voxels to be painted, including those that did not fit.

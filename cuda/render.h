@@ -16,7 +16,7 @@ namespace gpu {
 struct RenderJob {
   FrameView frame;
   int32_t painted;  ///< Whether colours are requested.
-  Vec3i* shares;    ///< Sums of triangles' normals, per vertex.
+  Vec3i* shares;    ///< Sum of the triangles' normals at each vertex.
   ProjectedVertex* seen;
   ViewKey* surfaces;  ///< Per pixel.
   ViewKey* colours;   ///< Per pixel, if colours are requested.

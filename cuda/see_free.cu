@@ -36,8 +36,8 @@ __global__ void seeFreeKernel(FrameView frame, FreePyramid free, int32_t cell_lo
 }
 static_assert(kCellsPerCube % kThreads == 0, "no warp may have idle threads");
 
-/// Index at which a level begins in levels_, which starts with level 1. For `level` kFreeLevels,
-/// the index at which the last level ends.
+/// Index of the first texel of a pyramid level in levels_, which starts with level 1. For `level`
+/// kFreeLevels, the end of the last level.
 size_t beginOf(int level, const FrameView& frame) {
   size_t begin = 0;
   for (int k = 1; k < level; ++k) {

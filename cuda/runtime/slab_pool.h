@@ -42,7 +42,7 @@ class SlabPool {
     for (size_t at = 0; at < memory.capacity(); at += kSlabElements) {
       slabs.push_back(memory.data() + at);
     }
-    stream.synchronize();  // an upload under way may still read the pinned table
+    stream.synchronize();  // a previous upload may still read the pinned table
     pinned_table_.reserve(std::max(slabs.size(), kFirstTable));
     if (slabs.size() > table_.capacity()) uploaded_ = 0;
     table_.reserve(std::max(slabs.size(), kFirstTable), stream);  // last: its contents are lost

@@ -27,7 +27,7 @@
 
 namespace dtsdf {
 
-/// How chunks are shown.
+/// Appearance of the chunks.
 struct ChunkStyle {
   MeshColour colour = MeshColour::kAuto;
   Ogre::ColourValue plain = Ogre::ColourValue(0.78f, 0.78f, 0.78f);  ///< Colour for kPlain.

@@ -46,7 +46,7 @@ BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_
   const Eigen::Vector3d half_m = 0.5 * (box.T_W_B.linear().cwiseAbs() * box.size_m);
   const Eigen::Vector3d middle_m = box.T_W_B.translation();
   const double cell_m = space.cellSize_m();
-  constexpr double kMaxCell = static_cast<double>(kMaxBlockCoordinate);  // leaves room for reach
+  constexpr double kMaxCell = static_cast<double>(kMaxBlockCoordinate);  // leaves room for `reach`
   if (!((middle_m.cwiseAbs() + half_m).maxCoeff() < kMaxCell * cell_m)) {
     throw std::runtime_error("the box extends beyond the coordinates of a map");
   }

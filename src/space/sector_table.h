@@ -12,7 +12,8 @@
 
 namespace dtsdf {
 
-/// Sectors by packed key. Any thread may read a copy, as it does not change with the original.
+/// Sectors by packed key. Any thread may read a copy, because changes to the original do not affect
+/// it.
 template <class T>
 using Sectors = std::unordered_map<PackedKey, Paged<T>>;
 

@@ -69,7 +69,7 @@ class SpaceFollower {
   }
 
   size_t bytes() const;
-  /// All 0 without pages.
+  /// All 0 if `pages` is null.
   PagedValues::Stats pageStats() const {
     return pages_ == nullptr ? PagedValues::Stats() : pages_->stats();
   }

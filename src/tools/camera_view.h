@@ -14,7 +14,7 @@ namespace dtsdf {
 /// An axis-aligned box in the map frame, in metres.
 using MetricBox = Eigen::AlignedBox3d;
 
-/// The box around blocks, whose edge is `block_m`, with a margin on each side.
+/// The box around blocks with edges of `block_m`, extended by a margin on each side.
 MetricBox boxOf(const BlockExtent& blocks, double block_m, double margin_m);
 
 class CameraView {

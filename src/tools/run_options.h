@@ -68,7 +68,7 @@ RunSettings readSettings(ParamTree tree);
 void addFormatOption(CommandLine& line, RunOptions& options);
 void addReadingOptions(CommandLine& line, RunOptions& options);  ///< How to read a recording.
 
-/// Checks that the options suit the format of the input, once it is known.
+/// Checks that the options apply to the format of the input. @pre The format is set.
 /// @throws UsageError that names the option.
 void checkReadingOptions(const RunOptions& options);
 

@@ -100,7 +100,7 @@ TEST_P(FusionModeParity, ChangedMeshRules) {
   pair.compareMaps();
 }
 
-/// Meshes with each triangle split into four, updated after every second frame and at the end.
+/// Each triangle is split into four. The mesh is updated after every second frame and at the end.
 TEST_P(FusionModeParity, RefinedMeshes) {
   const auto [candidate, mode, directional] = GetParam();
   MapperParams params = makeParams(mode, directional, 0.03f);
@@ -157,7 +157,7 @@ TEST_P(FusionModeParity, NoisyFloatsMeshedAtTheEnd) {
   TestFrameSettings settings;
   settings.encoding = DepthEncoding::kFloat32;
   settings.noise = true;
-  settings.width = 200;  // not a multiple of the threads in a CUDA block
+  settings.width = 200;  // not a multiple of the number of threads per CUDA block
   settings.height = 150;
   ASSERT_NO_FATAL_FAILURE(integrateAll(pair, makeTestFrames(settings), 0));
   ASSERT_NO_FATAL_FAILURE(pair.updateMesh());
@@ -292,8 +292,8 @@ TEST_P(BackendParity, ACameraFoundInTheMap) {
   EXPECT_EQ(found.explained_share, expected.explained_share);
 }
 
-/// Views of a growing map before and after it is painted, some with odd image sizes, from cameras
-/// that may be inside or behind surfaces.
+/// Compares views of a growing map before and after it is painted. Some have odd image sizes or
+/// camera poses inside or behind surfaces.
 TEST_P(BackendParity, RenderedViews) {
   for (const bool directional : {true, false}) {
     BackendPair pair(makeParams(FusionMode::kNormalRayCasting, directional, 0.03f), GetParam());
@@ -329,8 +329,8 @@ TEST_P(BackendParity, RenderedViews) {
   }
 }
 
-/// First extracts a mesh without colours, then paints images of any size, down to a single pixel,
-/// during mesh updates.
+/// First extracts a mesh without colours, then paints it during mesh updates, with images of any
+/// size down to a single pixel.
 TEST_P(BackendParity, PaintedLaterWithImagesOfAnySize) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;
@@ -549,7 +549,8 @@ TEST_P(BackendParity, FarFromTheOrigin) {
   pair.compareMaps();
 }
 
-/// Image sizes from a single pixel to more rows than a CUDA grid can have, and invalid frames.
+/// Integrates images from a single pixel to more rows than a CUDA grid can have, and invalid
+/// frames.
 TEST_P(BackendParity, FramesOfChangingSizeAndBadFrames) {
   BackendPair pair(withSpace(makeParams(FusionMode::kRayCasting, true, 0.03f)), GetParam());
   std::vector<TestFrame> frames;

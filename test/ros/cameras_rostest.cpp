@@ -109,7 +109,7 @@ TEST_F(Cameras, FramesAreFusedInStampOrder) {
     in_order.push_back(makeFrame("front", stamp, 0.3 * i));
     in_order.push_back(makeFrame("rear", rear_stamp, 3.0 + 0.3 * i));
   }
-  // Three frames of the rear camera always arrive before the matching three of the front camera.
+  // Three rear frames always arrive before the corresponding three front frames.
   for (int first = 0; first < kFramesEach; first += 3) {
     for (const char* camera : {"rear", "front"}) {
       for (int i = first; i < first + 3; ++i) send(in_order[2 * i + (camera[0] == 'r' ? 1 : 0)]);
@@ -155,7 +155,7 @@ TEST_F(Cameras, StampsGoingBackRestartAllCameras) {
   topics_.at("front").send(*front.image, front.info);
   topics_.at("rear").send(*rear.image, rear.info);
   ASSERT_TRUE(waitUntil([&] { return status_.status().frames_waiting == 2; }));
-  // The jump back in time has removed the later transforms, so earlier ones are accepted again.
+  // The jump back in time has removed later transforms, so earlier stamps are accepted again.
   tf2_msgs::TFMessage message;
   message.transforms = {front.transform, rear.transform};
   tf_.publish(message);

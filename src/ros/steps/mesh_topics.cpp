@@ -31,7 +31,7 @@ constexpr size_t kPieceBytes = 1 << 20;
 /// to about 40 MB/s.
 constexpr int kPiecesPerRound = 4;
 constexpr double kRoundRate_hz = 10.0;
-/// Interval at which the next part of the mesh is published again.
+/// Period of the refresh, which publishes the mesh again, one part at a time.
 constexpr double kRefreshPeriod_s = 1.0;
 
 std_msgs::ColorRGBA toColour(const std::array<uint8_t, 3>& rgb) {

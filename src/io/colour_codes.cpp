@@ -70,7 +70,7 @@ RgbImage decodeColour(const uint8_t* data, size_t bytes, const std::string& name
   const std::string problem =
       is_png ? readPng(data, bytes, name, image) : readJpeg(data, bytes, name, image);
   if (problem.empty()) return image;
-  throw std::runtime_error("cannot decode " + name + ": neither PNG nor JPEG, or damaged (" +
+  throw std::runtime_error("cannot decode " + name + ": not a PNG or JPEG, or damaged (" +
                            printable(problem) + ")");
 }
 

@@ -69,7 +69,7 @@ void MapChunks::findRecords() {
     if (!isKnown(record) && !(record.flags & kMayBeSkipped)) {
       throw std::runtime_error("the map file '" + file_->path() +
                                "' has a record of an unknown kind, " + printable(record.name()) +
-                               "; use a newer program");
+                               "; use a newer version of dtsdf_mapping");
     }
     if (record.is(kEnd)) return;
   }

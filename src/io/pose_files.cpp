@@ -39,7 +39,7 @@ void add(const std::string& path, const Pose& pose, NamedPoses& named) {
 NamedPoses posesOfColmap(const std::vector<ListLine>& lines) {
   NamedPoses named;
   for (const ListLine& line : lines) {
-    if (line.words.size() != 10) continue;  // image points: x, y and ID of each
+    if (line.words.size() != 10) continue;  // a line of image points (x, y, ID)
     double v[8];
     for (size_t i = 1; i < 8; ++i) v[i] = numberAt(line, i);
     const Pose T_C_W = poseOf({v[5], v[6], v[7]}, {v[1], v[2], v[3], v[4]});

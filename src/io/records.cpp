@@ -126,7 +126,8 @@ void RecordFile::readHead(const char* purpose) {
   if (version == kRecordVersion) return;
   throw std::runtime_error("the " + what_ + " '" + printable(path_) + "' has format version " +
                            std::to_string(version) + ", but this program reads version " +
-                           std::to_string(kRecordVersion) + "; use a newer program");
+                           std::to_string(kRecordVersion) +
+                           "; use a newer version of dtsdf_mapping");
 }
 
 bool RecordFile::hasPurpose(const std::string& path, const char* purpose) {

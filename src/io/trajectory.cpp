@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace {
 
-/// Added to tolerances, since doubles round today's stamps to a quarter of a microsecond.
+/// Added to tolerances, since doubles round current Unix times to a quarter of a microsecond.
 constexpr double kStampResolution_s = 1e-6;
 
 }  // namespace
@@ -72,7 +72,7 @@ Trajectory readTrajectory(const std::string& path, const std::string& advice) {
 }
 
 std::string stampOfList(double stamp_s) {
-  constexpr double kUnits = 1e6;  // doubles distinguish today's stamps at this resolution
+  constexpr double kUnits = 1e6;  // doubles resolve current Unix times to this precision
   const bool is_whole = std::round(stamp_s * kUnits) / kUnits == stamp_s;
   return formatted(is_whole ? "%.6f" : "%.9f", stamp_s);
 }

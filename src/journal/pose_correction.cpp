@@ -99,8 +99,8 @@ PoseCorrection::PoseCorrection(std::vector<StampedPose> corrected,
     }
   }
   if (anchors_.empty()) {
-    throw std::runtime_error("no corrected pose has the stamp of an image: their stamps are " +
-                             describe(sorted.poses()) + ", those of the images " + describe(fused));
+    throw std::runtime_error("no corrected pose has the stamp of an image: pose stamps are " +
+                             describe(sorted.poses()) + ", the images' stamps " + describe(fused));
   }
   checkFrame();
 }

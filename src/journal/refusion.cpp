@@ -6,7 +6,8 @@
 namespace dtsdf {
 namespace {
 
-/// Number of calls between mesh updates, which leave little to do when the maps are swapped.
+/// Number of calls between mesh updates. Frequent updates leave little to do when the maps are
+/// swapped.
 constexpr size_t kCallsPerMesh = 64;
 /// Number of calls between memory checks, each of which waits until the GPU has finished its work.
 constexpr size_t kCallsPerCheck = 8;

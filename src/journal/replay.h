@@ -49,7 +49,8 @@ class JournalReplay {
   /// Number of calls read so far, since the beginning of the map.
   uint64_t count() const { return items_.size(); }
 
-  /// Corrects the images read so far, and all images up to the next correction in the journal.
+  /// Corrects the images read so far, and those read from now on until the journal's next
+  /// correction.
   /// @throws std::runtime_error, without changing anything, if the correction is invalid.
   CorrectionEffect correct(const journal::Correction& correction);
 

@@ -97,7 +97,7 @@ std::optional<FloorPlane> refine(const FloorPlane& start, const std::vector<Poin
   return plane;
 }
 
-/// Width, in the narrowest direction, of the area covered by the points on a plane. The outer tenth
+/// Width, in the narrowest direction, of the area that the points on a plane cover. The outer tenth
 /// on either side is ignored, since a tilted plane that cuts a wall contains a few points there.
 double widthOf(const FloorPlane& plane, const std::vector<Point>& points) {
   const Vector3d u = plane.normal().unitOrthogonal(), v = plane.normal().cross(u);

@@ -26,8 +26,8 @@ struct FloorView {
 };
 
 /// Finds the floor: the plane with the most points among the planes tilted by less than 45 degrees
-/// from the cameras' mean up vector. It must contain a twentieth of all points, be wider than a
-/// strip, and have hardly any points below it. Deterministic.
+/// from the cameras' mean up vector. It must contain a twentieth of all points, be at least 0.3 m
+/// wide, and have hardly any points below it. Deterministic.
 /// @param problem Set to the reason why no floor was found, without advice; cleared if it was
 /// found.
 std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::string& problem);

@@ -21,8 +21,8 @@ class PoseConvention {
   /// moves.
   void add(const DepthFrame& frame);
 
-  /// Which convention the poses seem to follow, and what to do; empty if they seem right, or if
-  /// there is no verdict yet.
+  /// Warning about the convention that the poses seem to follow, with advice; empty if the poses
+  /// seem right, or if there is no verdict yet.
   const std::string& doubt() const { return doubt_; }
 
  private:

@@ -73,7 +73,8 @@ size_t BlockCells::memoryBytes() const {
 bool mayBeInView(const FrameView& frame, const Vec3i& cube, int side, float radius) {
   const BlockKey first{cube.x * side, cube.y * side, cube.z * side};
   const auto voxels = static_cast<float>(side * kBlockSide);
-  // Largest distance from a block's centre to the cube's; 0.8661 is half the square root of 3.
+  // Largest distance from a block's centre to the cube's centre; 0.8661 is half the square root of
+  // 3.
   const float reach = 0.8661f * (voxels - static_cast<float>(kBlockSide));
   // Bounds on the rounding errors of this test and of mayBeInView() for blocks, for any field of
   // view.

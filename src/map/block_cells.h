@@ -35,7 +35,7 @@ class BlockCells {
 
   const std::vector<Cell>& all() const { return cells_; }
 
-  /// Calls visit(cell) for each cell that may be partly in a frame's view: see mayBeInView(). The
+  /// Calls visit(cell) for each cell that may be partly in a frame's view; see mayBeInView(). The
   /// running time is proportional to the number of cells in the groups in view, plus the number of
   /// all groups; a group is kSide x kSide x kSide cells.
   template <class Visit>

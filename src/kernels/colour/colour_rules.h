@@ -6,8 +6,8 @@
 namespace dtsdf {
 
 struct ColourRules {
-  /// Maximum distance from the surface, in voxels, of voxels that are painted and that hide other
-  /// voxels. Above 0.5, so that every part of a surface has such voxels.
+  /// Voxels within this distance of a surface, in voxels, are painted and hide what is behind them.
+  /// Above 0.5, so that there are such voxels everywhere along a surface.
   float surface_distance = 0.6f;
   /// A surface hides points that are farther from the camera by more than this, in voxels. Smaller
   /// differences are due to the roughness of the surface.

@@ -72,8 +72,8 @@ struct ColouredCorners {
 };
 
 /// Distance in voxels within which an unpainted vertex takes the colour of painted voxels. (For a
-/// model of a house painted with waves, at 25 mm, the root mean square colour error in CIE Lab is
-/// 6.5 with 1, 6.1 with 2 and 6.0 with 3.)
+/// house with a wavy colour pattern, at 25 mm, the root mean square colour error in CIE Lab is 6.5
+/// with 1, 6.1 with 2 and 6.0 with 3.)
 constexpr int kFillReach = 2;
 
 /// Mask of the directions that have painted bricks at corners within a box.

@@ -4,11 +4,11 @@
 /// removed objects would stay. Voxel projection also writes in front of surfaces, and needs no
 /// clearing.
 ///
-/// A voxel is tested at its place: its foot; its anchor, if the frame covers the voxel (without an
-/// anchor it is not tested); or the voxel itself, if it has no distance. The frame contradicts the
-/// voxel if all 3 x 3 points around the place, as far as they are in the image, are free. So
-/// nothing is contradicted next to an outline or a thin object, or where the free depth is unknown.
-/// At an outline, a support may be revoked (contradicts()).
+/// A voxel is tested at its place. This is the anchor if the frame covers the voxel (a covered
+/// voxel without an anchor is not tested), the voxel itself if it has no distance, and otherwise
+/// its foot. The frame contradicts the voxel if all 3 x 3 points around the place, as far as they
+/// are in the image, are free. So nothing is contradicted next to an outline or a thin object, or
+/// where the free depth is unknown. At an outline, a support may be revoked (contradicts()).
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -53,7 +53,7 @@ DTSDF_HD float freeDepth(const FrameSensing& sensing, const Pixel& pixel, const 
   const float margin_m =
       frame.voxel_size_m *
       (fusion.rules.free_margin + fusion.noise_level * noiseInVoxels(sensing, depth_m));
-  // The slope down the column is taken between the row fits of linked pixels.
+  // The slope down the column is computed from the row fits of linked pixels.
   const int32_t to_above = (plane.above > 0.0f) & ((plane.links_above & kLinkDown) != 0);
   const int32_t to_below = (plane.below > 0.0f) & ((plane.links & kLinkDown) != 0);
   const float upper = plane.row_value - plane.above, lower = plane.below - plane.row_value;

@@ -23,9 +23,9 @@ DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
   return dot(offset, offset) - height * height;
 }
 
-/// Squared gap, in squared voxels, between the plane of a corner's distance and a vertex at a
-/// distance of `along` from the corner, minus the allowance of squaredFootGap(); negative if the
-/// vertex is farther from the corner than the plane.
+/// Squared gap, in squared voxels, between a vertex and the plane that a corner's distance
+/// describes, minus the allowance of squaredFootGap(). `along` is the vertex's distance from the
+/// corner. Negative if the vertex is farther from the corner than the plane is.
 DTSDF_HD float squaredPlaneGap(const Sample& sample, float along) {
   const float height = maximum(fabsf(sample.sdf) - 1.0f / kStepsPerVoxel, 0.0f);
   return height * height - along * along;

@@ -32,8 +32,8 @@ struct AlignmentRules {
   /// Kinect it was never below 0.95.)
   float held_inliers = 0.85f;
   /// Root mean square distance of an image from the map, in voxels along the image's normals, up to
-  /// which it is attributed to the map's own error. That error was up to 0.17 with exact poses; its
-  /// median was 0.4 to 0.6 with the poses of real recordings.
+  /// which the distance is attributed to the map's own error. That error was up to 0.17 with exact
+  /// poses; its median was 0.4 to 0.6 with the poses of real recordings.
   float min_misplacement = 0.2f;
 };
 

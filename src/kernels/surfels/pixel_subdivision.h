@@ -44,9 +44,9 @@ DTSDF_HD bool continuesPlane(const FrameSensing& sensing, const Pixel& pixel,
 }
 
 /// How a measured pixel with a plane is subdivided: along axes where it is wider than a voxel and
-/// both neighbours continue its surface. The half width along an axis is set even for a pixel over
-/// half a voxel wide: with points only at pixel centres, the mesh would have gaps, for instance
-/// between pixels 0.6 voxels apart.
+/// both neighbours continue its surface. The half width along an axis is set for all pixels over
+/// half a voxel wide, even undivided ones: with points only at pixel centres, the mesh would have
+/// gaps, for instance between pixels 0.6 voxels apart.
 DTSDF_HD Subdivision subdividePixel(const FrameSensing& sensing, const Pixel& pixel,
                                     const PixelPlane& plane, const SurfelSettings& surfels) {
   const ImageView& image = sensing.image;

@@ -1,4 +1,4 @@
-/// The inputs of the rules that make surfels from a depth image.
+/// Inputs of the rules that compute surfels from a depth image.
 #pragma once
 
 #include "kernels/core/camera.h"
@@ -39,7 +39,7 @@ DTSDF_HD float noiseOfStep(const DepthNoise& noise, float nearer, float noise_le
   return kSqrt2 * noise_level * noiseAt(noise, nearer);
 }
 
-/// The data of a frame that later stages need; passed by value.
+/// The data of a frame that is passed to subsequent stages, by value.
 struct FrameSensing {
   ImageView image;
   DepthNoise noise;

@@ -62,7 +62,7 @@ DTSDF_HD Surfel makePointSurfel(const ImageView& image, const Pixel& pixel) {
       transform(frame.T_L_C, (1.0f / frame.voxel_size_m) * p_C), 1.0f, {0.0f, 0.0f, 0.0f}, depth_m};
 }
 
-/// A measured pixel, ready to become one or several surfels.
+/// A measured pixel, from which one or several surfels are computed.
 struct PixelMeasurement {
   Pixel pixel;
   PixelPlane plane;

@@ -326,14 +326,14 @@ TEST_F(MapFile, SkipsUnknownOptionalRecords) {
   EXPECT_TRUE(sameContents(loadMap(path_), smallMap()));
   required.parts.insert(required.parts.begin() + 2, {"XTRA", 0, {1, 2, 3}});
   const std::string error = errorOfBytes(required.bytes());
-  EXPECT_TRUE(contains(error, "XTRA") && contains(error, "use a newer program")) << error;
+  EXPECT_TRUE(contains(error, "XTRA") && contains(error, "use a newer version")) << error;
 }
 
 TEST_F(MapFile, OfANewerFormatIsRefused) {
   std::string newer = bytes_;
   newer[8] = 2;
   const std::string error = errorOfBytes(newer);
-  EXPECT_TRUE(contains(error, "version 2") && contains(error, "use a newer program")) << error;
+  EXPECT_TRUE(contains(error, "version 2") && contains(error, "use a newer version")) << error;
 }
 
 /// No memory is allocated for sizes larger than the file: an allocation of 2^60 bytes would fail.

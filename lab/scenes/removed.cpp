@@ -77,7 +77,7 @@ Eigen::Isometry3d aroundTheMiddle(int i) {
   return lookFrom(eye, Vector3d(0.0, 0.05, 0.0));
 }
 
-/// A person-sized box in mid-air, more than 1 m away from all walls of a room.
+/// A person-sized box in mid-air, more than 1 m from the floor, ceiling and walls of a room.
 std::vector<Figure> measurePerson(const SceneSetup& setup) {
   Scene room;
   room.add(Room{Vector3d(-2.5037, -2.0037, -2.5037), Vector3d(2.5037, 2.0037, 2.5037)});

@@ -31,7 +31,7 @@ struct Figure {
   double most = std::numeric_limits<double>::infinity();
 
   bool isBounded() const { return std::isfinite(least) || std::isfinite(most); }
-  /// Whether the value is within its limits; NaN never is.
+  /// Whether the value is within its limits, if there are any; NaN never is.
   bool holds() const { return !isBounded() || (value >= least && value <= most); }
 };
 

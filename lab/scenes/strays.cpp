@@ -96,8 +96,8 @@ std::vector<Figure> measureShiftedPose(const SceneSetup& setup, const Vector3d& 
 
 constexpr int kGlimpseFrames = 300, kGlimpse = 199;
 
-/// One of 300 frames shows a different corner of the room. With mesh/min_support 1, a single frame
-/// is enough for a surface.
+/// In one of 300 frames, the camera faces a different corner of the room. With mesh/min_support 1,
+/// this frame must be enough for a surface.
 std::vector<Figure> measureGlimpse(SceneSetup setup) {
   setup.params.mesh.min_support = 1;
   Scene room;

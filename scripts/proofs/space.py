@@ -11,8 +11,8 @@ from .common import fill_page, made_by, make_parser, markdown_table, number, run
 # {cell size in mm: (voxel size in m, voxels along the edge of a cell, maximum distance in m)}.
 CELLS = {50: (0.025, 2, 2.0), 100: (0.025, 4, 2.0), 200: (0.025, 8, 2.0), 20: (0.02, 1, 0.3)}
 HEADER = ["cell mm", "range m", "RMSE", "mean", "least to greatest",
-          "off by more than 1.5", "RMSE anywhere", "free, but occupied", "free, but not seen",
-          "found, of free cells seen"]
+          "off by more than 1.5", "RMSE anywhere", "free, but occupied", "free, but not observed",
+          "found, of observed free cells"]
 
 
 def measure(options, cell_mm):

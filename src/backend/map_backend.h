@@ -104,7 +104,7 @@ class MapBackend {
 
   /// Makes all stages add their host time to the profile, until called with nullptr.
   virtual void profileTo(Profile* /*profile*/) {}
-  /// Adds the memory in use. `indices` includes the part that map_bytes counts as well.
+  /// Adds the memory in use. `indices` includes memory that map_bytes also counts.
   virtual void addMemory(MapperMemory& memory) const = 0;
 
   // ---- Stages of a depth image.

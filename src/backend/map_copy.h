@@ -1,4 +1,4 @@
-/// Helpers for copying a map to and from MapContents, in the order in which these store it.
+/// Helpers for copying a map to and from MapContents.
 #pragma once
 
 #include <vector>
@@ -38,7 +38,7 @@ std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32
 /// Finds the indices of the voxels and colours of the blocks in `slots`.
 ContentsOrder orderOf(const BlockTable& table, const std::vector<int32_t>& slots);
 
-/// Allocates voxels and colours for the contents' blocks. @throws std::bad_alloc
+/// Allocates voxels and colours for all blocks of the contents. @throws std::bad_alloc
 void allocateWords(MapContents& contents);
 
 }  // namespace dtsdf

@@ -19,7 +19,7 @@ struct PixelSpan {
 /// contain whole patches.
 constexpr int kSpanStep = 16;
 
-/// Whether kSpanStep values starting at `first` are all 0, or fewer at the end of the row.
+/// Whether all values from `first` on are 0, up to kSpanStep values or the end of the row.
 template <class T>
 bool isBlank(const char* row, int first, int width) {
   uint64_t words[kSpanStep * sizeof(T) / sizeof(uint64_t)] = {};

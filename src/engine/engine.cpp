@@ -403,7 +403,7 @@ size_t Engine::require(const std::vector<PackedKey>& keys) {
   return pager_->require(*backend_, keys);
 }
 
-/// Evicts blocks, except those loaded by the last require().
+/// Evicts blocks, except those requested by the last require().
 /// @return whether there is room for `bytes` now.
 bool Engine::makeRoom(size_t bytes) {
   if (pager_->hasRoom(bytes)) return true;

@@ -192,9 +192,9 @@ void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   }
 }
 
-/// Selects blocks to evict, at least `bytes` in total if possible, but none that the last require()
-/// loaded. Starts with the coarse cells that have not been needed for the longest time; keys break
-/// ties.
+/// Selects blocks to evict, at least `bytes` in total if possible, except those requested by the
+/// last require(). Starts with the coarse cells that have not been needed for the longest time;
+/// keys break ties.
 std::vector<int32_t> Pager::leastRecentlyNeeded(size_t bytes, uint64_t before) const {
   std::vector<const BlockCells::Cell*> cells;
   for (const BlockCells::Cell& cell : table_.cells()) {

@@ -52,12 +52,12 @@ class Pager {
   /// @return the number of blocks that stay on disk, because there is no room or reading failed.
   size_t require(MapBackend& backend, const std::vector<PackedKey>& keys);
 
-  /// Evicts blocks, except those loaded by the last require(), to free somewhat more than `bytes`.
-  /// If no blocks are left to evict, the table may exceed the budget until the next call.
+  /// Evicts blocks, except those requested by the last require(), to free somewhat more than
+  /// `bytes`. If no blocks are left to evict, the table may exceed the budget until the next call.
   /// @return whether there is room for `bytes` now.
   bool makeRoom(MapBackend& backend, size_t bytes);
 
-  /// Keeps new blocks in memory, like those loaded by the last require().
+  /// Keeps new blocks in memory, like those requested by the last require().
   void noteNew(const std::vector<int32_t>& slots);
 
   /// Keys of the blocks that a depth image touches or may clear. Empty if no block has to move,

@@ -19,7 +19,7 @@ constexpr int kThreadBlocksPerProcessor = 8;
 constexpr size_t kFirstInView = 1 << 14;
 
 struct VisitedBlock {
-  int32_t slot;     ///< -1: not in the map.
+  int32_t slot;     ///< -1 if not in the map.
   bool is_touched;  ///< False if the frame only checks the block.
   uint32_t empty;   ///< Bit d: the array of direction d was empty after the fold.
   Vec3f first_voxel_L;
@@ -38,7 +38,7 @@ struct VisitedBlock {
 struct JudgedVoxels {
   uint32_t count;
   uint32_t emptied_directions;  ///< Bit d: a voxel of direction d lost its distance.
-  uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< From packJudged().
+  uint16_t voxel[kDirectionCount * kVoxelsPerBlock];  ///< Packed by packJudged().
 };
 
 /// Threads per block of the map: one per voxel, to hide memory latency.
@@ -117,7 +117,7 @@ __device__ bool isArrayEmpty(const Voxel* voxels) {
 
 /// Reduces the evidence of the voxels that the frame contradicts. All threads of the thread block
 /// must call it; all voxels are tested before the first one changes.
-/// @param changed Set to whether a voxel with a distance lost evidence.
+/// @param changed Must be false; becomes true if a voxel with a distance lost evidence.
 /// @return the directions whose arrays became empty.
 __device__ uint32_t clearBlock(const FrameSensing& sensing, const FusionSettings& fusion,
                                const MapView& map, const SlotEntry& entry,

@@ -33,7 +33,8 @@ __device__ __forceinline__ bool select(const MapView& map, const MeshView& mesh,
   return atomicExch(&map.mesh_stamp[slot], mesh.stamp) != mesh.stamp;
 }
 
-/// Selects a block to be meshed but not indexed, if it exists and has not been selected yet.
+/// Selects a block to be meshed with its existing labels, if it exists and has not been selected
+/// yet.
 __device__ __forceinline__ void selectAdjoining(const MapView& map, const MeshView& mesh,
                                                 const BlockKey& key) {
   const int32_t slot = findSlot(map, packKey(key));

@@ -47,7 +47,7 @@ class Renderer {
   const Stream& stream_;
   DeviceBuffer<MeshTotals> totals_, labelled_;  ///< labelled_ is used only to count blocks.
   PinnedBuffer<MeshTotals> pinned_totals_;
-  static constexpr size_t kBands = 8;  ///< Bands of pixels, downloaded one after the other.
+  static constexpr size_t kBands = 8;  ///< Number of bands of pixels, downloaded in sequence.
   Event drawn_[kBands];                ///< Recorded after a band's download.
   DeviceBuffer<uint32_t> no_dirty_;    ///< Always 0: views use it as their count of dirty blocks.
   DeviceBuffer<int32_t> slots_, labelled_slots_;

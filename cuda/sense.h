@@ -36,7 +36,7 @@ class DeviceSensing {
 struct RawDepth {
   const void* data;
   int32_t width, height;
-  bool is_uint16;  ///< False: float.
+  bool is_uint16;  ///< False if depths are float.
   DepthRange range;
 };
 

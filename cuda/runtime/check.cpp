@@ -20,7 +20,7 @@ std::atomic<cudaError_t> failure{cudaSuccess};
                                        : ""));
 }
 
-/// A call, followed by its file and line.
+/// The call, with its file and line.
 std::string callWithPlace(const char* call, const char* file, int line) {
   const char* slash = std::strrchr(file, '/');
   return std::string(call) + " (" + (slash == nullptr ? file : slash + 1) + ":" +

@@ -132,7 +132,7 @@ void exportJournal(const std::vector<std::string>& arguments) {
     std::fprintf(stderr, "map_tool: warning: %s\n", journal.incompleteEnd().c_str());
   }
   if (!poses_path.empty()) {
-    journal.correctGiven(readTrajectory(poses_path, "poses are expected there").poses());
+    journal.correctGiven(readTrajectory(poses_path, "expected a file with poses").poses());
   }
   const MapperParams params = readMapperParams(journal.begin().settings);
   const std::unique_ptr<Mapper> mapper = mapperOf(journal, params);

@@ -42,7 +42,7 @@ void printHash(const std::vector<std::string>& arguments) {
   addSettings(line, "mesh/..., backend, threads", options);
   line.parse(arguments);
   if (!meshFormatOf(options.map_path).empty()) {
-    const std::string bytes = readTextFile(options.map_path, "a mesh or a map is expected there");
+    const std::string bytes = readTextFile(options.map_path, "expected a mesh or a map");
     print("mesh", hashOf(bytes.data(), bytes.size()));
     return;
   }

@@ -271,7 +271,7 @@ void visitImages(const RunOptions& options, const std::optional<Eigen::Isometry3
     JournalReplay journal(options.recording.path);
     if (!options.recording.poses_path.empty()) {
       journal.correctGiven(
-          readTrajectory(options.recording.poses_path, "poses are expected there").poses());
+          readTrajectory(options.recording.poses_path, "expected a file with poses").poses());
     }
     ProgressBar progress(what, std::nullopt);
     while (const std::optional<journal::Call> call = journal.next()) {

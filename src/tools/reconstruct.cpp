@@ -234,7 +234,7 @@ void correct(JournalReplay& journal, const ReconstructOptions& options) {
     throw UsageError("--poses-frame '" + printable(frame) + "': the journal's frames are '" +
                      printable(begin.map_frame) + "' and '" + printable(begin.level_frame) + "'");
   }
-  std::vector<StampedPose> poses = readTrajectory(path, "poses are expected there").poses();
+  std::vector<StampedPose> poses = readTrajectory(path, "expected a file with poses").poses();
   const CorrectionEffect effect = is_level ? journal.correct({journal.count(), std::move(poses)})
                                            : journal.correctGiven(std::move(poses));
   std::printf("journal: corrected %zu of %zu depth images with the poses in %s\n", effect.moved,

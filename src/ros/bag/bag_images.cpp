@@ -112,7 +112,7 @@ class BagPoses {
     }
     if (options_.tf_topic.empty()) options_.tf_topic = "/tf";
     if (!options.poses_path.empty()) {
-      trajectory_ = readTrajectory(options.poses_path, "poses are expected there");
+      trajectory_ = readTrajectory(options.poses_path, "expected a file with poses");
       return;
     }
     const std::vector<std::string> topics{options_.tf_topic, options_.tf_topic + "_static",

@@ -23,14 +23,14 @@ class AlignmentGain {
   /// whether the correction jumped, which invalidates earlier corrections.
   bool addAligned(const Eigen::Isometry3d& T_W_C);
 
-  /// Fraction of the step from the expected to the aligned pose that the refined pose takes: 1
-  /// unless alignments are known to be noisy. For steps larger than the noise of alignments, the
-  /// fraction grows with the step.
+  /// Fraction of the step from the expected to the aligned pose by which the refined pose moves. It
+  /// is 1 unless alignments are known to be noisy. For steps larger than the noise of alignments,
+  /// the fraction grows with the step.
   double share(const Eigen::Isometry3d& expected_T_W_C,
                const Eigen::Isometry3d& aligned_T_W_C) const;
 
  private:
-  /// Translation in metres, then a rotation in radians.
+  /// Translation in metres and rotation vector in radians.
   using Step = Eigen::Matrix<double, 6, 1>;
 
   /// Variance of the independent errors in a trajectory, summed over axes and averaged over recent

@@ -1,4 +1,4 @@
-/// The mesh of one block, and updates of a mesh by blocks.
+/// The mesh of a block, and mesh updates, which consist of block meshes.
 #pragma once
 
 #include <cstdint>
@@ -29,8 +29,8 @@ struct VertexColour {
   uint8_t painted;  ///< 255 if the vertex has a colour; otherwise all four are 0.
 };
 
-/// Triangles of the mesh units of one block, counter-clockwise seen from the front. Vertices on the
-/// block's far faces are repeated, bit for bit, by the neighbour that owns their edge.
+/// Triangles of the mesh units of one block, counter-clockwise as viewed from the front. Vertices
+/// on the block's far faces are repeated, bit for bit, by the neighbour that owns their edge.
 ///
 /// The midpoints of a refined mesh follow the vertices on grid edges, in the order of their mesh
 /// units. A midpoint on the face between two units is listed once per unit, with identical values.

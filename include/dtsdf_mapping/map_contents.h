@@ -59,7 +59,7 @@ struct MapFreeCube {
 /// Size of a map.
 struct MapSize {
   size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels.
-  size_t voxel_arrays = 0;  ///< Directional arrays of 512 voxels, over all blocks.
+  size_t voxel_arrays = 0;  ///< Voxel arrays of 512 voxels, over all blocks.
   size_t bricks = 0;        ///< Bricks of 64 colours, over all voxel arrays.
   /// Cubes of 8 x 8 x 8 cells of the free-space grid that contain free cells.
   size_t free_cubes = 0;
@@ -133,10 +133,11 @@ void checkContents(const MapContents& contents);
 /// Copies the settings that a map is bound to into `params`: map/voxel_size_m,
 /// map/truncation_voxels, map/directional and fusion/mode.
 /// @return `params` with the bound settings of the contents.
-/// @throws std::runtime_error if the contents lack one of them or have an invalid value for it.
+/// @throws std::runtime_error if one of these settings is missing or invalid in the contents.
 MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
 
-/// Checks that the map is in the frame `map_frame`. An empty name, here or in the map, matches any.
+/// Checks that the map is in the frame `map_frame`. An empty name, here or in the map, matches any
+/// frame.
 /// @throws std::runtime_error if the map is in another frame.
 void checkFrame(const MapContents& contents, const std::string& map_frame);
 
@@ -150,7 +151,7 @@ void checkLevel(const MapContents& contents, bool is_levelled);
 int minMemoryMb(const MapContents& contents, MapperParams params);
 
 /// Limit that loadMap() applies, in bytes: the memory budget plus, with map/page_folder, the
-/// maximum size of one file there.
+/// maximum size of a page file.
 size_t maxMapBytes(const MapperParams& params);
 
 /// Remedy to pass to checkFits() if the user specified settings together with a map.

@@ -28,7 +28,7 @@ enum class FrameStatus {
              ///< keep_center_W is not finite.
   kNoMeasurement,  ///< No pixel has a depth that can be fused or used for clearing. For a colour
                    ///< image: no surface of the map is visible well enough to be painted.
-  kNoMemory,       ///< The GPU has too little memory for this frame; a later one may succeed.
+  kNoMemory,  ///< The GPU has too little memory for this frame; further frames may still be fused.
 };
 
 /// Short description for messages ("bad pose").
@@ -66,8 +66,8 @@ struct PageStats {
 struct MapStats {
   size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels in memory.
   size_t voxel_arrays = 0;  ///< Voxel arrays of all blocks in memory.
-  /// Bytes of blocks, arrays and colours in memory. At most max_map_bytes, except as described
-  /// there.
+  /// Bytes of blocks, arrays and colours in memory. At most max_map_bytes; see there for an
+  /// exception.
   size_t map_bytes = 0;
   /// Requests for memory that were refused since the start or the last clear().
   uint64_t refused_blocks = 0;
@@ -91,8 +91,8 @@ struct MapStats {
 struct MapperMemory {
   bool on_gpu = false;  ///< Whether the map and everything listed here except `staging` and `space`
                         ///< is on a GPU.
-  size_t spare = 0;     ///< Room for future voxels and colours.
-  size_t indices = 0;   ///< Tables of blocks and mesh units, except what map_bytes includes.
+  size_t spare = 0;     ///< Memory reserved for future voxels and colours.
+  size_t indices = 0;   ///< Tables of blocks and mesh units, as far as not included in map_bytes.
   size_t meshes = 0;    ///< On a GPU: the meshes from the last extraction.
   size_t scratch = 0;   ///< Buffers for processing a frame, kept for the next one.
   size_t staging = 0;   ///< With a GPU: transfer buffers on the host.

@@ -22,8 +22,9 @@ struct Mesh {
   std::array<double, 3> origin_m = {0.0, 0.0, 0.0};  ///< Origin in W, in whole metres; usually 0.
   std::vector<Vec3f> vertices_m;                     ///< Positions in W minus `origin_m`.
   std::vector<Vec3f> normals;  ///< Unit normals per vertex, pointing to the free side.
-  std::vector<std::array<uint32_t, 3>> triangles;  ///< Counter-clockwise seen from the free side.
-  std::vector<VertexColour> colours;               ///< Per vertex; empty if no block has colours.
+  /// Counter-clockwise as viewed from the free side.
+  std::vector<std::array<uint32_t, 3>> triangles;
+  std::vector<VertexColour> colours;  ///< Per vertex; empty if no block has colours.
 };
 
 /// Position of a vertex in W, in metres.
@@ -45,7 +46,7 @@ using SharedBlockMesh = std::shared_ptr<const BlockMesh>;
 /// since they share the block meshes.
 class MeshStore {
  public:
-  /// An empty store for a mapper with this voxel size.
+  /// Creates an empty store for a mapper with this voxel size.
   explicit MeshStore(float voxel_size_m);
 
   /// Applies an update.
@@ -85,10 +86,10 @@ class MeshStore {
   size_t triangle_count_ = 0;
 };
 
-/// Packs a block's key, as in MeshStore::blocks().
+/// Packs a block key, as in MeshStore::blocks().
 PackedKey packedKeyOf(const BlockKey& key);
 
-/// 8-bit RGB colour of a vertex.
+/// RGB colour of a vertex in the given mode.
 std::array<uint8_t, 3> vertexColour(MeshColour mode, const Mesh& mesh, size_t vertex);
 
 }  // namespace dtsdf

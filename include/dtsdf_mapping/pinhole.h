@@ -5,7 +5,7 @@
 
 namespace dtsdf {
 
-/// Pinhole intrinsics in pixels; pixel centres lie at whole numbers.
+/// Pinhole intrinsics in pixels; pixel centres have integer coordinates.
 struct Intrinsics {
   float fx;  ///< Focal length along u (to the right); > 0.
   float fy;  ///< Focal length along v (downwards); > 0.
@@ -13,7 +13,7 @@ struct Intrinsics {
   float cy;  ///< Principal point, v.
 };
 
-/// Type of the pixels of a depth image.
+/// Pixel type of a depth image.
 enum class DepthEncoding : int32_t {
   kUint16,   ///< Integer multiples of `unit_m`; 0 means no measurement.
   kFloat32,  ///< Multiples of `unit_m`; NaN, infinity and values <= 0 mean no measurement.

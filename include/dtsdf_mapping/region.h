@@ -1,4 +1,4 @@
-/// Regions of space in the map frame, for clearing or saving a part of a map.
+/// Regions in the map frame, for clearing or saving parts of a map.
 #pragma once
 
 #include <Eigen/Geometry>

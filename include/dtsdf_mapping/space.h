@@ -42,14 +42,14 @@ struct SpaceCell {
 /// z).
 struct SpaceCube {
   static constexpr int kSideLog2 = 3;           ///< Binary logarithm of kSide.
-  static constexpr int kSide = 1 << kSideLog2;  ///< Cells along an edge.
+  static constexpr int kSide = 1 << kSideLog2;  ///< Edge length of a cube, in cells.
   using Mask = std::array<uint64_t, kSide>;     ///< One bit per cell.
 
   Vec3i first;   ///< First cell; its coordinates are multiples of kSide.
   Mask free;     ///< Free cells.
   Mask surface;  ///< Surface cells.
 
-  /// Coordinates, in cubes, of the cube that contains a cell.
+  /// Coordinates (in cubes) of the cube that contains a cell.
   static Vec3i cubeOf(const Vec3i& cell) {
     return {cell.x >> kSideLog2, cell.y >> kSideLog2, cell.z >> kSideLog2};
   }

@@ -27,8 +27,8 @@ struct FrameTime {
 struct Measurement {
   std::string backend_name;
   std::vector<FrameTime> frames;  ///< Measured without profiling.
-  std::vector<double> fusion_ms;  ///< On a GPU: one per frame, from a separate run without meshes.
-  std::vector<Profile> stages;    ///< On a CPU: one per frame, from a separate run.
+  std::vector<double> fusion_ms;  ///< On a GPU: time per frame, from a separate run without meshes.
+  std::vector<Profile> stages;    ///< On a CPU: times per frame, from a separate run.
   MapStats map;
   MapperMemory memory;
   size_t device_bytes = 0;  ///< GPU memory allocated since the mapper was created.

@@ -13,7 +13,7 @@ namespace dtsdf {
 /// which is a widely supported extension. Binary .stl stores only triangles and their normals.
 const std::vector<std::string>& meshExtensions();
 
-/// List of the extensions, for messages.
+/// The extensions as text, for messages.
 constexpr const char* kMeshExtensions = ".ply, .obj, .stl or .glb";
 
 /// Extension of a file name, in lower case; empty if the format is not supported.

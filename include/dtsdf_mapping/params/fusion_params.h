@@ -34,7 +34,7 @@ struct FusionParams {
   int memory_frames = 0;
 };
 
-/// Visits each member with its key and its rule.
+/// Visits each member with its key and the rule for its value.
 /// @relates FusionParams
 template <class Visitor>
 void visitParams(FusionParams& p, Visitor& visit) {

@@ -24,7 +24,7 @@ struct MapParams {
   float page_max_gb = 64.0f;  ///< Maximum size of each file in page_folder, in GiB.
 };
 
-/// Visits each member with its key and its rule.
+/// Visits each member with its key and the rule for its value.
 /// @relates MapParams
 template <class Visitor>
 void visitParams(MapParams& p, Visitor& visit) {

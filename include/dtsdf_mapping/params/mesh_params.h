@@ -10,8 +10,8 @@ enum class MeshColour {
   kAuto,    ///< kImage if the map was painted, otherwise kNormal.
   kImage,   ///< Colour from images; kPlain where the surface is not painted.
   kNormal,  ///< Direction of the surface normal as red, green and blue.
-  kHeight,  ///< z in the map frame, as a repeating rainbow.
-  kPlain,   ///< The same light grey everywhere.
+  kHeight,  ///< z in the map frame, shown as a repeating rainbow.
+  kPlain,   ///< Light grey.
 };
 
 /// How a mesh is extracted and coloured.
@@ -22,7 +22,7 @@ struct MeshParams {
   int refine = 0;  ///< 1: split each triangle into four that follow the curved surface.
 };
 
-/// Visits each member with its key and its rule.
+/// Visits each member with its key and the rule for its value.
 /// @relates MeshParams
 template <class Visitor>
 void visitParams(MeshParams& p, Visitor& visit) {

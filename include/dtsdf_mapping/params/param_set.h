@@ -47,9 +47,9 @@ struct Range {
 template <class Enum>
 using EnumNames = std::vector<std::pair<std::string, Enum>>;
 
-/// Visitor that sets members from a tree. A missing key keeps the default; an unknown key, a wrong
-/// type or a broken rule is a violation. A whole number is accepted for a floating-point member,
-/// and words such as "yes" and "off", as in YAML, for a Boolean.
+/// Visitor that sets members from a tree. Members whose key is missing keep their default; an
+/// unknown key, a wrong type or a broken rule is a violation. A whole number is accepted for a
+/// floating-point member, and words such as "yes" and "off", as in YAML, for a Boolean.
 class ParamReader {
  public:
   /// Creates a reader for a tree.
@@ -75,7 +75,8 @@ class ParamReader {
   }
   /// @}
 
-  /// Adds a violation of a rule between several settings, under the key of one of them.
+  /// Adds a violation of a rule that involves several settings, under the key of one of these
+  /// settings.
   void addViolation(const std::string& key, const std::string& rule);
 
   /// Ends reading. @throws ParamError with all violations, including unknown keys, if any.

@@ -28,7 +28,7 @@ struct PoseParams {
   bool drop_misfits = false;
 };
 
-/// Visits each member with its key and its rule.
+/// Visits each member with its key and the rule for its value.
 /// @relates PoseParams
 template <class Visitor>
 void visitParams(PoseParams& p, Visitor& visit) {

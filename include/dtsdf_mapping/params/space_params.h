@@ -13,7 +13,7 @@ struct SpaceParams {
   float max_distance_m = 2.0f;  ///< Distances to surfaces are computed up to this value.
 };
 
-/// Visits each member with its key and its rule.
+/// Visits each member with its key and the rule for its value.
 /// @relates SpaceParams
 template <class Visitor>
 void visitParams(SpaceParams& p, Visitor& visit) {

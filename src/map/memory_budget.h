@@ -8,7 +8,7 @@
 namespace dtsdf {
 
 /// Bytes charged to the budget for a cube that contains free cells: two bits per cell (free,
-/// surface), doubled because the array may be half empty.
+/// surface), doubled because the vector that stores the cubes may use only half of its capacity.
 constexpr size_t kFreeCubeBudgetBytes = 256;
 
 /// Maximum size of a file in map/page_folder, in bytes; 0 if no folder is set.

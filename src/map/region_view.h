@@ -16,8 +16,8 @@ RegionView makeRegionView(const Region& region, double unit_m);
 inline bool mayAffectMeshIn(const RegionView& region, const BlockKey& block) {
   constexpr double kMiddle = 4.0;
   // A block's vertices have coordinates in [-2, 10] relative to its first voxel. How a crack is
-  // closed depends on crumbs up to two blocks away; whether a piece is a crumb depends on pieces up
-  // to two blocks away.
+  // closed (see meshing/mend.h) depends on crumbs up to two blocks away; whether a piece is a crumb
+  // depends on pieces up to two blocks away.
   constexpr double kReach = (6.0 + 32.0) * 1.7321;  // from the centre to the farthest corner
   const Vec3i first = firstVoxelOfBlock(block);
   return isInside(region, Vec3d{first.x + kMiddle, first.y + kMiddle, first.z + kMiddle}, kReach);

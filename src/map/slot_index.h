@@ -1,5 +1,6 @@
-/// Maps block keys to slots. This is a hash table of cubes of blocks: neighbouring keys are close
-/// in memory, and the table is small enough that growing it does not delay a frame.
+/// Maps the keys of blocks to the slots that hold the blocks. The hash table has one entry per cube
+/// of blocks. Neighbouring keys are thus close in memory, and growing the table does not delay a
+/// frame.
 #pragma once
 
 #include <algorithm>

@@ -7,20 +7,21 @@
 namespace dtsdf {
 namespace {
 
-/// Pieces with more triangles are not crumbs. In a refined mesh, the limit is four times as large.
+/// Pieces with more triangles are not crumbs (see mend.h). In a refined mesh, the limit is
+/// four times as large.
 constexpr size_t kMaxCrumb = 16;
 /// A small piece is kept unless a larger piece lies within this distance along each axis, in
 /// voxels.
 constexpr float kCrumbReach = 4.0f;
 /// A small piece is also kept if it and the small pieces within this distance (in voxels) together
-/// have too many triangles for a crumb, as along a narrow slat.
+/// have too many triangles for a crumb, like the pieces of a narrow slat.
 constexpr float kNextPiece = 1.5f;
 
 constexpr uint32_t kNoPiece = UINT32_MAX;
 
 /// A piece with few triangles.
 struct Piece {
-  std::vector<uint32_t> vertices;  ///< The first is the lowest one on an outline.
+  std::vector<uint32_t> vertices;  ///< The first has the lowest index on an outline.
   size_t triangles = 0, max_triangles = 0;
   Vec3f low = {}, high = {};  ///< Bounds of the piece, enlarged by kCrumbReach.
   bool is_near_larger = false;
@@ -92,7 +93,7 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
   std::vector<Piece> pieces = findSmallPieces(outline, piece_of);
   const float reach = kCrumbReach * voxel, cell_side = 2.0f * reach;
   const Vec3f margin{reach, reach, reach};
-  std::unordered_map<PackedKey, std::vector<uint32_t>> pieces_at;  // by cell in their bounds
+  std::unordered_map<PackedKey, std::vector<uint32_t>> pieces_at;  // the pieces near each cell
   for (uint32_t n = 0; n < pieces.size(); ++n) {
     Piece& piece = pieces[n];
     if (piece.vertices[0] < first || piece.vertices[0] >= end) continue;
@@ -113,7 +114,7 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
   auto found = pieces_at.find(packKey(cell));
   for (uint32_t i = first_kept; i < outline.end(); ++i) {
     const uint32_t own = piece_of[i - first_kept];
-    if (own == kNoPiece && outline.isUnused(i)) continue;  // removed crumbs still count
+    if (own == kNoPiece && outline.isUnused(i)) continue;  // removed crumbs are still pieces
     const Vec3f& p = positions[i - first_kept];
     const Vec3i next = cellOf(p, cell_side);
     if (next != cell) found = pieces_at.find(packKey(next));  // rare: neighbours share cells

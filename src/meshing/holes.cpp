@@ -82,7 +82,7 @@ class HoleCloser {
     return packKey({(cell.x + kHalf) & kMask, (cell.y + kHalf) & kMask, (cell.z + kHalf) & kMask});
   }
 
-  /// Lists the plain vertices that have exactly one fan, sorted by cell. The last entry has no
+  /// Lists the vertices of kind kPlain with exactly one fan, sorted by cell. The last entry has no
   /// vertex and marks the end.
   std::vector<Cell> sortedCells() const {
     std::vector<Cell> cells;

@@ -1,8 +1,8 @@
 /// Mends a mesh at its outlines.
 ///
 /// - A **crumb** is a piece of a few triangles near a larger piece, mostly noise. It is left out.
-/// - A **hole** has a short outline, and is due to units in which no direction is active. It is
-///   closed.
+/// - A **hole** has a short outline, and is due to mesh units (marching cubes cells) without an
+///   active direction. It is closed.
 /// - A **crack** lies between two outlines, or two parts of one, that face each other. Bridges from
 ///   vertex to vertex divide it into holes.
 /// - A mesh ends at whole units, so outlines have teeth one voxel high where images disagree about

@@ -93,9 +93,9 @@ void makeUnit(std::vector<Vec3f>& normals) {
 
 namespace {
 
-/// Removes blocks from the front of a list as long as `key` comes after all blocks within
-/// `distance` of them along each axis, ignoring blocks beyond `last`. @return the number of
-/// vertices up to the end of the last removed block; `before` if none was removed.
+/// Removes each block from the front of a list if `key` comes after all blocks within `distance` of
+/// that block along each axis, ignoring blocks beyond `last`. @return the number of vertices up to
+/// the end of the last removed block; `before` if none was removed.
 template <class Blocks>
 uint32_t dropPassedBlocks(Blocks& blocks, int32_t distance, const Vec3i& last, PackedKey key,
                           uint32_t before) {

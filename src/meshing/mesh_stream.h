@@ -110,9 +110,9 @@ class BlockJoiner {
 };
 
 /// Adds the area-weighted normal of a block's triangle to the normals of its vertices. At the rim
-/// of the measured surface, anchoring may fold a triangle over. Its normal then points against the
-/// facings of its edges, and is reversed. Positions are relative to the block, so the normal is
-/// equally accurate anywhere in the map.
+/// of the measured surface, anchoring (kernels/meshing/anchoring.h) may fold a triangle over. The
+/// triangle's normal then points against the facings of its edges, and is reversed. Positions are
+/// relative to the block, so the normal is equally accurate anywhere in the map.
 /// @param corner Points to the triangle's three indices in the block.
 /// @param t The same vertices in the joined mesh.
 inline void addNormal(const BlockMesh& block, const JoinedBlock& joined, const uint16_t* corner,

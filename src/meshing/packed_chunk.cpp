@@ -111,7 +111,7 @@ class ChunkPacker {
     return static_cast<float>(voxel * steps_per_voxel_ + static_cast<int>(steps + 0.5));
   }
 
-  /// Vertices on the chunk's faces stay in place: outlines continue in neighbouring chunks.
+  /// Vertices on the chunk's faces stay in place, since outlines continue in neighbouring chunks.
   Outline::Kind kindOf(uint32_t edge, const Vec3i& block) const {
     if (isMidpoint(edge)) return Outline::Kind::kMiddle;
     const Vec3i at = block + cornerAt(edgeCorner(static_cast<int>(edge)));

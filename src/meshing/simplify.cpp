@@ -78,8 +78,8 @@ class Tolerances {
  private:
   static constexpr float kUnknown = std::numeric_limits<float>::infinity();
 
-  /// The tolerance. It is negative if no gap is narrow enough to limit errors up to `error_m`, and
-  /// larger errors may still be used.
+  /// The tolerance. It is negative if no gap is narrow enough to limit errors up to `error_m`, but
+  /// larger errors may be used later.
   float measure(uint32_t vertex, double error_m) {
     const double limit_m = 1.01 * error_m / kShareBetween;
     const double gap_m =

@@ -103,7 +103,7 @@ class PagedBlocks {
   size_t marked() const { return marked_; }  ///< Number of blocks with marks.
 
   /// Keys of the blocks for which holds(number) is true, in no particular order. Searches only
-  /// coarse cells for which may_hold(cell) is true.
+  /// coarse cells (see BlockCells) for which may_hold(cell) is true.
   template <class CellTest, class Test>
   std::vector<PackedKey> keysWhere(const CellTest& may_hold, const Test& holds) const {
     std::vector<PackedKey> keys;

@@ -31,8 +31,8 @@ constexpr int kTries = 5;
 
 constexpr double kMinWait_ms = 1.0;
 
-/// Maximum duration of a batch. Batches are short because erase() waits for the batch with its
-/// record.
+/// Maximum duration of a batch. Batches are short, since erase() waits for the batch that contains
+/// its record.
 constexpr std::chrono::milliseconds kMaxBatchTime{1};
 
 /// Size of the checksum after each record.

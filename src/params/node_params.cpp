@@ -74,8 +74,8 @@ void checkPoses(const NodeParams& node, ParamReader& reader) {
 }  // namespace
 
 void resolveMemoryFrames(const PoseParams& poses, FusionParams& fusion) {
-  // With 20, a removed surface could take more than 28 frames to vanish, since uncovered voxels are
-  // checked only every fourth frame.
+  // With 20, a removed surface could take more than 28 frames to vanish, since voxels that
+  // a frame does not cover are checked only in every fourth frame.
   constexpr int kFramesOfAlignedPoses = 19;
   if (fusion.memory_frames > 0 || poses.mode == PoseMode::kTf) return;
   fusion.memory_frames = kFramesOfAlignedPoses;

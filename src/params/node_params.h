@@ -55,10 +55,10 @@ struct NodeParams {
   std::string load_file;    ///< Map to load at startup, named as in load_map; empty: none.
   std::string output_directory = "~/dtsdf_mapping";  ///< Root folder for saved files.
   std::vector<std::string> cameras;  ///< Namespaces; empty: one camera in the node's namespace.
-  std::string keep_frame;  ///< Frame at the centre of map/keep_radius_m; empty: the camera.
+  std::string keep_frame;  ///< Frame on which map/keep_radius_m is centred; empty: the camera.
   PoseParams poses;
-  /// If poses/mode is refine: the frame of the poses in TF; its transform to map_frame is
-  /// published. If it is track: the parent of base_frame. Empty: map_frame.
+  /// With poses/mode refine: the frame of the poses in TF, whose transform to map_frame is
+  /// published. With poses/mode track: the parent of base_frame. Empty: map_frame.
   std::string odom_frame;
   std::string base_frame;  ///< Frame whose pose is published; empty: the depth camera's frame.
   InputParams input;
@@ -87,7 +87,7 @@ struct NodeParams {
   // Corrections of poses from a SLAM system.
   std::string
       path_frame;  ///< Frame whose poses corrected_path contains; empty: the depth camera's.
-  double min_correction_m = 0.01;  ///< Paths that move no frame by this much, in metres or
+  double min_correction_m = 0.01;  ///< Paths that move no image by this much, in metres or
                                    ///< radians, are ignored.
 };
 

@@ -6,8 +6,8 @@
 namespace dtsdf {
 
 /// Copies a tree without the copy constructor of std::variant. In libstdc++ 12 that constructor
-/// terminates the process if memory for a string runs out: it destroys an object that does not
-/// exist.
+/// terminates the process if memory for a string runs out: it destroys an object that was never
+/// constructed.
 inline ParamTree copyOf(const ParamTree& tree) {
   ParamTree copy;
   for (const auto& [key, value] : tree) {

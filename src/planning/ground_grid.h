@@ -81,8 +81,8 @@ class GroundGrid {
  private:
   static constexpr int kSide = SpaceCube::kSide;
 
-  /// Cubes on top of each other, clipped to the height range, and the values of their columns, in
-  /// the order of a mask's bits.
+  /// Cubes on top of each other, clipped to the height range, and the values of their columns,
+  /// indexed by SpaceCube::bitOf().
   struct Stack {
     std::vector<SpaceCube> parts;
     std::array<int8_t, kSide * kSide> values;

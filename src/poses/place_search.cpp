@@ -539,7 +539,7 @@ void CoarseMap::matchFrom(const Vector3f& from, const RayTable& table, BestMatch
   for (size_t i = 0; i < table.R_W_C.size(); ++i) {
     const uint16_t* const ray = table.rays.data() + i * table.points;
     constexpr size_t kFirstPoints = 16;
-    constexpr int kPromising = 8;  // of at most 64
+    constexpr int kPromising = 8;  // the maximum is 64
     int score = 0;
     for (size_t k = 0; k < kFirstPoints; ++k) score += table.scores[k][view[ray[k]]];
     if (score < kPromising) continue;

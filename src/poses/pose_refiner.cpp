@@ -100,8 +100,8 @@ void PoseRefiner::drift(const Eigen::Isometry3d& T_O_C) {
   last_T_O_C_ = T_O_C;
 }
 
-/// Kalman filter update. An aligned pose is a measurement of the correction, with the noise of a
-/// given pose (sigma). The error of the alignment itself is neglected.
+/// Kalman filter update. An aligned pose is a measurement of the correction, with the noise of an
+/// input pose (sigma). The error of the alignment itself is neglected.
 void PoseRefiner::correct(const Eigen::Isometry3d& T_W_C, const Eigen::Isometry3d& expected_T_W_C) {
   const double gain_m = variance_m2_ / (variance_m2_ + square(params_.sigma_m));
   const double gain_rad = variance_rad2_ / (variance_rad2_ + square(params_.sigma_rad));

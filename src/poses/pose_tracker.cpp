@@ -21,7 +21,7 @@ constexpr double kFoundShare = 0.5;
 /// and the third confirms it.
 constexpr int kFitsToRecover = 3;
 
-/// Guesses per place: two rings of six turns and six shifts, and the place itself.
+/// Guesses per place: six turns and six shifts by one step, as many by two, and the place itself.
 constexpr int kGuessesPerPlace = 1 + 4 * 6;
 
 /// Guesses per image while the camera is lost, in addition to the predicted pose. On a CPU, seven
@@ -61,8 +61,8 @@ double motionBetween(const Isometry3d& a, const Isometry3d& b) {
 
 /// A guess near a pose: the pose turned about or shifted along one of its axes by one or two steps,
 /// or the pose itself. A step is as long as the maximum distance that an alignment can correct
-/// (`reach_m`). This is short for fine voxels, so a shift is at least kMinShift_m. Turns are
-/// limited to what an alignment can correct.
+/// (`reach_m`). This is short for fine voxels, so a shift is at least kMinShift_m. A turn by
+/// one step is at most kMaxTurn_rad.
 Isometry3d guessAround(const Isometry3d& T_W_C, double reach_m, size_t guess) {
   constexpr double kMinShift_m = 0.15, kMaxTurn_rad = 0.3;
   if (guess + 1 == kGuessesPerPlace) return T_W_C;
@@ -120,7 +120,7 @@ std::optional<Isometry3d> PoseTracker::poseAt(double stamp_s) const {
 
 Alignment PoseTracker::begin(Mapper& mapper, const DepthFrame& frame, double stamp_s) {
   Alignment alignment = alignAt(mapper, frame, *given_T_W_C_);
-  // The given pose is kept until the map has voxels, since a frame without measurements does not
+  // given_T_W_C_ is kept until the map has voxels, since a frame without measurements does not
   // begin the map.
   const bool map_is_empty = mapper.stats().voxel_arrays == 0;
   may_begin_ = map_is_empty || !last_;

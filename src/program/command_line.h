@@ -84,7 +84,8 @@ class CommandLine {
   void addTextRequest(const std::string& name, const std::string& help,
                       const std::function<std::string()>& text);
 
-  /// Rules for options already added. Positional arguments are required unless in requireOneOf().
+  /// Rules for options already added. Positional arguments are required unless passed to
+  /// requireOneOf().
   void require(const std::string& name);
   void requireOneOf(const std::vector<std::string>& names);
   void onlyWith(const std::string& name, const std::string& other);

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kSide = kBlockSide;
 
-/// One value per voxel, (A, 8, 8, 8), decoded without holding the GIL.
+/// One value per voxel, decoded without holding the GIL: shape (A, 8, 8, 8) for A voxel arrays.
 template <class T, class Get>
 py::array decoded(const Blocks& blocks, const Get& get) {
   std::vector<T> values;

@@ -26,7 +26,7 @@
 
 namespace dtsdf {
 
-/// Message types keyed by topic, leaving out topics of mapping nodes that look like input.
+/// Message types keyed by topic, without the topics of mapping nodes that look like input.
 using PublishedTopics = std::map<std::string, std::string>;
 
 /// Asks the master, without retries; empty if it does not answer.
@@ -279,7 +279,7 @@ class InputStatus {
 
   const double stale_s_;
   PublishedTopics (*const find_topics_)();
-  SteadyTime begun_{}, changed_at_{};  ///< Since when images are expected; when now_ changed.
+  SteadyTime begun_{}, changed_at_{};  ///< Start of expecting images; last change of now_.
   ros::Time now_;
   bool is_time_stopped_ = false;
   double expected_s_ = 0.0;           ///< How long frames have been expected.

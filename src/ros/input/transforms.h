@@ -127,7 +127,7 @@ class Transforms {
     core_ = makeCore();
   }
 
-  /// The frame's newest parent; empty if it has none, or if that is `parent`. A parent on /tf does
+  /// The frame's newest parent; empty if there is none or it is `parent`. A parent on /tf does
   /// not count if its newest transform is over five seconds older than `stamp`.
   std::string otherParentOf(const std::string& frame, const std::string& parent,
                             const ros::Time& stamp) const {

@@ -399,7 +399,7 @@ class CorrectStep : public Step {
   /// Poses of the first camera's fused frames, by stamp; cleared if stamps jump back.
   std::vector<StampedPose> fused_;
   GivenMotion given_;  ///< Motion of the first camera.
-  /// Transforms the given poses of all cameras to corrected poses; the identity once the source of
+  /// Transforms the input poses of all cameras to corrected poses; the identity once the source of
   /// the poses has adopted the correction.
   Eigen::Isometry3d T_W_S_ = Eigen::Isometry3d::Identity();
 

@@ -27,8 +27,8 @@ namespace {
 
 /// Serves save_mesh, save_map and load_map, one call at a time, on the service threads. The map
 /// thread updates the mesh, copies the map or replaces it. If a copy does not fit into
-/// map/max_memory_mb, or blocks are on disk, the map thread saves the map itself, part by part. The
-/// next call cancels the simplification of a mesh.
+/// map/max_memory_mb, or blocks are on disk, the map thread writes the file itself, part by part.
+/// The next call cancels the simplification of a mesh.
 class FilesStep : public Step {
  public:
   explicit FilesStep(const Host& host) : host_(host), params_(host.params.mapper) {}
@@ -87,7 +87,7 @@ class FilesStep : public Step {
   }
 
  private:
-  /// Adds a service that reads or writes a file. Calls of all these services are served one at a
+  /// Adds a service that reads or writes a file. Calls to all these services are served one at a
   /// time. `work` gets request, response and path.
   template <class Service, class FileWork>
   void addServer(const ros::NodeHandle& nh, const std::string& name,

@@ -76,8 +76,8 @@ class MapFrame {
     }
   }
 
-  /// Position of map/keep_frame at the stamp, or else by the newest transform; none if it is
-  /// unknown, not set, or not needed (map/keep_radius_m is 0).
+  /// Position of map/keep_frame at the stamp, or in the newest transform if the stamp has none.
+  /// Nothing if the position is unknown, or if no frame or no map/keep_radius_m is set.
   std::optional<Eigen::Vector3d> keepCenterAt(const ros::Time& stamp) const {
     const std::string& frame = params_.keep_frame;
     if (frame.empty() || params_.mapper.map.keep_radius_m == 0.0f) return std::nullopt;

@@ -61,7 +61,7 @@ TEST(Clouds, AreReadInEveryLayout) {
   }
 }
 
-/// The intrinsics are exact except for rounding errors in the points.
+/// The intrinsics are computed from the points, which contain rounding errors.
 TEST(Clouds, YieldTheIntrinsicsOfTheirCamera) {
   CloudImages images("/points");
   const auto converted = images.convert(cloudOfRoom(), false, kEnoughBytes);
@@ -102,7 +102,7 @@ TEST(Clouds, AreRefusedIfUnusable) {
   cloud = cloudOfRoom();
   std::fill(cloud.data.begin(), cloud.data.end(), 0xff);
   EXPECT_EQ(rejectionReason(cloud), drop::kNoMeasurement);
-  cloud = cloudOfRoom({sensor_msgs::PointField::FLOAT32, "xyz", 0});  // mirrored: x points left
+  cloud = cloudOfRoom({sensor_msgs::PointField::FLOAT32, "xyz", 0});  // mirrored, so x points left
   for (size_t at = cloud.fields[0].offset; at < cloud.data.size(); at += cloud.point_step) {
     cloud.data[at + 3] ^= 0x80;
   }

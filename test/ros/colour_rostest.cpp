@@ -170,7 +170,7 @@ std::string bytesOfBag(const std::string& bag_path) {
 TEST_F(Colour, BagAndLiveGiveTheSameBytes) {
   std::vector<Sent> depth, colour;
   for (int i = 0; i < 10; ++i) depth.push_back(makeDepth(start_ + ros::Duration(0.1 * i), 0.3 * i));
-  for (int i = 0; i < 15; ++i) {  // every third image has a depth stamp
+  for (int i = 0; i < 15; ++i) {  // every third stamp is also a depth stamp
     colour.push_back(makeColour(start_ + ros::Duration(0.1 * i * 2 / 3), 0.2 * i));
   }
   while (colour.back().image.header.stamp > depth.back().image.header.stamp) colour.pop_back();

@@ -305,7 +305,7 @@ TEST_F(Correction, MappingContinuesMeanwhile) {
   EXPECT_GT(done.fused, 60u) << "images fused during the correction should be included";
   EXPECT_EQ(status_.status().frames_dropped, dropped);
   expectJournalRestoresMap();
-  // The correction also moved the 4 drifted images that were fused while it ran, so only their
+  // The correction also moved the 4 drifted images that were fused while it ran, so only the
   // drift since the last corrected image remains. The 41 images after them have true poses and need
   // not move.
   saveTrajectory(posesOf(truth), in("all.txt"));
@@ -349,8 +349,8 @@ TEST_F(Correction, EndsWhenTheMapIsCleared) {
   expectJournalRestoresMap();
 }
 
-/// Kills a separate node during a correction. Its journal must restore either the old map or the
-/// corrected map.
+/// Kills a separate node during a correction. The node's journal must restore either the old map or
+/// the corrected map.
 TEST_F(Correction, KillingTheNodeLeavesAValidJournal) {
   ros::param::set("/second/backend", "cpu");
   ros::param::set("/second/threads", 1);

@@ -99,7 +99,7 @@ class CorrectTest : public testing::Test {
     follow();
   }
 
-  /// Steps until this thread has nothing left to do.
+  /// Calls step() until this thread has nothing left to do.
   void work() {
     while (step() == std::chrono::milliseconds(0)) {
     }
@@ -110,7 +110,7 @@ class CorrectTest : public testing::Test {
     return host_.map.step();
   }
 
-  /// Steps until `count` corrections have been answered.
+  /// Calls step() until `count` corrections have been answered.
   void workUntilAnswered(size_t count = 1) {
     for (int i = 0; i < 20000 && answers_.size() < count; ++i) {
       if (step() > std::chrono::milliseconds(0)) {
@@ -141,7 +141,7 @@ class CorrectTest : public testing::Test {
     return status.correction_fused;
   }
 
-  /// Steps until the correction has fused `count` images again.
+  /// Calls step() until the correction has fused `count` images again.
   void workUntilFusedAgain(size_t count) {
     for (int i = 0; i < 5000 && fusedAgain() < count; ++i) {
       step();
@@ -319,8 +319,8 @@ TEST_F(CorrectTest, OnlyTheNewestCorrectionWaits) {
   expectMapOf(truths(kBefore));
 }
 
-/// When the journal ends, even a running correction is refused, because it would lose the frames
-/// fused since then. Clearing the map starts a new journal.
+/// When the journal ends, even a running correction is refused, because the corrected map would
+/// lack all frames fused after that. Clearing the map starts a new journal.
 TEST_F(CorrectTest, IsRefusedOnceTheJournalHasEnded) {
   begin();
   correct(corrected(0.0));

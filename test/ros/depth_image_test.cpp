@@ -145,7 +145,7 @@ TEST(DepthImage, InvalidImagesAreRefused) {
   image.width = 0;
   EXPECT_EQ(depthReason(image, info), drop::kBadImage);
   image = makeImage();
-  image.width = image.height = 0x80000000u;  // 2 * width is 0 in 32 bits
+  image.width = image.height = 0x80000000u;  // 2 * width overflows to 0 in 32 bits
   image.step = 0;
   EXPECT_EQ(depthReason(image, info), drop::kBadImage);
   image = makeImage();

@@ -116,7 +116,7 @@ TEST_F(FrameQueueTest, FramesWaitForTheirMasks) {
 
 TEST_F(FrameQueueTest, LaterStampsDoNotBlockEarlierOnes) {
   make({5, 1 << 20, 0.1});
-  for (int i = 0; i < 100; ++i) info(1000.0 + i);  // afterwards, the recording starts again
+  for (int i = 0; i < 100; ++i) info(1000.0 + i);  // then the recording starts again
   for (int i = 0; i < 10; ++i) image(2000.0 + i);
   for (const double stamp_s : {1.0, 2.0, 3.0}) {
     info(stamp_s);
@@ -275,7 +275,8 @@ TEST_F(FrameQueueTest, ALastingBacklogIsShortened) {
   EXPECT_EQ(dropped(drop::kQueueFull), dropped_before);
 }
 
-/// Number of images taken per image added. None are taken from `stall_begin` to `stall_end`.
+/// Number of images taken per image added. No images are taken while images `stall_begin` to
+/// `stall_end` - 1 are added.
 struct MapSpeed {
   double taken_per_image;
   size_t room;

@@ -175,8 +175,8 @@ TEST_F(Input, MappingRecoversFromAWrongTransform) {
   EXPECT_EQ(status_.status().transform_restarts, 1u);
 }
 
-/// After a stamp far ahead, the next image is treated as a jump back in time: queued frames and all
-/// transforms are discarded.
+/// After a stamp far in the future, the next image is treated as a jump back in time, so queued
+/// frames and all transforms are discarded.
 TEST_F(Input, MappingRecoversFromAStampFarAhead) {
   expectGoodFrameFused();
   const uint64_t dropped = status_.dropped("time_jump");
@@ -209,7 +209,7 @@ TEST_F(Input, APoseJumpCostsOneFrame) {
   expectGoodFrameFused();
 }
 
-/// The node must not store 20 MB names, which could exhaust its memory.
+/// The node must not store names of 20 MB, because they could exhaust its memory.
 TEST_F(Input, LongNamesAreRefused) {
   expectGoodFrameFused();
   const int process = publishingProcess("/mapping/status");

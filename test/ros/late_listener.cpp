@@ -1,6 +1,6 @@
 /// Subscribes to the mesh until the given number of triangles has arrived, but for at most 15 s.
-/// Prints the number of triangles, of visible markers and of added markers. Exits with 1 if
-/// triangles are missing.
+/// Prints the numbers of triangles, visible markers and added markers. Exits with 1 if triangles
+/// are missing.
 #include <ros/ros.h>
 
 #include <cstdio>

@@ -85,7 +85,7 @@ def of_mapping(name, environment, *arguments):
 
 @contextlib.contextmanager
 def launched(environment, *words, cwd=None):
-    """Runs a launch file during the block. Yields a list, to which the output is appended afterwards."""
+    """Runs a launch file during a `with` block. Yields a list, to which the output is appended at the end."""
     launch, printed = start(environment, *words, cwd=cwd), []
     try:
         yield printed
@@ -100,7 +100,7 @@ def cameras_page():
 
 
 def commands_of(page):
-    """The shell commands in each section of the page, by heading."""
+    """The shell commands in each section of a page of documentation, by heading."""
     commands = {}
     for section in re.split(r"^## ", page, flags=re.M)[1:]:
         blocks = re.findall(r"^```sh\n(.*?)^```", section, flags=re.M | re.S)
@@ -224,7 +224,7 @@ class Loading(unittest.TestCase):
         for name in CAMERAS:
             for package in ([], ["package:=astra_camera"]) if name == "astra" else ([],):
                 with self.subTest(name, package=package):
-                    # roslaunch caches package paths, so load before packages disappear.
+                    # roslaunch caches package paths, so load() comes before drivers_alone().
                     config = load(name, "poses:=track", *package, *EXTRA.get(name, []))
                     others = {node.package for node in config.nodes} - ours
                     self.assertLessEqual(others, set(stub_drivers.DRIVERS))
@@ -273,7 +273,7 @@ class Running(unittest.TestCase):
     """Runs each launch file with its stub driver and a separate ROS master."""
 
     def fused(self, name, *arguments, then=()):
-        """Runs the commands `then` once frames are fused. Returns the map frame."""
+        """Starts a launch file and runs the commands `then` once frames are fused. Returns the map frame."""
         with tempfile.TemporaryDirectory() as home, free_master(os.getcwd()) as environment:
             with launched(environment, *of_mapping(
                     name, environment, f"output_directory:={home}", *arguments)) as printed:
@@ -318,8 +318,8 @@ class Running(unittest.TestCase):
         self.assertGreater(os.path.getsize(os.path.join(folder, name)), 1000)
 
     def test_commands_of_the_cameras_page(self):
-        """Runs the commands on the page as far as possible without a camera: with stub drivers and synthetic
-        recordings, and without installing anything."""
+        """Runs the commands in docs/cameras.md with stub drivers and synthetic recordings instead of cameras.
+        Installs nothing."""
         sections = commands_of(cameras_page())
         self.assertIn("roslaunch dtsdf_mapping rtabmap.launch",
                       "\n".join(sections.pop("rtabmap as SLAM")))  # has a separate test
@@ -384,7 +384,7 @@ class Running(unittest.TestCase):
             self.assertIn(expected[name], topics)
 
     def counts(self, name, *arguments, cwd, kinds=("depth", "color"), least=3):
-        """Waits until `least` images of each of `kinds` are fused, or 15 s. Returns {kind: fused images}."""
+        """Waits up to 15 s until `least` images of each of `kinds` are fused. Returns {kind: fused images}."""
         with free_master(cwd) as environment:
             with launched(environment, *of_mapping(
                     name, environment, f"output_directory:={cwd}", *arguments), cwd=cwd) as printed:
@@ -472,7 +472,7 @@ def write_tum_folder(folder):
 
 def write_tum_bag(path, with_colour=False, with_imu=False, with_masks=False, packed=False,
                   depth="/camera/depth/image", info="/camera/depth/camera_info"):
-    """Writes a bag like the published TUM bags: frame names begin with a slash, depth is in metres. If
+    """Writes a bag like the published TUM bags: frame names begin with a slash, and depth is in metres. If
     `packed`, the bag contains depth only as compressedDepth, in millimetres."""
     import rosbag
     import rospy

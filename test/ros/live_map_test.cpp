@@ -22,7 +22,7 @@ MapContents mapOf(double stamp_s, const std::optional<Eigen::Isometry3d>& T_W_M 
   return contents;
 }
 
-/// Requests the mesh at the given rate, or not at all if it is 0.
+/// Requests the mesh at the given rate, or not at all if the rate is 0.
 class MeshRequest : public Step {
  public:
   explicit MeshRequest(const double& rate_hz) : rate_hz_(rate_hz) {}
@@ -89,7 +89,7 @@ TEST_F(LiveMapTest, TheMeshIsExtractedAtTheRequestedRate) {
   EXPECT_EQ(mapper_->meshes, 11) << "an unchanged map should not be meshed";
 }
 
-/// After a slow mesh extraction, frames are fused for at least as long before the next extraction.
+/// After a slow mesh extraction, frames are fused for at least the same time before the next one.
 TEST_F(LiveMapTest, FramesGetAsMuchTimeAsMeshing) {
   mapper_->mesh_ms = 3000.0;
   for (int i = 0; i < 100; ++i) {
@@ -164,7 +164,7 @@ TEST_F(LiveMapTest, FusesInOrderAndQueuesTheMesh) {
   EXPECT_EQ(changes.stamp, ros::Time(3.0));
 }
 
-/// Updating the status right after meshing would block until blocks have been moved to disk. So the
+/// A status update right after meshing would have to wait for blocks to be moved to disk. So the
 /// update is postponed until a frame has been fused or no frame is ready.
 TEST_F(LiveMapTest, AReadyFrameDelaysTheMeshReport) {
   pushFrame();
@@ -195,7 +195,7 @@ TEST_F(LiveMapTest, NothingIsMeshedUnlessRequested) {
   EXPECT_EQ(changes_.take().blocks.size(), 1u) << "flushMesh() should extract the mesh";
 }
 
-/// The next part is extracted when the mesh is due again, or in the next flushMesh().
+/// The next part is extracted when the mesh is due again, or by the next call to flushMesh().
 TEST_F(LiveMapTest, MeshesInPartsUntilNothingIsLeft) {
   mapper_->parts_left = 2;
   pushFrame();

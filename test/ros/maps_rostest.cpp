@@ -177,7 +177,7 @@ TEST_F(MapsTest, GiveAnEmptyMapTheirSettings) {
     for (const geometry_msgs::Point& point : marker.points) EXPECT_NEAR(point.z, 1.0, 0.02);
   }
   fuseFrames(2);
-  // A map is saved with its own settings. Once cleared, it adopts the settings of the next file.
+  // A map is saved with its own settings. After clear_map, load_map accepts other settings.
   ASSERT_TRUE(saveMapAs("coarse_too.dtsdf").success);
   EXPECT_NEAR(std::get<double>(readMapInfo(in("coarse_too.dtsdf")).settings["map/voxel_size_m"]),
               0.08, 1e-9);

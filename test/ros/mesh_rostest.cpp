@@ -1,4 +1,5 @@
-/// Tests the published and saved mesh: chunks, late subscribers, surface points and services.
+/// Tests the published and saved mesh: chunks (cubes of blocks, one marker each), late subscribers,
+/// surface points and services.
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <dtsdf_mapping/SaveMesh.h>
 #include <gtest/gtest.h>

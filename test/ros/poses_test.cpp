@@ -310,8 +310,8 @@ using Eigen::Matrix3d;
 
 constexpr double kSigma_m = 0.05, kSigma_rad = 0.035;
 
-/// An alignment that does not determine the shift along `axis`, which has a standard deviation of
-/// kSigma_m. All other standard deviations are 1 mm or 1 mrad.
+/// An alignment that does not determine the shift along `axis`. That shift has a standard deviation
+/// of kSigma_m. All other standard deviations are 1 mm or 1 mrad.
 Alignment slidingAlong(const Vector3d& axis) {
   Alignment alignment;
   alignment.status = AlignmentStatus::kAligned;

@@ -32,7 +32,7 @@ TEST(Refine, DriftIsCorrectedAndPublished) {
   const double given_rad = turnBetween_rad(drift, Eigen::Isometry3d::Identity());
   EXPECT_LT(shiftBetween_m(way.pose(), T_R_B), given_m / 4.0);
   EXPECT_LT(turnBetween_rad(way.pose(), T_R_B), given_rad / 4.0);
-  // The correction lags behind the drift, as it must first rule out noise.
+  // The correction lags behind the drift, because noise must first be ruled out.
   const auto T_M_B = way.transform("map", "base", stamp);
   ASSERT_TRUE(T_M_B);
   EXPECT_LT(shiftBetween_m(*T_M_B, T_R_B), given_m * 0.7);

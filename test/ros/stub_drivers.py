@@ -30,7 +30,7 @@ DRIVERS = {
         "namespace": "", "manager": "$(arg camera)_nodelet_manager",
         "topic": "depth/image_rect_raw", "base": "$(arg tf_prefix)camera_base",
         "frame": "$(arg tf_prefix)depth_camera_link",
-        "distortion": "0.5 0.1 0 0 0 0.8 0.1 0"},  # that of the raw image; image_proc copies it
+        "distortion": "0.5 0.1 0 0 0 0.8 0.1 0"},  # of the raw image; image_proc copies it unchanged
     "orbbec_camera": {
         "file": "astra.launch",
         "arguments": {"camera_name": "camera", "serial_number": "", "usb_port": "",

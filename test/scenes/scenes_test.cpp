@@ -42,8 +42,8 @@ std::string testName(const testing::TestParamInfo<std::tuple<SceneCase, int>>& i
   return name + "_at_" + std::to_string(std::get<1>(info.param)) + "mm";
 }
 
-/// Metrics known not to meet their limits: case and metric, and voxel size in mm. The list must not
-/// grow, and the test fails if a listed metric meets its limit.
+/// Metrics known not to meet their limits, as pairs of "case, metric" and the voxel size in mm. The
+/// list must not grow, and the test fails if a listed metric meets its limit.
 const std::set<std::pair<std::string, int>>& knownMisses() {
   static const std::set<std::pair<std::string, int>> misses = {
 #include "known_misses.inc"

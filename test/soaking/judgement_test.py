@@ -15,7 +15,7 @@ CYCLE_S = 300.0
 
 def records(kept_mb, cycles=12, spread_mb=1.0):
     """Simulated record of a soak test. The process permanently uses kept_mb(t) MB, plus up to spread_mb MB that
-    differ between cycles. In each cycle, it temporarily uses up to 200 MB more."""
+    vary between cycles. In each cycle, it temporarily uses up to 200 MB more."""
     rng, record = random.Random(7), []
     for cycle in range(cycles):
         begin = cycle * CYCLE_S

@@ -13,9 +13,9 @@ namespace dtsdf {
 /// A copy of the voxels and colours in a block.
 struct BlockSnapshot {
   BlockKey key;
-  /// kVoxelsPerBlock voxels for each direction in use, otherwise empty.
+  /// kVoxelsPerBlock voxels for each direction with voxels, otherwise empty.
   std::vector<Voxel> voxels[kDirectionCount];
-  /// kVoxelsPerBlock colours for each painted direction, otherwise empty.
+  /// kVoxelsPerBlock colours for each direction with colours, otherwise empty.
   std::vector<VoxelColour> colours[kDirectionCount];
 };
 

@@ -12,8 +12,8 @@
 
 namespace dtsdf {
 
-/// A free-space grid without known cells. takeChanges() returns parts_left parts with many cubes
-/// each. Every cube contains one free cell.
+/// A free-space grid without known cells, except that the next parts_left calls to takeChanges()
+/// return many cubes with one free cell each.
 class FakeSpace : public Space {
  public:
   double cellSize_m() const override { return 0.1; }
@@ -72,8 +72,8 @@ class FakeMapper : public Mapper {
     ++meshes;
   }
 
-  /// Returns one triangle per changed block. The edge of its first vertex is the index of the frame
-  /// that last changed the block.
+  /// Returns one triangle per changed block. The `edge` of its first vertex is set to the number of
+  /// the frame that last changed the block.
   MeshUpdate finishMeshUpdate() override {
     throwIf(fails_to_mesh);
     MeshUpdate update;

@@ -1,4 +1,4 @@
-/// Computes the links of all pixels in an image.
+/// Computes the links (kernels/surfels/links.h) of all pixels in an image.
 #pragma once
 
 #include <vector>

@@ -24,7 +24,7 @@ inline std::vector<int> openFilesIn(const std::string& folder) {
   return files;
 }
 
-/// Overwrites three bytes at every multiple of `bytes` in each page file, `pieces` times.
+/// Overwrites three bytes at each of the first `pieces` multiples of `bytes` in all page files.
 inline void damagePages(const std::string& folder, int pieces, off_t bytes) {
   for (const int file : openFilesIn(folder)) {
     for (int i = 0; i < pieces; ++i) {
@@ -44,7 +44,7 @@ inline void overwritePages(const std::string& folder) {
   }
 }
 
-/// Makes all reads and writes of page files fail during its lifetime.
+/// While an object of this class exists, all reads and writes of page files fail.
 class DiskOutage {
  public:
   explicit DiskOutage(const std::string& folder) {
@@ -69,8 +69,8 @@ class DiskOutage {
   std::vector<std::pair<int, int>> saved_;
 };
 
-/// Limits the size of files written by this process during its lifetime. Writes beyond it fail with
-/// EFBIG, similar to ENOSPC on a full disk.
+/// While an object of this class exists, this process cannot write files larger than a limit.
+/// Writes beyond the limit fail with EFBIG, similar to ENOSPC on a full disk.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {

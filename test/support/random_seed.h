@@ -14,7 +14,7 @@ inline uint32_t caseSeed(int n) {
          static_cast<uint32_t>(n);
 }
 
-/// Environment variable with which this case runs first, for SCOPED_TRACE.
+/// Setting of the environment variable that runs this case first, for SCOPED_TRACE.
 inline std::string describeSeed(uint32_t seed) { return "DTSDF_TEST_SEED=" + std::to_string(seed); }
 
 }  // namespace dtsdf

@@ -1,5 +1,5 @@
-/// A noise-free depth image of an analytic surface with its links and row fits, as input for pixel
-/// kernels.
+/// A noise-free depth image of an analytic surface, with the links between pixels (links.h) and the
+/// lines fitted to rows (line_fit.h), as input for pixel kernels.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,5 @@
-/// The samples of a single mesh unit, with the interface that labelUnits() expects.
+/// The samples at the corners of one marching cubes cell (mesh unit), with the interface that
+/// labelUnits() expects.
 #pragma once
 
 #include "kernels/meshing/sheets.h"

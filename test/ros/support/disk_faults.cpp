@@ -1,5 +1,5 @@
 // Simulates a failing disk when preloaded into a program. While the file FOLDER.fault contains
-// "full", "read_only" or "gone", calls for files in FOLDER (set by DTSDF_DISK_FOLDER) fail
+// "full", "read_only" or "gone", system calls on files in FOLDER (set by DTSDF_DISK_FOLDER) fail
 // accordingly. Changing permissions would not affect root, and filling the real disk would disturb
 // other programs.
 #include <dlfcn.h>

@@ -39,7 +39,7 @@ struct MapHost {
     pushPosed(queue, stream, std::move(posed));
   }
 
-  /// Steps until nothing is left to do.
+  /// Calls step() until nothing is left to do.
   void work() {
     while (map.step() == std::chrono::milliseconds(0)) {
     }

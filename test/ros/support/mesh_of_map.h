@@ -16,7 +16,7 @@ namespace dtsdf {
 
 struct MeshOfMap {
   size_t triangles = 0;  ///< In the node's status.
-  size_t shown = 0;      ///< In messages, after the chunks were repaired.
+  size_t shown = 0;      ///< In messages, where small holes are closed.
 };
 
 inline MeshOfMap meshOfMap(const std::string& path) {

@@ -1,5 +1,5 @@
-"""Tests scripts/compare on a small model, with a fake peer and a missing peer. Uses the programs in the folder
-$DTSDF_PROGRAMS."""
+"""Tests scripts/compare on a small model, with a fake and a missing peer (a program to compare with). Uses the
+programs in the folder $DTSDF_PROGRAMS."""
 import os
 import pathlib
 import struct

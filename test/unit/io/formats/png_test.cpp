@@ -97,7 +97,7 @@ TEST_F(OwnImages, AcceptOtherPoseConventions) {
 TEST_F(OwnImages, AreFoundWithCameraAndColour) {
   writeBytes(folder_ / "transforms.json", jsonOf("images/c_"));
   options_.intrinsics.reset();
-  options_.pose_convention = "opengl";  // the convention of transforms.json anyway
+  options_.pose_convention = "opengl";  // already the convention of transforms.json
   EXPECT_EQ(guessRecordingFormat(options_.path), "png");
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.fy, 11.0f);
   EXPECT_EQ(openRecording(options_)->next()->depth.intrinsics.cx, 8.0f);
@@ -130,7 +130,7 @@ TEST_F(OwnImages, DamagedImagesCanBeSkipped) {
   writeBytes(folder_ / "depth/d_9.png", "junk");
   writeBytes(folder_ / "color/c_10.jpg", "junk");
   EXPECT_NE(readingErrorOf(options_).find("--skip-bad"), std::string::npos);
-  writeBytes(folder_ / "depth/d_8.png", "junk");  // the first image, too
+  writeBytes(folder_ / "depth/d_8.png", "junk");  // damages the first image, too
   options_.skip_bad = true;
   const auto source = openRecording(options_);
   EXPECT_EQ(readAll(*source).size(), 1u);

@@ -16,7 +16,7 @@ namespace dtsdf {
 struct BagOptions : RecordingOptions {
   std::string depth_topic;        ///< If empty, the bag's only topic with depth images.
   std::string info_topic;         ///< If empty, camera_info in the depth topic's namespace.
-  std::string mask_topic;         ///< Masks, stamped like the depth images; optional.
+  std::string mask_topic;         ///< Masks with the depth images' stamps; optional.
   std::string colour_topic;       ///< If empty, the bag's only topic with colour images.
   std::string colour_info_topic;  ///< If empty, camera_info in the colour topic's namespace.
   std::string tf_topic;   ///< If empty, /tf. This topic + "_static" and /tf_static are also read.

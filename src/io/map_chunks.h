@@ -107,7 +107,7 @@ MapContents contentsWith(const MapOrigin& origin, Mapper& mapper);
 /// @throws std::runtime_error like saveMap(), or if blocks on disk cannot be read.
 MapInfo saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path);
 
-/// Saves the blocks of a mapper's map that lie in a box, and all free cells.
+/// Saves the blocks of a mapper's map that lie in a box, and all cells of the free-space grid.
 MapInfo saveBoxOf(Mapper& mapper, const MapOrigin& origin, const MapBox& box,
                   const std::string& path);
 

@@ -73,7 +73,7 @@ inline std::string pngBytes(int width, int height, png_uint_32 format, const voi
   png.width = static_cast<png_uint_32>(width);
   png.height = static_cast<png_uint_32>(height);
   png.format = format;
-  png.flags = PNG_IMAGE_FLAG_FAST;  // takes a third of the time
+  png.flags = PNG_IMAGE_FLAG_FAST;  // encodes in a third of the time
   std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
   png_alloc_size_t size = bytes.size();
   if (png_image_write_to_memory(&png, &bytes[0], &size, 0, pixels, 0, nullptr) == 0) {

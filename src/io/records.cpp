@@ -35,7 +35,7 @@ Bytes compressed(const void* content, size_t bytes) {
   return stored;
 }
 
-/// The part of a record's head that is covered by its checksum.
+/// The part of a record's header that its checksum covers.
 Bytes beginOf(const Record& record) {
   ByteWriter head;
   head.putText(record.name()).put(record.flags).put(record.stored_bytes);

@@ -41,7 +41,7 @@ constexpr size_t kPoseBytes = 96;
 
 constexpr size_t kFileHeadBytes = 16, kRecordHeadBytes = 24;
 constexpr uint32_t kRecordVersion = 1;
-/// Maximum number of records in a file, since their heads are kept in memory.
+/// Maximum number of records in a file, since their headers are kept in memory.
 constexpr size_t kMaxRecords = 1 << 22;
 
 /// Flags of a record.
@@ -53,7 +53,7 @@ struct Record {
   std::array<char, 4> kind = {};
   uint32_t flags = 0;
   uint64_t stored_bytes = 0;
-  uint64_t checksum = 0;  ///< Covers the stored bytes and the head before this field.
+  uint64_t checksum = 0;  ///< Covers the stored bytes and the header before this field.
   uint64_t offset = 0;    ///< Start of the stored bytes in the file.
 
   bool is(const char* name) const { return std::equal(kind.begin(), kind.end(), name); }
@@ -64,17 +64,17 @@ struct Record {
 /// checksums.
 uint64_t checksumOf(const char* kind, const void* content, size_t bytes);
 
-/// The head of a file. @param purpose Four-letter code for the file's content.
+/// The header of a file. @param purpose Four-letter code for the file's content.
 Bytes fileHead(const char* purpose);
 
-/// A record with its head. The bytes are stored unchanged.
+/// A record with its header. The bytes are stored unchanged.
 Bytes encodeStored(const char* kind, uint32_t flags, const void* stored, size_t bytes);
 
-/// A record with its head. With kZstd in `flags`, the content is compressed.
+/// A record with its header. With kZstd in `flags`, the content is compressed.
 /// @throws std::runtime_error if it cannot be compressed.
 Bytes encodeRecord(const char* kind, uint32_t flags, const void* content, size_t bytes);
 
-/// Writes records in order; counts them and hashes their heads for the end record.
+/// Writes records in order; counts them and hashes their headers for the end record.
 class RecordWriter {
  public:
   using Sink = std::function<void(const void* data, size_t bytes)>;
@@ -86,7 +86,7 @@ class RecordWriter {
   }
   uint64_t bytes() const { return bytes_; }
   uint64_t records() const { return records_; }
-  /// Hash of the heads of all records so far.
+  /// Hash of the headers of all records so far.
   uint64_t headHash() const { return hashOf(heads_.data(), heads_.size()); }
 
  private:
@@ -95,7 +95,7 @@ class RecordWriter {
   uint64_t records_ = 0, bytes_ = 0;
 };
 
-/// An open record file. The heads of all records are kept in memory; their contents are read on
+/// An open record file. The headers of all records are kept in memory; their contents are read on
 /// demand.
 class RecordFile {
  public:
@@ -114,7 +114,7 @@ class RecordFile {
   const std::string& path() const { return path_; }
   const std::vector<Record>& records() const { return records_; }
   uint64_t bytes() const { return bytes_; }
-  /// Reads the heads of records that were appended since the last call. @return whether any were
+  /// Reads the headers of records that were appended since the last call. @return whether any were
   /// appended.
   bool readAppended();
   /// End of the last complete record.
@@ -128,7 +128,7 @@ class RecordFile {
   /// Reads the content of a record, which may have at most `most` bytes.
   Bytes readAny(const Record& record, uint64_t most) const;
 
-  /// Hash of the heads of records `first` to `end` - 1, computed like RecordWriter::headHash().
+  /// Hash of the headers of records `first` to `end` - 1, computed like RecordWriter::headHash().
   uint64_t headHash(size_t first, size_t end) const;
 
   [[noreturn]] void throwDamaged(const std::string& how) const;

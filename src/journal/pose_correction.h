@@ -81,8 +81,8 @@ class GivenMotion {
   /// the pose jumps by `T_W_S` or a new recording begins.
   bool adoptsCorrection(const Eigen::Isometry3d& T_W_S, const StampedPose& given);
 
-  /// Whether the next pose continues the motion from the newest pose moved by `T_W_S`. False if the
-  /// motion is too uneven, or the gap too long, to tell.
+  /// Whether `next` is where the motion so far would lead if it had been moved by `T_W_S`. False if
+  /// the motion is too uneven, or the gap too long, to tell.
   bool isMovedBy(const Eigen::Isometry3d& T_W_S, const StampedPose& next) const;
 
   /// Whether a new recording begins with `next`.

@@ -51,15 +51,15 @@ struct Level {
 
 /// Corrected poses of the first camera's images.
 struct Correction {
-  uint64_t before = 0;  ///< Number of calls since kBegin when the correction arrived.
+  uint64_t before = 0;  ///< Number of Calls since kBegin when the correction arrived.
   std::vector<StampedPose> poses;
 };
 
 /// A change to the map. A Region means that this region was cleared.
 using Call = std::variant<Image, Region, Level, Correction>;
 
-/// Encodes records with their heads. An image becomes two records, of which the second contains the
-/// pixels.
+/// Encodes records with their headers. An image becomes two records, of which the second contains
+/// the pixels.
 Bytes encode(const Begin& begin);
 Bytes encode(const Call& call);
 

@@ -6,12 +6,12 @@
 namespace dtsdf {
 namespace {
 
-/// Number of calls between mesh updates. Frequent updates leave little to do when the maps are
-/// swapped.
+/// Number of journal::Calls between mesh updates. With frequent updates, little is left to do when
+/// the second map replaces the live one.
 constexpr size_t kCallsPerMesh = 64;
 /// Number of calls between memory checks, each of which waits until the GPU has finished its work.
 constexpr size_t kCallsPerCheck = 8;
-/// With fewer pending calls, the mesh is not updated until the maps are swapped.
+/// With fewer calls since the last update, the mesh is not updated until the maps are swapped.
 constexpr size_t kMinCallsPerMesh = 8;
 
 std::string inMb(size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }

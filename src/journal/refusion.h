@@ -25,7 +25,7 @@ class Refusion {
   const journal::Correction& correction() const { return correction_; }
   const CorrectionEffect& effect() const { return effect_; }
 
-  /// Repeats the next call of the journal or, at its end, updates the mesh.
+  /// Repeats the next journal::Call or, at the end of the journal, updates the mesh.
   /// @param live_bytes Size of the live map; both maps must fit into map/max_memory_mb.
   /// @return false if there was nothing left to do, since all calls in the journal have been
   /// repeated.

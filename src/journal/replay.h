@@ -1,5 +1,5 @@
-/// Reads a journal, even while it is being written, and returns the images that were fused, each at
-/// its corrected pose, and the calls between them.
+/// Reads a journal, even while it is being written, and returns the changes to the map: the images,
+/// each at its corrected pose, and the cleared regions between them.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -46,7 +46,7 @@ class JournalReplay {
   std::string incompleteEnd() const;
 
   size_t depthImages() const { return depth_images_; }
-  /// Number of calls read so far, since the beginning of the map.
+  /// Number of journal::Calls read so far, since the beginning of the map.
   uint64_t count() const { return items_.size(); }
 
   /// Corrects the images read so far, and those read from now on until the journal's next
@@ -109,7 +109,7 @@ class JournalReplay {
 /// Creates a mapper with the map at the beginning of a journal.
 std::unique_ptr<Mapper> mapperOf(const JournalReplay& journal, const MapperParams& params);
 
-/// Repeats a call on a mapper. @return the result for depth and colour, kFused for a region.
+/// Repeats a call to a mapper. @return the result for depth and colour, kFused for a region.
 IntegrationResult repeatCall(const journal::Call& call, Mapper& mapper);
 
 }  // namespace dtsdf

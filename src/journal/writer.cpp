@@ -49,7 +49,7 @@ uint64_t bytesOfJournalsIn(const std::string& folder, const std::string& own) {
 constexpr std::chrono::seconds kSyncEvery(1);
 constexpr size_t kMaxRecordsOfCall = 2;
 
-/// Bytes reserved so that the heads of up to 64 files can be written even at the limit.
+/// Bytes reserved so that the headers of up to 64 files can be written even at the limit.
 constexpr uint64_t kHeadReserve = 64 * kFileHeadBytes;
 
 }  // namespace

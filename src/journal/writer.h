@@ -24,8 +24,8 @@ struct JournalReport {
   uint64_t bytes = 0;                   ///< Size of the file.
   uint64_t waiting_bytes = 0;           ///< Size of the images waiting to be written.
   std::optional<double> first_stamp_s;  ///< Stamp of the first image that can be corrected.
-  uint64_t lost = 0;                    ///< Calls that were not written.
-  std::string problem;                  ///< Why and since when writing has stopped; or empty.
+  uint64_t lost = 0;                    ///< Number of journal::Calls that were not written.
+  std::string problem;                  ///< Why and since when writing has stopped; empty if not.
 };
 
 /// Each writer creates one file and changes no other file in the folder. If writing fails or a
@@ -57,7 +57,7 @@ class JournalWriter {
   /// Adds a change to the map.
   void add(journal::Call call);
 
-  /// Number of calls added since begin(), without lost calls.
+  /// Number of calls added since begin(), excluding lost calls.
   uint64_t count() const;
   /// Becomes ready when all entries added so far have been processed; true unless writing has
   /// stopped.

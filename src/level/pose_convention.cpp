@@ -17,8 +17,8 @@ constexpr double kMinMotion_m = 0.05, kMinTurn_rad = 0.1;
 constexpr double kSameDepth = 0.03;
 /// A pair of images counts if, with the best convention, at least the fraction kFound of the points
 /// in view lie on measured surfaces, and if this fraction exceeds that of the assumed convention by
-/// at least kMinLead. If the assumed convention is the best, the fraction is compared with the
-/// second best instead.
+/// at least kMinLead. If the assumed convention is the best, its fraction is compared with that of
+/// the second best instead.
 constexpr double kFound = 0.65, kMinLead = 0.25;
 constexpr int kMinInView = 60;
 /// Number of pairs needed for a verdict, and how many of them must agree.

@@ -10,11 +10,11 @@
 
 namespace dtsdf {
 
-/// Poses are often those of the camera's body (x forward, z up), of OpenGL (y up, z backwards), or
-/// from the map to the camera. Only with the right convention do surfaces stay in place while the
-/// camera moves. So points of one image are projected into a later image under each convention. If
-/// another convention repeatedly matches far more points than the assumed convention, the poses
-/// seem to follow it. Not thread-safe.
+/// Poses often describe the camera's body (x forward, z up) or OpenGL's camera (y up, z backwards),
+/// or transform from the map to the camera. Only with the right convention do surfaces stay in
+/// place while the camera moves. So points of one image are projected into a later image under each
+/// convention. If another convention repeatedly matches far more points than the assumed
+/// convention, the poses seem to follow it. Not thread-safe.
 class PoseConvention {
  public:
   /// Adds a valid frame. Frames are ignored once there is a verdict, and while the camera hardly

@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace {
 
-/// Takes a freed index, or else the next unused index.
+/// Takes a freed index or, if there is none, the next unused index.
 int32_t takeNumber(std::vector<int32_t>& free, size_t& count) {
   if (free.empty()) return static_cast<int32_t>(count++);
   const int32_t number = free.back();

@@ -1,4 +1,4 @@
-// ICL-NUIM (doc.ic.ac.uk/~ahanda/VaFRIC/iclnuim.html), its "TUM RGB-D compatible PNGs":
+// The "TUM RGB-D compatible PNGs" of ICL-NUIM (doc.ic.ac.uk/~ahanda/VaFRIC/iclnuim.html):
 // associations.txt pairs depth with colour by frame number, and *.gt.freiburg lists poses by frame
 // number. In the living room recordings, poses start at number 1, so image 0 has no pose. Depth is
 // in units of 1/5000 m.

@@ -68,11 +68,11 @@ DTSDF_HD void addToSums(ExposureSums& sums, const VoxelColour& map, const VoxelC
   ++sums.voxels;
 }
 
-/// The gain of a channel: the ratio of the map's values to the image's, pulled towards 1 if it
-/// explains little of their squared difference. The unexplained part comes from differences in
-/// viewing angle, position and lighting. These differences also bias the ratio, and the bias would
-/// accumulate over images. (In a map of the recording `cabinet` at 20 mm, from 58 images with the
-/// same exposure, red is too bright by 18 % with the full ratio, and by 1 % with this gain.)
+/// The gain of a channel: the ratio of the map's values to the image's, pulled towards 1 if the
+/// ratio explains little of their squared difference. The unexplained part comes from differences
+/// in viewing angle, position and lighting. These differences also bias the ratio, and the bias
+/// would accumulate over images. (In a map of the recording `cabinet` at 20 mm, from 58 images with
+/// the same exposure, red is too bright by 18 % with the full ratio, and by 1 % with this gain.)
 DTSDF_HD float gainOf(const ExposureSums& sums, int channel) {
   const auto map = static_cast<double>(sums.map_squares[channel]);
   const auto image = static_cast<double>(sums.image_squares[channel]);

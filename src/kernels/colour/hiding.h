@@ -26,9 +26,9 @@ DTSDF_HD int32_t cellOf(float px, int32_t cells) {
 }
 
 /// Whether a voxel hides points behind it. Its surface must be near, and lie between the voxel and
-/// the next voxel along the direction's axis. That next voxel must be known too (not tested if it
-/// is in another block), so that isolated noise does not hide a surface behind it. In the
-/// undirected map, which has no axis, a near surface suffices.
+/// the next voxel along the direction's axis. That next voxel must have enough evidence too (not
+/// tested if it is in another block), so that isolated noise does not hide a surface behind it. In
+/// the undirected map, which has no axis, a near surface suffices.
 DTSDF_HD bool hides(const PointView& view, const Voxel* voxels, int index, int direction) {
   if (!isNearSurface(view, voxels[index])) return false;
   if (!view.directional) return true;
@@ -104,8 +104,8 @@ DTSDF_HD void drawSurface(const PointView& view, const SurfacePoint& point, cons
   }
 }
 
-/// Whether a nearer surface hides a point. The depth in its cell must be less than the depth of the
-/// point, and less than that of its plane at the cell's centre, by more than hidden_depth.
+/// Whether a nearer surface hides a point: the nearest depth in the point's cell must be less, by
+/// more than hidden_depth, than both the point's depth and its plane's depth at the cell's centre.
 /// `hiding_m` holds the nearest depth of each cell in metres, in row-major order.
 DTSDF_HD bool isHidden(const PointView& view, const float* hiding_m, const SurfacePoint& point) {
   const int32_t width = cellsFor(view.frame.width), height = cellsFor(view.frame.height);

@@ -23,9 +23,9 @@ struct ColourSample {
 
 DTSDF_HD uint8_t roundColour(float value) { return static_cast<uint8_t>(value + 0.5f); }
 
-/// Quality of an image's view of a point, in (0, 1]: the product of factors for angle, distance and
-/// sharpness (the foreshortened width of a voxel in pixels), squared, since one view that is twice
-/// as good is worth more than two views.
+/// Weight of an image's view of a point, in (0, 1]: the product of factors for angle, distance and
+/// sharpness (the foreshortened width of a voxel in pixels). The product is squared, since one view
+/// that is twice as good is worth more than two views.
 DTSDF_HD float viewWeight(const PointView& view, const SurfacePoint& point) {
   const float width_px = point.cosine * voxelWidth(view.frame, point);
   const float quality = point.cosine * minimum(1.0f, view.full_weight_depth_m / point.depth_m) *

@@ -33,7 +33,7 @@ DTSDF_HD bool isNearSurface(const PointView& view, const Voxel& voxel) {
 DTSDF_HD float pointRadius(const ColourRules& rules) { return 7.0f + rules.surface_distance; }
 
 /// Whether a voxel with this normal has a surface point in a direction. The normal must belong to
-/// the direction; in the undirected map, it must not be zero.
+/// the direction (core/direction.h); in the undirected map, it must not be zero.
 DTSDF_HD bool hasPoint(const PointView& view, const Vec3f& normal, int direction) {
   return view.directional ? directionWeight(normal, direction) > 0.0f : dot(normal, normal) > 0.0f;
 }

@@ -38,8 +38,8 @@ DTSDF_HD VertexColour colourOf(const ColourMean& mean) {
   return {rounded(mean.red), rounded(mean.green), rounded(mean.blue), 255};
 }
 
-/// The voxels and colours at the corners of a block's units; pointers are null where there are
-/// none.
+/// The voxels and colours at the corners of a block's mesh units (meshing/unit_samples.h); pointers
+/// are null where there are none.
 struct ColouredCorners {
   CornerArrays voxels;
   const VoxelColour* colours[kCornerBlocks][kDirectionCount][kBricksPerArray];
@@ -142,9 +142,9 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, boo
 /// colour and sample at the edge's lower or upper end.
 ///
 /// Only painted directions that cross the edge with the vertex's facing are used; if there are
-/// none, all painted directions in `asked` are used. A voxel's colour is that of its foot, so in a
-/// crossing direction the colour is interpolated at the zero of the distance, which is assumed to
-/// be linear. Samples are read only where a direction is painted.
+/// none, all painted directions in `asked` are used. A voxel's colour is that of its foot
+/// (surface_point.h), so in a crossing direction the colour is interpolated at the zero of the
+/// distance, which is assumed to be linear. Samples are read only where a direction is painted.
 template <class ColourAt, class SampleAt>
 DTSDF_HD ColourMean meanOnEdge(uint32_t asked, int facing, const ColourAt& colour,
                                const SampleAt& sample) {

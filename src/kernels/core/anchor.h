@@ -1,9 +1,9 @@
 /// An anchor is a point near a grid corner at which that corner's surface was measured.
 ///
-/// In one frame, the anchor is the measured point that is nearest, along the surface, to the
-/// corner's foot; over frames, it is the weighted mean of these points. The distance alone would
-/// extend a surface past the end of what was measured, so vertices are pulled towards anchors
-/// (meshing/anchoring.h).
+/// A corner's foot is its nearest point on the surface. In one frame, the anchor is the measured
+/// point that is nearest to the foot, along the surface; over frames, it is the weighted mean of
+/// these points. The distance alone would extend a surface past the end of what was measured, so
+/// vertices are pulled towards anchors (meshing/anchoring.h).
 #pragma once
 
 #include "kernels/core/vec.h"

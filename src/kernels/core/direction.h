@@ -10,8 +10,8 @@ constexpr int kDirectionCount = 6;
 /// All directions as a mask, bit d for direction d.
 constexpr uint32_t kAllDirections = (1u << kDirectionCount) - 1u;
 
-/// sin(pi/8): a normal belongs to direction D if its cosine to v_D exceeds this (paper, Sec. III).
-/// A normal belongs to at most three directions.
+/// sin(pi/8): a normal belongs to direction D if its cosine to the axis v_D exceeds this (paper,
+/// Sec. III). A normal belongs to at most three directions.
 constexpr float kDirectionThreshold = 0.38268343f;
 
 DTSDF_HD int directionAxis(int direction) { return direction >> 1; }

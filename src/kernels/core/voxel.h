@@ -68,8 +68,8 @@ DTSDF_HD Sample sampleOf(const Voxel& voxel, int32_t min_evidence) {
   return {sdfOf(voxel), evidenceOf(voxel) >= min_evidence ? weightOf(voxel) : 0.0f};
 }
 
-/// A frame's sums for one voxel, and the measured point nearest to the voxel's foot. The sums are
-/// in fixed point, so the order of additions does not matter.
+/// A frame's sums for one voxel, and the measured point nearest to the voxel's foot (anchor.h). The
+/// sums are in fixed point, so the order of additions does not matter.
 ///
 /// Weights are in units of 2^-20 and at most 2^20. Distances are in units of truncation / 2^15, and
 /// their magnitude is at most 2^15. A pixel (whole, merged or subdivided) adds less than 2^21 to a

@@ -7,10 +7,10 @@
 
 namespace dtsdf {
 
-/// The unit vector along which a point's error most likely lies, given the point's distance from
-/// its surface along the normal n. Its direction is that of C n, where C = I + sigma^2 r r^T is the
-/// point's covariance in voxels: a point may represent any place within a voxel, and its depth has
-/// the error sigma, `noise_voxels`, along the unit ray r. `ray` is a multiple of r.
+/// The unit vector along which a point most likely deviates from the surface whose normal is n. Its
+/// direction is that of C n, where C = I + sigma^2 r r^T is the point's covariance in voxels: a
+/// point may represent any place within a voxel, and its depth has the error sigma, `noise_voxels`,
+/// along the unit ray r. `ray` is a multiple of r.
 ///
 /// So an exact point is cast along its normal, and a very noisy point along its ray. Along the ray,
 /// errors average out even if the normal is wrong, for instance at an edge that a wide window has
@@ -52,7 +52,7 @@ DTSDF_HD float inverseSquaredLength(const Vec3f& side) {
   return square > 0.0f ? 1.0f / square : 0.0f;
 }
 
-/// Whether a surfel is an area with sides rather than a point.
+/// Whether a surfel stands for an area rather than a point.
 DTSDF_HD bool isWide(const Surfel& surfel) {
   return surfel.half_across_px + surfel.half_down_px > 0.0f;
 }

@@ -1,8 +1,8 @@
 /// Evidence: a counter per voxel that decides whether there is a surface.
 ///
 /// A frame that measures the voxel's surface supports it (voxel_update.h). A frame that looks
-/// through the voxel's place contradicts it (free_space.h). Frames count even where there is no
-/// surface: a negative counter is evidence of free space.
+/// through the voxel's place (defined in free_space.h) contradicts the voxel. Frames count even
+/// where there is no surface: a negative counter is evidence of free space.
 ///
 /// The counter saturates at both ends. This limits the number of frames after which a removed
 /// object disappears, or a new object appears, no matter how long the previous state lasted.
@@ -28,8 +28,8 @@ DTSDF_HD bool isFull(const Voxel& voxel, const FusionRules& rules) {
 }
 
 /// A voxel after `frames` contradictions. If the frame covers the voxel (`is_covered`), a support
-/// is also revoked, whether or not the frame gave one. A voxel without positive evidence loses its
-/// distance.
+/// is also revoked, whether or not the frame has added one. A voxel without positive evidence loses
+/// its distance.
 DTSDF_HD Voxel contradictedVoxel(const Voxel& voxel, int32_t frames, bool is_covered,
                                  const FusionRules& rules) {
   const int32_t cost = frames * rules.contradiction_cost + (is_covered ? rules.support_gain : 0);

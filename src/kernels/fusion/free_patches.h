@@ -1,6 +1,7 @@
-/// Rules out blocks in which a frame looks through no voxel's place, without reading their voxels.
+/// Rules out blocks in which a frame looks through no voxel's place (defined in free_space.h),
+/// without reading their voxels.
 ///
-/// For each patch of the image, the largest free depth is stored. A block is skipped if it is
+/// For each patch of the image, the largest freeDepth() is stored. A block is skipped if it is
 /// outside the image, or behind this depth in all patches that it overlaps. This only saves time:
 /// no place that the frame looks through is skipped.
 #pragma once

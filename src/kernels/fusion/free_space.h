@@ -6,9 +6,10 @@
 ///
 /// A voxel is tested at its place. This is the anchor if the frame covers the voxel (a covered
 /// voxel without an anchor is not tested), the voxel itself if it has no distance, and otherwise
-/// its foot. The frame contradicts the voxel if all 3 x 3 points around the place, as far as they
-/// are in the image, are free. So nothing is contradicted next to an outline or a thin object, or
-/// where the free depth is unknown. At an outline, a support may be revoked (contradicts()).
+/// its foot (its nearest point on the surface). The frame contradicts the voxel if all 3 x 3 points
+/// around the place, as far as they are in the image, are free. So nothing is contradicted next to
+/// an outline or a thin object, or where the free depth is unknown. At an outline, a support may be
+/// revoked (contradicts()).
 #pragma once
 
 #include "kernels/core/anchor.h"
@@ -102,7 +103,7 @@ DTSDF_HD Vec3f slopeAt(const Voxel* voxels, int index) {
   return {slopeAlong(voxels, index, 0), slopeAlong(voxels, index, 1), slopeAlong(voxels, index, 2)};
 }
 
-/// Represents all directions at once, in an undirected map, which has a single array.
+/// Stands for the only array of an undirected map, which holds surfaces of all orientations.
 constexpr int kAnyDirection = -1;
 
 /// Limits the orientation of surfaces in a voxel array: their normals must have at least this
@@ -141,7 +142,7 @@ DTSDF_HD Vec3f footOf(const Vec3f& voxel, float sdf, const Vec3f& slope, const F
 /// Whether a frame can change a voxel by looking through its place; works on one voxel or several
 /// at once. A covered voxel needs an anchor. A voxel that is not covered must be in a block that is
 /// checked in this frame (`in_turn`) and, if it is empty, its evidence must be above the minimum
-/// (`may_lose`, which is set only if `in_turn` is).
+/// (`may_lose`, which implies `in_turn`).
 template <class Mask>
 DTSDF_HD Mask canChange(const Mask& is_covered, const Mask& has_anchor, const Mask& is_empty,
                         const Mask& may_lose, const Mask& in_turn) {

@@ -26,10 +26,10 @@ struct FusionRules {
   float full_weight_depth_m = 1.0f;
 
   /// Minimum fraction of a voxel that a frame must cover to support the surface there. Smaller
-  /// fractions come from the far fringe of a surfel, or from a strip. (For the recording `box` at 5
-  /// mm, the mesh is in front of the measured depth in 5.1 % of the pixels of held-out images
-  /// without this rule, and in 1.8 % with 0.0003. But 0.0003 causes holes in a floor at a grazing
-  /// angle, and with 0.0015 a quarter of the dragon is missing at 10 mm.)
+  /// fractions come from the far fringe of a surfel, or from a strip one pixel wide. (For the
+  /// recording `box` at 5 mm, the mesh is in front of the measured depth in 5.1 % of the pixels of
+  /// held-out images without this rule, and in 1.8 % with 0.0003. But 0.0003 causes holes in a
+  /// floor at a grazing angle, and with 0.0015 a quarter of the dragon is missing at 10 mm.)
   float support_share = 0.0001f;
   /// Evidence that a frame adds by supporting a surface.
   int32_t support_gain = 3;
@@ -38,7 +38,7 @@ struct FusionRules {
   int32_t contradiction_cost = 2;
   /// Largest magnitude of evidence: the evidence from fusion/memory_frames supports. With eight
   /// supports, a removed object vanishes within 12 frames that look through it, and a new object
-  /// appears within 10 frames, whatever was there before. With nineteen, it takes 28 frames (32 if
+  /// appears within 10 frames, whatever was there before. With nineteen, these are 28 frames (32 if
   /// a single frame suffices for the mesh) and 21 frames.
   int32_t max_evidence{24};  // follows from fusion/memory_frames
 

@@ -5,7 +5,7 @@
 /// (turned towards the ray if the depth is noisy). It is intersected with each grid plane
 /// perpendicular to its dominant axis, and the four corners around the intersection are updated; no
 /// corner is visited twice. Weights fall with the distance from the line (squared bilinear) and
-/// from the surfel's plane (linear). Departure: the paper updates the nearest corner at each step
+/// from the surfel's plane (linear). The paper, however, updates the nearest corner at each step
 /// (Amanatides and Woo 1987).
 ///
 /// Each plane is computed independently, so that a block can process just the part of a line that
@@ -62,8 +62,8 @@ struct SampleLine {
   float normal_k, normal_u, normal_v;  ///< Surface normal, for the point-to-plane distance.
 };
 
-/// `direction` is a unit vector. `reach`, in voxels, limits planes by the distance along the line
-/// and weights by the distance from the surface.
+/// `direction` is a unit vector. `reach`, in voxels, is how far the line extends to each side of
+/// the point, and the distance from the surface at which weights become 0.
 DTSDF_HD SampleLine makeSampleLine(const Vec3f& p, const Vec3f& normal, const Vec3f& direction,
                                    float reach) {
   const float ax = fabsf(direction.x), ay = fabsf(direction.y), az = fabsf(direction.z);

@@ -1,4 +1,5 @@
-/// Finds crossings of a sheet whose weights are too small for the sheet to be meshed.
+/// Finds crossings whose weights are too small for their sheet (one of the surfaces in a mesh unit)
+/// to be meshed.
 ///
 /// Where one surface ends and the fringe of another begins, an edge may have one end behind the
 /// first surface and the other in front of the second, although no direction's distance crosses

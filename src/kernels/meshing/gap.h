@@ -1,10 +1,10 @@
 /// Finds triangles that span a gap in the measurements.
 ///
-/// A surfel updates all corners around it, so units may close gaps up to two voxels wide. Anchoring
-/// (anchoring.h) pulls the vertices on both sides of a gap towards measured points, and thus away
-/// from each other. It hardly stretches other triangles: at an outline it pulls all vertices in the
-/// same direction, and inside a surface the vertices stay in place. So triangles that anchoring
-/// stretches are left out.
+/// A surfel updates all corners around it, so the mesh may close gaps up to two voxels wide.
+/// Anchoring (anchoring.h) pulls the vertices on both sides of a gap towards measured points, and
+/// thus away from each other. It hardly stretches other triangles: at an outline it pulls all
+/// vertices in the same direction, and inside a surface the vertices stay in place. So triangles
+/// that anchoring stretches are left out.
 #pragma once
 
 #include "dtsdf_mapping/block_mesh.h"

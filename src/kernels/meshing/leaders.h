@@ -1,4 +1,5 @@
-/// Finds the directions that are active in a unit, and those that lead its sheets.
+/// Finds the directions that are active in a mesh unit (see directionConfidence()), and those that
+/// lead its sheets (see findLeaders()).
 #pragma once
 
 #include "kernels/meshing/unit_samples.h"
@@ -65,7 +66,7 @@ DTSDF_HD Bits findLeaders(const Samples& samples, const Real& min_weight,
   Real confidence[kDirectionCount], greatest = zero;
   leader[0] = leader[1] = Bits{-1};
   for (int d = 0; d < kDirectionCount; ++d) {
-    confidence[d] = zero;  // not `? :`, which copies vectors in halves and stalls
+    confidence[d] = zero;  // `? :` would copy vectors in halves, which stalls
     if (samples.mayBeActive(d)) confidence[d] = directionConfidence(samples, d, min_weight);
     const auto leads = confidence[d] > greatest;
     active = active | select(confidence[d] > zero, Bits{1 << d}, none);

@@ -3,7 +3,7 @@
 
 namespace dtsdf {
 
-/// docs/method.md explains the rules in the sections Index and Make.
+/// docs/method.md explains the rules in the sections Index and Make, docs/glossary.md the terms.
 struct MeshRules {
   /// A sheet is meshed only if, at each corner of the unit, the weights of the directions that vote
   /// on it add up to more than this fraction of the greatest single weight in the unit; in [0, 1).

@@ -1,5 +1,5 @@
-/// Finds which directions can lead a sheet in a unit, from the sides of its corners alone, so that
-/// the index stage can skip units without a surface.
+/// Finds which directions can lead a sheet (findLeaders()) in a unit, from the sides of its corners
+/// alone, so that the index stage can skip units without a surface.
 ///
 /// No direction is rejected that the other stages would accept, regardless of the MeshRules. The
 /// leader of a sheet meets two conditions:

@@ -1,10 +1,10 @@
 /// Regularisation: decides on which side of the surface a corner lies if the units around it
 /// disagree.
 ///
-/// Units may disagree if their leaders differ, or if one has dropped a component that another
-/// keeps. Where a unit's sheets agree about a corner, the corner takes the side that most units
-/// around it assign to it. So the surfaces of neighbouring units meet at their common face and
-/// leave no slit.
+/// Units may disagree if different directions lead in them, or if one has dropped a component that
+/// another keeps. Where a unit's sheets agree about a corner, the corner takes the side that most
+/// units around it assign to it. So the surfaces of neighbouring units meet at their common face
+/// and leave no slit.
 #pragma once
 
 #include "kernels/core/grid.h"

@@ -1,6 +1,7 @@
 /// Samples, labels and marching cubes cases of a mesh unit.
 ///
-/// A mesh unit is a marching cubes cell: a cube with a voxel's sample at each of its corners. The
+/// A mesh unit is a marching cubes cell: a cube with a voxel's sample at each of its corners. It
+/// contains at most two surfaces, called sheets, each found by the direction that leads it. The
 /// files in this folder are the stages of directional marching cubes (paper, Sec. V):
 ///
 ///   index   possible_leaders.h   which units can hold a surface at all
@@ -20,7 +21,7 @@
 /// mesh_rules.h the parameters. A vertex belongs to an edge and a facing and depends only on
 /// samples along the edge, so all units around the edge share it.
 ///
-/// Departure: in the paper, the directions vote for whole marching cubes cases, which are then
+/// In the paper, however, the directions vote for whole marching cubes cases, which are then
 /// intersected. With a separate vote at each corner, neighbouring units mostly agree about the
 /// corners they share.
 #pragma once
@@ -42,12 +43,11 @@ struct UnitIndices {
   uint8_t sheet[kMaxSheets];
 };
 
-/// The sides of a unit's corners, bit c for corner c: which are behind its first sheet, and which
-/// are in front of its last (which may be the first). If both are 0, the unit is empty.
+/// The unit's corners (bit c for corner c) that are behind its first sheet, and those that are in
+/// front of its last sheet, which may also be the first. If both masks are 0, the unit is empty.
 ///
-/// No other unit is stored as two zeros. Its first sheet would have no corner behind it and its
-/// last sheet all corners, but a sheet without a surface is never stored together with another
-/// sheet.
+/// No other unit is stored as two zeros: all its corners would be in front of the first sheet and
+/// behind the last. So neither sheet would contain a surface, and two such sheets are never stored.
 struct UnitLabels {
   uint8_t behind_first, in_front_of_last;
 };
@@ -84,8 +84,8 @@ DTSDF_HD UnitIndices indicesOf(const UnitLabels& labels) {
 
 /// A surface nearer to a corner than this, in voxels, touches it: the corner counts as being on
 /// both of its sides, as the vote may reverse the sign of such small distances (vote.h). Without
-/// this rule, a unit whose only corner behind the surface has its sign reversed might have no
-/// active direction, and leave a hole.
+/// this rule, a unit with a single corner behind the surface might have no active direction if the
+/// vote reverses that corner's sign, and leave a hole.
 constexpr float kTouching = 0.25f * MeshRules().nearness_voxels;
 
 template <class Samples>

@@ -219,8 +219,8 @@ struct AlignmentSums {
   int64_t matched, inliers;  ///< Points with a surface, and those that fit it.
 };
 
-/// Units of the sums. A lever is at most 2^12 voxels long and a point's weight at most 1, so a term
-/// is below 2^24, the sum of 2^23 points below 2^47, and in units of 2^-14 below 2^61.
+/// Units of the sums. Points are less than 2^12 voxels from the camera and their weights at most 1.
+/// So a term is below 2^24, a sum over 2^23 points below 2^47, and in units of 2^-14 below 2^61.
 constexpr float kAlignmentScale = 16384.0f;  // 2^14
 constexpr float kLongestLever = 4096.0f;     // 2^12
 

@@ -104,8 +104,8 @@ DTSDF_HD VertexColour colourOf(ViewKey key) {
 
 /// Maximum distance of a vertex from its block's centre, in voxels; see BlockVertex.
 constexpr float kDrawnReach = 11.3f;
-/// Maximum distance from a block's centre to a vertex that depends on the labels of the block's
-/// units. The vertex may belong to a neighbouring block.
+/// Maximum distance from a block's centre to a vertex that depends on the UnitLabels of the block.
+/// The vertex may belong to a neighbouring block.
 constexpr float kLabelledReach = kDrawnReach + 13.9f;
 
 /// Whether anything within `reach` of a block's centre may be in view; false only if nothing is.

@@ -10,9 +10,9 @@ namespace dtsdf {
 /// Stored as the squared distance if no surface lies within the maximum distance.
 constexpr uint16_t kSquaredFar = 0xffff;
 
-/// The cubes of a sector that have surfaces: bit cubeInSector() of `known` for each, and the index
-/// of the first cube's mask in DistanceTask::cubes. The masks of the other cubes follow in the
-/// order of their bits.
+/// The cubes of a sector that have surfaces. Each sets bit cubeInSector() in `known`. `first` is
+/// the index of the first cube's mask in DistanceTask::cubes, where the masks of the other cubes
+/// follow in the order of their bits.
 struct SurfaceCubes {
   uint64_t known;
   int32_t first;
@@ -75,7 +75,7 @@ DTSDF_HD int highestBit(uint32_t bits) {
 #endif
 }
 
-/// The cells with surfaces in a row of 32 cells along x, one bit each. The row is at (y, z) from
+/// The cells with surfaces in a row of 32 cells along x, one bit each. The row is (y, z) cells from
 /// the stack's first cell, in the i-th of windowSide() sectors along x around the stack.
 DTSDF_HD uint32_t surfacesInRow(const DistanceTask& task, const SectorStack& stack, int32_t i,
                                 int32_t y, int32_t z) {

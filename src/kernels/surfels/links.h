@@ -1,4 +1,5 @@
-/// Finds links: pairs of neighbouring pixels that lie on one surface. There are three cases:
+/// Finds links: pairs of neighbouring pixels that lie on one surface. Their difference in inverse
+/// depth is called a step. There are three cases:
 ///
 /// - The pixels have the same depth, to within the noise plus a voxel.
 /// - The surface is steep: a neighbouring step in the line and the steps in both adjacent lines are

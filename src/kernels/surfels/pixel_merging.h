@@ -2,8 +2,8 @@
 ///
 /// Where a voxel is many pixels wide, neighbouring pixels of a smooth surface update the same
 /// voxels with almost the same plane, so their mean gives the same result for a fraction of the
-/// work. Each patch of 4 x 4 pixels is merged as a whole, or else in quads of 2 x 2 pixels where
-/// possible.
+/// work. Each patch of 4 x 4 pixels is merged as a whole or, failing that, in quads of 2 x 2 pixels
+/// where possible.
 #pragma once
 
 #include "kernels/surfels/links.h"
@@ -102,7 +102,7 @@ DTSDF_HD bool isBitMerged(const ImageView& image, const Pixel& first, int bit,
 }
 
 /// The merged squares of a patch, given the bits of all squares that can be merged: the whole
-/// patch, or else quads.
+/// patch, otherwise quads.
 DTSDF_HD MergedPatch wholeOrQuads(uint32_t bits) {
   constexpr MergedPatch kWhole = 1u << kPatchBit;
   return (bits & kWhole) != 0 ? kWhole : bits & (kWhole - 1u);

@@ -18,7 +18,7 @@
 namespace dtsdf {
 
 /// Unit normal, facing the camera, of the plane with this value and slopes of 1 / z at (u, v); zero
-/// if these are all 0.
+/// if the value and both slopes are 0.
 DTSDF_HD Vec3f planeNormal(float u, float v, float value, float slope_u, float slope_v,
                            const Intrinsics& K) {
   const Vec3f n{-(K.fx * slope_u), -(K.fy * slope_v),

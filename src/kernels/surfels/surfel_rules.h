@@ -8,9 +8,9 @@ struct SurfelRules {
   /// Number of standard deviations up to which a difference is attributed to noise.
   float noise_level = 3.0f;
 
-  /// Largest change from one step of a steep surface to the next step in line, as a fraction of the
-  /// step. A surface two pixels wide has one full step between two partial steps, one of which is
-  /// at least half as large.
+  /// Largest change from one step (see links.h) of a steep surface to the next step in line, as a
+  /// fraction of the step. A surface two pixels wide has one full step between two partial steps,
+  /// one of which is at least half as large.
   float linked_turn = 0.5f;
   /// Largest final step of a surface that curves out of sight, as a fraction of the jump behind it.
   /// By chance, one mixed pixel in ten is that close to the surface in front.

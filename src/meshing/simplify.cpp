@@ -245,9 +245,9 @@ class Collapser {
     for (State& state : states_) state.tried = kNone;
   }
 
-  /// The neighbour into which a vertex merges at the lowest cost; the vertex itself if that costs
-  /// too much or has already failed. Costs are recomputed only if the triangles at the vertex have
-  /// changed, or the cheapest neighbour was removed.
+  /// The neighbour into which a vertex merges at the lowest cost; the vertex itself if the merge
+  /// costs too much or has already failed. Costs are recomputed only if the triangles at the vertex
+  /// have changed, or the cheapest neighbour was removed.
   uint32_t cheapest(uint32_t vertex, double error_m) {
     State& state = states_[vertex];
     if (state.tried == state.changes) return vertex;  // nothing has changed since
@@ -444,10 +444,10 @@ class Collapser {
 };
 
 /// The errors used in each decade. A mesh is simplified with increasing errors, up to the requested
-/// one. Each error continues from the result of the previous one.
+/// one. The simplification with each error starts from the result of the previous error.
 constexpr double kStepsOfDecade[] = {1.0, 1.5, 2.0, 3.0, 5.0, 7.0};
 
-/// Errors below this fraction of the mean edge length remove hardly any vertices.
+/// Errors below this fraction of the mean edge length allow hardly any vertices to be removed.
 constexpr double kFirstShareOfEdge = 0.06;
 
 /// Maximum number of passes per error, and the fraction of vertices that a pass must remove for
@@ -455,14 +455,15 @@ constexpr double kFirstShareOfEdge = 0.06;
 constexpr int kPasses = 6;
 constexpr double kMinGain = 0.1;
 
-/// If an error removes no more than this fraction of the vertices, larger errors are not tried.
+/// If an error allows no more than this fraction of the vertices to be removed, larger errors are
+/// not tried.
 constexpr double kEndGain = 1e-3;
 
 /// Errors are limited to this many mean edge lengths.
 constexpr double kMaxEdges = 24.0;
 
-/// Errors below this many mean edge lengths may be too small to remove any vertices, so kEndGain
-/// does not apply to them.
+/// Errors below this many mean edge lengths may be too small for any vertex to be removed, so
+/// kEndGain does not apply to them.
 constexpr double kSmallShareOfEdge = 3.0;
 
 double meanEdge_m(const Mesh& mesh) {

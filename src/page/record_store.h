@@ -81,7 +81,7 @@ class RecordStore {
 
   size_t waitingBytes() const;  ///< Bytes waiting to be written.
 
-  /// Counts a failure in the caller, or a lost record.
+  /// Counts a failure that occurred in the caller, or a lost record.
   void fail(std::string problem);
   void countLost();
   /// Counts a wait for the disk since `start`, if it took at least a millisecond.

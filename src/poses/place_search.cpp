@@ -44,8 +44,8 @@ constexpr int kOrientations = 2048;
 /// Number of image points that are compared at a standpoint, and maximum number for fitting a pose.
 constexpr int kMatchedPoints = 64, kFitPoints = 512;
 
-/// Maximum numbers of poses that are fitted to the coarse map, then aligned to the map, and finally
-/// rendered from.
+/// Maximum number of poses in each of three steps: fitting to the coarse map, aligning to the map,
+/// and rendering the map.
 constexpr int kMovedPoses = 5000, kAlignedPoses = 224, kRenderedPoses = 48;
 
 /// A pose is accepted if enough of its matched points are inliers and at least the fraction

@@ -34,7 +34,7 @@ namespace dtsdf {
 
 /// Subscribes to images, their camera_info and, if masks are used, `mask/image`. Unless camera_info
 /// is remapped, its topic is in the namespace of the (remapped) images. Clouds, and images sent by
-/// the transports compressed and (depth only) compressedDepth, are decoded here; other images come
+/// the transport compressed or, for depth, compressedDepth, are decoded here; other images come
 /// through image_transport. Used on the input thread only, except report().
 class ImageStream {
  public:

@@ -31,7 +31,7 @@ struct SimulatedCameraParams {
   bool in_millimetres = true;  ///< Depth is 16UC1; else 32FC1, in metres.
   int width_px = 320;
   int height_px = 240;
-  double focal_px = 277.0;           ///< 60 degrees across at 320 pixels.
+  double focal_px = 277.0;           ///< Field of view: 60 degrees at 320 pixels.
   double rate_hz = 10.0;             ///< Frames per second of wall time.
   double lap_s = 24.0;               ///< Duration of a lap around the room.
   int moving = 0;                    ///< Number of balls that circle in the room.

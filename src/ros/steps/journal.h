@@ -15,8 +15,7 @@
 
 namespace dtsdf {
 
-/// Exists only if journal/folder is set. Between constructor and destructor, it never waits for the
-/// disk.
+/// Exists only if journal/folder is set. Waits for the disk only in the constructor and destructor.
 class JournalStep : public Step {
  public:
   /// @throws std::runtime_error as JournalWriter does.

@@ -224,7 +224,7 @@ class LiveMap {
     return mapper;
   }
 
-  /// Continues with a map of the same frames at corrected poses, whose whole mesh is given. @return
+  /// Continues with a map of the same frames at corrected poses, and with its whole mesh. @return
   /// the previous mapper.
   std::unique_ptr<Mapper> replaceCorrected(std::unique_ptr<Mapper> mapper,
                                            const std::map<PackedKey, SharedBlockMesh>& mesh) {

@@ -100,8 +100,8 @@ class ChunkVisuals {
     while (!visuals_.empty()) remove(visuals_.begin());
   }
 
-  /// Draws each chunk at the coarsest level whose cells cover at most `detail_px` pixels in the
-  /// camera's view, or in full detail if there is no such level.
+  /// Draws each chunk at the coarsest level of detail whose cells cover at most `detail_px` pixels
+  /// in the camera's view, or in full detail if there is no such level.
   void chooseLevels(const Ogre::Camera& camera, float detail_px) {
     const Ogre::Vector3 eye = parent_._getFullTransform().inverse() * camera.getDerivedPosition();
     const auto height_px = static_cast<float>(camera.getViewport()->getActualHeight());
@@ -131,7 +131,8 @@ class ChunkVisuals {
  private:
   using Origin = std::array<int64_t, 3>;
 
-  /// Coarser levels have cells of 2, 4, 8 and 16 voxels if a voxel has 512 steps: see ChunkLattice.
+  /// If a voxel has 512 steps (see ChunkLattice), the cells of the coarse levels are 2, 4, 8 and 16
+  /// voxels wide.
   static constexpr int kCoarseLevels = 4;
   static constexpr int kFinestCellLog2 = 10;
 

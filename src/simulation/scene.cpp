@@ -14,7 +14,7 @@ using Ray = Eigen::ParametrizedLine<double, 3>;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Interval of a ray's parameter inside a solid; empty by default.
+/// Range of a ray's parameter in which the ray is inside a solid; empty by default.
 using Interval = Eigen::AlignedBox<double, 1>;
 
 const Interval kAll(-kInfinity, kInfinity);
@@ -44,8 +44,8 @@ Interval insideQuadric(double a, double b, double c) {
   return Interval((-b - root) / a, (-b + root) / a);
 }
 
-/// Parameter at which a ray enters a convex solid, given its interval inside. Infinity if the ray
-/// misses the solid or starts inside it.
+/// Parameter at which a ray enters a convex solid, given the range in which the ray is inside.
+/// Infinity if the ray misses the solid or starts inside it.
 double entry(const Interval& inside) {
   return inside.isEmpty() || inside.min().x() <= 0.0 ? kInfinity : inside.min().x();
 }
@@ -241,8 +241,8 @@ constexpr Paint kRoundPaint{120, 70, 160};
 constexpr double kSquare_m = 0.25;
 constexpr double kDarkShade = 0.7;
 
-/// Index of the box face on which a point lies. It is perpendicular to the axis along which the
-/// point is farthest out.
+/// Index of the box face on which a point lies. This face is perpendicular to the axis along which
+/// the point is farthest out.
 int faceOf(const Eigen::Vector3d& p, const Eigen::Vector3d& half_size) {
   int axis = 0;
   (p.cwiseAbs() - half_size).maxCoeff(&axis);

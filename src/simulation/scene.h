@@ -77,7 +77,7 @@ DepthFrame depthFrameOf(const std::vector<float>& depth_m, const Intrinsics& int
 using Paint = std::array<uint8_t, 3>;
 
 /// The colour at a point on the surface of a shape. Each face of a box or room has its own colour,
-/// so that the two sides of a plate differ. Two shades of it alternate in 0.25 m squares.
+/// so that the two sides of a plate differ. Two shades of this colour alternate every 0.25 m.
 Paint paintAt(const Scene& scene, size_t shape, const Eigen::Vector3d& p_W);
 
 /// The colour of every pixel, row-major; black where nothing is hit.

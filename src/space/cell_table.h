@@ -36,7 +36,7 @@ class CellTable {
     sectors_.open(key).erase(cubeInSector(cube));
   }
 
-  /// Ends a series of changes; the changed sectors may then be moved to disk.
+  /// Ends a series of changes; the changed sectors (see cell_sector.h) may then move to disk.
   void close() { sectors_.close(); }
 
   void clear() {

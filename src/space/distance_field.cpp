@@ -14,12 +14,12 @@ namespace {
 /// integer. 16-bit integers are faster, because a vector register holds more of them.
 constexpr int kMaxReachOf16Bits = 127;
 
-/// Maximum number of sectors computed at once: their new values take 16 MiB, in addition to the old
-/// values. If the maximum distance is large, kMaxPlanesAtOnce allows fewer.
+/// Maximum number of sectors (see cell_sector.h) computed at once: their new values take 16 MiB, in
+/// addition to the old values. If the maximum distance is large, kMaxPlanesAtOnce allows fewer.
 constexpr size_t kMaxSectorsAtOnce = 256;
 constexpr int kMaxPlanesAtOnce = 1 << 15;
-/// Maximum number of sectors in the box around the sectors computed at once, which is extended by
-/// the maximum distance.
+/// Maximum number of sectors in the box that contains all sectors within the maximum distance of
+/// those computed at once.
 constexpr uint64_t kMaxPlaces = uint64_t{1} << 15;
 
 /// Approximate number of changed cubes that are processed at once, to limit memory.

@@ -22,7 +22,7 @@ inline int reachInCells(double max_distance_m, double cell_size_m) {
   return static_cast<int>(std::ceil(max_distance_m / cell_size_m * (1.0 - kRounding)));
 }
 
-/// Sectors that are not listed have no surface within reach.
+/// Sectors (see cell_sector.h) that are not listed have no surface within reach.
 using DistanceSectors = Sectors<DistanceSector>;
 
 /// @return the squared distance, in cells, to the nearest cell with a surface; -1 if none is within

@@ -1,4 +1,4 @@
-/// Gathers the surface cells from which distances in sectors are computed.
+/// Gathers the surface cells from which distances in sectors (see cell_sector.h) are computed.
 #pragma once
 
 #include <algorithm>
@@ -37,7 +37,7 @@ struct DistanceSector {
 
   bool isEmpty() const { return squared == nullptr; }
 
-  /// Used by PagedValues, in which no sector is empty.
+  /// Size for PagedValues, which contains no empty sectors.
   size_t bytes() const { return sizeof(*this) + kSquaresBytes; }
   template <class Io>
   void visitRecord(Io& io) {

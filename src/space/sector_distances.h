@@ -1,5 +1,6 @@
-/// Distances in a sector of cells, computed from the surface cells around it. Squared distances are
-/// minimised along x, then y, then z (Saito and Toriwaki, Pattern Recognition 27, 1994).
+/// Distances in a sector of 32 x 32 x 32 cells, computed from the surface cells in and around it.
+/// Squared distances are minimised along x, then y, then z (Saito and Toriwaki, Pattern Recognition
+/// 27, 1994).
 #pragma once
 
 #include <algorithm>
@@ -80,7 +81,7 @@ class SectorDistances {
 
   bool isInWindow(int32_t at) const { return at >= 0 && at < window_; }
 
-  /// Adds the surfaces in a row of a cube to the window's row at the same y and z.
+  /// Adds the surfaces in a row of a cube to the same row of the window (see first_).
   void addRow(uint64_t surfaces, const Vec3i& at) {
     int32_t& number = row_of_[static_cast<size_t>(at.y) +
                               static_cast<size_t>(at.z) * static_cast<size_t>(window_)];
@@ -146,8 +147,7 @@ class SectorDistances {
     return squares;
   }
 
-  /// Lowers a line's values to the squared distances that follow from a line `aside` cells away,
-  /// where these are smaller.
+  /// Lowers each value of `line` to that of `other` plus `aside` squared if that is smaller.
   void lower(Line& line, const Line& other, int32_t aside) const {
     if (std::abs(aside) > reach_) return;
     const auto added = static_cast<Value>(aside * aside);

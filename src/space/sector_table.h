@@ -1,4 +1,4 @@
-/// One value per sector of cells, in memory or, with pages, partly on disk.
+/// One value per sector of 32 x 32 x 32 cells, in memory or, with pages, partly on disk.
 #pragma once
 
 #include <cstddef>

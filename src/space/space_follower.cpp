@@ -32,7 +32,7 @@ void SpaceFollower::startOver(double cell_size_m) {
   field_ = DistanceField(now_.reach_, threads_, pages_);
 }
 
-/// Copies a sector only once, even if several of its cubes change.
+/// Copies a sector (see cell_sector.h) only once, even if several of its cubes change.
 void SpaceFollower::applyCells(const CubesOfSectors::value_type& sector_entry) {
   const auto known = now_.cells_.find(sector_entry.first);
   const auto cells = std::make_shared<CellSector>();

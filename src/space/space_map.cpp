@@ -10,7 +10,8 @@
 namespace dtsdf {
 namespace {
 
-/// Maximum number of cubes that restore() changes before it closes their sectors, to limit memory.
+/// Maximum number of cubes that restore() changes before it closes their sectors (see
+/// cell_sector.h), to limit memory.
 constexpr size_t kMaxAtOnce = size_t{1} << 16;
 
 /// Approximate maximum number of cubes that takeChanges() returns: a few megabytes.

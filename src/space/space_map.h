@@ -69,7 +69,7 @@ class SpaceMap : public Space {
 
   size_t freeBytes() const;                                 ///< Memory counted towards the budget.
   uint64_t refusedCubes() const { return refused_cubes_; }  ///< Since the start or clear().
-  /// Adds the statistics of the page file to `pages`, and sets its size there.
+  /// Adds the statistics of this map's page file to `pages`, and sets pages.space_bytes.
   void addTo(PageStats& pages) const;
 
   double cellSize_m() const override;

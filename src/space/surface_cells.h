@@ -17,7 +17,7 @@ namespace dtsdf {
 /// in the face between two cells belongs to the upper cell.
 std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2);
 
-/// The surface cells of the blocks in a sector.
+/// The surface cells of the blocks in a sector (see cell_sector.h).
 struct SurfaceSector {
   std::unordered_map<PackedKey, std::vector<Vec3i>> cells_of_block;  ///< See cellsOfMesh().
   size_t listed = 0;     ///< Number of cells in all lists.

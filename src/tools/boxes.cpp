@@ -23,8 +23,8 @@ constexpr int32_t kMax = kMaxBlockCoordinate;
 constexpr int32_t BlockKey::*kAxes[] = {&BlockKey::x, &BlockKey::y, &BlockKey::z};
 constexpr char kAxisNames[] = "xyz";
 
-/// planBoxes() samples every n-th image, with n chosen so that it samples at least this many, or
-/// all images if there are fewer.
+/// Minimum number of images that planBoxes() samples, at equal intervals; if there are fewer, it
+/// samples all.
 constexpr size_t kSampledImages = 256;
 constexpr int kSampledPixels = 64;  ///< Pixels sampled along each axis of an image.
 
@@ -107,9 +107,9 @@ std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOption
   return listed;
 }
 
-/// Painting depends on the number of frames that supported the map before, up to mesh/min_support.
-/// So the first frames are fused even if the box is not in view. @return the index of the first
-/// frame that need not be fused.
+/// Painting depends on how many frames have touched the map so far, up to mesh/min_support. So the
+/// first frames are fused even if the box is not in view. @return the index of the first frame that
+/// need not be fused.
 size_t firstOptionalFrame(RunOptions options, const RunSettings& settings,
                           const std::optional<Eigen::Isometry3d>& T_W_M) {
   const MapperParams& params = settings.params.mapper;

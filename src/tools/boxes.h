@@ -30,7 +30,7 @@ struct BoxRun {
   double last_stamp_s = 0.0;  ///< Stamp of the last frame; later colour images are not used.
 };
 
-/// Plans a run from the poses of a recording. If it is a folder, decodes only a few of its images.
+/// Plans a run from the poses of a recording. If that is a folder, decodes only a few images.
 /// @throws std::runtime_error for settings that need the whole map.
 BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
                   const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box);

@@ -11,8 +11,8 @@
 
 namespace dtsdf {
 
-/// Settings for a mapper that loads a saved map: those in its file, except unknown keys, overridden
-/// by `given`, each key=value. If map/page_folder is empty, the memory limit is what the map needs.
+/// Settings for a mapper that loads a saved map: the known keys of the map file, overridden by the
+/// key=value texts in `given`. If map/page_folder is empty, the memory limit is what the map needs.
 /// @throws ParamError that lists every violation, std::runtime_error if they do not fit the map.
 RunSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given);
 
@@ -22,8 +22,8 @@ void checkMeshPath(const std::string& path);
 /// Adds --simplify-error.
 void addSimplifyOption(CommandLine& line, double& error_m);
 
-/// Saves the whole mesh; if the error is not 0, simplifies it and prints the result.
-/// @throws UsageError if the error exceeds the size of the mesh, and whatever savePagedMesh()
+/// Saves the whole mesh; if `error_m` is not 0, simplifies it and prints the result.
+/// @throws UsageError if `error_m` exceeds the size of the mesh, and whatever savePagedMesh()
 /// throws.
 SavedMesh saveSimplified(PagedMeshes& meshes, MeshColour colour, const std::string& path,
                          double error_m);

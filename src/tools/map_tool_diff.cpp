@@ -18,7 +18,8 @@
 namespace dtsdf {
 namespace {
 
-/// What one map contains at a point on the other map's surface: a surface, free space or nothing.
+/// What one map contains at a point on the other map's surface: the same surface
+/// (kSame), free space (kChanged) or unknown space (kUnseen).
 enum Kind : uint8_t { kSame, kChanged, kUnseen };
 
 /// A map, its mesh, and a tree for finding the surface near a point.

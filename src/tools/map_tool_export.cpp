@@ -1,4 +1,5 @@
-// map_tool export: exports the images of a journal for training NeRFs and Gaussian splats.
+// map_tool export: exports the images of a journal, the node's record of its input, for training
+// NeRFs and Gaussian splats.
 #include <cmath>
 #include <cstdio>
 #include <limits>

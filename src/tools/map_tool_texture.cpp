@@ -261,7 +261,7 @@ class SeenImage {
   Exposure exposure_;
 };
 
-/// Calls `take` for each colour image of a recording or a journal.
+/// Calls `take` for each colour image of a recording or a journal (the node's record of its input).
 /// @param what Label of the progress bar. @param T_W_M Levelling transform of the map; not used for
 /// journals.
 void visitImages(const RunOptions& options, const std::optional<Eigen::Isometry3d>& T_W_M,
@@ -292,8 +292,8 @@ void visitImages(const RunOptions& options, const std::optional<Eigen::Isometry3
   }
 }
 
-/// The initial texels of a page: the map's colours, or grey, at a negligible weight. They remain
-/// only in texels that are not visible in any image.
+/// The initial texels of a page: the map's colours, or grey, at a negligible weight. These
+/// colours remain only in texels that are not visible in any image.
 std::vector<Texel> beginPage(const Atlas& atlas, const Page& page) {
   constexpr float kTinyWeight = 1e-30f;
   std::vector<Texel> texels(static_cast<size_t>(page.height) * kPageSide, Texel{});

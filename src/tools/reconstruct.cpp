@@ -209,7 +209,8 @@ void saveAll(ReconstructionResult& result, Mapper& mapper, MapOrigin origin,
   checkLosses(result, mapper);
 }
 
-/// Rejects options that apply to recordings only. @throws UsageError
+/// Rejects options that do not apply to a journal, the node's record of its input.
+/// @throws UsageError
 void checkJournalOptions(const ReconstructOptions& options) {
   if (!options.load_map_path.empty() || !options.only.empty()) {
     throw UsageError("--load-map and --only are for recordings; a journal contains its own map");
@@ -241,7 +242,7 @@ void correct(JournalReplay& journal, const ReconstructOptions& options) {
               journal.depthImages(), path.c_str());
 }
 
-/// Rebuilds the map of a journal.
+/// Rebuilds the map from a journal.
 void runJournal(const ReconstructOptions& options) {
   checkJournalOptions(options);
   checkOutputs(options);

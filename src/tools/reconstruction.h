@@ -58,10 +58,10 @@ struct ReconstructionResult {
   std::vector<StampedPose> trajectory;          ///< Poses of the fused frames.
   std::map<std::string, size_t> aligned;        ///< Number of frames by result of alignment.
   std::vector<LostRun> lost;
-  /// Distance and angle between the given and the refined pose of each aligned frame.
+  /// Distance and angle between the input pose and the refined pose of each aligned frame.
   std::vector<double> shift_mm, turn_degrees;
   /// Fraction of a frame's points that lie on surfaces of the map, averaged over aligned frames: at
-  /// the refined pose, and at the given pose with the correction from earlier frames.
+  /// the refined pose, and at the input pose with the correction from earlier frames.
   double on_surfaces = 0.0, on_surfaces_before = 0.0;
   std::vector<double> align_ms;      ///< Wall time per alignment.
   std::vector<double> integrate_ms;  ///< Wall time per integrated frame, fused or rejected.
@@ -84,7 +84,8 @@ ReconstructionResult reconstruct(const RecordedInput& input, Mapper& mapper, con
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);
 
-/// Fuses a journal by repeating its calls in order. Updates the mesh in the same way.
+/// Rebuilds the map from a journal, the node's record of its input. Updates the mesh in the same
+/// way.
 ReconstructionResult reconstruct(JournalReplay& journal, Mapper& mapper, const MapParams& map,
                                  size_t mesh_every,
                                  const std::function<void(size_t)>& show_progress);

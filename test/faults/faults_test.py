@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Makes each of the first calls of `reconstruct` fail, one per run, and then a sample of the following
-calls. `reconstruct` must continue or end with an error message, and each output file must then be complete
-or unchanged.
+"""Makes one system call or allocation of `reconstruct` fail per run: each of the first ones, then a sample
+of the later ones. `reconstruct` must continue or end with an error message, and each output file must then be
+complete or unchanged.
 
 Calls are counted from when the recording or the map to load is opened. Before that, during startup, the
 program may end silently if memory runs out."""
@@ -127,7 +127,7 @@ def numbers(first, sampled, most):
 
 
 def count_calls(reconstruction, call):
-    """Finds the number of calls by bisection: a fault in a call beyond it does not occur."""
+    """Finds the number of calls by bisection: beyond this number, no fault occurs."""
     low, high = 0, 1
     while reconstruction.run(call, high)[1]:
         low, high = high, 2 * high

@@ -50,7 +50,7 @@ class InputFile {
   int descriptor_;
 };
 
-/// Reads numbers from a sequence of bytes, which is followed by zeros.
+/// Reads numbers from a sequence of bytes; past its end, all bytes read as zero.
 class InputBytes {
  public:
   InputBytes(const uint8_t* data, size_t size) : data_(data), left_(size) {}

@@ -46,7 +46,7 @@ class MapRecipe {
  private:
   /// How a record is written, as bits of the second byte after its id.
   enum How : uint8_t {
-    kSkipped = 1,  ///< Readers may skip the record.
+    kSkipped = 1,  ///< Flagged as a record that readers may skip.
     kCompressed = 2,
     kKeepsCounts = 4,  ///< Keeps the recipe's counts and length, even if they are wrong.
     kBrokenFrame = 8,  ///< Flagged as compressed, but not compressed.

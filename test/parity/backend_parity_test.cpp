@@ -115,7 +115,7 @@ TEST_P(FusionModeParity, RefinedMeshes) {
 }
 
 /// Each backend continues from the other's map, with depth, colour and free-space cells, even
-/// during a mesh update and before blocks that the last frame left empty are freed.
+/// during a mesh update or while the last frame is unfinished.
 TEST_P(FusionModeParity, EachContinuesFromTheOthersMap) {
   const auto [candidate, mode, directional] = GetParam();
   BackendPair pair(withSpace(makeParams(mode, directional, 0.04f)), candidate);
@@ -209,8 +209,8 @@ INSTANTIATE_TEST_SUITE_P(All, FusionModeParity,
                                           testing::Bool()),
                          nameOfMode);
 
-/// A frame that outgrows the GPU's initial allocations: the list of surfels, the table of touched
-/// blocks, the sums (in several passes), the pool of arrays and the memory for the mesh.
+/// A frame that outgrows the GPU's initial allocations for surfels, touched blocks, voxel arrays
+/// and the mesh, and must be fused in several passes.
 TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
   const std::string reason = reasonToSkip(Candidate::kCuda);
   if (!reason.empty()) GTEST_SKIP() << reason;
@@ -229,7 +229,7 @@ TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
   }
 }
 
-/// Adds rooms until the hash table of blocks and the slots must grow.
+/// Adds rooms until the GPU's hash table and array of blocks must grow.
 TEST(CudaParity, ManyBlocksOutgrowTheTable) {
   const std::string reason = reasonToSkip(Candidate::kCuda);
   if (!reason.empty()) GTEST_SKIP() << reason;
@@ -370,7 +370,7 @@ TEST_P(BackendParity, PaintedUpToTheBudgetAndCleared) {
   }
 }
 
-/// Only a tile of the map is painted. The blocks around it, which may occlude the tile, are fused
+/// Only a part of the map is painted. The blocks around this part, which may occlude it, are fused
 /// but not painted.
 TEST_P(BackendParity, PaintedTileOfAMap) {
   MapperParams params = makeParams(FusionMode::kNormalRayCasting, true, 0.03f);

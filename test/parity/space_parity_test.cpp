@@ -59,7 +59,7 @@ TEST_P(SpaceCellParity, MovingCamera) {
   pair.compareMaps();
 }
 
-/// A tile contains only its own cubes, which equal those of the whole map.
+/// A map restricted to one cube of cells contains only this cube, as it is in the whole map.
 TEST_P(SpaceCellParity, TileOfAMap) {
   const auto [candidate, cell_voxels, clearing] = GetParam();
   MapperParams params = spaceParams();

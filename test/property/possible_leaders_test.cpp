@@ -1,5 +1,5 @@
-// Tests on random mesh units that possibleLeaders(), which the index stage uses for skipping units,
-// never skips a unit with a surface.
+// Tests, on random mesh units (cells of marching cubes), that possibleLeaders() returns 0 only for
+// units without a surface. Mesh extraction skips these units.
 #include "kernels/meshing/possible_leaders.h"
 
 #include <gtest/gtest.h>

@@ -149,8 +149,8 @@ TEST_P(RandomScenes, MeshesAreSound) {
   EXPECT_EQ(in_pieces.triangles, mesh.triangles);
 }
 
-/// No distance exceeds the truncation distance, and no weight or evidence exceeds that of five
-/// frames. Empty voxels have the distance 0.
+/// No distance exceeds the truncation distance; no weight or evidence counter exceeds what five
+/// frames can add. Empty voxels have the distance 0.
 TEST_P(RandomScenes, SamplesStayWithinTheirBounds) {
   SCOPED_TRACE(describeSeed(seed()));
   const RandomCase c = drawCase(seed());

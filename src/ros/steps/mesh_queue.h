@@ -92,7 +92,7 @@ class MeshQueue {
 /// block for each block that is only in `store`.
 inline std::vector<SharedBlockMesh> differences(const MeshStore& store,
                                                 std::vector<SharedBlockMesh> mesh) {
-  const auto isSame = [](const auto& a, const auto& b) {  // no padding to compare
+  const auto isSame = [](const auto& a, const auto& b) {  // no padding, so memcmp is safe
     return a.size() == b.size() &&
            (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0);
   };

@@ -23,15 +23,15 @@ using visualization_msgs::MarkerArray;
 
 namespace {
 
-/// A piece is the part of the mesh in one message. Maximum number of pieces queued per listener,
-/// and approximate size of a piece.
+/// A piece is a part of the mesh that is sent as one message. Maximum number of pieces queued per
+/// listener, and approximate size of a piece.
 constexpr uint32_t kQueuePieces = 20;
 constexpr size_t kPieceBytes = 1 << 20;
 /// Maximum number of pieces per round and topic. At ten rounds per second, this limits each topic
 /// to about 40 MB/s.
 constexpr int kPiecesPerRound = 4;
 constexpr double kRoundRate_hz = 10.0;
-/// Period of the refresh, which publishes the mesh again, one part at a time.
+/// Time between two parts of the refresh, which publishes the whole mesh again, part by part.
 constexpr double kRefreshPeriod_s = 1.0;
 
 std_msgs::ColorRGBA toColour(const std::array<uint8_t, 3>& rgb) {
@@ -251,7 +251,7 @@ class MeshTopicsStep : public Step {
 
   const NodeParams& params_;
   const Rates& rates_;
-  std::atomic<double> step_m_;  ///< Step of the map's ChunkLattice.
+  std::atomic<double> step_m_;  ///< See ChunkLattice.
   MeshChunks chunks_;
   ChunkTopic<MarkerArray> markers_;
   ChunkTopic<MeshBlocks> blocks_;

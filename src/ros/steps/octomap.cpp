@@ -23,7 +23,7 @@ class OctomapStep : public Step {
     topic_.advertise<octomap_msgs::Octomap>(handles.prompt, "octomap", 1);
   }
 
-  /// Does not request the next call, because SpaceStep has all steps called every 50 ms anyway.
+  /// Returns max(), because SpaceStep already makes the output thread call all steps every 50 ms.
   SteadyDuration publish(ShownMesh*) override {
     const SteadyTime begin = std::chrono::steady_clock::now();
     const SpaceStep::Known known = space_.known();

@@ -12,9 +12,8 @@ namespace dtsdf {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// Axes along (or about) which an image does not constrain its pose, that is, along which the
-/// standard deviation exceeds half of the prior's, `sigma`. `covariance` is that of either the
-/// position or the rotation.
+/// Axes along or about which an image hardly constrains its pose: the standard deviation exceeds
+/// half of `sigma`, that of the prior. `covariance` is that of the position or of the rotation.
 inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, double sigma) {
   constexpr double kFreeShare = 0.25;  // fraction of the prior's variance
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);

@@ -70,7 +70,7 @@ class PosesStep : public Step {
         [this](const auto& request, auto& response) { save(request.file_name, response); }));
   }
 
-  /// With track, sets a frame's expected pose in M.
+  /// With track, sets a frame's expected pose in M, the setting map_frame.
   std::optional<Rejection> expect(PosedFrame& frame) override {
     if (!tracks()) return std::nullopt;
     auto* const depth = std::get_if<DepthFrame>(&frame.image);
@@ -92,8 +92,8 @@ class PosesStep : public Step {
     return std::nullopt;
   }
 
-  /// Replaces a frame's expected pose in W with the pose at which to fuse it or, for a colour
-  /// image, to paint with it. @throws std::exception if the backend fails.
+  /// Replaces a frame's expected pose in W, the map frame, with the pose for fusion or painting.
+  /// @throws std::exception if the backend fails.
   std::optional<Rejection> place(PosedFrame& frame) override {
     if (!isOn()) return std::nullopt;
     const PoseRefiner& refiner = refiners_.at(frame.camera);
@@ -120,7 +120,7 @@ class PosesStep : public Step {
     if (depth == nullptr || frame.camera != 0) return;
     fused_.push_back({frame.stamp.toSec(), depth->T_W_C});
     if (fused_.size() > kMaxPoses) fused_.pop_front();
-    // B is poses/base_frame, or else the frame of the camera.
+    // B is poses/base_frame or, if that is empty, the camera's frame.
     const std::string& base = params_.base_frame.empty() ? frame.frame_id : params_.base_frame;
     PoseAnswer mount{T_B_C_};
     if (!tracks() && base != frame.frame_id) {
@@ -365,7 +365,7 @@ class PosesStep : public Step {
   std::string base_frame_;                                   ///< Name of B, once it is known.
   Eigen::Isometry3d T_B_C_ = Eigen::Isometry3d::Identity();  ///< With track, from the newest image.
   std::optional<Eigen::Isometry3d> given_T_W_B_;  ///< Set by setPose(), for the next image.
-  bool must_relocalise_ = false;                  ///< For the next image: see replaced().
+  bool must_relocalise_ = false;                  ///< Applies to the next image; see replaced().
   Alignment found_;                               ///< Alignment of the newest image.
   std::optional<nav_msgs::Odometry> published_;
   Eigen::Isometry3d T_M_O_ = Eigen::Isometry3d::Identity();

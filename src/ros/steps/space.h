@@ -107,7 +107,7 @@ class SpaceStep : public Step {
     const std::lock_guard<std::mutex> lock(mutex_);
     bytes_ = follower_->bytes() + (grid_ ? grid_->bytes() : 0);
     pages_ = follower_->pageStats();
-    // Short enough to publish the update that follows a grid in time.
+    // Shorter than kUpdateGap, so that the update after a grid is not late.
     constexpr std::chrono::milliseconds kUntilNext{50};
     return kUntilNext;
   }
@@ -239,7 +239,7 @@ class SpaceStep : public Step {
   }
 
   /// Queues changes, or a part of them if there are many. Their stamp is that of the newest frame
-  /// in the mesh. Frames fused since its extraction began may already have freed some cells.
+  /// in the mesh. Frames fused after this frame may already have freed some cells.
   void handOver() {
     Space* const space = host_.map.mapper().space();
     if (space == nullptr) return;
@@ -390,7 +390,7 @@ class SpaceStep : public Step {
   std::unique_ptr<SpaceFollower> follower_;
   std::optional<GroundGrid> grid_;  ///< Set while somebody listens.
   bool is_grid_due_ = false, is_outdated_ = false;
-  bool publish_now_ = false;  ///< Publish without waiting for pace_: for a new map or listener.
+  bool publish_now_ = false;  ///< Do not wait for pace_, because the map or a listener is new.
   SteadyTime grid_at_{};
   bool is_update_due_ = false;  ///< Listeners need an update.
   Pace pace_;

@@ -27,7 +27,7 @@ class LiveMap;
 class MapChunks;
 class MapFrame;
 
-/// The mesh that the output publishes. Lock the mutex while using the mesh.
+/// The mesh that the output thread publishes. Lock the mutex while using the mesh.
 struct ShownMesh {
   explicit ShownMesh(const MapParams& params) : meshes(params) {}
 

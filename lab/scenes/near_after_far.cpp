@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// z of the wall. It lies off the grid planes.
+/// z coordinate of the wall, off the grid planes.
 constexpr double kNearWall_m = 0.0037;
 
 std::vector<Figure> measure(const SceneSetup& setup, const std::vector<double>& distances_m) {

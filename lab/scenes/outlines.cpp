@@ -50,8 +50,8 @@ struct Sheet {
 const Sheet kBoard{{0.6, 0.4}, {0.035, 0.2}};
 const Sheet kBoardOnGrid{kBoard.outline, kBoard.slot, Vector2d::Zero()};
 
-/// Standard deviations of random errors: in the position of each side, per row or column of an
-/// image, and in the position of the camera, per axis.
+/// Standard deviations of the random errors in the position of a side in one row or column of an
+/// image, and in the camera's position along each axis.
 struct SightError {
   double outline_px, pose_m;
 };

@@ -28,8 +28,8 @@ std::vector<Figure> measureRemoval(SceneMap& map, const SceneSetup& setup, const
           atMost("left after 30 frames", 2.0, "%", leftPercent(truth, setup, map, was_m2))};
 }
 
-/// Maps a board in front of a wall from `frames` images taken from `distance_m` away. More than 30
-/// frames are repetitions of a single image.
+/// Maps a board in front of a wall from `frames` images taken from `distance_m` away. If `frames`
+/// exceeds 30, fuses a single image repeatedly.
 SceneMap showBoard(const SceneSetup& setup, const Scene& wall, double distance_m, int frames) {
   Scene scene = wall;
   scene.add(boardAt(0.0, 0.0, kBoardFront_m, kRemovedSide_m, kRemovedSide_m));

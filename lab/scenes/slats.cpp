@@ -102,8 +102,8 @@ class SlatMesh {
   std::vector<double> area_m2_ = std::vector<double>(kBins, 0.0);
 };
 
-/// Limits: in the mesh, no slat may have a gap longer than 1 mm, or be wider than its true width or
-/// a voxel, whichever is greater. With voxels of up to 10 mm, its area must also be correct.
+/// In the mesh, no slat may have a gap longer than 1 mm, or be wider than its true width or a
+/// voxel, whichever is greater. With voxels of up to 10 mm, its area must also be correct.
 std::vector<Figure> measureStand(const SceneSetup& setup, const Stand& stand) {
   std::vector<Slat> slats;
   const double widths_mm[] = {5.0, 10.0, 20.0};
@@ -152,7 +152,7 @@ std::vector<Figure> measureChair(const SceneSetup& setup, double width_m) {
     if (std::abs(p.y()) > 0.5 * height_m || std::abs(p.x()) > (half + 0.5) * step_m) continue;
     (across_m > 0.5 * width_m + 0.5 * setup.voxel() ? in_gaps_m2 : on_slats_m2) += t.area();
   }
-  // Excludes half a voxel next to each slat.
+  // Half a voxel next to each slat does not count as a gap.
   const double gaps_m2 = 2 * half * height_m * setup.voxel();
   const double slats_m2 = (2 * half + 1) * height_m * width_m;
   const double widest = std::max(width_m, setup.voxel()) / width_m;

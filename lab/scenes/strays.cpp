@@ -13,7 +13,7 @@ constexpr int kStrayFrames = 100;
 /// The last bad frame; ten good ones follow.
 constexpr int kLastBad = 89;
 const std::vector<int> kOneOf50 = {kLastBad - 50, kLastBad};
-/// A single bad frame, as two frames with the same shift would support, and mesh, a false surface.
+/// Only one bad frame: two with the same shift would be enough for a false surface in the mesh.
 const std::vector<int> kOnce = {kLastBad};
 
 /// A wall with a board, a box and a sphere in front of it.
@@ -45,7 +45,7 @@ Surface fusePass(const SceneSetup& setup, const Scene& scene, const std::vector<
   return map.surface();
 }
 
-/// Adds patches in free space, at 0.4 to 0.9 times the measured depth. @return their points in W.
+/// Adds patches to a view, at 0.4 to 0.9 times the measured depth. @return their points in W.
 Points putPatches(SceneView& view, int side_px, Random& random) {
   Points points;
   constexpr int kAcross = 10, kDown = 8;

@@ -78,7 +78,7 @@ ByteComparison compareOutside(const MapContents& before, const MapContents& afte
 }
 
 /// Maps a room in all directions, then puts a board in front of a wall and fuses ten more frames.
-/// These must not change voxels that are outside their images or hidden by the board.
+/// These frames must not change voxels that are outside their images or hidden by the board.
 std::vector<Figure> measureBytes(const SceneSetup& setup) {
   Scene scene;
   scene.add(Room{Vector3d(-1.5037, -1.0037, -1.5037), Vector3d(1.5037, 1.0037, 1.5037)});
@@ -143,8 +143,8 @@ double areaNearRod(const Surface& surface, double x_m, double reach_m) {
   return areaOf(refine(near, 0.002), [](const Vector3d& p) { return std::abs(p.y()) < 0.07; });
 }
 
-/// Maps rods from close by, then from a distance at which they are thinner than a pixel. The latter
-/// frames must not contradict them, as a pixel that measures the wall may also contain a rod.
+/// Maps rods from close by, then from a distance at which they are thinner than a pixel. The
+/// distant frames must not remove them, as a pixel that measures the wall may also contain a rod.
 std::vector<Figure> measureRods(const SceneSetup& setup) {
   const std::pair<double, double> rods[] = {{5.0, -0.0513}, {10.0, 0.0487}};  // mm, x in m
   Scene scene;

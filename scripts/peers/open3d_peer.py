@@ -3,7 +3,7 @@
 
 open3d_peer.py fuse FOLDER VOXEL_M THREADS FIRST:LAST:STEP MESH.ply [MAX_DEPTH_M]
 
-Fuses them with VoxelBlockGrid, and prints the line that scripts/compare reads. THREADS 0 means the GPU.
+Fuses the images with VoxelBlockGrid, and prints the line that scripts/compare reads. THREADS 0 means the GPU.
 """
 import json
 import os

@@ -1,11 +1,11 @@
 """Compares meshes of real recordings with images that were not fused.
 
-Fuses every second image of each recording, at the given poses and at refined ones. Compares the mesh with
-the depth images in between, after aligning each with the mesh. `reconstruct` refines the poses with
+Fuses every second image of each recording, at its own poses and at refined poses. Compares the mesh with
+the depth images in between, after aligning each image with the mesh. `reconstruct` refines the poses with
 the directional map; the other maps use the same refined poses. Pictures show the meshes from the poses of two
 images. For recordings without a licence, results are only printed.
 
---voxblox PROGRAM also measures voxblox ("fast", with its carving) on the same images. PROGRAM is called
+--voxblox PROGRAM also measures voxblox on the same images, with its "fast" method and carving. PROGRAM is called
 as DIR VOXEL_M METHOD CARVE THREADS MESH.ply FIRST:LAST:STEP.
 """
 import json
@@ -41,7 +41,7 @@ def at_poses(folder, trajectory, to):
 
 
 def fuse(title, folder, voxel_mm, poses, mesh, options):
-    """Extracts the mesh of a map fused at the given or the refined poses. Returns the device, if known."""
+    """Extracts the mesh of a map fused at the recording's or the refined poses. Returns the device, if known."""
     mesh.unlink(missing_ok=True)
     trajectory = options.work / f"{folder.name}_poses.txt"
     if title == "voxblox":

@@ -1,9 +1,9 @@
-"""Shows that thin parts keep all their sides: 2 to 40 mm thick plates, or rods, with 20 mm voxels.
+"""Shows that plates, or rods, 2 to 40 mm thick keep all their sides with 20 mm voxels.
 
 Renders syn_plates.ply (or --model syn_rods) from all sides and reconstructs it with the directional and
 the undirected map. Measures how complete and accurate the two faces of each plate, or the four quarters
-of each rod, are. Fills thin.md, with two pictures. Exits with 0 only if the directional map keeps every side
-of all parts of 10 mm or more, and the undirected map does not.
+of each rod, are. Fills thin.md and renders two pictures for it. Exits with 0 only if the directional map
+keeps every side of all parts at least 10 mm thick, and the undirected map does not.
 """
 import numpy as np
 
@@ -13,7 +13,7 @@ from .ply import columns, read_ply
 
 FRAMES, VOXEL_MM = 300, 20.0
 SQUARE_M = 0.025         # edge of the squares into which a side is divided; a square with a point is covered
-INSET_M = 0.025          # width of the margin along the ends of a side that is not measured
+INSET_M = 0.025          # width of the margin at the ends of a side, which is not measured
 FACING_COSINE = 0.9      # a point belongs to a plate's face if their normals have at least this cosine
 LARGEST_OFFSET_M = 0.06  # a point farther from a side does not belong to it
 # A side is sound if at least this fraction of it is covered, and its mean offset is at most this large.
@@ -92,7 +92,7 @@ def parts_of(path):
 
 
 def measure(options, variant, parts):
-    """Returns rows of the table, whether all sides (except on the thinnest parts) are sound, and the device."""
+    """Returns rows of the table, whether all sides of the thicker parts are sound, and the device."""
     mesh, frames = options.work / f"{variant}.ply", options.work / "frames"
     report = reconstruct(options, frames, VOXEL_MM, MAPS[variant], mesh)
     run(options.programs / "evaluate_mesh", mesh, frames / "gt.ply", "--picture",

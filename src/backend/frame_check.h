@@ -1,4 +1,4 @@
-/// Validates frames and converts them to the types that the rules use; shared by both backends.
+/// Validates frames and converts them to the types used in src/kernels; shared by both backends.
 #pragma once
 
 #include <optional>
@@ -16,13 +16,13 @@ namespace dtsdf {
 std::optional<IntegrationResult> findProblem(const DepthFrame& frame, const MapperParams& params);
 std::optional<IntegrationResult> findProblem(const ColourFrame& frame, const MapperParams& params);
 
-/// Converts a frame for the rules. The local frame L has its origin at the camera's block.
+/// Converts a frame for src/kernels. The local frame L has its origin at the camera's block.
 /// @pre findProblem() found nothing.
 FrameView makeFrameView(const DepthFrame& frame, float voxel_size_m);
 FrameView makeFrameView(const ColourFrame& frame, float voxel_size_m);
 
-/// Converts the camera of a view for the rules. @throws std::invalid_argument for an invalid camera
-/// or pose, with the message of findProblem().
+/// Converts the camera of a view for src/kernels. @throws std::invalid_argument for an invalid
+/// camera or pose, with the message of findProblem().
 FrameView checkedFrameView(const RenderCamera& camera, const Eigen::Isometry3d& T_W_C,
                            const MapperParams& params);
 
@@ -31,8 +31,7 @@ void resizeView(const FrameView& frame, bool has_colours, RenderedView& view);
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
-/// Maximum number of blocks outside keptBallOf() that are dropped per frame, to limit the time that
-/// this takes.
+/// At most this many blocks outside keptBallOf() are dropped per frame, to limit its duration.
 constexpr size_t kMaxDroppedBlocks = 4096;
 
 /// The sphere with radius map/keep_radius_m, in voxels. After a frame, blocks entirely outside it

@@ -31,15 +31,15 @@ struct TouchedBlocks {
 /// Outcome of fusing a depth image.
 struct FrameOutcome {
   std::vector<EmptyBlock> empty;  ///< Blocks with arrays that are empty now.
-  std::vector<CubeMask> free;     ///< Cells found by seeFree(), in the order of its cubes, without
-                                  ///< cubes that have none.
+  std::vector<CubeMask> free;     ///< Cells found by seeFree(), in the order of its cubes; cubes
+                                  ///< without free cells are omitted.
 };
 
 /// What a colour image can paint.
 struct SeenColours {
   bool any = false;  ///< Whether it can paint anything.
   ExposureSums sums{};
-  std::vector<ColourRequest> requests;  ///< All missing bricks to paint, and perhaps existing ones.
+  std::vector<ColourRequest> requests;  ///< Colour bricks to create; some may already exist.
 };
 
 /// A view of the map to render.
@@ -57,8 +57,8 @@ struct TableChanges {
   const std::vector<NewBrick>* new_bricks = nullptr;  ///< New bricks to zero.
 };
 
-/// Meshing states of some blocks. `labels` contains, block by block, the labels of all units, but
-/// only for blocks that have labels.
+/// Meshing states of some blocks. `labels` contains the labels of all mesh units, block by block,
+/// for those blocks that have labels.
 struct MeshStates {
   std::vector<MeshState> states;
   PlainArray<UnitLabels> labels;
@@ -66,15 +66,15 @@ struct MeshStates {
 
 /// Upper bounds on the memory that a change to the table needs.
 struct MemoryDemand {
-  size_t new_blocks = 0, new_arrays = 0;  ///< Created by an admission.
+  size_t new_blocks = 0, new_arrays = 0;  ///< Numbers to create.
   size_t new_bricks = 0;
   bool has_colours = false;  ///< Whether the change adds or turns on colours.
   size_t changed = 0;        ///< Blocks that change in other ways, or move.
 };
 
-/// Computes the distances of a task's sectors. Runs concurrently with images and meshes. `squares`
-/// contains one entry per wanted sector. On entry, this is its old array if that may be
-/// overwritten, otherwise null; on return its new array, or null if no surface is near enough.
+/// Computes squared distances in the sectors of a task, concurrently with fusion and meshing.
+/// `squares` has one entry per wanted sector: on entry the sector's old array if it may be
+/// overwritten, otherwise null; on return the new array, or null if no surface is near enough.
 /// @return false if the host must compute the distances.
 using DistanceWork = std::function<bool(const DistanceTask& task,
                                         std::vector<std::shared_ptr<uint16_t[]>>& squares)>;
@@ -127,13 +127,14 @@ class MapBackend {
   virtual void seeFree(std::vector<Vec3i> cubes) = 0;
 
   /// Allocates what the following stages need for the blocks returned by lookUpBlocks(). Called
-  /// before these are admitted. @throws BackendError if memory runs out.
+  /// before the blocks are admitted. @throws BackendError if memory runs out.
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
   virtual void reserveFrame(const std::vector<int32_t>& in_view) = 0;
 
   /// Three stages, which a backend may combine: adds surfels to sums, folds sums into voxels, and
   /// lowers the evidence of voxels that the image contradicts. The last stage only runs if
-  /// clearsFreeSpace(). It also checks those untouched blocks in view for which isInTurn().
+  /// clearsFreeSpace(). It also checks untouched blocks in view, each in one of several frames
+  /// (isInTurn()).
   /// @param frame_number Counted from 1.
   /// @param in_view Slots of all blocks that may be in view, and possibly others.
   virtual void castFoldAndClear(uint64_t frame_number, const std::vector<int32_t>& in_view) = 0;
@@ -193,8 +194,8 @@ class MapBackend {
                                                 const RegionView& region) = 0;
 
   /// Copies voxels and colours into `contents`.
-  /// @param taken If not null, receives the meshing states of the slots. The slots lose these
-  /// states and their marks, so that they can be released.
+  /// @param taken If not null, receives the meshing states of the slots, which lose their states
+  /// and marks and can then be released.
   /// @throws BackendError if memory runs out; nothing is changed.
   virtual void copyOut(const ContentsOrder& order, MapContents& contents,
                        MeshStates* taken = nullptr) = 0;

@@ -31,8 +31,8 @@ void visitBricks(const BlockTable& table, const BlockEntry& entry, const Visit& 
 /// Contents that consist only of the settings of a mapper.
 MapContents contentsOf(MapperParams params, Rules rules);
 
-/// Converts blocks of a table to the format of MapContents, in the given order. Blocks without
-/// voxel arrays are left out, as only their meshes are still needed.
+/// Converts blocks of a table to the format of MapContents, in the order of `slots`. Leaves out
+/// blocks without voxel arrays, which stay in the table only until their empty meshes are reported.
 std::vector<MapBlock> mapBlocks(const BlockTable& table, const std::vector<int32_t>& slots);
 
 /// Finds the indices of the voxels and colours of the blocks in `slots`.

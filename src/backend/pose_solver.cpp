@@ -92,8 +92,8 @@ Matrix6d covarianceOf(const Matrix6d& information, double voxel_size_m) {
 /// these, the iteration ends on convergence.
 constexpr int kFallingSteps = 6, kMaxSteps = 12;
 
-/// Cutoff of a step. It starts at the maximum distance of an alignment, and its excess over the
-/// final cutoff is halved in each step.
+/// Cutoff of a step. It starts at rules.reach, and its excess over the final cutoff is halved in
+/// each step.
 float cutoffAt(int step, const AlignmentRules& rules) {
   if (step >= kFallingSteps || rules.reach < rules.cutoff) return rules.cutoff;
   return rules.cutoff + std::ldexp(rules.reach - rules.cutoff, -step);

@@ -15,7 +15,7 @@ namespace dtsdf {
 /// Returns the sums over all points of the image at a pose.
 using SumsAtPose = std::function<AlignmentSums(const FrameView& view, float cutoff)>;
 
-/// Result for a frame that was not aligned: its own pose with the covariance of the prior.
+/// Result for a frame that was not aligned: its input pose with the covariance of the prior.
 Alignment unalignedPose(const DepthFrame& frame, const PosePrior& prior,
                         const AlignmentRules& rules, float voxel_size_m);
 

@@ -10,17 +10,17 @@ enum class Stage {
   kAlign,        ///< Alignment of an image.
   kSense,        ///< Image noise, inverse depth, row fits and free depth.
   kMakeSurfels,  ///< Merged pixels, column fits and surfels.
-  kFindBlocks,   ///< Blocks that surfels touch, and which blocks and arrays the map lacks.
-  kSeeFree,      ///< Cells that are free according to the image.
-  kAdmit,        ///< New blocks and arrays, and their memory.
+  kFindBlocks,   ///< Finding the blocks that surfels touch, and those that the map lacks.
+  kSeeFree,      ///< Finding the cells that are free according to the image.
+  kAdmit,        ///< Creating blocks and arrays, and allocating their memory.
   kCast,         ///< Casting, folding and clearing of the touched blocks.
   kClear,        ///< Clearing of other blocks in view, and dropping of distant blocks.
   kPaint,        ///< Painting of a colour image.
-  kRender,       ///< A view of the map.
-  kIndex,        ///< Blocks to mesh again, and the marching-cubes cases of their units.
-  kMake,         ///< Vertices and triangles.
+  kRender,       ///< Rendering a view of the map.
+  kIndex,        ///< Selecting blocks to mesh, and computing their marching-cubes cases.
+  kMake,         ///< Computing vertices and triangles.
   kReturn,       ///< Collecting the meshes that changed.
-  kFindCells,    ///< Surface cells, which the new meshes pass through.
+  kFindCells,    ///< Finding the cells through which the new meshes pass.
 };
 constexpr int kStageCount = static_cast<int>(Stage::kFindCells) + 1;
 

@@ -1,4 +1,4 @@
-/// Converts settings to the types that the rules use; shared by both backends.
+/// Converts settings to the types used in src/kernels; shared by both backends.
 #pragma once
 
 #include "backend/rules.h"
@@ -12,7 +12,7 @@
 
 namespace dtsdf {
 
-/// Whether surfels are cast into the grid: in all of the paper's modes except voxel projection.
+/// Whether surfels are cast into the grid. True for all fusion modes except voxel projection.
 inline bool castsSurfels(const MapperParams& params) {
   return params.fusion.mode != FusionMode::kVoxelProjection;
 }

@@ -1,4 +1,4 @@
-/// The parameters of all rules. Values other than the defaults are for experiments only.
+/// The parameters of the rules in src/kernels. Other values than the defaults are for experiments.
 #pragma once
 
 #include "dtsdf_mapping/params/param_set.h"

@@ -112,8 +112,8 @@ inline void BlockIndexer::findCandidates() {
   for (int i = 0; i < kGridCorners; ++i) candidate_[i] = possibleLeaders(unit[i]) != 0;
 }
 
-/// Labels the rows that contain a candidate: a unit that can hold a surface. Directions observed
-/// only in other units of the row are skipped, as those units cannot hold a surface.
+/// Labels the rows that contain a candidate, that is, a unit that can contain a surface. Skips
+/// directions that are observed only in other units of the row.
 inline void BlockIndexer::labelRows(const MeshSettings& rules, bool directional,
                                     UnitLabels* labels) {
   static_assert(kLanes == kBlockSide, "a row must fill the lanes");

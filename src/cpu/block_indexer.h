@@ -1,4 +1,5 @@
-/// The stage "index" for one block on the CPU: labels its units and places vertices on their edges.
+/// The stage "index" for one block on the CPU: labels its mesh units with marching-cubes cases, and
+/// places vertices on their edges.
 #pragma once
 
 #include <cstddef>
@@ -48,13 +49,13 @@ class EdgeSet {
   uint64_t bits_[kWords] = {};
 };
 
-/// Indexes one block at a time. Each thread needs its own instance, as it contains buffers.
+/// Processes one block at a time. Each thread needs its own instance, as it contains buffers.
 class BlockIndexer {
  public:
   /// Labels a block's units, before regularisation.
   /// @param arrays The voxel arrays of the block and its neighbours.
   /// @param labels Receives one per unit; empty if all units are empty.
-  /// @param vertices Receives a vertex for each edge that a unit's sheet crosses, sorted by edge.
+  /// @param vertices Receives a vertex for each edge that a unit's surface crosses, sorted by edge.
   void index(const MeshSettings& rules, const ArraysAround& arrays, bool directional,
              std::vector<UnitLabels>& labels, std::vector<BlockVertex>& vertices);
 
@@ -71,7 +72,7 @@ class BlockIndexer {
   bool hasCandidates() const;
   uint32_t directionsOn(int edge) const;
 
-  /// The voxel arrays of each corner block, by direction.
+  /// The voxel arrays, by direction, of the blocks that hold corners of the units.
   const Voxel* const* corner_arrays_[kCornerBlocks] = {};
   uint32_t present_ = 0;  ///< Bit d: some corner block has an array of direction d.
   /// For each corner block, bit d: some of its samples of direction d may be nonzero.

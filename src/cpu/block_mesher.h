@@ -86,7 +86,7 @@ class BlockMesher {
     uint64_t changed = 0, repainted = 0, indexed = 0, made = 0;
     int32_t min_evidence = 0;                ///< Minimum evidence used for the labels.
     std::vector<UnitLabels> labels;          ///< One per unit; empty if all units are empty.
-    std::vector<BlockVertex> vertices;       ///< On the edges of sheets, only during an update.
+    std::vector<BlockVertex> vertices;       ///< On edges that surfaces cross; for updates only.
     std::vector<Vec3f> normals;              ///< One per vertex, if meshes are refined.
     std::unique_ptr<const BlockMesh> shown;  ///< For viewMesh(); null if empty or not yet computed.
   };
@@ -116,7 +116,7 @@ class BlockMesher {
   }
   void show(int32_t slot, std::unique_ptr<const BlockMesh> mesh);
 
-  /// Indexes blocks whose labels are out of date.
+  /// Updates labels and vertices of those blocks whose labels are out of date.
   void indexBlocks(std::vector<int32_t> slots, bool with_vertices);
 
   /// Selects the blocks at offset(0) to offset(count - 1) from each changed block, and sorts all
@@ -146,8 +146,8 @@ class BlockMesher {
   /// Slots that were marked. Some may have lost the mark or their block since.
   std::vector<int32_t> dirty_, painted_;
   std::atomic<size_t> held_bytes_{0};  ///< Memory of all slots' labels and shown meshes.
-  uint32_t update_ = 0;                ///< Counts the calls of update().
-  uint64_t indexings_ = 0;
+  uint32_t update_ = 0;                ///< Counts the calls to update().
+  uint64_t indexings_ = 0;             ///< Counts the calls to indexBlocks().
   int32_t min_evidence_ = 0;
   bool has_colours_ = false;    ///< See keepColours().
   bool renders_views_ = false;  ///< If views were rendered, updates also maintain `shown`.

@@ -22,7 +22,7 @@ int endSharedUnit(int offset) { return offset > 0 ? 1 : kBlockSide; }
 
 }  // namespace
 
-/// Computes cornerBalance() of all corners. Loops over units, as most units are empty.
+/// Computes cornerBalance() of all corners. Loops over units, most of which are empty and skipped.
 void BlockSurface::computeBalances(const LabelNeighbourhood& labels) {
   std::fill(balance_, balance_ + kGridCorners, int8_t{0});
   for (int n = 0; n < kBlocksAround; ++n) {

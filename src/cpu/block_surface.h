@@ -23,7 +23,7 @@ std::vector<Vec3f> vertexNormals(const ArraysAround& arrays,
 class BlockSurface {
  public:
   /// Regularises the block's units and finds the edges of their triangles.
-  /// @pre Some unit of the block is not empty.
+  /// @pre At least one unit of the block is not empty.
   void regularise(const LabelNeighbourhood& labels);
 
   /// Computes the vertices and triangles of the regularised units. Marks triangles that span a gap.

@@ -1,5 +1,5 @@
 /// The stages "cast" and "fold" for one block on the CPU: they add a frame's surfels to the block's
-/// sums, and fold the sums into the block's voxels.
+/// sums, and merge the sums into the block's voxels.
 #pragma once
 
 #include "cpu/find_blocks.h"

@@ -89,7 +89,8 @@ class RowJudge {
     return any(judged);
   }
 
-  /// Computes judgedOrigin() for each voxel. Anchors only need to be unpacked for covered voxels.
+  /// Sets the places at which voxels are tested to judgedOrigin(). Anchors only need to be unpacked
+  /// for covered voxels.
   void findOrigins(const VoxelRow& voxels, int row, const LaneInts& covered) {
     const auto put = [&](int x, const Vec3f& origin) {
       place_x_[x] = origin.x;
@@ -108,7 +109,8 @@ class RowJudge {
     }
   }
 
-  /// Moves the places from the origins to the feet, except those of covered or empty voxels.
+  /// Moves the places of voxels that are neither covered nor empty to their feet (footOf()), the
+  /// points at which these voxels' distances put the surface.
   void moveToFeet(const VoxelRow& voxels, int row, const LaneInts& covered) {
     const LaneFloats judged_sdf = select(covered, LaneFloats(0.0f), voxels.sdf());
     if (!any(bitsOf(judged_sdf))) return;

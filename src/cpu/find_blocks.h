@@ -10,13 +10,13 @@
 
 namespace dtsdf {
 
-/// The data required to cast a surfel. They fill one cache line, as the surfels of a block are
+/// The data required to cast a surfel. Fits in one cache line, as the surfels of a block are
 /// scattered in memory.
 struct alignas(64) StoredLine {
   SampleLine line;
   float weight[3];     ///< One per direction.
   uint8_t directions;  ///< One bit each.
-  bool has_sides;      ///< See BlockFinder::sides(); narrow pixels have no sides.
+  bool has_sides;      ///< See BlockFinder::sides(); false for narrow pixels.
 };
 static_assert(sizeof(StoredLine) == 64, "");
 
@@ -42,7 +42,7 @@ class BlockFinder {
 
   /// The line of a surfel; undefined if the surfel has no weight.
   const StoredLine& line(uint32_t surfel) const { return lines_[surfel]; }
-  /// The sides of a surfel; undefined unless line(surfel).has_sides.
+  /// The sides of a surfel's pixel; undefined unless line(surfel).has_sides.
   const MeasuredSides& sides(uint32_t surfel) const { return sides_[surfel]; }
 
   /// Memory used by lines, sides and surfel lists; the rest is small.

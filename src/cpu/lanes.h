@@ -17,7 +17,7 @@ constexpr int kLanes = 8;
 
 template <class T>
 struct Lanes {
-  typedef T Vector __attribute__((vector_size(32)));  // not `using`, in which GCC ignores this
+  typedef T Vector __attribute__((vector_size(32)));  // with `using`, GCC ignores the attribute
   Vector v;
 
   // cppcheck-suppress uninitMemberVar  ; like an int or a float

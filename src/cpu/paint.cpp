@@ -96,7 +96,7 @@ void drawRows(const SurfacePiece* pieces, int count, int32_t width, float* hidin
   }
 }
 
-/// Draws each piece as drawSurface() does. May rewrite up to kCells cells after the image.
+/// Draws each piece as drawSurface() does. May rewrite up to kCells cells past the end.
 void drawPieces(const SurfacePiece* pieces, int count, int32_t width, float* hiding_m) {
   withWidestVectors([&] { drawRows(pieces, count, width, hiding_m); });
 }
@@ -242,7 +242,7 @@ void Painter::findPoints(CpuMap& map, BlockView& block, float* hiding_m) const {
   });
 }
 
-/// Each thread draws into its own depth image. Finally, the first one receives the minimum of all.
+/// Each thread draws into its own depth image. At the end, the first receives the minimum of all.
 void Painter::findPoints(CpuMap& map) {
   const int32_t width = cellsFor(sensing_.view.frame.width);
   const int32_t height = cellsFor(sensing_.view.frame.height);

@@ -13,7 +13,7 @@
 
 namespace dtsdf {
 
-/// The key in a pixel, which other threads may be changing.
+/// Reads the key of a pixel that other threads may be changing.
 inline ViewKey drawnAt(const ViewKey& pixel) { return __atomic_load_n(&pixel, __ATOMIC_RELAXED); }
 
 /// Draws a key unless the pixel already contains a nearer one. Thread-safe.

@@ -65,8 +65,8 @@ void findPatchMaxima(const FrameView& frame, const float* free_depth, int first_
   }
 }
 
-/// Estimates the noise from each quartile of the variances of lines, given as a histogram. @pre
-/// There is at least one line.
+/// Estimates the noise from each quartile of the lines' variances, given as a histogram. @pre There
+/// is at least one line.
 NoiseOfLines noiseOf(const uint32_t (&lines_in_bin)[kNoiseBins], uint32_t lines) {
   NoiseOfLines noise{{}, lines};
   uint32_t up_to = lines_in_bin[0];  // lines in bins up to `bin`
@@ -127,8 +127,8 @@ void FrameSensor::invertDepths(const DepthFrame& frame) {
   });
 }
 
-/// Estimates the noise from lines. Steps run in parallel, as each counts different kinds of lines.
-/// Lines whose middle is not measured are skipped.
+/// Estimates the noise from lines of pixels. Lines with different steps between their pixels are
+/// processed in parallel. Skips lines whose middle is not measured.
 DepthNoise FrameSensor::estimateNoise(const FrameView& view) const {
   NoiseOfLines kinds[kNoiseKinds] = {};
   const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };

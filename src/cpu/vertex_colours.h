@@ -13,8 +13,8 @@ namespace dtsdf {
 /// less than `min_evidence` count as unknown.
 ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t min_evidence);
 
-/// Computes the colours of a block's vertices. The midpoint of a side gets the mean colour of the
-/// ends.
+/// Computes the colours of a block's vertices. The midpoint of a triangle's side gets the mean
+/// colour of the side's ends.
 std::vector<VertexColour> vertexColours(ColouredCorners corners,
                                         const std::vector<BlockVertex>& vertices, bool directional);
 

@@ -15,7 +15,7 @@ struct VoxelRow {
   LaneInts sdf_units, anchor, state;
 
   explicit VoxelRow(const Voxel* voxels) {
-    LaneInts::Vector first, last;  // words alternate between distance with anchor, and state
+    LaneInts::Vector first, last;  // even words: distance and anchor; odd words: state
     static_assert(sizeof(first) + sizeof(last) == kBlockSide * sizeof(Voxel), "");
     std::memcpy(&first, voxels, sizeof(first));
     std::memcpy(&last, voxels + kLanes / 2, sizeof(last));

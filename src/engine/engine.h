@@ -54,7 +54,7 @@ class Engine : public ProbedMapper {
     uint64_t refused = 0, dropped = 0;
     uint64_t frames = 0;                 ///< Frames fused, including those that only clear.
     uint64_t supporting_frames = 0;      ///< Frames that touched a block.
-    std::optional<RegionView> kept;      ///< Sphere to keep; none after dropBeyond().
+    std::optional<RegionView> kept;      ///< Sphere outside which to drop blocks, if any.
     Exposure exposure = sameExposure();  ///< Gains of the last colour image.
     bool has_colours = false;            ///< Whether anything was painted.
 
@@ -68,7 +68,7 @@ class Engine : public ProbedMapper {
     /// anywhere.
     std::optional<std::vector<FrameView>> changed_in{std::in_place};
     std::vector<MarkedKey> waiting;        ///< Blocks left for the next part of an extraction.
-    std::vector<MarkedKey> undone;         ///< Blocks to mesh again, as some could not be loaded.
+    std::vector<MarkedKey> undone;         ///< Blocks to mesh again, as loading failed for some.
     PackedKey next_turn = 0;               ///< First block of the next part.
     bool has_moved_in_background = false;  ///< Whether blocks moved since the last frame.
   };

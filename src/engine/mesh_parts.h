@@ -31,8 +31,8 @@ using MarkedKey = std::pair<PackedKey, MeshMarks>;
 std::vector<PackedKey> blocksAround(std::vector<PackedKey> keys);
 std::vector<PackedKey> keysOf(const std::vector<MarkedKey>& marked);
 
-/// Sorts blocks for meshing, grouped by coarse cell. The order starts at `first` and wraps around,
-/// so that every block is meshed eventually, even if the camera keeps changing other blocks.
+/// Sorts blocks for meshing, grouped by cell (BlockCells). Starts at `first` and wraps around, so
+/// that every block is meshed eventually, even if the camera keeps changing other blocks.
 void sortForTurns(std::vector<MarkedKey>& marked, PackedKey first);
 
 /// Adds the meshes of a part to those of earlier parts. For a block with meshes in both, the mesh

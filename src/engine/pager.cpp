@@ -53,8 +53,8 @@ constexpr int kFramesAhead = 24, kFramesBetween = 3;
 /// Blocks are read ahead once in this many frames, and after frames that moved blocks.
 constexpr uint64_t kFramesBetweenReads = 3;
 
-/// Distance from the centre of a coarse cell's middle block to the cell's farthest corner, in
-/// voxels.
+/// Distance from the centre of the middle block of a coarse cell (BlockCells) to the cell's
+/// farthest corner, in voxels.
 constexpr float kCellReach = 0.8661f * static_cast<float>((BlockCells::kSide + 1) * kBlockSide);
 
 BlockKey middleOf(const BlockCells::Cell& cell) {
@@ -316,8 +316,8 @@ void Pager::noteFrame(const DepthFrame& frame, const FrameView& view, bool has_m
 }
 
 /// Blocks on disk in the coarse cells that will be in view if the camera's motion continues, sorted
-/// by when they are needed; possibly more than can be loaded. Also notes that cells in memory that
-/// will be in view are needed.
+/// by when they are needed; possibly more than can be loaded. Also marks cells in memory that will
+/// be in view as needed.
 std::vector<PackedKey> Pager::keysAhead(DepthFrame ahead) {
   const size_t most =
       spareBytes(budget_bytes_) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);

@@ -70,7 +70,7 @@ class Pager {
   /// Blocks in memory and on disk that may be in view, up to a depth, nearest first.
   std::vector<PackedKey> keysInView(const FrameView& view, float radius, float max_depth_m) const;
 
-  /// Whether blocks on disk may be in view; checks only their coarse cells.
+  /// Whether blocks on disk may be in view; checks only their coarse cells (BlockCells).
   bool mayShow(const FrameView& view, float radius) const;
 
   /// Blocks on disk that may be inside a region, or that lie outside a sphere.
@@ -79,8 +79,8 @@ class Pager {
 
   // ---- Reading ahead.
 
-  /// Notes that a depth image was fused, so that the blocks in its view stay in memory, and that
-  /// blocks that will come into view if the camera's motion continues are read ahead.
+  /// Notes that a depth image was fused. Blocks in its view stay in memory, and blocks that will
+  /// come into view if the camera's motion continues are read ahead.
   void noteFrame(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks);
 
   /// Called between frames. Loads some of the blocks read ahead, and evicts some blocks that are
@@ -107,7 +107,7 @@ class Pager {
   /// Adds the blocks on disk to the contents, and sorts all blocks by key.
   void addBlocksTo(MapContents& contents) const;
 
-  /// Copies voxels and colours from memory and disk into `contents`, whose list of blocks is given.
+  /// Copies voxels and colours of the blocks listed in `contents` from memory and disk.
   /// Damaged blocks are filled with 0 and dropped from the map.
   /// @throws std::runtime_error if the disk cannot be read.
   void copyWords(MapBackend& backend, MapContents& contents);
@@ -131,15 +131,15 @@ class Pager {
   BlockTable& table_;
   const size_t budget_bytes_, batch_bytes_;
   PagedBlocks blocks_;
-  uint64_t now_ = 1;                 ///< Counts the calls of require() and noteFrame().
-  uint64_t no_writes_before_ = 0;    ///< Nothing is written until now_ has this value.
+  uint64_t now_ = 1;                 ///< Counts the calls to require() and noteFrame().
+  uint64_t no_writes_before_ = 0;    ///< Nothing is written until now_ reaches this value.
   std::vector<uint64_t> last_need_;  ///< Per slot, the value of now_ when it was last needed.
   std::optional<Eigen::Isometry3d> T_W_C_before_;  ///< Pose of the last frame.
   std::optional<DepthFrame> ahead_of_;       ///< Frame from which to read ahead (without pixels).
   std::optional<Eigen::Isometry3d> motion_;  ///< Motion from the previous frame; none after a jump.
   std::vector<PackedKey> ahead_;             ///< Blocks read ahead; those needed first come first.
   size_t next_ahead_ = 0, blocks_per_frame_ = 0;  ///< Next in ahead_; number to load per frame.
-  uint64_t kept_since_ = 0;     ///< moveBetweenFrames() keeps blocks needed at this now_ or after.
+  uint64_t kept_since_ = 0;     ///< Value of now_ since which needed blocks are kept.
   uint64_t ahead_made_at_ = 0;  ///< Value of now_ when ahead_ was computed.
   std::vector<PackedKey> dropped_;
   uint64_t frames_ = 0, written_ = 0, read_ = 0;

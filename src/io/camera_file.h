@@ -45,8 +45,7 @@ Eigen::MatrixXd readMatrixFile(const std::string& path, int rows, int columns,
 /// matrix is not a rigid motion, as when tracking was lost.
 std::optional<Eigen::Isometry3d> rigidMotion(const Eigen::Matrix4d& matrix);
 
-/// The camera with the given matrix of intrinsics, whose first two rows begin with fx 0 cx and 0 fy
-/// cy.
+/// The camera with these intrinsics; the matrix's first two rows begin with fx 0 cx and 0 fy cy.
 /// @throws std::runtime_error that begins with `place`, if a number is not finite or a focal length
 /// is not positive.
 CameraInfo cameraOfMatrix(const Eigen::MatrixXd& matrix, int width, int height,

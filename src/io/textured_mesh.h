@@ -12,7 +12,7 @@ namespace dtsdf {
 
 /// A texture image and the triangles that use it.
 struct TexturePage {
-  size_t triangles;  ///< Number of triangles, after those of the previous page.
+  size_t triangles;  ///< Number of its triangles; they follow the previous page's.
   std::string png;   ///< Content of its PNG file.
 };
 

@@ -41,8 +41,7 @@ class PoseCorrection {
 
   /// The corrected poses that have an effect.
   std::vector<StampedPose> used() const;
-  /// The largest displacement of a corrected pose: the larger of its distance in metres and its
-  /// angle in radians.
+  /// The largest change of any corrected pose, in metres or radians, whichever number is greater.
   double farthest() const;
   /// Stamp of the last corrected pose.
   double last_s() const { return anchors_.back().stamp_s; }

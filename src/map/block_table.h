@@ -28,7 +28,7 @@ struct BlockEntry {
   int32_t array[kDirectionCount];
   bool in_use;
   bool is_vacant;        ///< Whether it lost its last array in vacate() but is not released yet.
-  uint32_t extractions;  ///< Number of extractions begun before the block was created.
+  uint32_t extractions;  ///< Number of mesh extractions begun before its creation.
 };
 
 /// Directions for which a block has arrays: bit d for direction d.

@@ -141,8 +141,8 @@ DTSDF_HD VertexColour colourAround(const ColouredCorners& corners, int edge, boo
 /// of directions; `colour(direction, upper)` and `sample(direction, upper)` return a direction's
 /// colour and sample at the edge's lower or upper end.
 ///
-/// Only painted directions that cross the edge with the vertex's facing are used; if there are
-/// none, all painted directions in `asked` are used. A voxel's colour is that of its foot
+/// Only painted directions that cross the edge and face the same way as the vertex are used; if
+/// there are none, all painted directions in `asked` are used. A voxel's colour is that of its foot
 /// (surface_point.h), so in a crossing direction the colour is interpolated at the zero of the
 /// distance, which is assumed to be linear. Samples are read only where a direction is painted.
 template <class ColourAt, class SampleAt>

@@ -1,4 +1,4 @@
-/// Casts a surfel into a frame's sums, in either of the paper's two ray casting modes.
+/// Adds a surfel to a frame's sums along a line, in either of the paper's two ray casting modes.
 #pragma once
 
 #include "kernels/core/direction.h"

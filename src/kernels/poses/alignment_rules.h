@@ -7,8 +7,8 @@
 namespace dtsdf {
 
 struct AlignmentRules {
-  /// Minimum number of points in the grid, if the image has that many pixels. With more points, the
-  /// map's own error dominates.
+  /// Minimum number of points taken from an image, if it has that many pixels. With more points,
+  /// the map's own error dominates.
   int32_t points = 4800;
   /// Half width of the window in which a point's plane is fitted, in pixels.
   int32_t window_px = 3;

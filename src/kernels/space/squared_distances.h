@@ -1,6 +1,6 @@
 /// Computes squared distances from cells to the nearest cell with a surface, up to a maximum
 /// distance, as minima along x, then y, then z (Saito and Toriwaki, Pattern Recognition 27, 1994).
-/// They are integers, so the order of computation does not matter.
+/// The distances are integers, so the order of computation does not matter.
 #pragma once
 
 #include "kernels/space/cells.h"

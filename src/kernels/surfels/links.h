@@ -4,7 +4,7 @@
 /// - The pixels have the same depth, to within the noise plus a voxel.
 /// - The surface is steep: a neighbouring step in the line and the steps in both adjacent lines are
 ///   similar, without an allowance for noise. Next to a depth edge, the steps in the line differ;
-///   at a mixed pixel, the steps in the adjacent lines differ.
+///   at a mixed pixel (one that averages two surfaces), the steps in the adjacent lines differ.
 /// - The surface curves out of sight: the step is much smaller than the jump behind it. Mixed
 ///   pixels are rarely that close to the surface in front.
 #pragma once

@@ -19,8 +19,8 @@ Pixels encodedAndDecoded(const Pixels& pixels) {
 }
 
 // Encoded by hand: 2 zeros, 3 non-zeros, 1 zero, 0 non-zeros. The non-zeros differ from their
-// predecessors by +5, -1 and +1, encoded as 10 (two nibbles, a and 1), 1 and 2. Together, the
-// nibbles 2 3 a 1 1 2 1 0 form the word 0x23a11210.
+// predecessors by +5, -1 and +1. These differences are encoded as 10 (nibbles a and 1), 1 and 2.
+// Together, the nibbles 2 3 a 1 1 2 1 0 form the word 0x23a11210.
 TEST(Rvl, DecodesAnExampleEncodedByHand) {
   EXPECT_EQ(decode({0x10, 0x12, 0xa1, 0x23}, 6), (Pixels{0, 0, 5, 4, 5, 0}));
 }

@@ -15,7 +15,7 @@ class TumFramesTest : public testing::Test {
     options_.format = "tum";
   }
 
-  /// Reads all frames. @return Their indices, which writeTumFolder() stores in the first pixels.
+  /// Reads all frames. @return Their indices; all pixels of frame i are 1000 * (i + 1).
   std::vector<int> readIndices(FrameSource& source) const {
     std::vector<int> indices;
     while (const auto frame = source.next()) {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kCount = 8;
 
-/// The error in pose i of the lap: a rotation and a sideways shift that grow with i.
+/// The error in the pose of image i, a rotation and a sideways shift that grow with i.
 Eigen::Isometry3d drift(int i) {
   Eigen::Isometry3d T(Eigen::AngleAxisd(0.002 * i, Eigen::Vector3d::UnitZ()));
   T.translation() = Eigen::Vector3d(0.0, 0.01 * i, 0.0);
@@ -37,7 +37,7 @@ class JournalOfALap : public testing::Test {
     return poses;
   }
 
-  /// Waits until all records have been written to the file, then starts a refusion.
+  /// Waits until all records have been written to the file, then starts to fuse all images again.
   Refusion refusionOf(const std::vector<StampedPose>& poses) {
     EXPECT_TRUE(journal_.written().get());
     return Refusion(journal_.path(), journaledParams(), {journal_.count(), poses});

@@ -81,7 +81,7 @@ TEST(PoseCorrection, UnmovedPosesStayBitIdentical) {
   EXPECT_NE(correction.correct(1.1, fused[11].T_W_C).matrix(), fused[11].T_W_C.matrix());
 }
 
-// A SLAM system may provide poses for times between images: here, 0.04 s (4 cm) after an image.
+// A SLAM system may provide poses for times between images. Here, one is 0.04 s after an image.
 TEST(PoseCorrection, APoseBetweenImagesCorrectsThemToo) {
   const std::vector<StampedPose> fused = straightPath(20);
   Eigen::Isometry3d T_W_C = pose(0.54, 0.0, 0.27);
@@ -131,8 +131,8 @@ TEST(PoseCorrection, RefusesInvalidCorrections) {
   EXPECT_NE(errorOf([&] { PoseCorrection({{0.0, fused[0].T_W_C}}, {}); }), "");
 }
 
-// The corrected path may contain poses of images that were not fused. Poses of such images are
-// ignored, since the fused path at their stamps is unknown (here, a zigzag).
+// The corrected path may contain poses of images that were not fused. Such poses are ignored,
+// since the fused path at their stamps is unknown. Here, it is a zigzag.
 TEST(PoseCorrection, PosesOfDroppedImagesAreIgnored) {
   std::vector<StampedPose> path;
   for (int i = 0; i < 20; ++i) path.push_back({0.1 * i, pose(0.1 * i, 0.2 * (i % 2), 0.05 * i)});

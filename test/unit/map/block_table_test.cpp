@@ -164,8 +164,8 @@ TEST(BlockTable, VacatingUnderRandomLoadLosesNothing) {
   EXPECT_EQ(table.bytesInUse(), 0u);
 }
 
-/// If no extraction has included a vacated block, it can be released at once. Other vacated blocks
-/// are kept until a mesh update.
+/// A vacated block that was never extracted can be released at once. Other vacated blocks are kept
+/// until a mesh update.
 TEST(BlockTable, DistinguishesUnmeshedVacantBlocks) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x01}});
@@ -180,8 +180,8 @@ TEST(BlockTable, DistinguishesUnmeshedVacantBlocks) {
   EXPECT_EQ(table.takeVacant(), std::vector<int32_t>{seen});
 }
 
-/// A block that was emptied and refilled before an extraction is included in it. If the block is
-/// emptied again during that extraction, it is kept until the next extraction.
+/// An extraction includes blocks that were emptied and refilled before. If such a block is emptied
+/// again during the extraction, it is kept until the next extraction.
 TEST(BlockTable, RefilledBlocksAreReportedVacantAgain) {
   BlockTable table(kPlenty);
   table.admit({{keyOf(1), 0x01}});

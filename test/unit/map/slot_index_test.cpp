@@ -61,7 +61,7 @@ TEST(SlotIndex, FollowsInsertionsAndErasures) {
   }
 }
 
-/// Keys are inserted and erased as by a map that keeps only the blocks near a moving camera.
+/// Keys are inserted and erased as in a map that keeps only the blocks near a moving camera.
 TEST(SlotIndex, ReusesTheMemoryOfErasedKeys) {
   constexpr int32_t kKept = 20, kApart = 8;
   const auto key_at = [](int32_t step) { return packKey({step * kApart, 0, 0}); };

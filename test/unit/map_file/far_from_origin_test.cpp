@@ -60,7 +60,7 @@ struct ReadMesh {
   std::vector<std::array<uint32_t, 3>> triangles;
 };
 
-/// Assembles the mesh from the chunks of mesh_blocks, as a subscriber does.
+/// Assembles the mesh from the chunks of the topic mesh_blocks, as a subscriber does.
 ReadMesh assembledFromChunks(const MeshStore& store) {
   constexpr int kChunkBlocks = 4;
   const ChunkLattice lattice(store.voxelSize(), kChunkBlocks);
@@ -129,7 +129,7 @@ TEST_P(FarFromOrigin, ChunksAreAsGoodAsNearby) {
                measure(assembledFromChunks(near.map()), near));
 }
 
-/// A mesh far from the map's origin equals the mesh nearby, except for the mesh's own origin.
+/// A mesh far from the map's origin matches a mesh near it, but its vertices have another origin.
 TEST_P(FarFromOrigin, NormalsAndTrianglesMatchThoseNearby) {
   const Mesh near = Wall(Vector3d::Zero()).map().assemble();
   const Mesh far = Wall(shift()).map().assemble();

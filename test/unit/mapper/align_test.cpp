@@ -102,7 +102,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Offset{{0.06, 0.06, -0.05}, 4.0}, Offset{{-0.06, 0.06, 0.053}, 0.0},
                     Offset{{0.0, 0.0, 0.0}, 8.0}, Offset{{0.0, 0.0, 0.0}, -8.0}));
 
-/// Errors that a wall does not constrain stay; all others are corrected.
+/// A wall does not constrain shifts along it or rotations about its normal. Such errors stay; all
+/// others are corrected.
 TEST(Align, AWallConstrainsThreeDegreesOfFreedom) {
   Session session(makeCpuParams());
   mapFrom(session, wall(), wallPose());
@@ -243,8 +244,8 @@ TEST(PoseRefiner, LeavesCorrectPosesUnchanged) {
   EXPECT_TRUE(refiner.T_W_O().isApprox(Isometry3d::Identity(), 1e-12));
 }
 
-/// At the input pose, the image fits all walls but one, and the alignment from there is off by
-/// centimetres.
+/// An alignment that starts at the input pose ends centimetres off, but the image fits at the
+/// previous pose.
 TEST(PoseRefiner, AlsoTriesThePreviousPose) {
   Session session(makeCpuParams());
   mapFrom(session, corner(), cornerPose());

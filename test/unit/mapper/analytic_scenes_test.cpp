@@ -47,8 +47,8 @@ void expectValidMesh(const Mesh& mesh) {
   for (const Vec3f& n : mesh.normals) ASSERT_NEAR(norm(n), 1.0f, 1e-4f);
 }
 
-/// Checks that vertex normals point into free space. Slivers at a border that are smaller than the
-/// rounding step of anchors may have any orientation.
+/// Checks that vertex normals point into free space. Tiny triangles at a border may have any
+/// orientation, since the measured points to which vertices are drawn there are rounded.
 void expectNormalsFaceFreeSpace(const Mesh& mesh, const Scene& scene) {
   size_t wrong = 0;
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
@@ -60,8 +60,8 @@ void expectNormalsFaceFreeSpace(const Mesh& mesh, const Scene& scene) {
   EXPECT_LE(wrong, mesh.vertices_m.size() / 5000) << "of " << mesh.vertices_m.size();
 }
 
-/// Six views of a tilted plane, up to 1.6 m away. Point-to-plane distances are exact, so only
-/// rounding remains. In a directional map, this includes the rounding of anchors, which attract
+/// Six views of a tilted plane, up to 1.6 m away. Point-to-plane distances are exact except for
+/// rounding. In a directional map, anchors are rounded, too. These are measured points that attract
 /// vertices at the edge of the measured surface. Projective distances are off by up to half a
 /// pixel's step in depth, 8 mm for pixels 6 mm wide and a plane inclined by 60 degrees. The limits
 /// also allow for interpolation errors.
@@ -84,9 +84,9 @@ TEST_P(AnalyticScenes, TiltedPlane) {
 }
 
 /// A ball with a radius R of 20 voxels, viewed from all sides. At a distance r from the point of
-/// contact, a tangent plane is off by r^2 / (2 R): 0.05 at sqrt(2) voxels, where the weight has
-/// fallen to 0. Projective distances grow without bound where rays graze the ball, and the
-/// undirected map uses no normals that would lower the weights of grazing views.
+/// contact, a tangent plane is off by r^2 / (2 R). This is 0.05 at sqrt(2) voxels, where the weight
+/// has fallen to 0. Projective distances grow without bound where rays graze the ball. The
+/// undirected map uses no normals, so it cannot lower the weights of grazing views.
 TEST_P(AnalyticScenes, Ball) {
   const Vector3d centre(0.13, -0.07, 0.21);
   Scene scene;
@@ -135,9 +135,9 @@ double areaWithin(const Mesh& mesh, const Eigen::AlignedBox3d& box) {
   return area;
 }
 
-/// A floor in a single image, 0.15 m below the camera and 2 to 2.7 m ahead: on the floor, pixels
-/// are 4 to 5 mm wide but 53 to 97 mm (3 to 5 voxels) long. Without subdivision they would leave
-/// holes.
+/// A floor in a single image, 0.15 m below the camera and 2 to 2.7 m ahead. On the floor, pixels
+/// are 4 to 5 mm wide but 53 to 97 mm (3 to 5 voxels) long. If they were not subdivided, they would
+/// leave holes.
 TEST(GrazingView, LeavesNoHolesInAFloor) {
   Scene scene;
   scene.add(Plane{Vector3d::Zero(), Vector3d::UnitZ()});
@@ -173,7 +173,7 @@ TEST(Wall, HasNoHolesAtAnyPixelWidth) {
   }
 }
 
-/// A wire one column of pixels wide, in front of a wall.
+/// A wire one pixel wide, in front of a wall.
 TEST(ThinWire, IsMappedFromOneColumnOfPixels) {
   const double wire_m = 0.008;
   Scene scene;
@@ -187,7 +187,7 @@ TEST(ThinWire, IsMappedFromOneColumnOfPixels) {
   ASSERT_LT(hits, 120);  // the number of rows
   const Mesh mesh = reconstruct(makeCpuParams(), frames);
   const Eigen::AlignedBox3d around(Vector3d(1.4, -0.05, -0.25), Vector3d(1.6, 0.05, 0.25));
-  // In the mesh, the wire is narrower, since anchoring attracts vertices to the column.
+  // In the mesh, the wire is narrower, since vertices are drawn to its measured points.
   EXPECT_GT(areaWithin(mesh, around), 0.4 * wire_m);
   EXPECT_LT(measureError(mesh, scene).max_m, 1.5 * kSceneVoxel_m);
 }
@@ -224,7 +224,7 @@ TEST_P(ClosedBall, HasNoBoundary) {
 }
 
 /// Casting along view rays into the directional map is not tested, since the mesh then lacks some
-/// triangles with any number of views.
+/// triangles, however many views there are.
 INSTANTIATE_TEST_SUITE_P(Modes, ClosedBall,
                          testing::Values(Mode{FusionMode::kVoxelProjection, true},
                                          Mode{FusionMode::kVoxelProjection, false},

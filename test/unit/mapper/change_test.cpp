@@ -140,7 +140,7 @@ class MinSupport : public testing::TestWithParam<int> {
 };
 
 /// The first frame is meshed immediately. From the second frame on, if min_support is 2, a surface
-/// visible in only one frame is removed until a second frame supports it.
+/// visible in only one frame disappears until a second frame supports it.
 TEST_P(MinSupport, AppliesFromTheSecondFrame) {
   const bool one_is_enough = GetParam() == 1;
   see(true);

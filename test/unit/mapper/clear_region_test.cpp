@@ -96,7 +96,7 @@ TEST_P(ClearRegion, EmptiesExactlyTheVoxelsInside) {
         const Voxel& voxel = block.voxels[d][i];
         const bool inside = isIn(GetParam().region, positionOf(block.key, static_cast<int>(i)));
         const Voxel now = is_there ? found->second.voxels[d][i] : Voxel{};
-        // Remembered free space is lost when the last distance of an array is removed.
+        // An array without distances is removed, with its evidence of free space.
         const bool is_gone = inside || (!is_there && isEmpty(voxel));
         const Voxel expected = is_gone ? Voxel{} : voxel;
         ASSERT_EQ(now.state, expected.state);

@@ -30,7 +30,7 @@ std::vector<SceneFrame> noisyFrames(const Scene& scene, const Vector3d& eye_W, i
 
 /// Noise of 6 mm, with 5 mm voxels. If only samples within 1.75 voxels of a point were updated, the
 /// 15 % of depths with larger errors would form separate surfaces. The actual limit grows with the
-/// noise, so only the few depths off by more than the truncation distance do so.
+/// noise, so only the few depths off by more than the truncation distance form such surfaces.
 TEST(NoisyWall, AveragesToOneSurface) {
   constexpr float kVoxel_m = 0.005f, kNoise = 0.006f;
   Scene scene;
@@ -70,8 +70,8 @@ TEST(NoisyWall, LosesMostSmallPiecesNearby) {
   EXPECT_GT(rest[0], all[0] * 49 / 50) << "of " << all[0];
 }
 
-/// Two walls that meet 4 m in front of the camera, with noise of 48 mm. Windows wide enough for
-/// this noise mix the normals of both walls. Casting along mixed normals would shift the edge.
+/// Two walls that meet 4 m in front of the camera, with noise of 48 mm. Normals fitted in windows
+/// wide enough for this noise mix both walls. Updating voxels along them would shift the edge.
 TEST(NoisyWall, KeepsAnEdgeInPlace) {
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(0.8, 0.1, 1.0).normalized()});

@@ -292,8 +292,8 @@ TEST(PoseTracker, DoesNotFuseAnUnmappedSecondImage) {
   EXPECT_EQ(tracking.fused(), 1u);
 }
 
-/// Walls and floor constrain five of the six degrees of freedom. The camera may drift along the
-/// corridor, which the covariance reflects.
+/// Walls and floor constrain five of the six degrees of freedom. The pose may drift along the
+/// corridor, and the covariance must show this.
 TEST(PoseTracker, ACorridorLeavesItsAxisUnconstrained) {
   Scene corridor;
   corridor.add(Plane{{0.0, 1.0, 0.0}, -Vector3d::UnitY()});

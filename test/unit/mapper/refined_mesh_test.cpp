@@ -65,8 +65,8 @@ Mesh verticesBeside(const Mesh& mesh, const Mesh& other) {
   return beside;
 }
 
-/// The mesh is closed across units and blocks, even at a distance of one kilometre, where positions
-/// are rounded to 2^-14 m.
+/// The mesh is closed across blocks, even one kilometre from the origin, where positions are
+/// rounded to 2^-14 m.
 TEST_P(RefinedMesh, OfABallIsClosed) {
   for (const Vector3d& centre : {Vector3d(0.13, -0.07, 0.21), Vector3d(1000.13, -700.07, 30.21)}) {
     const std::vector<SceneFrame> frames = framesAround(

@@ -12,8 +12,8 @@ namespace {
 constexpr int kCellLog2 = 10;
 constexpr int kCell = 1 << kCellLog2;
 
-/// A grid of `side` x `side` cells, each 256 steps wide, at a height of z steps. It faces up or
-/// down.
+/// A grid of `side` x `side` squares at height z, each 256 wide, in packed units. It faces up if
+/// `faces` is 1, and down if it is -1.
 PackedChunk gridChunk(std::array<int64_t, 3> origin, int side, int z, float faces) {
   PackedChunk chunk;
   chunk.origin = origin;
@@ -70,8 +70,8 @@ std::set<std::array<double, 3>> placesOf(const PackedChunk& chunk, double step) 
   return places;
 }
 
-/// The vertices lie below the face between the two chunks, in cells that begin below the upper
-/// chunk.
+/// All vertices lie just below the border between the two chunks. Their large cells begin below the
+/// upper chunk.
 TEST(CoarseChunk, MeetsItsNeighbourDespiteLargeCells) {
   constexpr int kVoxel = 512, kSide = 32 * kVoxel, kMargin = 2 * kVoxel, kBelow = 154;
   const int lower_z = kSide + kMargin - kBelow, upper_z = kMargin - kBelow;
@@ -83,8 +83,8 @@ TEST(CoarseChunk, MeetsItsNeighbourDespiteLargeCells) {
   }
 }
 
-/// Both chunks have vertices on the face between them, and their origins are not multiples of the
-/// cell size.
+/// Both chunks have vertices on the border between them. The chunks' origins are not multiples of
+/// the cell size.
 TEST(CoarseChunk, MeetsItsNeighbour) {
   const PackedChunk left = coarsen(gridChunk({100, 300, 0}, 16, 1500, 1.0f), kCellLog2);
   const PackedChunk right = coarsen(gridChunk({100 + 16 * 256, 300, 0}, 16, 1500, 1.0f), kCellLog2);

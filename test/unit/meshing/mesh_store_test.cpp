@@ -112,8 +112,8 @@ TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
       << "vertices next to corners should move outwards";
 }
 
-/// Sheets with holes everywhere, stacked or in one long strip, so that outlines extend over several
-/// pieces.
+/// Surfaces with holes everywhere, stacked or in one long strip. Outlines extend over several of
+/// the pieces in which MeshStream returns the mesh.
 TEST(MeshStore, IsTheSameInPieces) {
   for (const Vec3i& blocks : {Vec3i{6, 6, 50}, Vec3i{200, 3, 1}}) {
     MeshStore store(kVoxelSize);
@@ -172,8 +172,8 @@ TEST(MeshStore, AssemblyKeepsTheTwoFacingsApart) {
   }
 }
 
-/// Anchoring may move a border vertex past the opposite side of its triangle. The facing then
-/// decides which side of the triangle is its front.
+/// A border vertex that is moved to its measured point may pass the opposite side of its triangle.
+/// The facing of the vertex then decides which side of the triangle is the front.
 TEST(MeshStore, NormalsOfFoldedTrianglesAreFlipped) {
   BlockMesh block = planeBlock({0, 0, 0}, 3.5f);
   ASSERT_FLOAT_EQ(block.vertices[0].position.x, 0.0f);
@@ -183,7 +183,8 @@ TEST(MeshStore, NormalsOfFoldedTrianglesAreFlipped) {
   for (const Vec3f& n : store.assemble().normals) EXPECT_FLOAT_EQ(n.z, 1.0f);
 }
 
-/// Beyond 64 m, vertices are relative to the centre of the mesh, rounded to a metre.
+/// If a mesh extends more than 64 m from the map's origin, its vertices are relative to its own
+/// centre, rounded to whole metres.
 TEST(MeshStore, MeshesFarAwayHaveTheirOwnOrigin) {
   const auto meshOf = [](std::vector<int> xs) {
     MeshStore store(0.125f);  // 1 m blocks

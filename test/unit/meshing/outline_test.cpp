@@ -1,4 +1,5 @@
-// Tests how outlines are smoothed, which holes and cracks are closed, and which crumbs are removed.
+// Tests how outlines are smoothed, which holes and cracks are closed, and which crumbs (small loose
+// pieces) are removed.
 #include "meshing/mend.h"
 
 #include <gtest/gtest.h>
@@ -158,8 +159,8 @@ TEST(Outline, StaysWhereOutlinesMeet) {
   EXPECT_EQ(distance(smoothed(outline, 0, positions), positions[0]), 0.0f);
 }
 
-/// Midpoints of sides do not count as steps, so a refined outline is smoothed as much as a plain
-/// outline.
+/// Midpoints of sides do not count as neighbours, so a refined outline is smoothed as much as a
+/// plain outline.
 TEST(Outline, MidpointsAreNotSteps) {
   Sheet sheet;
   for (uint32_t x = 0; x < kColumns; ++x) {

@@ -1,5 +1,5 @@
-// Tests the allocation of runs of units in a file: no unit is allocated twice, and freed runs are
-// reused.
+// Tests the allocation of runs of consecutive units in a file. No unit is allocated twice, and
+// freed runs are reused.
 #include "page/free_runs.h"
 
 #include <gtest/gtest.h>

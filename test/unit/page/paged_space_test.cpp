@@ -22,7 +22,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStepsOut = 45;  ///< Number of frames on the way out, and again on the way back.
+constexpr int kStepsOut = 45;  ///< Number of frames in each direction.
 
 /// Pose i of a camera that moves along a corridor and back, facing alternately left and right of
 /// the direction of motion.

@@ -87,7 +87,7 @@ const RoomRecording& tour() {
   return recording;
 }
 
-/// Options for what a tour does besides fusing.
+/// What a tour does besides fusing depth images.
 struct TourOptions {
   int mesh_every = 3;  ///< Frames between mesh updates; 0 means one update at the end.
   bool painted = false;
@@ -120,7 +120,7 @@ size_t bytesOfMeshes(const MeshUpdate& update) {
   return bytes;
 }
 
-/// A mapper that is taken on a tour, and the mesh assembled from its updates.
+/// A mapper that fuses the images of a tour, and the mesh assembled from its updates.
 class Tour {
  public:
   Tour(const TourOptions& options, const MapperParams& params)

@@ -21,8 +21,8 @@ ParamTree treeOf(Rules rules) {
   return writer.tree;
 }
 
-/// Each key sets exactly one rule parameter. All rule parameters have four bytes. One of them has
-/// no key, since a setting determines it.
+/// Each key sets exactly one rule parameter. All rule parameters have four bytes, and all but one
+/// have a key. The one without a key is computed from a setting.
 TEST(Rules, EachKeySetsOneNumber) {
   const ParamTree defaults = treeOf(Rules());
   EXPECT_EQ(defaults.size() + 1, sizeof(Rules) / sizeof(float));

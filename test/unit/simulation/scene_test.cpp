@@ -97,7 +97,7 @@ TEST(SceneProperty, HitsLieOnTheSurface) {
   }
 }
 
-/// No surface is nearer than the distance, and a step of that length reaches a surface.
+/// No surface is nearer than the returned distance, and one is exactly that far away.
 TEST(SceneProperty, DistancesAreTight) {
   std::mt19937 random(8);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
@@ -131,8 +131,8 @@ TEST(SceneRender, LookAtFollowsTheOpticalFrame) {
   EXPECT_TRUE((T_W_C * Vector3d(0, 1, 0)).isApprox(Vector3d(1, 2, 2))) << "y should point down";
 }
 
-/// Rendering skips pixels outside a shape's bounds in the image; these must not cut off any part of
-/// it.
+/// Rendering skips pixels outside a shape's bounds in the image. The bounds must not cut off any
+/// part of the shape.
 TEST(SceneRender, EqualsSingleRays) {
   std::mt19937 random(9);
   std::uniform_real_distribution<double> coordinate(-1.2, 1.2);

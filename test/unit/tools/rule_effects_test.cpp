@@ -71,7 +71,7 @@ bool areEqual(const Mesh& a, const Mesh& b) {
          std::equal(a.vertices_m.begin(), a.vertices_m.end(), b.vertices_m.begin(), same);
 }
 
-/// Sets the `wanted`-th rule parameter visited to an end of its range.
+/// Sets the rule parameter with the number `wanted` to an end of its range.
 struct NumberSetter {
   int wanted;
   bool to_greatest;

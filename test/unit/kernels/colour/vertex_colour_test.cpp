@@ -41,7 +41,7 @@ TEST(VertexColour, UsesThePaintedEnd) {
   EXPECT_EQ(ends.colour(0).blue, 200);
 }
 
-/// A plate thinner than a voxel: both of its sides cross the same edge, with opposite facings.
+/// Both sides of a plate thinner than a voxel cross the same edge, facing opposite ways.
 TEST(VertexColour, EachSideHasItsOwnColour) {
   Ends ends;
   ends.lower[0] = {{-0.5f, 1.0f}, kRed};
@@ -58,7 +58,7 @@ TEST(VertexColour, WithoutACrossingIgnoresOppositeDirections) {
   Ends ends;
   ends.lower[2] = {{0.5f, 1.0f}, kRed};
   ends.upper[2] = {{0.6f, 1.0f}, kRed};
-  ends.lower[1] = {{0.5f, 5.0f}, kBlue};  // X- points against the facing
+  ends.lower[1] = {{0.5f, 5.0f}, kBlue};  // X- is opposite to the facing
   EXPECT_EQ(ends.colour(0).red, 200);
   EXPECT_EQ(ends.colour(0).blue, 0);
 }

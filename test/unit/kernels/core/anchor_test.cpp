@@ -44,8 +44,9 @@ TEST(Anchor, DitheringIsUnbiased) {
   }
 }
 
-/// The distance to the foot is measured along the surface, not across it: a point 0.9 voxels below
-/// the corner, at the foot itself, counts as nearer than a point 0.4 voxels beside the corner.
+/// The foot is the base of the perpendicular from the corner to the surface. Distances to the foot
+/// are measured along the surface. So a point 0.9 voxels below the corner, here the foot itself, is
+/// nearer than a point 0.4 voxels beside the corner.
 TEST(PointKey, TheGreatestIsNearestToTheFoot) {
   const uint32_t foot = keyOf({0.0f, 0.0f, -0.9f}, 0.9f), beside = keyOf({0.4f, 0.0f, 0.0f}, 0.0f);
   EXPECT_GT(foot, beside);

@@ -10,8 +10,8 @@
 namespace dtsdf {
 namespace direction_test {
 
-/// The set contains each direction whose cosine exceeds the threshold exactly once, together with
-/// its cosine.
+/// Each direction whose cosine exceeds the threshold is in the set exactly once. Its weight is
+/// that cosine.
 TEST(Direction, SetsFollowTheThreshold) {
   std::mt19937 random(5);
   for (int i = 0; i < 20000; ++i) {

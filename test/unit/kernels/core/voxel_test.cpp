@@ -41,7 +41,7 @@ TEST(VoxelSums, QuantisedDistancesAreClamped) {
 }
 
 /// The worst case for one voxel: every pixel of the largest image adds the maximum distance, with
-/// twice the maximum weight (an upper bound for rounded subpixels).
+/// twice the maximum weight. Even a subdivided pixel adds less.
 TEST(VoxelSums, WorstCaseDoesNotOverflow) {
   const int64_t weight = 2 * quantiseWeight(1.0f), sdf = quantiseSdf(1.0f);
   const int64_t limit = std::numeric_limits<int64_t>::max();

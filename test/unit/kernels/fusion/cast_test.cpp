@@ -1,4 +1,4 @@
-// Compares the direction along which a surfel is cast with its definition.
+// Checks the direction along which a surfel is cast against the definition of that direction.
 #include "kernels/fusion/cast.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ Vec3f rayOnto(const Vec3f& normal, std::mt19937& random) {
   return 80.0f * ray;
 }
 
-/// No other displacement of the point by one voxel across the surface has a smaller Mahalanobis
+/// No other displacement that moves the point one voxel off the surface has a smaller Mahalanobis
 /// distance.
 TEST(LikelyDirection, MinimisesTheMahalanobisDistance) {
   std::mt19937 random(1);

@@ -41,8 +41,8 @@ TEST(Evidence, AVoxelWithoutEvidenceBecomesEmpty) {
   EXPECT_FALSE(isEmpty(contradictedVoxel(makeVoxel(-0.75f, 12345, 3), 1, kUncovered, kRules)));
 }
 
-/// If a frame covers the voxel but looks through its anchor, the evidence also drops by the amount
-/// that a support adds.
+/// A frame that covers the voxel, but sees through its anchor (a measured point), also takes back
+/// the evidence of one supporting frame.
 TEST(Evidence, ContradictionsOfCoveredVoxelsCostMore) {
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 24), 1, kCovered, kRules)), 19);
   EXPECT_EQ(evidenceOf(contradictedVoxel(makeVoxel(0.5f, 1, 3), 1, kCovered, kRules)), -2);
@@ -61,8 +61,8 @@ TEST(Evidence, FreeSpaceEvidenceSaturates) {
   EXPECT_EQ(evidenceOf(voxel), -24);
 }
 
-/// The required evidence is what one, two or three supporting frames leave after one contradiction:
-/// 1, 4 or 7.
+/// The required evidence is what remains after one, two or three supporting frames and one
+/// contradiction: 1, 4 or 7.
 TEST(MinEvidence, AllowsOneContradiction) {
   constexpr uint64_t kMany = uint64_t{1} << 40;
   EXPECT_EQ(minEvidence(1, kMany, kRules), 1);

@@ -44,8 +44,8 @@ class FreeSpaceImage {
   std::vector<float> free_depth_;
 };
 
-/// The margin is half a voxel plus three standard deviations, measured along the normal of the
-/// plane.
+/// A ray is free up to a margin before the surface. The margin is half a voxel plus three standard
+/// deviations, measured along the normal of the plane.
 TEST(FreeDepth, EndsAMarginBeforeThePlane) {
   for (const float sigma : {0.0f, 0.005f}) {
     for (const auto& n :
@@ -90,7 +90,7 @@ TEST(FreeDepth, IsZeroWithinTheMargin) {
   for (const int v : {40, 43, 46}) EXPECT_EQ(image.freeDepthAt(30, v), 0.0f);
 }
 
-/// The voxel array of a block in one direction.
+/// The voxels of a block for one of the six directions.
 struct Array {
   Voxel voxel[kVoxelsPerBlock] = {};
 
@@ -114,8 +114,8 @@ void expectNear(const Vec3f& a, const Vec3f& b) {
                                 << " " << b.z;
 }
 
-/// The foot is the base of the perpendicular from the voxel to the plane, in each of the plane's
-/// directions and even at the block's corners.
+/// A voxel's foot is the base of the perpendicular from the voxel to the plane. It is found in each
+/// direction in which the plane is stored, even at the block's corners.
 TEST(Foot, LiesOnThePerpendicular) {
   std::mt19937 random(31);
   std::uniform_real_distribution<double> offset(-3.0, 12.0);
@@ -134,7 +134,8 @@ TEST(Foot, LiesOnThePerpendicular) {
   }
 }
 
-/// One neighbour per axis is enough. Without any neighbours, the axis of the direction is used.
+/// One measured neighbour per axis is enough to find the foot. Without any neighbours, the foot is
+/// sought along the axis of the direction.
 TEST(Foot, ToleratesMissingNeighbours) {
   Array array([](const Vec3f& p) { return 0.6 * p.x + 0.8 * p.y - 6.0; });
   const Vec3f foot{3.6f, 4.8f, 4.0f};  // 1.8 + 3.2 - 6 = -1 at (3, 4)
@@ -192,8 +193,8 @@ TEST_F(SeesThrough, NeedsFreeNeighbourPixels) {
   }
 }
 
-/// A point's own pixel decides on which side of an outline it lies, even if the surface is visible
-/// in a neighbouring pixel.
+/// A point whose own pixel is free lies outside an outline, even if the surface is visible in a
+/// neighbouring pixel.
 TEST_F(SeesThrough, OwnPixelDecidesAtAnOutline) {
   for (int v = 0; v < 9; ++v) {
     for (int u = 0; u < 4; ++u) at(u, v) = 0.9f;
@@ -230,15 +231,15 @@ TEST(Judge, BothSidesOfAWallAreJudgedAlike) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 0.5)), kWall), 0u);  // hidden
 }
 
-/// An empty voxel is contradicted if it and the next voxel are free. An image of a wall at 1.04 m
-/// shows free space up to 1.03 m, so it contradicts the layers at 0.96, 0.98 and 1.00 m.
+/// An empty voxel is contradicted if it and the next voxel along the ray are free. An image of a
+/// wall at 1.04 m shows free space up to 1.03 m, so the layers at 0.96, 0.98 and 1.00 m count.
 TEST(Judge, EmptyVoxelsAreJudgedAtTheirPosition) {
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 3.0)), Array()), 512u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 1.04)), Array()), 3u * 64u);
   EXPECT_EQ(contradicted(FreeSpaceImage(plane(0, 0, 1, 0.9)), Array()), 0u);
 }
 
-/// A voxel that the frame covers is tested at its anchor.
+/// A voxel that the frame covers is tested at its anchor (a measured point), others at their feet.
 TEST(Judge, CoveredVoxelsAreJudgedByTheirAnchors) {
   Array wall = kWall;
   Voxel& voxel = wall(3, 3, 3);
@@ -265,8 +266,8 @@ FrameView randomFrame(std::mt19937& random) {
   return frame;
 }
 
-/// Feet are up to 16 voxels away from their voxels, the greatest distance that a voxel can hold.
-/// Two in three are placed at the border of the image.
+/// Each voxel is up to 16 voxels away from its foot, the greatest distance that a voxel can store.
+/// Two of three feet are at the border of the image.
 TEST(MayBeInView, NeverMissesAFootInTheImage) {
   std::mt19937 random(32);
   std::uniform_real_distribution<float> share(0.0f, 1.0f);

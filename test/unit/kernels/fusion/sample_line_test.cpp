@@ -65,9 +65,9 @@ std::map<VoxelId, LineSample> samplesOf(const SampleLine& line) {
   return samples;
 }
 
-/// The expected fraction of the surfel's weight at a voxel, in double precision: the squared
-/// bilinear weight where the line crosses the voxel's grid plane normal to the dominant axis, times
-/// the closeness to the measured plane.
+/// The expected fraction of the surfel's weight at a voxel. It is the squared bilinear weight where
+/// the line crosses the voxel's grid plane normal to the dominant axis, times a factor that falls
+/// linearly with the distance from the measured plane.
 double expectedShare(const Cast& cast, const Vec3i& voxel) {
   const double d[3] = {cast.direction.x, cast.direction.y, cast.direction.z};
   const double offset[3] = {voxel.x - double(cast.p.x), voxel.y - double(cast.p.y),

@@ -41,8 +41,8 @@ TEST(FoldSums, UnmeasuredVoxelsAreUnchanged) {
   EXPECT_TRUE(isEmpty(foldSums(kEmpty, VoxelSums{}, 1.0f, kFusion)));
 }
 
-/// Over several frames, the distance is the mean of the mean distances per frame, weighted by
-/// coverage, which is capped at 1.
+/// The distance is the mean of the frames' mean distances. Each frame is weighted by its coverage
+/// of the voxel, capped at 1.
 TEST(FoldSums, GivesTheWeightedMean) {
   std::mt19937 random(9);
   std::uniform_real_distribution<float> distance(-1.0f, 1.0f), weight(0.01f, 0.1f);
@@ -102,7 +102,7 @@ TEST(FoldSums, GreatestMaximumWeightFits) {
   EXPECT_NEAR(sdfOf(voxel), 0.5f, 1e-4f);
 }
 
-/// The far fringe of a surfel is averaged, but gives no evidence of a surface.
+/// A voxel that a surfel hardly covers is updated, but gets no evidence of a surface.
 TEST(FoldSums, LowCoverageIsAveragedWithoutSupport) {
   const float least = kFusion.rules.support_share;
   const Voxel fringe = fold(kEmpty, 0.5f, 0.9f * least);
@@ -152,12 +152,12 @@ TEST(FoldAnchor, StartsAtTheFirstMeasuredPoint) {
   EXPECT_NEAR(offset.z, 0.0f, 0.055f);
 }
 
-/// A point is weighted by its frame's weight times (1 - t)^2, where t is its distance from the foot
-/// in voxels. Here, 0.9^2 competes with 0.5^2.
+/// A point is weighted by its frame's weight times (1 - t)^2, where t is its distance in voxels
+/// from the foot, the base of the voxel's perpendicular to the surface. Here, t is 0.1 or 0.5.
 TEST(FoldAnchor, NearPointsCountMore) {
   const auto meanX = [](float first, float second, float second_weight) {
     double sum = 0.0;
-    for (int i = 0; i < 400; ++i) {  // slightly different weights give different dithers
+    for (int i = 0; i < 400; ++i) {  // slightly different weights vary the rounding
       const float scale = 1.0f - 1e-4f * static_cast<float>(i);
       Voxel voxel = foldPoint(kEmpty, 0.0f, scale, {first, 0.0f, 0.0f});
       voxel = foldPoint(voxel, 0.0f, second_weight * scale, {second, 0.0f, 0.0f});

@@ -60,7 +60,7 @@ TEST(EdgeVertex, IsExactForQuadraticDistances) {
     edge.lower[0] = {-0.5f * sign, 1.0f};
     edge.upper[0] = {0.75f * sign, 1.0f};
     EXPECT_NEAR(offsetOn(edge, 1, facing), 0.4f, 1e-6f);
-    edge.below[0] = {-1.25f * sign, 1.0f};  // one second difference is enough
+    edge.below[0] = {-1.25f * sign, 1.0f};  // the second difference at one end is enough
     EXPECT_NEAR(offsetOn(edge, 1, facing), exact, 1e-6f);
     edge.above[0] = {2.5f * sign, 1.0f};
     EXPECT_NEAR(offsetOn(edge, 1, facing), exact, 1e-6f);
@@ -69,8 +69,8 @@ TEST(EdgeVertex, IsExactForQuadraticDistances) {
   }
 }
 
-/// The distance is 0 at the lower end, rises, and falls to -0.1 at the upper end. A second
-/// direction crosses zero in the middle of the edge, so the mean is at a quarter.
+/// The distance is 0 at the lower end, rises, and falls to -0.1 at the upper end. The distance
+/// in a second direction is 0 in the middle of the edge, so the mean is at a quarter.
 TEST(EdgeVertex, IsFiniteIfTheLowerEndIsZero) {
   EdgeSamples edge = {};
   edge.below[5] = {-0.9f, 1.0f};
@@ -82,7 +82,7 @@ TEST(EdgeVertex, IsFiniteIfTheLowerEndIsZero) {
   EXPECT_NEAR(offsetOn(edge, 2, 1), 0.25f, 1e-6f);
 }
 
-/// The edge passes through a wall, whose two sides have opposite facings.
+/// The edge passes through a wall, whose two sides face opposite ways.
 TEST(EdgeVertex, SeparatesTheSidesOfAWall) {
   EdgeSamples edge = {};
   edge.lower[0] = {-0.7f, 2.0f};  // the side that faces X+ is at 0.7

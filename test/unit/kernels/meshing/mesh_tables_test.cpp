@@ -51,9 +51,8 @@ TEST(MeshTables, RimsRunCounterClockwiseSeenFromTheFront) {
   }
 }
 
-/// For every labelling of their twelve corners, two units with a common face traverse each segment
-/// on it in opposite directions. So the surfaces of neighbouring units join without gaps or
-/// overlaps.
+/// For every labelling of their twelve corners, two neighbouring cubes traverse each segment on
+/// their common face in opposite directions. So their surfaces join without gaps or overlaps.
 TEST(MeshTables, NeighboursAgreeOnTheirSharedFace) {
   for (int axis = 0; axis < 3; ++axis) {
     const int bit = 1 << axis;

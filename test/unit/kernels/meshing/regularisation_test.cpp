@@ -9,7 +9,7 @@
 namespace dtsdf {
 namespace regularisation_test {
 
-/// A cube of mesh units. Units outside it contain no surface and do not count.
+/// A cube of mesh units, each with eight voxels as its corners. Other units contain no surface.
 class Units {
  public:
   explicit Units(int side) : side_(side), labels_(static_cast<size_t>(side * side * side)) {}
@@ -40,9 +40,9 @@ UnitLabels single(int index) {
   return labelsOfSheets(static_cast<unsigned>(index), static_cast<unsigned>(index));
 }
 
-/// Eight units surround a corner. For `behind` of them, the corner is behind the surface; for
-/// `in_front` of them, it is in front. Both follow the majority; a tie counts as in front. The
-/// remaining units do not count and stay unchanged.
+/// Eight units surround a corner. `behind` units label the corner as behind the surface, and
+/// `in_front` units label it as in front. All of them adopt the label of the majority, or "in
+/// front" in a tie. The remaining units have no vote and stay unchanged.
 TEST(Regularisation, TheMajorityDecidesACorner) {
   for (int behind = 0; behind <= 8; ++behind) {
     for (int in_front = 0; behind + in_front <= 8; ++in_front) {

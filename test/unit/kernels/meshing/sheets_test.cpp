@@ -1,4 +1,4 @@
-// Tests the sheets found in single mesh units from samples of known surfaces.
+// Tests which surfaces (sheets) are found in a mesh unit, a cube with eight voxels as corners.
 #include "kernels/meshing/sheets.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-/// Fills mesh units with samples of planes, as fusion would produce them.
+/// Fills mesh units (cubes with eight voxels as corners) with samples of planes, as fusion would.
 #pragma once
 
 #include <random>

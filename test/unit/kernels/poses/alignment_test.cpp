@@ -20,8 +20,8 @@ FrameView camera() {
   return view;
 }
 
-/// The distance field of a plane in direction Z-; its front faces smaller z. Distances are known up
-/// to `band` voxels from the plane.
+/// The distance field of a plane that faces -z, stored for direction Z-. Distances are known up to
+/// `band` voxels from the plane.
 struct PlaneField {
   float z = 50.0f, band = 3.0f;
   Voxel operator()(int direction, const Vec3i& at) const {

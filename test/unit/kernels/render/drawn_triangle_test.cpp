@@ -34,7 +34,7 @@ void forEachCovered(const DrawnTriangle& drawn, const Visit& visit) {
 }
 
 /// A sheet of small triangles that extends beyond the image on all sides. Many corners lie exactly
-/// on pixels.
+/// on pixel centres.
 TEST(DrawnTriangle, EachPixelOfASheetIsCoveredOnce) {
   const FrameView frame = cameraAtOrigin();
   constexpr int kSide = 40;

@@ -41,13 +41,13 @@ std::vector<bool> linksAlong(const std::vector<std::vector<float>>& rows, float 
 
 using Links = std::vector<bool>;
 
-/// With voxels of this size, the tolerance of a voxel covers rounding, but none of the steps below.
+/// Links tolerate steps of a voxel. This size covers rounding, but none of the steps below.
 constexpr float kSmallVoxel_m = 0.002f;
 Links linksWithSmallVoxels(const std::vector<std::vector<float>>& rows, bool down = false) {
   return linksAlong(rows, 0.0f, 0, down, kSmallVoxel_m);
 }
 
-/// A step of 0.02 1/m is within 3 sqrt(2) deviations of 0.005 1/m. For time of flight, a deviation
+/// A step of 0.02 1/m is less than 3 sqrt(2) times a noise of 0.005 1/m. For time of flight, noise
 /// of 5 mm in depth is only 0.00125 1/m at 2 m.
 TEST(Links, StepsWithinNoiseAreLinked) {
   const std::vector<float> step{0.5f, 0.5f, 0.48f, 0.48f};

@@ -45,8 +45,8 @@ class MergedImage {
   SurfaceImage image_;
 };
 
-/// The point lies on the plane at the centre of the square, with the plane's normal; the weight of
-/// a square is the sum of its pixels' weights.
+/// The surfel of a square lies on the plane at the square's centre and has the plane's normal. Its
+/// weight is the sum of the pixels' weights.
 TEST(PixelMerging, KeepsPlaneAndWeight) {
   const double n[3] = {0.3, -0.2, 1.0}, length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
   const double delta = 2.0;
@@ -86,8 +86,8 @@ TEST(PixelMerging, KeepsPlaneAndWeight) {
   }
 }
 
-/// A step in depth runs through patches and quads. If it is deeper than a voxel, squares across it
-/// or next to it are not merged, but all others are.
+/// A step in depth runs through squares of 4 x 4 and 2 x 2 pixels. If the step is deeper than a
+/// voxel, squares across it or next to it are not merged, but all others are.
 TEST(PixelMerging, DoesNotSpanAStep) {
   const int edge = 27;  // first column on the far side
   const double x_edge = (edge - 0.5 - kIntrinsics.cx) / kIntrinsics.fx;

@@ -17,8 +17,8 @@ constexpr Intrinsics kIntrinsics{35.0f, 36.0f, 19.3f, 14.8f};
 constexpr float kVoxel_m = 10.0f / 35.0f;  // a voxel is 10 pixels wide at 1 m
 const SurfelSettings kSurfels{2, 0.03f, SurfelRules(), 0};
 
-/// A relative rounding error of 6e-8 in 1 / z, divided by slopes of about 1 / (f z) per pixel,
-/// turns the normal by about f * 6e-8; this tolerance is about ten times as large.
+/// A relative rounding error of 6e-8 in 1 / z turns the normal by about f * 6e-8, where f is the
+/// focal length in pixels. This tolerance is about ten times as large.
 constexpr double kExact = 2e-5;
 
 struct Image {
@@ -78,7 +78,7 @@ std::vector<PixelPlane> planesOf(const Image& image, const SurfelSettings& surfe
   return planes;
 }
 
-/// The normals of all pixels; 0 where the fit along the row or column is missing.
+/// The normals of all pixels; 0 where no line was fitted along the row or column.
 std::vector<Vec3f> fitAll(const Image& image, const SurfelSettings& surfels = kSurfels) {
   std::vector<Vec3f> normals;
   for (const PixelPlane& plane : planesOf(image, surfels)) {

@@ -7,7 +7,7 @@
 #include <iostream>
 #include <vector>
 
-/// Depth in metres of a wall at 2 m and of the front of a box at 1.2 m, which is 0.5 m wide.
+/// Depth in metres of a wall at 2 m and of a square face of a box, 0.5 m wide, at 1.2 m.
 std::vector<float> renderBoxAndWall(const dtsdf::DepthFrame& frame) {
   std::vector<float> depth_m;
   for (int v = 0; v < frame.height; ++v) {

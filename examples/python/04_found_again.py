@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""04_found_again.py MAP RECORDING [EACH [FIRST]]: locates every EACH-th image (10), from
-image FIRST (0), in a saved map by its depth alone, and compares the pose with the recorded one.
+"""04_found_again.py MAP RECORDING [EACH [FIRST]]: locates every EACH-th image (default: 10),
+starting with image FIRST (default: 0), in a saved map, and compares the pose with the recorded one.
+Only depth is used.
 RECORDING:POSES reads recorded poses from a file."""
 import sys
 import time

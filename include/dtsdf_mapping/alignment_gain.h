@@ -6,20 +6,20 @@
 
 namespace dtsdf {
 
-/// Compares the random errors of the given poses with those of the alignments. Alignments of coarse
+/// Compares the random errors of the input poses with those of the alignments. Alignments of coarse
 /// or warped depth images, such as those of a phone, may scatter by a centimetre while odometry is
-/// smooth. Refined poses then follow the alignments only on average.
+/// smooth. A refined pose then moves only part of the way to its aligned pose.
 ///
-/// Third differences reveal independent errors, because smooth motion and drift hardly affect them.
-/// Third differences of the given poses bound the errors of the given poses. Third differences of
-/// the corrections contain the errors of given poses and alignments, so any excess comes from the
-/// alignments. Not thread safe.
+/// Third differences of a trajectory reveal independent errors, because smooth motion and drift
+/// hardly affect them. Third differences of the input poses bound the errors of these poses. Third
+/// differences of the corrections contain the errors of input poses and alignments, so any excess
+/// comes from the alignments. Not thread safe.
 class AlignmentGain {
  public:
-  /// Adds the next given pose (camera to odometry).
+  /// Adds the next input pose (camera to odometry).
   void addGiven(const Eigen::Isometry3d& T_O_C);
 
-  /// Adds the aligned pose (camera to map) of the image whose given pose was added last. @return
+  /// Adds the aligned pose (camera to map) of the image whose input pose was added last. @return
   /// whether the correction jumped, which invalidates earlier corrections.
   bool addAligned(const Eigen::Isometry3d& T_W_C);
 

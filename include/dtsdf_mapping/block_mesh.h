@@ -8,10 +8,10 @@
 
 namespace dtsdf {
 
-/// A mesh vertex, which lies on an edge of the grid. `edge` identifies the vertex within the block:
-/// ((index of the edge's lower corner) * 3 + axis) * 2 + facing. Corners are indexed over the 9 x 9
-/// x 9 corners of the block's mesh units, x fastest. If facing is 0, the lower end is behind the
-/// surface.
+/// A mesh vertex, which lies on an edge of a mesh unit, i.e. of a cube between eight voxels. `edge`
+/// identifies the vertex within the block: ((index of the edge's lower corner) * 3 + axis) * 2 +
+/// facing. Corners are indexed over the 9 x 9 x 9 corners of the block's mesh units, x fastest. If
+/// facing is 0, the edge's lower corner is behind the surface.
 ///
 /// A refined mesh (mesh/refine) also has vertices at the midpoints of triangle sides. The `edge` of
 /// a midpoint is 4374 + 4374 * a + b, where a < b are the `edge` values of the two ends of the

@@ -21,8 +21,8 @@ struct DepthFrame {
   float unit_m = 0.001f;              ///< Metres per unit of the raw value (1 for depth in metres).
   Intrinsics intrinsics{0, 0, 0, 0};  ///< Intrinsics of the rectified image.
   Eigen::Isometry3d T_W_C = Eigen::Isometry3d::Identity();  ///< Optical frame to map frame, metres.
-  /// Centre of the ball with radius map/keep_radius_m, in the map frame, in metres; the camera's
-  /// position if not set.
+  /// Point in the map frame, in metres, around which blocks within map/keep_radius_m are kept; the
+  /// camera's position if not set.
   std::optional<Eigen::Vector3d> keep_center_W;
 };
 

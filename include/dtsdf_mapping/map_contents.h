@@ -43,7 +43,7 @@ class PlainArray {
   size_t size_ = 0;
 };
 
-/// A block of the map, with the list of its voxel arrays and colour bricks.
+/// A block of the map: which voxel arrays and which colour bricks (of 4 x 4 x 4 voxels) it has.
 struct MapBlock {
   BlockKey key;         ///< Position of the block.
   uint32_t directions;  ///< Bit d: the block has voxels in direction d (X+, X-, Y+, Y-, Z+, Z-).
@@ -97,8 +97,8 @@ struct MapHead : MapOrigin {
 struct MapContents : MapHead {
   std::vector<MapBlock> blocks;  ///< Sorted by packed key, without duplicates; each has voxels.
   /// 512 words per voxel array, x fastest, in the order of blocks, then of directions. Bits 0 to 15
-  /// are the signed distance in units of 2^-11 voxels (two's complement), 16 to 31 the anchor, 32
-  /// to 39 the evidence, 40 to 63 the weight in units of 2^-16.
+  /// are the signed distance in units of 2^-11 voxels (two's complement), 16 to 31 the anchor
+  /// (docs/map_format.md), 32 to 39 the evidence, 40 to 63 the weight in units of 2^-16.
   PlainArray<uint64_t> voxels;
   /// 64 words per brick of 4 x 4 x 4 voxels, x fastest, in the order of blocks, directions and
   /// bricks. Bits 0 to 7 are red, 8 to 15 green, 16 to 23 blue, 24 to 31 the encoded weight. A word

@@ -23,7 +23,7 @@ void checkHead(const MapContents& head);
 
 /// Creates a mapper from the contents of another mapper, part by part. With map/page_folder, the
 /// map may be larger than map/max_memory_mb.
-/// @throws std::runtime_error like the other makeMapper(), and any error that `visit` throws.
+/// @throws std::runtime_error like makeMapper(params, contents), and any error that `visit` throws.
 std::unique_ptr<Mapper> makeMapper(const MapperParams& params, const MapParts& parts);
 
 }  // namespace dtsdf

@@ -174,8 +174,8 @@ class Mapper {
 
   /// Empties all voxels in a region, in every direction, and removes their colours. Voxel arrays
   /// and blocks that become empty are freed. The next mesh update contains the changes; an
-  /// extraction already under way may still contain the region. Frames fused afterwards may fill
-  /// the region again.
+  /// extraction already under way may still return surfaces in the region. Frames fused afterwards
+  /// may fill the region again.
   /// @throws std::invalid_argument for an invalid region (see findProblem()), leaving the map
   /// unchanged; PartlyCleared if blocks on disk cannot be read back; std::exception when the
   /// backend fails.
@@ -201,7 +201,7 @@ class Mapper {
 
   /// The free-space grid and the distances to surfaces; null without space/enabled. The object
   /// lives as long as the mapper. Each call adds the free cells of the frames fused so far, so call
-  /// this again after each frame. On a GPU, it waits for the last frame.
+  /// this again after each frame. On a GPU, the call waits for the last frame.
   /// @throws std::exception when the backend fails.
   virtual Space* space() { return nullptr; }
 

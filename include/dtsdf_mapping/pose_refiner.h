@@ -1,4 +1,4 @@
-/// Corrects the given poses of depth images, one after another, so that the images fit the map.
+/// Corrects the input poses of depth images, one after another, so that the images fit the map.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,16 +10,16 @@
 
 namespace dtsdf {
 
-/// A Kalman filter estimates the correction from the frame O of the given poses to the map frame W.
-/// The variance of the correction grows with the distance travelled. Each aligned pose is a
-/// measurement of the correction, with the noise of a given pose, so drift is corrected and noise
-/// is averaged out. A pose is left unchanged if its offset is within the error of the map itself.
-/// If alignments are noisier than given poses, refined poses follow them only on average. If the
-/// alignment of an image may have converged to a wrong pose, it is repeated from the pose of the
-/// previous image. Not thread safe.
+/// A Kalman filter estimates the correction, a transform from the frame O of the input poses to the
+/// map frame W. Its variance grows with the distance travelled. Each aligned pose is a measurement
+/// of the correction, with the noise of an input pose, so drift is corrected and noise is averaged
+/// out. If the corrected input pose agrees with the aligned pose to within the error of the map, it
+/// is used unchanged. If alignments are noisier than input poses, a refined pose moves only part of
+/// the way to its aligned pose (AlignmentGain). An alignment that may have converged to a wrong
+/// pose is repeated, starting from the previous image's pose. Not thread safe.
 class PoseRefiner {
  public:
-  /// @param params Expected errors of given poses, and whether to fuse frames that do not fit.
+  /// @param params Expected errors of input poses, and whether to fuse frames that do not fit.
   explicit PoseRefiner(const PoseParams& params) : params_(params) { forget(); }
 
   /// Finds the pose of a frame and updates the correction if the frame could be aligned. The
@@ -36,7 +36,7 @@ class PoseRefiner {
   const Eigen::Isometry3d& T_W_O() const { return T_W_O_; }
 
  private:
-  /// Resets the correction's variance to that of a given pose.
+  /// Resets the correction's variance to that of an input pose.
   void forget();
   void drift(const Eigen::Isometry3d& T_O_C);
   Alignment align(Mapper& mapper, const DepthFrame& expected, PosePrior prior);

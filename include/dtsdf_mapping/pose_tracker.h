@@ -17,7 +17,7 @@ namespace dtsdf {
 /// (place_search.h). Not thread safe.
 class PoseTracker {
  public:
-  /// @param params Settings, of which the sigmas are the expected errors of predicted poses.
+  /// @param params Settings; the sigmas are the expected errors of predicted poses.
   /// @param threads Number of threads for searching the whole map; 0: all cores.
   explicit PoseTracker(const PoseParams& params, int threads = 0)
       : params_(params), threads_(threads) {}
@@ -31,8 +31,8 @@ class PoseTracker {
   /// @throws std::exception when the backend fails.
   Alignment track(Mapper& mapper, const DepthFrame& frame, double stamp_s);
 
-  /// Whether to fuse the last frame passed to track() at the resulting pose: only if it fits, or if
-  /// its pose was given and the map is still empty there.
+  /// Whether to fuse the last frame passed to track() at the resulting pose: only if the frame
+  /// fits, or if its pose was supplied and the map is still empty there.
   bool shouldFuse(const Alignment& alignment) const;
 
   /// Sets the pose of the next frame, from which tracking continues.
@@ -75,7 +75,8 @@ class PoseTracker {
   int threads_;
   std::optional<Eigen::Isometry3d> given_T_W_C_;  ///< Pose of the next frame, if known.
   bool may_begin_ = false;  ///< Whether to fuse the last frame if the map is still empty there.
-  /// The two newest poses that fitted; `last_` may also be a given pose, or the start of a search.
+  /// The two newest poses that fitted; `last_` may also be a supplied pose, or the start of a
+  /// search.
   std::optional<StampedPose> last_, before_;
   std::vector<Eigen::Isometry3d> places_T_W_C_;  ///< Earlier poses, the newest last.
   std::optional<double> lost_since_s_;

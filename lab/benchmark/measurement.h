@@ -13,7 +13,7 @@ namespace dtsdf {
 /// Times for one frame, and memory in use after it.
 struct FrameTime {
   double call_ms = 0.0;   ///< Duration of integrate() alone; a GPU does most of the work later.
-  double total_ms = 0.0;  ///< From the call of integrate() until the device has updated the mesh.
+  double total_ms = 0.0;  ///< From the call to integrate() until the device has updated the mesh.
   double processor_ms = 0.0;  ///< CPU time of all threads during total_ms.
   double fetch_ms = 0.0;  ///< From the end of total_ms until the changed meshes have been fetched.
   double distances_ms = 0.0;  ///< Update of the distances after fetching; 0 without space/enabled.

@@ -95,8 +95,8 @@ class View {
 
   bool sees(const MeshScene& surface, const Eigen::Vector3f& p_W,
             const Eigen::Vector3f& normal_W) const {
-    // Rays end before the point, by this fraction of their length, so that its own surface does not
-    // occlude it.
+    // Rays end before the point, by this fraction of their length, so that the surface at the point
+    // does not occlude it.
     constexpr float kMargin = 5.0e-5f;
     constexpr float kFlattestCosine = 0.05f;
     const Eigen::Vector3f view_W = eye_W_ - p_W;

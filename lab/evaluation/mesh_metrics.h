@@ -18,7 +18,7 @@ struct DistanceStats {
 DistanceStats distanceStats(std::vector<double> distances_m);
 
 /// Topology by shared vertex indices: vertices at the same position are not merged, so two touching
-/// surfaces count as separate. Only for border_edges and small_holes are they merged first.
+/// surfaces count as separate. Vertices are merged only for border_edges and small_holes.
 struct MeshTopology {
   size_t vertices = 0, triangles = 0;
   size_t boundary_edges = 0;  ///< Edges that belong to only one triangle.

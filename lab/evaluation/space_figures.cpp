@@ -88,8 +88,8 @@ double distanceFromMiddle(const Space& space, const Vec3i& cell) {
 void compareDistances(const Space& space, const SpaceTruth& truth, double max_distance_m,
                       const std::vector<SpaceCell>& cells, SpaceFigures& figures) {
   std::vector<double> at_middles(cells.size()), at_points(cells.size());
-  // Distances beyond max_distance_m count as max_distance_m. If both are that large, they are not
-  // compared.
+  // Distances beyond max_distance_m count as max_distance_m. If both distances are that large, they
+  // are not compared.
   const auto error = [&](double distance_m, const Vector3d& p_W) {
     const std::optional<double> true_m = truth.distanceFrom(p_W);
     if (!true_m || (distance_m >= max_distance_m && *true_m >= max_distance_m)) {

@@ -9,10 +9,10 @@
 /// matching costs over windows of this size: Keselman, Woodfill, Grunnet-Jepsen and Bhowmik, "Intel
 /// RealSense stereoscopic depth cameras", CVPR workshops 2017; newer RealSense cameras smooth
 /// differently). Pixels that are not visible to the second camera are lost, as after a left-right
-/// check. How much of an image has too little texture is not published; it is set to about 3 %, in
-/// patches of about ten pixels. Unlike with a real camera, these patches do not stay on the surface
-/// from frame to frame. Objects keep their outlines: depth does not extend beyond them by half a
-/// window, as it may with block matching.
+/// check. The fraction of pixels lost for lack of texture is not published; it is set to about 3 %,
+/// in patches of about ten pixels. Unlike with a real camera, these patches do not stay on the
+/// surface from frame to frame. Objects keep their outlines: depth does not extend beyond them by
+/// half a window, as it may with block matching.
 #pragma once
 
 #include <cstdint>

@@ -58,8 +58,8 @@ Eigen::Isometry3d viewOf(const Step& step, int i) {
   return lookFrom(step.distance_m * towards, Vector3d::Zero());
 }
 
-/// Measures the area of bridges between board and wall, relative to a complete skirt around the
-/// board.
+/// Measures the area of bridges between board and wall, relative to a complete bridge (skirt) from
+/// the whole rim of the board to the wall.
 std::vector<Figure> measureBridge(const SceneSetup& setup, const Step& step) {
   const double front_m = kOff_m, wall_m = kOff_m + step.gap_m;
   Scene scene;
@@ -122,8 +122,8 @@ struct Side {
   }
 };
 
-/// Measures real sides between board and wall, in the place of bridges. The camera moves along
-/// their edges, so that their width in the image hardly changes.
+/// Measures real sides between board and wall, which are where bridges would be. The camera moves
+/// along their edges, so that their width in the image hardly changes.
 std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, double width_px) {
   const Side sides[] = {Side::make(step, width_px, -1.0), Side::make(step, width_px, 1.0)};
   Scene scene;

@@ -36,7 +36,7 @@ struct FrameSelection {
     return index >= first && index <= last && (index - first) % step == 0 &&
            (listed == nullptr || std::binary_search(listed->begin(), listed->end(), index));
   }
-  /// Whether the colour image with this index is selected. One in every `step` colour images is.
+  /// Whether the colour image with this index is selected. Selects one in every `step` images.
   bool containsColour(size_t index) const { return index % step == first % step; }
   /// Number of selected images in a recording of `total` images.
   size_t countIn(size_t total) const {

@@ -47,10 +47,10 @@ MapContents loadMap(const std::string& path, const MapperParams& params, int thr
 /// @throws std::runtime_error as loadMap() does.
 MapInfo readMapInfo(const std::string& path);
 
-/// XXH64 hash over the map's bound settings, blocks, voxels, colours, exposure, free cells and
-/// frame counts; docs/map_format.md lists the bytes. Equal maps have equal hashes, regardless of
-/// file, backend and map frame. @throws std::runtime_error for contents that saveMap() would
-/// reject.
+/// XXH64 hash over the settings that the map is bound to (withSettingsOf()), its blocks, voxels,
+/// colours, exposure, free cells and frame counts; docs/map_format.md lists the bytes. Equal maps
+/// have equal hashes, regardless of file, backend and map frame. @throws std::runtime_error for
+/// contents that saveMap() would reject.
 uint64_t contentHash(const MapContents& contents, int threads = 0);
 
 }  // namespace dtsdf

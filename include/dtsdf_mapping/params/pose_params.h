@@ -7,23 +7,23 @@ namespace dtsdf {
 
 /// Where the pose of a depth image comes from.
 enum class PoseMode {
-  kTf,      ///< The given pose is used as it is.
-  kRefine,  ///< The given pose is corrected so that the image fits the map.
-  kTrack,   ///< The camera is tracked against the map, from image to image; only the first pose may
-            ///< be given.
+  kTf,      ///< The input pose is used as it is.
+  kRefine,  ///< The input pose is corrected so that the image fits the map.
+  kTrack,   ///< The camera is tracked against the map, from image to image. Only the first image
+            ///< may have an input pose.
 };
 
 /// How poses are determined.
 struct PoseParams {
   PoseMode mode = PoseMode::kTf;  ///< Where poses come from.
-  /// Standard deviation in metres of the given positions or, when tracking, of those predicted from
+  /// Standard deviation in metres of the input positions or, when tracking, of those predicted from
   /// the motion in the last images.
   double sigma_m = 0.05;
   double sigma_rad = 0.035;  ///< Standard deviation of the orientations, in radians.
-  /// Drift of given poses, in metres and radians per metre travelled; 0: none. Drift persists from
+  /// Drift of input poses, in metres and radians per metre travelled; 0: none. Drift persists from
   /// image to image, whereas the sigmas describe independent errors in each image.
   double drift = 0.05;
-  /// Whether images that do not fit the map are dropped; otherwise they are fused at the given
+  /// Whether images that do not fit the map are dropped; otherwise they are fused at the input
   /// pose, with the current correction applied.
   bool drop_misfits = false;
 };

@@ -280,7 +280,7 @@ Paint paintAt(const Scene& scene, size_t shape, const Eigen::Vector3d& p_W) {
 namespace {
 
 /// Range of one image coordinate that contains the points within `radius` of (x, z), for a pinhole
-/// camera. Larger than necessary, since each pixel is tested anyway.
+/// camera. May be larger than necessary, since each pixel is tested anyway.
 void boundAxis(double x, double z, double radius, double f, double c, int size, int& begin,
                int& end) {
   const double near = z - radius, far = z + radius;  // near > 0

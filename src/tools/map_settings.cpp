@@ -28,7 +28,7 @@ RunSettings settingsFor(const MapContents& contents, const std::vector<std::stri
   visitRules(settings.rules, reader);
   checkParams(params, reader);
   reader.finish();
-  // The map will not grow, so its size is the limit. With map/page_folder, the given limit applies.
+  // The map will not grow, so its size is the limit, unless map/page_folder is set.
   if (params.map.page_folder.empty()) params.map.max_memory_mb = minMemoryMb(contents, params);
   checkFits(contents, params, kLeaveSettingOut);
   return settings;

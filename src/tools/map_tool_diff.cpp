@@ -56,8 +56,8 @@ class ComparedMap {
   }
 
  private:
-  /// A cell becomes free only if rays pass it with a margin that grows with noise. So cells in
-  /// front of a surface stay unknown: up to half a metre above a floor at a distance of 5 m.
+  /// A cell becomes free only if rays pass it with a margin that grows with noise. So cells up to
+  /// half a metre in front of a surface, such as a floor 5 m from the camera, stay unknown.
   static constexpr double kReach_m = 0.5;
 
   /// Whether a point counts as free although its cell is not. It must lie in front of the nearest

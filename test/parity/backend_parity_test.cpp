@@ -395,7 +395,7 @@ TEST_P(BackendParity, PaintedTileOfAMap) {
   pair.compareMaps();
 }
 
-/// Cleared voxels lose their colours, and reused arrays start without colours.
+/// Cleared voxels lose their colours, and reused voxel arrays start without colours.
 TEST_P(BackendParity, PaintedAndSeenThrough) {
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.03f), GetParam());
   TestFrameSettings settings;

@@ -206,8 +206,8 @@ TEST_P(PagingParity, FarBlocksAreDropped) {
 }
 
 /// Maps a room, then two others alternately. Before each extraction, a part of the next room is
-/// cleared. So the next image touches blocks without arrays, which are removed as soon as their
-/// neighbours are paged in.
+/// cleared. So the next image touches blocks without voxel arrays. Such blocks are removed as soon
+/// as their neighbours are paged in.
 TEST_P(PagingParity, BlocksRemovedWithinAFrame) {
   Scenario scenario;
   scenario.mesh_every = 0;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr float kUint16Unit_m = 0.001f;
 
-/// Adds the noise of a triangulating camera, and removes about one measurement in 97.
+/// Adds the noise of a triangulating camera, and removes about one in 97 measurements.
 void addNoise(std::vector<float>& depth_m, std::mt19937& random) {
   for (float& z : depth_m) {
     const double share = random() / 4294967296.0 - 0.5;

@@ -175,7 +175,7 @@ class ChunkTopic {
 
  private:
   Topic topic_;
-  std::set<PackedKey> pending_, shown_;   ///< Chunks to publish; chunks that had triangles.
+  std::set<PackedKey> pending_, shown_;   ///< Chunks still to publish; chunks published before.
   std::atomic<size_t> pending_count_{0};  ///< Size of pending_, for the status.
 };
 

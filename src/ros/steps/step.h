@@ -36,7 +36,7 @@ struct ShownMesh {
   ros::Time stamp;  ///< Stamp of the newest frame in the mesh.
 };
 
-/// Rates from the settings, which may change while the node runs.
+/// Rates from the settings. They may change while the node runs.
 struct Rates {
   explicit Rates(const NodeParams& params)
       : mesh_hz(params.mesh_rate_hz),

@@ -18,8 +18,8 @@ namespace dtsdf {
 namespace {
 
 constexpr double kMaxViews_hz = 5.0;
-/// After rendering a view, the map thread fuses frames for at least this many times as long as the
-/// rendering took.
+/// After rendering a view, the map thread fuses frames for at least this multiple of the rendering
+/// time.
 constexpr int kFramesPerView = 4;
 
 /// A depth image as in REP 118: metres, and NaN where there is no surface.
@@ -50,7 +50,7 @@ class ViewStep : public Step {
     const RenderCamera camera{depth->width, depth->height, depth->intrinsics};
     try {
       host_.map.mapper().render(camera, depth->T_W_C, view_);
-    } catch (const std::exception& error) {  // if the GPU is lost, fusing the next frame fails
+    } catch (const std::exception& error) {  // only warns; if the GPU is lost, fusing fails, too
       ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
                                      "no image on rendered/image: " << errorText(error));
       return;

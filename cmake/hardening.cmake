@@ -32,7 +32,8 @@ if(WITH_SANITIZER)
   add_link_options(${flags})
 endif()
 
-# _FORTIFY_SOURCE needs optimisation. It would hide faults from the sanitizers.
+# _FORTIFY_SOURCE needs optimisation, and would hide faults from the sanitizers, so debug builds and
+# builds with a sanitizer do not use it.
 if(WITH_HARDENING)
   include(CheckPIESupported)
   check_pie_supported(LANGUAGES CXX)

@@ -33,8 +33,7 @@ python3-rosbag, rosout, tf2-tools")
 endif()
 
 # catkin installs a workspace's setup files into the root of the prefix. In a package, they would
-# replace those of ROS, so they are removed from both prefixes: that of the build and that of the
-# package.
+# overwrite ROS's own setup files, so they are removed from the prefixes of build and package.
 set(catkin_files .catkin .rosinstall _setup_util.py env.sh setup.bash setup.sh setup.zsh
                  local_setup.bash local_setup.sh local_setup.zsh)
 install(CODE "

@@ -1,5 +1,5 @@
-# The Python package dtsdf_mapping: its files, and the module _core if it can be built. With catkin
-# the messages are part of the same package, so its files are always installed.
+# Installs the Python package dtsdf_mapping, with the module _core if that can be built. With
+# catkin, the package also contains the messages, so it is installed even without _core.
 if(NOT WITH_PYTHON MATCHES "^(AUTO|ON|OFF)$")
   message(FATAL_ERROR "WITH_PYTHON=${WITH_PYTHON}, but it must be AUTO, ON or OFF")
 endif()

@@ -126,7 +126,8 @@ class BlockMesher {
   /// Whether an extraction may still be reading the map.
   bool isUnderWay() const { return state_ == State::kBegun; }
 
-  /// Whether the labels of unchanged blocks were computed with this minimum evidence.
+  /// Whether the stored marching cubes cases of unchanged blocks were computed with this minimum
+  /// evidence.
   bool hasLabelsFor(int32_t min_evidence) const {
     return stamp_ > 0 && min_evidence_ == min_evidence;
   }

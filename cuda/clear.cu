@@ -23,18 +23,18 @@ struct VisitedBlock {
   bool is_touched;  ///< False if the frame only checks the block.
   uint32_t empty;   ///< Bit d: the array of direction d was empty after the fold.
   Vec3f first_voxel_L;
-  bool in_turn;             ///< Whether to check uncovered voxels as well.
-  const uint32_t* covered;  ///< Covered voxels, one bit each; null if not touched.
+  bool in_turn;             ///< Whether to check voxels without sums as well.
+  const uint32_t* covered;  ///< Voxels with sums in this frame, one bit each; null if untouched.
   uint32_t directions;      ///< Bit d: the block has sums for direction d.
 
-  /// Covered voxels in a direction, one bit each; null if the block has no sums for it.
+  /// Voxels with sums in a direction, one bit each; null if the block has no sums for it.
   __device__ const uint32_t* coveredOf(int direction) const {
     if (covered == nullptr || !(directions >> direction & 1)) return nullptr;
     return covered + __popc(directions & ((1u << direction) - 1u)) * kCoverWords;
   }
 };
 
-/// The voxels of a block that the frame may contradict.
+/// The voxels of a block that the frame may contradict, that is, look through.
 struct JudgedVoxels {
   uint32_t count;
   uint32_t emptied_directions;  ///< Bit d: a voxel of direction d lost its distance.

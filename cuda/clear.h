@@ -1,5 +1,5 @@
-/// The stage "clear" on the device: reduces the evidence of voxels that a frame contradicts, and
-/// lists arrays that become empty.
+/// The stage "clear" on the device: reduces the evidence of voxels that a frame looks through,
+/// and lists arrays that become empty.
 #pragma once
 
 #include <vector>
@@ -23,8 +23,8 @@ class Clearing {
   /// @param in_view Slots of all blocks that may be in view, and possibly of other blocks.
   void storeInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view);
 
-  /// Enqueues the search for untouched blocks that the frame checks. It must directly follow the
-  /// fold, which may still be running.
+  /// Enqueues the search for untouched blocks that the frame checks. Call this directly after
+  /// Fusion::castAndFold(), whose last kernel may still be running.
   void findBlocksToCheck(const DeviceSensing& sensing, const MapView& map,
                          const TouchedView& touched, uint64_t frame_number);
 
@@ -48,7 +48,7 @@ class Clearing {
   const int thread_blocks_;        ///< Enough to fill the device.
   bool is_cleared_ = false;        ///< Whether takeEmptyBlocks() is due.
   PinnedBuffer<int32_t> in_view_;  ///< Read in place by kernels.
-  uint32_t in_view_count_ = 0;  ///< Number of slots in in_view_; 0 if the frame has no free depth.
+  uint32_t in_view_count_ = 0;  ///< Number of slots in in_view_; 0 if the frame clears no voxels.
   DeviceBuffer<int32_t> looks_;
   PinnedBuffer<EmptyBlock> empty_blocks_;  ///< Written in place by kernels.
   PinnedBuffer<uint32_t> empty_count_{1};

@@ -1,4 +1,4 @@
-// Colours vertices on the device, after the make stage.
+// Colours the vertices of extracted meshes on the device.
 #include "corner_arrays.cuh"
 #include "kernels/colour/vertex_colour.h"
 #include "launch.h"
@@ -8,8 +8,8 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// One thread per pair of a painted block and a block whose units have corners in it, in a
-/// grid-stride loop.
+/// One thread per pair of a painted block and a block whose units (cells of marching cubes) have
+/// corners in the painted one, in a grid-stride loop.
 __global__ void selectPaintedKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   const size_t count = static_cast<size_t>(*map.painted.count) * kUnitReach;
@@ -35,7 +35,8 @@ struct ColourShared {
   uint16_t vertex_of[kGridEdges];
 };
 
-/// Finds the voxels and colours at a block's corners. All threads of the thread block must call it.
+/// Finds the voxels and colours at the corners of units. All threads of the thread block must call
+/// it.
 __device__ void findColours(const MapView& map, const BlockKey& key, ColourShared& shared) {
   ColouredCorners& corners = shared.corners;
   const auto t = static_cast<int>(threadIdx.x);

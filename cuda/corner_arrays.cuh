@@ -1,4 +1,4 @@
-/// Helpers for meshing kernels, which find the voxel arrays of a block and select blocks for an
+/// Functions with which meshing kernels find the voxel arrays of a block and select blocks for an
 /// extraction. Include only in .cu files.
 #pragma once
 
@@ -33,8 +33,8 @@ __device__ __forceinline__ bool select(const MapView& map, const MeshView& mesh,
   return atomicExch(&map.mesh_stamp[slot], mesh.stamp) != mesh.stamp;
 }
 
-/// Selects a block to be meshed with its existing labels, if it exists and has not been selected
-/// yet.
+/// Selects a block to be meshed with its stored marching cubes cases, if it exists and has not been
+/// selected yet.
 __device__ __forceinline__ void selectAdjoining(const MapView& map, const MeshView& mesh,
                                                 const BlockKey& key) {
   const int32_t slot = findSlot(map, packKey(key));

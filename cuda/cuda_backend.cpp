@@ -216,7 +216,7 @@ class CudaBackend : public MapBackend {
   }
 
   /// Always copies labels, since the host does not know whether there are any. Removes marks last,
-  /// after all allocations.
+  /// so that they are kept if an allocation fails.
   void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override {
     record_mover_.download(map_.voxels(), order.arrays, contents.voxels.data());
     record_mover_.download(map_.colours(), order.bricks, contents.colours.data());
@@ -340,7 +340,7 @@ class CudaBackend : public MapBackend {
   FreeCellFinder free_cell_finder_;
   std::shared_ptr<DistanceComputer> distance_maker_;
   RecordMover record_mover_;
-  size_t in_view_count_ = 0;              ///< Number of blocks that the frame may check.
+  size_t in_view_count_ = 0;              ///< Number of blocks that may be in view.
   std::optional<DeviceSensing> sensing_;  ///< From the last depth image.
   DeviceSurfels surfels_ = {};
   FrameCounters counters_ = {};

@@ -1,5 +1,5 @@
-/// The map on the device: a mirror of the host's BlockTable, and memory for voxels, colours and
-/// mesh unit labels.
+/// The map on the device: a mirror of the host's BlockTable, and memory for voxels, colours and the
+/// marching cubes cases of mesh units (labels).
 #pragma once
 
 #include <cstdint>
@@ -38,7 +38,7 @@ struct SlotUpdate {
   int32_t dirty;  ///< Whether the block must be meshed again.
 };
 
-/// Blocks that have changed since the last extraction: a flag per slot, and a list of slots.
+/// Blocks that have changed since the last mesh extraction: a flag per slot, and a list of slots.
 struct ChangedBlocks {
   uint32_t* flags;
   int32_t* slots;
@@ -82,7 +82,7 @@ class DeviceMap {
  public:
   explicit DeviceMap(const Stream& stream);
 
-  /// Reserves memory for an admission, so that the admission cannot run out of memory.
+  /// Reserves memory for adding blocks and arrays (an admission), which then cannot run out of it.
   /// @throws BackendError if memory runs out; the map stays intact.
   void reserve(const BlockTable& table, size_t new_blocks, size_t new_arrays);
 
@@ -107,7 +107,7 @@ class DeviceMap {
   /// Adds colours to all meshes from the next extraction on. @pre reserveColours() was called.
   void keepColours();
 
-  /// Reserves memory for `count` changes per call of sendChanges(). Waits until the previous
+  /// Reserves memory for `count` changes per call to sendChanges(). Waits until the previous
   /// changes are applied.
   void reserveChanges(size_t count);
 
@@ -119,7 +119,7 @@ class DeviceMap {
 
   void markAllDirty() { markAll(dirty_.view()); }
 
-  /// Reserves memory for the marks of `slots` slots. Neither this nor the next three functions may
+  /// Reserves memory for MeshMarks of `slots` slots. Neither this nor the next three functions may
   /// be called while an extraction is running.
   void reserveMarks(size_t slots);
   /// All marked slots, with their marks. Waits for the result.
@@ -158,8 +158,8 @@ class DeviceMap {
   ColourPool colours_;
   DeviceBuffer<int32_t> colour_of_;
   bool has_colours_ = false;
-  /// Recorded after work that reads updates_, new_arrays_ or pinned_bricks_. The host waits for it
-  /// before it overwrites them.
+  /// Recorded after work that reads updates_, new_arrays_ or pinned_bricks_. The host waits for
+  /// this event before it overwrites these buffers.
   Event updates_sent_;
   PinnedBuffer<SlotUpdate> updates_;
   PinnedBuffer<int32_t> new_arrays_;

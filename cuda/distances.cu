@@ -18,10 +18,10 @@ constexpr int kRowsPerThread = kSectorSide / kWarps, kCellsPerThread = kCubeSide
 
 constexpr int kMaxRing = 8;  // for distances up to 255 cells
 constexpr int kMaxWords = 2 * kMaxRing + 1;
-constexpr int kRowsAtOnce = 3 * kWarp;  ///< The whole window for distances up to 32 cells.
+constexpr int kRowsAtOnce = 3 * kWarp;  ///< All rows of the window, for distances up to 32 cells.
 
 /// Computes squared distances along x and y within planes of cells. One thread block per plane of a
-/// stack.
+/// stack of sectors (32 x 32 x 32 cells each).
 __global__ void __launch_bounds__(kThreads)
     planeDistancesKernel(DistanceTask task, uint16_t* planes) {
   __shared__ uint32_t words[kRowsAtOnce * kMaxWords];
@@ -72,7 +72,7 @@ __global__ void __launch_bounds__(kThreads)
 static_assert(kMaxWords <= kWarp, "each word needs a lane");
 
 /// Takes the minimum of the planes' squared distances along z. One thread block per row of four
-/// cubes.
+/// cubes of 8 x 8 x 8 cells.
 __global__ void __launch_bounds__(kThreads)
     sectorDistancesKernel(DistanceTask task, const uint16_t* planes, const SquaresPlace* results,
                           uint32_t* is_near) {
@@ -126,7 +126,7 @@ static_assert(kWarps == kCubeSide, "each y needs a warp");
 static_assert(kThreads * sizeof(uint4) == kCubesAlong * kCellsPerCube * sizeof(uint16_t),
               "each thread writes one uint4");
 
-/// Copies a list to pinned memory. @return its future address in device memory.
+/// Copies a list to pinned memory. @return the address that it will have on the device.
 template <class T>
 const T* stage(const T* list, int32_t count, const char* device, char* pinned, size_t& used) {
   const size_t begin = used, bytes = static_cast<size_t>(count) * sizeof(T);

@@ -30,7 +30,7 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
   /// Whether the pool can provide memory for all `squares` without exceeding `most_bytes`.
   bool hasRoomFor(const std::vector<std::shared_ptr<uint16_t[]>>& squares, size_t most_bytes) const;
 
-  size_t bytes() const;      ///< Memory used on the host; the same on the device.
+  size_t bytes() const;      ///< Memory used on the host; as much is used on the device.
   size_t freeBytes() const;  ///< The unused part of bytes().
 
  private:
@@ -45,14 +45,14 @@ class SquaresPool : public std::enable_shared_from_this<SquaresPool> {
   SquaresPlace take();
   void grow();
 
-  mutable std::mutex mutex_;  ///< Squares may be freed on any thread.
+  mutable std::mutex mutex_;  ///< Memory may be returned on any thread.
   std::vector<std::pair<PinnedBuffer<uint16_t>, DeviceBuffer<uint16_t>>> chunks_;
-  std::vector<SquaresPlace> free_;  ///< Has capacity for all, so freeing never allocates.
+  std::vector<SquaresPlace> free_;  ///< Has capacity for all entries: freeing never allocates.
 };
 
 class DistanceComputer {
  public:
-  /// @param most_bytes Maximum memory for squared distances on the device, and again on the host.
+  /// @param most_bytes Maximum memory for squared distances, on the device and on the host each.
   explicit DistanceComputer(size_t most_bytes) : max_bytes_(most_bytes) {}
   ~DistanceComputer() { stream_.drain(); }
 

@@ -10,7 +10,7 @@ namespace gpu {
 namespace {
 
 constexpr size_t kFirstCapacity = 8192;
-/// If a search takes longer, the table is too full. It should be at most half full.
+/// Maximum number of probes per search. If a search needs more, the table is too small.
 constexpr int kMaxProbes = 1024;
 
 /// One thread per entry of the hash table.
@@ -50,7 +50,7 @@ __device__ void touchBlock(const TouchedView& touched, PackedKey key, uint32_t d
   touched.counters->table_full = 1;
 }
 
-/// One thread per part of a surfel's line.
+/// One thread per part of the line along which a surfel updates voxels.
 __global__ void __launch_bounds__(kThreads, 8)
     markBlocksKernel(DeviceSensing on_device, FusionSettings fusion, DeviceSurfels surfels,
                      TouchedView touched) {
@@ -69,7 +69,7 @@ __global__ void __launch_bounds__(kThreads, 8)
   });
 }
 
-/// Assigns arrays of sums to a block, one per direction, in ascending order.
+/// Assigns to a block one array of sums per direction, in ascending order of directions.
 __device__ void reserveSums(const TouchedView& touched, uint32_t block, uint32_t place,
                             uint32_t directions) {
   uint32_t sum =

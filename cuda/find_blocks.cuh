@@ -8,8 +8,8 @@
 namespace dtsdf {
 namespace gpu {
 
-/// The part of a surfel's line that a thread handles. Lines are long, so they are divided among
-/// several threads if there are enough. The sums do not depend on this.
+/// A part of the line along which a surfel updates voxels, handled by one thread. Lines are long,
+/// so they are divided among several threads if there are enough. The sums do not depend on this.
 struct LinePart {
   uint32_t surfel;
   int number, count_log2;
@@ -39,9 +39,9 @@ __device__ __forceinline__ int32_t findTouched(const TouchedView& touched, Packe
   }
 }
 
-/// Slot of a touched block in the map after the admission; -1 if it has none. A block that was
-/// missing may have been given a slot, and a block without arrays may have lost its slot to another
-/// block.
+/// Current slot of a touched block in the map; -1 if it has none. Since BlockFinder::compare(), a
+/// missing block may have been given a slot, and a block without arrays may have lost its slot to
+/// another block.
 __device__ __forceinline__ int32_t slotOf(const MapView& map, const TouchedBlock& block) {
   const bool is_there = block.slot >= 0 && map.slots[block.slot].key == block.key;
   return is_there ? block.slot : findSlot(map, block.key);

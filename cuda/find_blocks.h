@@ -1,5 +1,5 @@
-/// The stage "find blocks" on the device: finds the blocks that a frame touches, compares them with
-/// the map, and requests missing blocks and arrays.
+/// The stage "find blocks" on the device: finds the blocks in which a frame updates voxels (touched
+/// blocks), compares them with the map, and requests missing blocks and arrays.
 #pragma once
 
 #include "device_map.h"
@@ -29,7 +29,7 @@ struct TouchedBlock {
   Vec3i block_L;        ///< Coordinates relative to the frame's origin.
   uint32_t directions;  ///< Bit d: some surfel belongs to direction d.
   int32_t slot;         ///< -1 if the block was not in the map before the frame.
-  uint32_t empty;       ///< Bit d: after the fold, the array of direction d is empty.
+  uint32_t empty;       ///< Bit d: after fusion, the array of direction d is empty.
 };
 
 /// The list of blocks that the frame touches, and a hash table from their keys to their directions

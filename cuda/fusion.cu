@@ -31,8 +31,9 @@ __device__ void addAtomically(VoxelSums* sums, int32_t weight, int32_t sdf, uint
   if (sample.nearest != 0) atomicMax(&sums->nearest, sample.nearest);
 }
 
-/// One thread per part of a surfel's line. Four thread blocks share a multiprocessor, to hide the
-/// latency of atomics. Does nothing if the table of touched blocks was too small.
+/// One thread per part of the line along which a surfel updates voxels. Four thread blocks share a
+/// multiprocessor, to hide the latency of atomics. Does nothing if the table of touched blocks was
+/// too small.
 __global__ void __launch_bounds__(kThreads, 4)
     castSurfelsKernel(DeviceSensing on_device, FusionSettings fusion, DeviceSurfels surfels,
                       TouchedView touched, SumsView part) {
@@ -73,7 +74,7 @@ __global__ void __launch_bounds__(kThreads, 4)
   castSurfel(line, sides, fusion, add);
 }
 
-/// Folds sums into voxels, then zeroes them. One thread block per array of sums.
+/// Merges sums into voxels, then zeroes the sums. One thread block per array of sums.
 __global__ void foldSumsKernel(FrameView frame, FusionSettings fusion, MapView map,
                                TouchedView touched, SumsView part, uint32_t* covered) {
   waitForPreviousKernel();

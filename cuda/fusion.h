@@ -1,4 +1,5 @@
-/// The stages "cast" and "fold" on the device: fuse a frame into the voxels of its blocks.
+/// The stages "cast" and "fold" on the device: add a frame's surfels to sums per voxel, then merge
+/// these sums into the map's voxels.
 #pragma once
 
 #include "backend/rules.h"

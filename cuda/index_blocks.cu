@@ -1,4 +1,5 @@
-// The stage "index" on the device: selects the blocks to be meshed again, and labels their units.
+// The stage "index" on the device: selects the blocks to be meshed again, and finds the marching
+// cubes cases (labels) of their units, the cubes between eight voxels.
 #include "corner_arrays.cuh"
 #include "kernels/meshing/possible_leaders.h"
 #include "kernels/meshing/sheets.h"
@@ -26,9 +27,9 @@ __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   }
 }
 
-/// Selects the neighbours of dirty blocks, as their meshes depend on these. One thread per pair of
-/// a dirty block and a neighbour, in a grid-stride loop that starts with the last thread, as the
-/// last thread blocks have the fewest blocks to index.
+/// Selects the neighbours of dirty blocks, as dirty blocks affect the meshes around them. One
+/// thread per pair of a dirty block and a neighbour, in a grid-stride loop that starts with the
+/// last thread, as the last thread blocks have the fewest blocks to index.
 __device__ void selectAround(const MapView& map, const MeshView& mesh) {
   const size_t count = static_cast<size_t>(*map.dirty.count) * kBlocksAround;
   const size_t threads = static_cast<size_t>(gridDim.x) * blockDim.x;

@@ -1,5 +1,5 @@
-// The stage "make" on the device: regularises units, and computes the vertices and triangles of
-// blocks.
+// The stage "make" on the device: makes the mesh units around each corner agree on its side of the
+// surface (regularisation), and computes the vertices and triangles of blocks.
 #include <cub/block/block_scan.cuh>
 
 #include "corner_arrays.cuh"
@@ -37,7 +37,8 @@ struct EdgeSet {
   }
 };
 
-/// A copy of the labels of a block's units and of one more unit on each side, or four more along x.
+/// A copy of the labels (marching cubes cases) of the units in and around a block: one more unit on
+/// each side along y and z, four more along x.
 struct CornerLabels {
   static constexpr int kSide = kBlockSide + 2, kRows = kSide * kSide;
   static constexpr int kMoreAlongX = 4, kFoursPerRow = (kBlockSide + 2 * kMoreAlongX) / 4;
@@ -143,7 +144,7 @@ __device__ uint32_t countMidpoints(const UnitIndices (&regular)[kUnitsPerThread]
 }
 
 /// Counts a block's vertices on edges and its triangles. Reserves space for all vertices, and for
-/// `refined_triangles` triangles per counted one; the order of blocks in the buffers is arbitrary.
+/// `refined_triangles` triangles per counted one. The order of blocks in the buffers is arbitrary.
 /// @return this thread's first triangle in the block, before refinement.
 __device__ uint32_t reserveSpace(const MeshView& mesh, uint32_t own_triangles, uint32_t middles,
                                  uint32_t refined_triangles, MeshBlockShared& shared) {
@@ -180,7 +181,7 @@ __device__ void writeVertices(const MeshView& mesh, uint32_t count, const MeshBl
   }
 }
 
-/// Whether a triangle spans a gap; if so, counts it. @pre Its vertices are written.
+/// Whether a triangle spans a gap (see gap.h); if so, counts it. @pre Its vertices are written.
 template <class Index>
 __device__ bool countGap(const MeshSettings& rules, const BlockVertex* vertices,
                          const Index* corner, uint32_t& gaps) {
@@ -253,8 +254,8 @@ __device__ uint32_t writeRefined(const MeshView& mesh,
   return kRefinedTriangles * gaps;
 }
 
-/// Whether any unit of a block contains a surface. If not, the block has no mesh; this is the case
-/// for most blocks that only adjoin a change. All threads of the thread block must call it.
+/// Whether any unit of a block contains a surface. If not, the block has no mesh, like most
+/// blocks that merely adjoin a changed block. All threads of the thread block must call it.
 __device__ bool hasSurface(const UnitLabels* labels) {
   static_assert(sizeof(uint32_t) == kUnitsPerThread * sizeof(UnitLabels), "must be one word");
   return __syncthreads_or(reinterpret_cast<const uint32_t*>(labels)[threadIdx.x] != 0) != 0;

@@ -12,7 +12,7 @@ namespace {
 /// Threads per thread block of makeSurfelsKernel(). The width of most images is a multiple of this.
 constexpr int kRowThreads = 128;
 
-/// Threads per patch of pixels. One thread per bit of its MergedPatch tests the patch or one of its
+/// Threads per patch of pixels. Five of them test whether to merge the whole patch or one of its
 /// four quads.
 constexpr uint32_t kPatchThreads = 8;
 static_assert(kPatchBit < kPatchThreads && 32 % kPatchThreads == 0, "a patch must lie in one warp");
@@ -60,7 +60,8 @@ __device__ uint32_t reservePlaces(uint32_t wanted, uint32_t* count) {
 }
 
 /// Makes one surfel per merged square, unmerged pixel or subpixel. Their order does not matter,
-/// since sums are integers. Adds the number of surfels to `count`, including those that do not fit.
+/// since they are added to integer sums. Adds the number of surfels to `count`, including those
+/// that do not fit.
 __global__ void __launch_bounds__(kRowThreads, 8)
     makeSurfelsKernel(DeviceSensing on_device, SurfelSettings settings, const uint8_t* patches,
                       Surfel* surfels, uint32_t room, uint32_t* count) {

@@ -1,4 +1,5 @@
-/// The stage "make surfels" on the device: makes surfels from the output of the stage "sense".
+/// The stage "make surfels" on the device: makes surfels (measured points with normals) from the
+/// output of the stage "sense".
 #pragma once
 
 #include "kernels/surfels/surfel.h"
@@ -10,7 +11,7 @@ namespace gpu {
 struct DeviceSurfels {
   const Surfel* surfels;
   uint32_t room;          ///< Capacity of the list; further surfels are dropped.
-  const uint32_t* count;  ///< Number of surfels, dropped ones included; null if equal to `room`.
+  const uint32_t* count;  ///< Number of surfels, including dropped ones; null if equal to `room`.
 
 #ifdef __CUDACC__
   __device__ __forceinline__ uint32_t size() const {
@@ -23,8 +24,8 @@ class SurfelMaker {
  public:
   SurfelMaker(const MapperParams& params, const SurfelRules& rules, const Stream& stream);
 
-  /// Enqueues the stage. For casting, it makes a surfel per merged square with a weight, and one
-  /// per unmerged pixel with a plane, or per subpixel of such a pixel, even if its weight is 0.
+  /// Enqueues the stage. For casting, it makes a surfel for each merged square with a weight, and
+  /// for each subpixel of an unmerged pixel with a plane (an undivided pixel has one subpixel).
   /// Surfels beyond `room` are counted but dropped. For voxel projection, it makes one surfel per
   /// pixel, in row-major order, and counts those with a weight.
   /// @param count Counter on the device; must be 0 when the stage starts.
@@ -42,7 +43,7 @@ class SurfelMaker {
   const bool merges_;  ///< Whether pixels are merged and subdivided: only for casting.
   const SurfelSettings surfel_settings_;
   const Stream& stream_;
-  DeviceBuffer<uint8_t> patches_;  ///< A MergedPatch per patch.
+  DeviceBuffer<uint8_t> patches_;  ///< One MergedPatch for each patch of pixels.
   DeviceBuffer<Surfel> surfels_;
 };
 

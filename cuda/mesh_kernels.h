@@ -15,10 +15,11 @@ struct MeshSize {
   uint32_t vertices, triangles;
 };
 
-/// Counters of an extraction or a view, for the host.
+/// Counters of a mesh extraction or of a rendered view, for the host.
 struct MeshTotals {
-  uint32_t reached;    ///< Blocks whose units have corners in a changed block, or are in view.
-  uint32_t adjoining;  ///< Further blocks whose meshes depend on changes.
+  /// Blocks with mesh units that have corners in a changed block; for a view, the blocks in view.
+  uint32_t reached;
+  uint32_t adjoining;  ///< Other blocks whose meshes depend on a changed block.
   MeshSize size;
   uint32_t finished;  ///< Thread blocks that have finished meshing.
 };
@@ -49,7 +50,7 @@ struct MeshView {
   VertexColour* colours;  ///< One per vertex; null while nothing is painted.
   MeshSize capacity;
   uint32_t stamp;        ///< ID of this extraction.
-  int32_t min_evidence;  ///< Voxels with less evidence are unknown.
+  int32_t min_evidence;  ///< Voxels with less evidence count as unknown.
   int32_t directional, refined;
   MeshSettings rules;
 };
@@ -57,11 +58,11 @@ struct MeshView {
 // Each function enqueues one step. `thread_blocks` should be enough to fill the device, since the
 // host does not know how much work there is.
 
-/// Selects the blocks whose units have a corner in a changed block.
+/// Selects the blocks with units (cubes between eight voxels) that have corners in a changed block.
 void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
-/// Labels the units of the blocks selected by reachBlocks(), and selects all other neighbours of
-/// changed blocks.
+/// Finds the marching cubes cases of the blocks selected by reachBlocks(), and selects all other
+/// neighbours of changed blocks.
 void indexBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
 /// Selects the blocks with vertices on edges that end at painted voxels.

@@ -1,4 +1,4 @@
-// Reads and sets the marks for the next extraction, for blocks that are moved to disk or back.
+// Reads and sets marks for the next mesh extraction when blocks are moved to disk or back.
 #include <algorithm>
 
 #include "device_map.cuh"
@@ -44,7 +44,7 @@ __global__ void listMarkedKernel(MapView map) {
   if (marks.painted) map.painted.slots[atomicAdd(map.painted.count, 1u)] = slot;
 }
 
-/// One thread per given slot.
+/// One thread per slot in `slots`.
 __global__ void setMarksKernel(MapView map, const int32_t* slots, size_t count,
                                const MeshMarks* marks) {
   const size_t i = globalThread();

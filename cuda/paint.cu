@@ -105,8 +105,8 @@ struct VoxelList {
   uint16_t voxel[kVoxelsPerBlock];
 };
 
-/// Lists the voxels of an array near its surface for which wanted(index) is true. All threads of
-/// the thread block must call it.
+/// Lists the voxels of an array that lie near its surface and for which wanted(index) is true. All
+/// threads of the thread block must call it.
 template <class Wanted>
 __device__ void listNearSurface(const PointView& view, const ArrayInView& array,
                                 const Wanted& wanted, VoxelList& list) {
@@ -168,10 +168,10 @@ __device__ void addAtomically(int64_t* sum, int64_t value) {
   atomicAdd(reinterpret_cast<unsigned long long*>(sum), static_cast<unsigned long long>(value));
 }
 
-/// What is visible of one array in an image.
+/// Results for the voxels of one array that are visible in an image.
 struct SeenArray {
   ExposureSums sums;
-  unsigned long long lacking;  ///< Bits of the bricks to be painted that do not exist yet.
+  unsigned long long lacking;  ///< Bits of missing bricks (4 x 4 x 4 voxels) to be painted.
   uint32_t samples;
 };
 

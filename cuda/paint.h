@@ -15,11 +15,11 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Counters of what is visible of the map in an image; read by the host.
+/// Counters for one colour image, read by the host.
 struct PaintCounters {
   uint32_t blocks, arrays;  ///< Numbers of blocks in view and of their arrays.
   uint32_t seen;            ///< Arrays with voxels that will be painted.
-  uint32_t requests;        ///< Arrays that lack bricks to be painted.
+  uint32_t requests;        ///< Arrays that lack bricks (4 x 4 x 4 voxels) to be painted.
   ExposureSums sums;
   uint64_t samples;  ///< Voxels to be painted, including those that did not fit.
 };
@@ -36,7 +36,7 @@ struct PaintView {
   PaintCounters* counters;
   FoundSample* samples;  ///< Samples that do not fit are only counted.
   uint64_t max_samples;
-  const int32_t* candidates;  ///< Slots of all blocks that may be in view, possibly also of others.
+  const int32_t* candidates;  ///< Slots of all blocks that may be in view, possibly with others.
   uint32_t candidate_count;
   int32_t* arrays;  ///< The voxel arrays in view: kDirectionCount * slot + direction.
   ColourRequest* requests;

@@ -1,4 +1,4 @@
-/// The stages "copy" and "upload": copies a frame's raw image to pinned memory and uploads it.
+/// The stages "copy" and "upload": copy a frame's raw image to pinned memory and upload it.
 #pragma once
 
 #include <cstring>

@@ -22,7 +22,7 @@ static_assert(4 * kLanes == 32, "a warp draws large triangles, in patches twice 
 constexpr int kMaxPatches = 8;  ///< Triangles with more patches are large.
 
 /// One thread per slot. Selects the blocks that may be visible in a view, and all blocks whose
-/// labels it needs.
+/// marching cubes cases (labels) are needed to mesh these.
 __global__ void __launch_bounds__(kThreads)
     selectInViewKernel(MapView map, RenderJob job, MeshView drawn, MeshView labelled) {
   const size_t slot = globalThread();
@@ -123,8 +123,8 @@ __device__ void fillTriangle(const RenderJob& job, const DrawnBlock& block,
   }
 }
 
-/// Draws the triangles of a warp; all of its threads must call it. Each group of kLanes threads
-/// draws one triangle. Large triangles are drawn by the whole warp, so that no group is idle.
+/// Draws one triangle with each group of kLanes threads. Large triangles are drawn by the whole
+/// warp, so that no group is idle. All threads of the warp must call it.
 __device__ void drawTriangles(const RenderJob& job, const DrawnBlock& block, uint32_t first,
                               uint32_t count) {
   const uint32_t own = first + threadIdx.x % 32 / kLanes;
@@ -165,7 +165,7 @@ __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, Mesh
   }
 }
 
-/// One thread per pixel. Converts the keys of a view to images.
+/// One thread per pixel. Converts keys (depth with a normal or colour) to the images of a view.
 __global__ void showKeysKernel(RenderJob job, size_t pixels, float* depth_m, Vec3f* normals_C,
                                VertexColour* colours) {
   const size_t i = globalThread();
@@ -187,7 +187,7 @@ Renderer::Renderer(const MeshSettings& rules, bool directional, const Stream& st
       thread_blocks_(kThreadBlocksPerProcessor * multiprocessorCount()),
       stream_(stream) {}
 
-/// Memory is allocated for the first view, since many maps are never rendered.
+/// Memory is allocated when the first view is rendered, since many maps are never rendered.
 void Renderer::reserveMeshes(const MeshSize& size) {
   if (size.vertices > vertices_.capacity()) {
     const size_t room = size.vertices + size.vertices / 2;

@@ -22,7 +22,7 @@ struct RenderJob {
   ViewKey* colours;   ///< Per pixel, if colours are requested.
 };
 
-/// Labels the blocks in view, extracts their triangles and draws them.
+/// Finds the marching cubes cases (labels) of the blocks in view, extracts and draws triangles.
 class Renderer {
  public:
   Renderer(const MeshSettings& rules, bool directional, const Stream& stream);

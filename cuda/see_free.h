@@ -31,7 +31,7 @@ class FreeCellFinder {
   const float max_range_m_;
   const Stream& stream_;
   Event fetched_;
-  std::vector<Vec3i> keys_;     ///< Keys of the frame's cubes.
+  std::vector<Vec3i> keys_;     ///< Keys of the cubes being searched.
   DeviceBuffer<float> levels_;  ///< The levels of the pyramid from level 1 on, concatenated.
   DeviceBuffer<Vec3i> cubes_;
   DeviceBuffer<CellMask> masks_;

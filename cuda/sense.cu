@@ -23,7 +23,7 @@ __device__ void invertDepths(const RawDepth& raw, float* measured) {
 
 constexpr int kNoiseLines = kNoisePoints * kNoiseSteps;
 
-/// Counts a line, if it is usable, in the bin of its variance.
+/// Counts a line of pixels in the bin of its variance, if noise can be estimated from the line.
 __device__ void countNoiseLine(const RawDepth& raw, const SurfelSettings& surfels, int i,
                                NoiseCounts& counts) {
   const auto measured = [&](int u, int v) { return inverseDepthAt(raw, u, v); };
@@ -128,8 +128,8 @@ __global__ void fillGapsKernel(const float* measured, int32_t width, int32_t hei
   }
 }
 
-/// Each thread block links and fits a stretch of one row at a time. Its margins may extend beyond
-/// the image; pixels there count as unmeasured, so fits end at the image border.
+/// Each thread block links and fits the pixels of one stretch of a row at a time. A stretch may
+/// extend beyond the image; pixels there count as unmeasured, so fits end at the image border.
 __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const DepthNoise* noise,
                               float* row_value, float* row_slope, PixelLinks* row_links) {
   waitForPreviousKernel();
@@ -160,8 +160,8 @@ __global__ void fitRowsKernel(ImageView image, SurfelSettings surfels, const Dep
   }
 }
 
-/// Finds the free depth of each pixel. May overlap the previous kernel, which casts surfels:
-/// everything read here was written by earlier kernels.
+/// Finds the depth up to which each pixel's ray is free. May overlap the previous kernel, which
+/// casts surfels: everything read here was written by earlier kernels.
 __global__ void findFreeDepthsKernel(DeviceSensing on_device, FusionSettings fusion,
                                      float* free_depth) {
   const FrameSensing sensing = on_device.load();

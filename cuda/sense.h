@@ -12,7 +12,7 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Lets kernels load() a FrameSensing, since its noise is in device memory.
+/// Results of the stage. Kernels load() them as a FrameSensing, as the noise is in device memory.
 class DeviceSensing {
  public:
   DeviceSensing(const ImageView& image, const DepthNoise* noise, const float* free_depth)

@@ -66,7 +66,7 @@ class PinnedBuffer {
   size_t capacity_ = 0;
 };
 
-/// Device memory. Growing replaces it, so call data() again for every launch.
+/// Device memory. data() changes when the buffer grows, so call it again for every launch.
 template <class T>
 class DeviceBuffer {
   static_assert(std::is_trivially_copyable<T>::value, "copied as bytes");

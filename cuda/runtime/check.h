@@ -15,8 +15,8 @@ namespace gpu {
 bool isLost(cudaError_t code);
 
 /// For tests: makes the n-th checked call after this one, counted from 1, fail with `code`; if
-/// isLost(code), all calls after it fail too. A call that is to fail is not executed, but a kernel
-/// launch is. With n = 0, no call fails.
+/// isLost(code), all calls after it fail too. A failing call is not executed, except for a
+/// kernel launch. With n = 0, no call fails.
 void failCall(uint64_t n, cudaError_t code);
 
 /// Counts a call that is about to be made. @return whether it must fail.

@@ -13,7 +13,7 @@ struct StampedPose {
 };
 
 /// Expected error of a pose, as standard deviations per axis. In directions that the image does not
-/// constrain, such as along a plain corridor, the pose stays at the prior.
+/// constrain, such as along a plain corridor, the pose is not corrected.
 struct PosePrior {
   double sigma_m = 0.05;     ///< For the position, in metres.
   double sigma_rad = 0.035;  ///< For the orientation, in radians.

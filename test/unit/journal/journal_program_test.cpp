@@ -1,5 +1,5 @@
-// Tests that reconstruct restores the node's map from a journal, or fuses it with corrected poses,
-// and that map_tool exports the journal's images.
+// Tests that reconstruct fuses the node's map again from a journal, with the same or with corrected
+// poses, and that map_tool exports the journal's images.
 #include <gtest/gtest.h>
 
 #include "io/trajectory.h"
@@ -71,8 +71,8 @@ TEST_F(JournalProgram, FusesCorrectedPoses) {
     poses.push_back({0.1 * static_cast<double>(i), images_[i].frame.T_W_C});
   }
   saveTrajectory(poses, folder_ / "poses.txt");
-  // The expected map uses the poses as read from the file, which are rounded. The first pose counts
-  // as unchanged.
+  // The expected map uses the poses as read from the file, which are rounded. The first pose
+  // was correct, so it is not changed.
   const std::vector<StampedPose> read = readTrajectory(folder_ / "poses.txt", "").poses();
   for (size_t i = 0; i < images_.size(); ++i) {
     plain->integrate(withPose(images_[i], i == 0 ? wrongPose(0) : read[i].T_W_C).view());

@@ -76,7 +76,7 @@ Mesh paintedPlate(float voxel_size_m, bool directional) {
 }
 
 /// The number of vertices on the plate's sides, more than a voxel from its rim, and the fractions
-/// of them with a wrong colour or no colour.
+/// of these vertices that have a wrong colour or none.
 struct PlateColours {
   size_t vertices = 0;
   double other_side = 0.0, background = 0.0, unpainted = 0.0;

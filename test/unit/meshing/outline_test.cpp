@@ -212,8 +212,8 @@ TEST(Outline, MidpointsDoNotSplitEdgesOfAHole) {
   EXPECT_EQ(measureTopology(sheet.mended()).boundary_edges, kRim);
 }
 
-/// A strip next to the end of a sheet is kept if it has 18 triangles instead of 16, or is more than
-/// four voxels away.
+/// A loose strip of 16 triangles is removed if it is within four voxels of a sheet. A strip of 18
+/// triangles is kept.
 TEST(Outline, LeavesOutSmallPiecesNearLargerOnes) {
   for (const auto& [columns, distance, kind, stay] : {std::tuple{8u, 3.0f, Kind::kPlain, false},
                                                       {8u, 4.5f, Kind::kPlain, true},

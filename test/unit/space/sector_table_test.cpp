@@ -82,7 +82,7 @@ TEST_F(SectorTableTest, LosesNothingIfMemoryRunsOut) {
   bool is_done = false;
   int failed = 0;
   for (int round = 0; !is_done; ++round) {
-    const int allocations = round / 2;  // each limit twice, as freeing disk space may allocate
+    const int allocations = round / 2;  // twice each, as freeing disk space may allocate memory
     for (int i = 0; i < 70; ++i) {      // after a failure, writing is retried only after a while
       Paged<CellSector>(std::make_shared<CellSector>(), pages_);
     }

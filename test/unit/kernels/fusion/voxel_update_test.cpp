@@ -128,7 +128,7 @@ TEST(FoldSums, FarSamplesAreAveragedWithoutSupport) {
     const Voxel before = makeVoxel(0.0f, kOne, 6);
     EXPECT_EQ(evidenceOf(fold(before, side * (reach + 0.01f), 1.0f)), 6);
   }
-  FusionSettings projecting = kFusion;  // voxel projection: distances are differences of depth
+  FusionSettings projecting = kFusion;  // in voxel projection, distances are differences of depth
   projecting.support_reach = kTruncation;
   EXPECT_EQ(evidenceOf(foldSums(kEmpty, sumsOf(3.9f, 1.0f), 1.0f, projecting)), 3);
 }

@@ -12,7 +12,7 @@
 
 namespace dtsdf {
 
-/// Returns the result that reports what is wrong with a frame; nullopt if the frame is valid.
+/// Returns the result with which to reject a frame; nullopt if the frame is valid.
 std::optional<IntegrationResult> findProblem(const DepthFrame& frame, const MapperParams& params);
 std::optional<IntegrationResult> findProblem(const ColourFrame& frame, const MapperParams& params);
 
@@ -51,8 +51,8 @@ PixelLayout layoutOf(ColourEncoding encoding);
 size_t packedRowBytes(const DepthFrame& frame);
 size_t packedRowBytes(const ColourFrame& frame);
 
-/// Whether a frame that touches no block can still clear voxels: whether a pixel measures something
-/// beyond the fused range, which proves that the space in front of it is free.
+/// Whether a frame that touches no block can still clear voxels. It can if a pixel measures
+/// something beyond the fused range, as the space in front of that is free.
 bool clearsBeyondRange(const DepthFrame& frame, const MapperParams& params);
 
 IntegrationResult refuse(FrameStatus status, const std::string& message);

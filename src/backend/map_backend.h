@@ -35,9 +35,9 @@ struct FrameOutcome {
                                   ///< without free cells are omitted.
 };
 
-/// What a colour image can paint.
+/// Result of findColours().
 struct SeenColours {
-  bool any = false;  ///< Whether it can paint anything.
+  bool any = false;  ///< Whether the image can paint anything.
   ExposureSums sums{};
   std::vector<ColourRequest> requests;  ///< Colour bricks to create; some may already exist.
 };
@@ -49,7 +49,7 @@ struct ViewRequest {
   bool has_colours;
 };
 
-/// Changes that the engine has applied to the table, which a backend may mirror.
+/// Changes to the table, for backends that mirror it.
 struct TableChanges {
   const std::vector<int32_t>& slots;  ///< Changed and released slots, without duplicates.
   bool dirty = false;                 ///< Whether to mesh the changed blocks again.
@@ -82,8 +82,8 @@ using DistanceWork = std::function<bool(const DistanceTask& task,
 struct BackendTraits {
   std::string name;
   /// Whether the backend looks up blocks in its own mirror of the table, from which it removes
-  /// arrays that an image leaves empty. The engine may then delay updating and publish()ing the
-  /// table.
+  /// arrays that an image leaves empty. The engine may then delay updating the table and calling
+  /// publish().
   bool indexes_blocks_itself = false;
   bool meshes_at_once = false;  ///< Whether beginMesh() does all the work.
   DistanceWork distance_work;   ///< Null if the host computes distances. May outlive the backend.
@@ -165,7 +165,7 @@ class MapBackend {
 
   // ---- Meshes.
 
-  /// Marks all blocks for the next extraction. If marked as painted, all meshes contain colours
+  /// Marks all blocks for the next extraction. With `marks.painted`, all meshes contain colours
   /// from then on.
   virtual void markAll(const MeshMarks& marks) = 0;
 

@@ -16,8 +16,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // Unknowns of the normal equations: a rotation vector about the camera, then a translation in
 // voxels, both along the axes of the map.
 
-/// Lower limit for the RMS residual: the map's surfaces are no more accurate than this, and with a
-/// residual near zero they would outweigh any prior.
+/// Lower limit for the RMS residual. The map is no more accurate than this, and with a residual
+/// near zero the image would outweigh any prior.
 constexpr double kMinResidual_voxels = 0.05;
 
 constexpr double kUnit = 1.0 / kAlignmentScale;

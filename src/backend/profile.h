@@ -7,15 +7,15 @@ namespace dtsdf {
 
 /// The stages of align(), integrate(), paint(), render() and a mesh update, in this order.
 enum class Stage {
-  kAlign,        ///< Alignment of an image.
-  kSense,        ///< Image noise, inverse depth, row fits and free depth.
-  kMakeSurfels,  ///< Merged pixels, column fits and surfels.
+  kAlign,        ///< Aligning an image.
+  kSense,        ///< Computing image noise, inverse depth, row fits and free depth.
+  kMakeSurfels,  ///< Computing merged pixels, column fits and surfels.
   kFindBlocks,   ///< Finding the blocks that surfels touch, and those that the map lacks.
   kSeeFree,      ///< Finding the cells that are free according to the image.
   kAdmit,        ///< Creating blocks and arrays, and allocating their memory.
-  kCast,         ///< Casting, folding and clearing of the touched blocks.
-  kClear,        ///< Clearing of other blocks in view, and dropping of distant blocks.
-  kPaint,        ///< Painting of a colour image.
+  kCast,         ///< Casting into, folding and clearing the touched blocks.
+  kClear,        ///< Clearing other blocks in view, and dropping distant blocks.
+  kPaint,        ///< Painting a colour image.
   kRender,       ///< Rendering a view of the map.
   kIndex,        ///< Selecting blocks to mesh, and computing their marching-cubes cases.
   kMake,         ///< Computing vertices and triangles.

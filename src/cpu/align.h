@@ -52,8 +52,8 @@ class PoseAligner {
 
   /// Returns the sums over the points selected by takePoints().
   /// @param view The image's camera, at any pose.
-  /// @param cutoff In voxels: the limit for the residual of an inlier, and the distance within
-  /// which surfaces are searched for.
+  /// @param cutoff Limit for the residual of an inlier, and distance within which surfaces are
+  /// searched for, in voxels.
   AlignmentSums sumsAt(const FrameView& view, float cutoff, const CpuMap& map) const {
     AlignmentSums sums{};
     std::mutex mutex;

@@ -23,7 +23,7 @@ class EdgeSet {
 
   void add(int edge) { bits_[edge / kWordBits] |= uint64_t{1} << edge % kWordBits; }
 
-  /// Adds the edges that carry the corners of a unit's triangles.
+  /// Adds the edges on which the corners of a unit's triangles lie.
   void addUnit(const UnitIndices& indices, const Vec3i& unit) {
     visitTriangleEdges(kMeshTables, indices, unit, [this](int edge) { add(edge); });
   }
@@ -72,7 +72,7 @@ class BlockIndexer {
   bool hasCandidates() const;
   uint32_t directionsOn(int edge) const;
 
-  /// The voxel arrays, by direction, of the blocks that hold corners of the units.
+  /// The voxel arrays, by direction, of the corner blocks, which contain the corners of the units.
   const Voxel* const* corner_arrays_[kCornerBlocks] = {};
   uint32_t present_ = 0;  ///< Bit d: some corner block has an array of direction d.
   /// For each corner block, bit d: some of its samples of direction d may be nonzero.

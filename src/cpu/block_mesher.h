@@ -67,7 +67,7 @@ class BlockMesher {
 
   /// Meshes the blocks that were marked since the last call, and the blocks around them. Voxels
   /// with less evidence than `min_evidence` count as unknown. @return the meshes sorted by packed
-  /// key, except meshes that were empty and still are.
+  /// key, without those that were empty and still are.
   MeshUpdate update(int32_t min_evidence);
 
   /// Updates outdated labels. Does not clear marks.

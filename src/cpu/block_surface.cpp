@@ -15,8 +15,8 @@ bool hasSurface(const UnitLabels* row) {
   return (words[0] | words[1]) != 0;
 }
 
-/// First and end, along an axis, of the units in a neighbouring block that share corners with the
-/// central block. `offset` is the neighbour's offset along that axis.
+/// Range, along an axis, of those units of a neighbouring block that share corners with the central
+/// block. `offset` is the neighbour's offset along that axis.
 int firstSharedUnit(int offset) { return offset < 0 ? kBlockSide - 1 : 0; }
 int endSharedUnit(int offset) { return offset > 0 ? 1 : kBlockSide; }
 

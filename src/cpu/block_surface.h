@@ -49,7 +49,7 @@ class BlockSurface {
   int8_t balance_[kGridCorners];  ///< Per corner, see cornerBalance().
   /// Units with triangles, and their marching-cubes cases after regularisation.
   std::vector<std::pair<Vec3i, UnitIndices>> surface_units_;
-  EdgeSet edges_;  ///< Edges that carry a vertex.
+  EdgeSet edges_;  ///< Edges with a vertex.
   uint16_t vertex_of_edge_[kGridEdges];
   bool is_pulled_far_[kGridEdges];  ///< Per vertex, see isPulledFar().
   std::vector<Vec3f> normals_;      ///< One per edge vertex, if meshes are refined.

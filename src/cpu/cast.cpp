@@ -25,8 +25,7 @@ class PlanePair {
       const CellCrossing crossing = crossCell(line, plane);
       const CornerSample sample = sampleCorner<kHasSides>(line, sides, shifts, crossing, du, dv);
       const int u = crossing.u + du - block.u0, v = crossing.v + dv - block.v0;
-      // A corner outside the block adds weight 0 to some voxel inside, as a branch would be
-      // unpredictable.
+      // To avoid unpredictable branches, corners outside the block add weight 0 to a voxel inside.
       constexpr uint32_t kLast = kBlockSide - 1;
       const bool is_held =
           (static_cast<uint32_t>(u) <= kLast) & (static_cast<uint32_t>(v) <= kLast);
@@ -79,7 +78,7 @@ void castLine(const StoredLine& kept, const MeasuredSides& sides, const BlockFra
 
 void cast(const TouchedBlock& block, const BlockFinder& finder, const FusionSettings& fusion,
           BlockSums& sums) {
-  constexpr int kAhead = 6;  // number of lines to prefetch, as they are scattered in memory
+  constexpr int kAhead = 6;  // number of lines to prefetch; they are scattered in memory
   withWidestVectors([&] {
     const BlockFrame frames[3] = {blockFrameOf(0, block.block_L), blockFrameOf(1, block.block_L),
                                   blockFrameOf(2, block.block_L)};

@@ -141,8 +141,8 @@ class RowJudge {
     }
   }
 
-  /// The checked voxels whose places the frame looks through, judging only by the pixel of each
-  /// place; one bit each. Has no branches, as these would be unpredictable.
+  /// The checked voxels whose places the frame looks through, one bit each. Only uses the pixel of
+  /// each place. Has no branches, as these would be unpredictable.
   uint32_t lookedThrough() const {
     uint32_t through = 0;
     for (int x = 0; x < kBlockSide; ++x) {

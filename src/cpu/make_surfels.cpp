@@ -10,7 +10,7 @@ namespace {
 
 static_assert(kStretch <= 64, "a stretch must fit in 64 bits");
 
-/// The measured pixels in a stretch of a row, up to `end_u`, that are not merged; one bit each.
+/// The measured, unmerged pixels among kStretch pixels of a row, up to `end_u`; one bit each.
 uint64_t singlesOf(const ImageView& image, const Pixel& first, int end_u,
                    const std::vector<MergedPatch>& patches) {
   const float* measured = image.inverse_depth + pixelIndex(image.frame, first);
@@ -46,7 +46,7 @@ void SurfelMaker::makeSurfels(const FrameSensing& sensing) {
   }
 }
 
-/// Calls visit(u, fit) with the column fit for each wanted pixel in a stretch of a row.
+/// Calls visit(u, fit) with the column fit for each wanted pixel among kStretch pixels of a row.
 /// @param wanted One bit per pixel.
 template <class Visit>
 void SurfelMaker::visitColumnFits(const FrameSensing& sensing, const Pixel& first, uint64_t wanted,

@@ -1,4 +1,4 @@
-/// The stage "sense" on the CPU: prepares a depth image for the surfels.
+/// The stage "sense" on the CPU: prepares a depth image for computing surfels.
 #pragma once
 
 #include <vector>

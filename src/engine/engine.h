@@ -68,7 +68,7 @@ class Engine : public ProbedMapper {
     /// anywhere.
     std::optional<std::vector<FrameView>> changed_in{std::in_place};
     std::vector<MarkedKey> waiting;        ///< Blocks left for the next part of an extraction.
-    std::vector<MarkedKey> undone;         ///< Blocks to mesh again, as loading failed for some.
+    std::vector<MarkedKey> undone;         ///< Blocks to mesh again after loading failed.
     PackedKey next_turn = 0;               ///< First block of the next part.
     bool has_moved_in_background = false;  ///< Whether blocks moved since the last frame.
   };

@@ -25,7 +25,7 @@ size_t spareBytes(size_t budget_bytes) { return std::min(budget_bytes / 16, 4 * 
 constexpr size_t kWaitingShare = 8;
 constexpr size_t kMaxWaitingBytes = 4 * kBatchBytes;
 
-/// After a failed write, nothing is written for this many calls of require() and noteFrame().
+/// After a failed write, nothing is written for this many calls to require() and noteFrame().
 constexpr uint64_t kCallsBetweenTries = 16;
 
 /// Maximum size of a block in memory.
@@ -152,7 +152,7 @@ size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
     table_.setBudget(std::max(budget_bytes_, table_.bytesInUse() + bytes));
     const size_t staying = readBatch(backend, {numbers.begin() + static_cast<std::ptrdiff_t>(first),
                                                numbers.begin() + static_cast<std::ptrdiff_t>(end)});
-    // If no block could be read, none needs to be evicted. Otherwise the disk has room again.
+    // If no block could be read, stops evicting for a while. Otherwise the disk has room again.
     no_writes_before_ = staying == end - first ? now_ + kCallsBetweenTries : 0;
     first = end;
   }

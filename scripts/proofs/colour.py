@@ -3,7 +3,7 @@
 Renders each model from 60 views along a helix, and a furnished house from inside, with a checker and a
 gradient texture; the colour camera is 5 cm from the depth camera. Reconstructs each and measures the
 colour error over the surface. Does the same for a 5 mm plate, red in front and blue behind, with
-the directional and the undirected map. Writes tables and pictures of the plate to colour.md. Exits with 0 only
+the directional and the undirected map. Writes tables and pictures to colour.md. Exits with 0 only
 if the directional map does not mix the plate's colours.
 """
 import itertools

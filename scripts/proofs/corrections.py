@@ -14,7 +14,7 @@ import numpy as np
 from .common import fill_page, made_by, make_parser, markdown_table, number, reconstruct, render, run, words
 from .ply import columns, read_ply
 
-# {way: (images per part, images from the start of a part to the start of the next)}, limited to all images.
+# {way: (images per part, images from the start of a part to the start of the next)}, capped at --images.
 WAYS = {"not corrected": (10**6, 10**6), "**fused again**": (10**6, 10**6), "submaps of 5 s, moved": (150, 150),
         "submaps of 1 s, moved": (30, 30), "one image a second, moved": (1, 30)}
 STEP_M, STEP_DEG = 0.002, 0.05  # standard deviations per image: about 5 cm and 1 degree after 20 s

@@ -21,7 +21,7 @@ constexpr size_t kFirstInView = 1 << 14;
 struct VisitedBlock {
   int32_t slot;     ///< -1 if not in the map.
   bool is_touched;  ///< False if the frame only checks the block.
-  uint32_t empty;   ///< Bit d: the array of direction d was empty after the fold.
+  uint32_t empty;   ///< Bit d: the array of direction d was empty after fusion.
   Vec3f first_voxel_L;
   bool in_turn;             ///< Whether to check voxels without sums as well.
   const uint32_t* covered;  ///< Voxels with sums in this frame, one bit each; null if untouched.

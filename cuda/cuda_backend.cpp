@@ -274,7 +274,7 @@ class CudaBackend : public MapBackend {
   }
 
  private:
-  /// The device casts surfels and finds free depths while the host admits blocks.
+  /// The device adds surfels to sums and finds free depths while the host admits blocks.
   void compareBlocks() {
     block_finder_.compare(*sensing_, map_.view());
     fusion_.castAhead(*sensing_, surfels_, block_finder_.view());

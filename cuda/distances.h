@@ -13,8 +13,8 @@
 namespace dtsdf {
 namespace gpu {
 
-/// Memory for the squared distances of a sector: pinned host memory, which kernels write directly,
-/// and a copy on the device, with which they compare new values.
+/// Memory for the squared distances of a sector (32 x 32 x 32 cells): pinned host memory, which
+/// kernels write directly, and a copy on the device, with which they compare new values.
 struct SquaresPlace {
   uint16_t *host, *device;
   bool is_new;  ///< Whether it is still uninitialised.

@@ -12,7 +12,7 @@ namespace {
 
 __device__ const MeshTables kTables = kMeshTables;
 
-/// One thread per pair of a dirty block and a block whose units have corners in it, in a
+/// One thread per pair of a dirty block and a block whose units have corners in the dirty one, in a
 /// grid-stride loop, since the host does not know the number of pairs.
 __global__ void reachBlocksKernel(MapView map, MeshView mesh) {
   const size_t count = static_cast<size_t>(*map.dirty.count) * kUnitReach;

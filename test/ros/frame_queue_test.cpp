@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "ros/support/map_host.h"
@@ -374,6 +375,19 @@ TEST_F(FrameQueueTest, EveryImageIsAccountedFor) {
   }
   queue_->refuseAll(Rejection{drop::kEnding, ""});
   for (size_t stream = 0; stream < 3; ++stream) EXPECT_EQ(accounting_[stream].counts().waiting, 0u);
+}
+
+TEST(WaitingTime, FollowsSimulatedTimeHoweverOftenItIsAsked) {
+  ros::Time now(100.0);
+  ros::Time::setNow(now);
+  const SteadyTime begin = waitingTime();
+  for (int i = 0; i < 200; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    if (i % 10 == 9) ros::Time::setNow(now += ros::Duration(0.01));
+    waitingTime();
+  }
+  EXPECT_GE(toSeconds(waitingTime() - begin), 0.199);
+  ros::Time::init();  // back to wall time
 }
 
 }  // namespace

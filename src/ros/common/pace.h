@@ -34,19 +34,20 @@ inline SteadyTime waitingTime() {
   const SteadyTime wall = std::chrono::steady_clock::now();
   if (!ros::Time::isSimTime()) return wall;
   static std::mutex mutex;
-  static SteadyTime time = wall, wall_before = wall, moved_at = wall;
+  static SteadyTime time = wall, counted_to = wall, moved_at = wall;
   static ros::Time before;
   const std::lock_guard<std::mutex> lock(mutex);
   const ros::Time now = ros::Time::now();
-  if (now > before) {
-    time += std::min(wall - wall_before,
-                     toSteadyDuration(std::min(1e6, (now.toSec() - before.toSec()))));
-  } else if (wall - moved_at > std::chrono::seconds(1)) {
-    time += wall - wall_before;
+  const SteadyTime stopped_at = moved_at + std::chrono::seconds(1);
+  if (now != before) {
+    const double simulated_s = std::clamp(now.toSec() - before.toSec(), 0.0, 1e6);
+    time += std::min(wall - counted_to, toSteadyDuration(simulated_s));
+    counted_to = moved_at = wall;
+  } else if (wall > stopped_at) {
+    time += wall - std::max(counted_to, stopped_at);
+    counted_to = wall;
   }
-  if (now != before) moved_at = wall;
   before = now;
-  wall_before = wall;
   return time;
 }
 

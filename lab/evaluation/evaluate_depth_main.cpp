@@ -30,8 +30,7 @@ EvaluateDepthOptions readOptions(const std::vector<std::string>& arguments) {
                    "mesh: reconstruct --frames ::2, evaluate_depth --first 1 --step 2.");
   line.addText({"MESH.ply", "", "the mesh"}, options.mesh_path);
   line.addText({"TUM_DIR", "", "folder with depth images and poses"}, options.tum_folder);
-  line.addNumber({"--first", "N", "index of the first image to use"}, options.frames.first,
-                 {0, kUnbounded});
+  line.addNumber({"--first", "N", "first image to use"}, options.frames.first, {0, kUnbounded});
   line.addNumber({"--step", "N", "step from one image to the next"}, options.frames.step,
                  {1, kUnbounded});
   line.addNumber({"--stride", "N", "use every N-th pixel of each row and column"}, options.stride,

@@ -22,7 +22,7 @@ std::string reasonToSkip(Candidate candidate);
 /// The reference and a candidate with the same settings and the same input.
 class BackendPair {
  public:
-  /// Also checks the backend of each mapper.
+  /// Also checks that each mapper uses the requested backend.
   BackendPair(const MapperParams& params, Candidate candidate, const Rules& rules = Rules());
 
   /// Compares the results, and the statistics of both maps.

@@ -193,14 +193,12 @@ class CorrectTest : public testing::Test {
     EXPECT_EQ(contentHash(now), contentHash(plain->contents()));
     std::vector<SharedBlockMesh> all;
     for (const auto& [key, block] : expected.blocks()) all.push_back(block);
-    EXPECT_EQ(differences(mesh_, all).size(), 0u)
-        << "the published mesh should equal the expected mesh";
+    EXPECT_EQ(differences(mesh_, all).size(), 0u);
     const std::shared_ptr<const SpaceSnapshot> space = space_->known().space;
     constexpr int32_t kLowest = std::numeric_limits<int32_t>::min(),
                       kHighest = std::numeric_limits<int32_t>::max();
     EXPECT_EQ(byPlace(space->cubes(kLowest, kHighest)),
-              byPlace(plain->space()->takeChanges().cubes))
-        << "the published free-space grid should equal the expected grid";
+              byPlace(plain->space()->takeChanges().cubes));
   }
 
   std::vector<Eigen::Isometry3d> truths(int count) const {

@@ -93,8 +93,7 @@ TEST_F(MapsTest, AreRestoredAsTheyWereSaved) {
   ASSERT_TRUE(loaded.success) << loaded.message;
   EXPECT_EQ(loaded.path, saved.path);
   EXPECT_EQ(loaded.blocks, saved.blocks);
-  EXPECT_TRUE(waitUntil([&] { return mesh.triangles() == before.triangles; }))
-      << "the mesh of the loaded map should be published";
+  EXPECT_TRUE(waitUntil([&] { return mesh.triangles() == before.triangles; }));
   EXPECT_TRUE(waitUntil([&] { return status_.status().loaded_map == saved.path; }));
   EXPECT_EQ(status_.status().blocks, saved.blocks);
   EXPECT_FLOAT_EQ(status_.status().voxel_size_m, 0.05f);
@@ -198,8 +197,7 @@ TEST_F(MapsTest, AreRefusedIfTheyDoNotFit) {
   expectRefused("evil.dtsdf", "'map\\x0a[INFO] all is well\\x1b[2J\\xc2\\x9b2J\\xe2\\x80\\xae");
   EXPECT_LT(loadMapFrom("evil.dtsdf").message.size(), 500u);
   writeOtherMap("unnamed.dtsdf", 0.05f, "");
-  EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success)
-      << "a map without a frame name should be accepted";
+  EXPECT_TRUE(loadMapFrom("unnamed.dtsdf").success);
 }
 
 TEST_F(MapsTest, AreRefusedIfDamaged) {

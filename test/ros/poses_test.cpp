@@ -273,8 +273,7 @@ TEST_F(PosesTest, TheBaseStartsAtTheOrigin) {
   params_.base_frame = "base";
   start(PoseMode::kTrack);
   push(1.0);
-  EXPECT_EQ(dropped(drop::kNoTransform), 1u)
-      << "a frame without a transform should be dropped at once";
+  EXPECT_EQ(dropped(drop::kNoTransform), 1u);
   putTransform(host_->transforms, 1.0, 0.4, "camera", "base");
   camera_x_m_ = 0.45;
   push(1.1);
@@ -346,8 +345,7 @@ TEST(PoseCovariance, TrackedPosesAreUncertainAlongFreeAxes) {
   Alignment first;
   first.covariance.diagonal().setConstant(kSigma_m * kSigma_m);
   params.mode = PoseMode::kTrack;
-  EXPECT_EQ(odometryCovariance(first, params), first.covariance)
-      << "an image that was not aligned should keep its covariance";
+  EXPECT_EQ(odometryCovariance(first, params), first.covariance);
 }
 
 /// Compares with a camera pose error transformed to another point on the rigid body.

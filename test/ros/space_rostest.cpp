@@ -242,8 +242,7 @@ TEST_F(SpaceTest, AGridCanBeQueried) {
   ASSERT_TRUE(answer.success) << answer.message;
   EXPECT_NEAR(answer.distances[4], std::hypot(0.22, 0.3), kCell_m);
   EXPECT_FALSE(std::isnan(answer.distances[8])) << "the cleared sphere should count as free";
-  EXPECT_NEAR(queryUpToDate(points).distances[0], 0.22, kCell_m)
-      << "the query should not change the map";
+  EXPECT_NEAR(queryUpToDate(points).distances[0], 0.22, kCell_m);
 
   request.resolution = 0.001;
   ASSERT_TRUE(callService("/mapping/get_distance_grid", call));
@@ -310,8 +309,7 @@ TEST_F(SpaceTest, UpdatesMatchTheGridOfLateSubscribers) {
 
   const auto update =
       firstMessage<map_msgs::OccupancyGridUpdate>("/mapping/occupancy_grid_updates");
-  EXPECT_EQ(update.width, reader.grid().info.width)
-      << "a late subscriber should get the whole grid";
+  EXPECT_EQ(update.width, reader.grid().info.width);
   EXPECT_EQ(update.data, reader.grid().data);
 }
 

@@ -178,13 +178,11 @@ TEST_F(TransformsTest, FindsAnotherParentOfAFrame) {
   EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(1.0)), "");
   putTransform(transforms_, 1.0, 1.0, "camera", "odom");
   EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(5.0)), "odom");
-  EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(7.0)), "")
-      << "odom should be ignored once its transforms have stopped";
+  EXPECT_EQ(transforms_.otherParentOf("camera", "map", ros::Time(7.0)), "");
   EXPECT_EQ(transforms_.otherParentOf("camera", "odom", ros::Time(1.0)), "");
   const auto mount = makeTransform("arm", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0));
   transforms_.take(mount, "test", true);
-  EXPECT_EQ(transforms_.otherParentOf("lens", "map", ros::Time(700.0)), "arm")
-      << "a static transform should not become too old";
+  EXPECT_EQ(transforms_.otherParentOf("lens", "map", ros::Time(700.0)), "arm");
 }
 
 Eigen::Isometry3d poseAt(double x_m, double turn_deg = 0.0) {

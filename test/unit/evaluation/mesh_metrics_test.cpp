@@ -32,8 +32,7 @@ TEST(DistanceStats, MatchKnownValues) {
   EXPECT_EQ(stats.count, 4u);
   EXPECT_DOUBLE_EQ(stats.rmse_m, std::sqrt(26.0 / 4.0));
   EXPECT_DOUBLE_EQ(stats.mean_m, 2.0);
-  EXPECT_DOUBLE_EQ(stats.median_m, 3.0)
-      << "the median should be the upper of the two middle values";
+  EXPECT_DOUBLE_EQ(stats.median_m, 3.0);
   EXPECT_DOUBLE_EQ(stats.max_m, 4.0);
   std::vector<double> ramp;
   for (int i = 0; i < 100; ++i) ramp.push_back(i);
@@ -170,8 +169,7 @@ TEST(MeshTopology, BordersAndHolesUseWeldedVertices) {
   line.insert({12, 5});
   EXPECT_EQ(of(line), Counts(80 + 18, 0));
   EXPECT_EQ(meshTopology(makeCube(0.5f)).border_edges, 0u);
-  EXPECT_EQ(meshTopology(makePiercedSheet(20, {})).boundary_edges, 1600u)
-      << "boundary edges should be counted without welding vertices";
+  EXPECT_EQ(meshTopology(makePiercedSheet(20, {})).boundary_edges, 1600u);
 }
 
 TEST(MeshTopology, ComponentsAreConnectedByVertices) {

@@ -124,7 +124,7 @@ TEST_F(CorrectedJournal, NeedsBudgetForTwoMaps) {
                          }
                        }),
                        "map/max_memory_mb"));
-  EXPECT_TRUE(contains(whyTooLarge(200, 200, 300), "raise it"));
+  EXPECT_TRUE(contains(whyTooLarge(200, 200, 300), "map/max_memory_mb"));
 }
 
 TEST_F(CorrectedJournal, IsUnchangedIfACorrectionIsRefused) {

@@ -101,8 +101,7 @@ TEST(GivenMotion, ACorrectionIsAdoptedOnlyOnce) {
   GivenMotion motion = seenUpTo(10);
   EXPECT_FALSE(motion.adoptsCorrection(T, {1.0, poseAtTime(1.0)}));
   EXPECT_TRUE(motion.adoptsCorrection(T, {1.1, T * poseAtTime(1.1)}));
-  EXPECT_FALSE(motion.adoptsCorrection(T, {1.2, T * poseAtTime(1.2)}))
-      << "a correction should be adopted only once";
+  EXPECT_FALSE(motion.adoptsCorrection(T, {1.2, T * poseAtTime(1.2)}));
   EXPECT_TRUE(motion.adoptsCorrection(T, {0.3, poseAtTime(0.3)}));
   EXPECT_FALSE(motion.isNewRecording({0.3, poseAtTime(0.3)})) << "the stamp should have been added";
 }

@@ -48,8 +48,7 @@ class Journal : public testing::Test {
 TEST_F(Journal, RestoresTheMap) {
   JournalWriter journal(journalOptions(folder_.path()));
   const std::string map = write(journal);
-  EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == map)
-      << "an open journal should restore the same map";
+  EXPECT_TRUE(mapOf(journal.path(), journaledParams()) == map);
   JournalReplay replay(journal.path());
   EXPECT_EQ(replay.depthImages(), size_t{kCount});
   EXPECT_EQ(replay.count(), journal.count());
@@ -284,8 +283,7 @@ TEST_F(Journal, OtherFilesAreRefused) {
   getrusage(RUSAGE_SELF, &before);
   EXPECT_NE(errorOf([&] { JournalReplay journal(sparse); }), "");
   getrusage(RUSAGE_SELF, &after);
-  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 << 10)
-      << "reading should allocate less than 64 MiB";
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 << 10);
 }
 
 }  // namespace

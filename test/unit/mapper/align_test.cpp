@@ -175,8 +175,7 @@ TEST(Align, RefusesBadFramesAndLeavesTheMapUnchanged) {
   bad.T_W_C.translation().x() = NAN;
   const Alignment refused = session.mapper().align(bad, {0.1, 0.2});
   EXPECT_EQ(refused.status, AlignmentStatus::kUnmapped);
-  EXPECT_NEAR(refused.covariance(0, 0), 0.01, 1e-12)
-      << "the covariance should be that of the input pose";
+  EXPECT_NEAR(refused.covariance(0, 0), 0.01, 1e-12);
   EXPECT_NEAR(refused.covariance(5, 5), 0.04, 1e-12);
   bad = image.view();
   bad.intrinsics.fx = 0.0f;

@@ -15,8 +15,7 @@ TEST(Mapper, ReportsItsBackend) {
 
 TEST(Mapper, ReturnsAnExtractionOnce) {
   Session session(makeCpuParams(FusionMode::kNormalRayCasting, true, 0.04f));
-  EXPECT_TRUE(session.mapper().finishMeshUpdate().blocks.empty())
-      << "no mesh should be returned before an update";
+  EXPECT_TRUE(session.mapper().finishMeshUpdate().blocks.empty());
   session.integrate(renderFrames(makeRoomScene(), {roomCameraPose(0.0)}, 120, 90)[0]);
   session.mapper().beginMeshUpdate();
   EXPECT_FALSE(session.mapper().finishMeshUpdate().blocks.empty());

@@ -43,33 +43,6 @@ TEST(NoisyWall, AveragesToOneSurface) {
   EXPECT_LT(found.rms_m, 0.5 * kVoxel_m);
 }
 
-/// With noise of 8 mm, more depths are off by more than the truncation distance. They form small
-/// isolated pieces near the wall, most of which are left out of the joined mesh.
-TEST(NoisyWall, LosesMostSmallPiecesNearby) {
-  constexpr float kVoxel_m = 0.005f, kNoise = 0.008f;
-  Scene scene;
-  scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(0.2, -0.3, 1.0).normalized()});
-  const std::vector<SceneFrame> frames = noisyFrames(scene, {0.0, 0.0, 1.0}, 30, kNoise);
-  MapperParams params = makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m);
-  const auto mapper = makeProbedMapper(params);
-  for (const SceneFrame& frame : frames) mapper->integrate(frame.view());
-  MeshStore store(kVoxel_m);
-  store.apply(mapper->updateMesh());
-  const auto count = [&](const Mesh& mesh) {
-    std::array<size_t, 2> near_and_far{};
-    for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
-      const std::array<double, 3> p_W = positionInMap(mesh, i);
-      const double off_m = scene.distanceToSurface({p_W[0], p_W[1], p_W[2]});
-      ++near_and_far[off_m > 4.0 * kVoxel_m ? 1 : 0];
-    }
-    return near_and_far;
-  };
-  const auto all = count(rawMesh(store)), rest = count(store.assemble());
-  EXPECT_GT(all[1], 200u);
-  EXPECT_LT(rest[1], all[1] / 2);
-  EXPECT_GT(rest[0], all[0] * 49 / 50) << "of " << all[0];
-}
-
 /// Two walls that meet 4 m in front of the camera, with noise of 48 mm. Normals fitted in windows
 /// wide enough for this noise mix both walls. Updating voxels along them would shift the edge.
 TEST(NoisyWall, KeepsAnEdgeInPlace) {

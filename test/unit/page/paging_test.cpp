@@ -402,7 +402,7 @@ TEST_F(Paging, WaitsForASlowDisk) {
   Tour whole(options, paramsOf(options)),
       near(options, pagedParams(paramsOf(options), 3, folder_.path()));
   whole.go();
-  disk_bytes_per_s = 20e6;
+  disk_bytes_per_s = 40e6;
   near.go();
   EXPECT_TRUE(sameMeshes(near.mesh(), whole.mesh()));
   disk_bytes_per_s = 0.0;

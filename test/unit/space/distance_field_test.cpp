@@ -130,8 +130,7 @@ void computeSome(const DistanceTask& task, std::vector<SectorSquares>& squares, 
 /// computes the distances.
 TEST(DistanceField, UsesABackend) {
   std::mt19937 random(caseSeed(0));
-  for (const auto& [reach, step] :
-       {std::pair{1, 1}, {25, 7001}, {32, 7001}, {33, 7001}, {130, 30011}}) {
+  for (const auto& [reach, step] : {std::pair{1, 1}, {32, 7001}, {33, 7001}, {130, 30011}}) {
     SCOPED_TRACE(reach);
     Surfaces surfaces;
     DistanceField field(reach, 1);
@@ -143,7 +142,7 @@ TEST(DistanceField, UsesABackend) {
           return true;
         });
     size_t asked = 0;
-    for (int round = 0; round < 4; ++round) {
+    for (int round = 0; round < 2; ++round) {
       surfaces.changeSome(random, round);
       surfaces.updateAll(field);
       for (const auto& [key, paged] : field.sectors()) {

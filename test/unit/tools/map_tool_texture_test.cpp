@@ -1,5 +1,5 @@
-/// Tests `map_tool texture` on recordings of analytic scenes. Independent code reads the .obj and
-/// .glb files.
+/// Tests `map_tool texture` on recordings of analytic scenes. The .obj and .glb
+/// files are read by code of the test, not by the package's own readers.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -110,7 +110,7 @@ TEST_F(ReconstructionTest, CountsSkippedFramesByReason) {
 TEST_F(ReconstructionTest, ExplainsWhyNoFrameWasFused) {
   FakeSource source({0, 0});
   const std::string error = errorOf([&] { run(source); });
-  EXPECT_NE(error.find("3 no pose"), std::string::npos) << error;
+  EXPECT_NE(error.find("3 x no pose"), std::string::npos) << error;
 }
 
 TEST(Summary, HasMeanMedianP95AndWorst) {

@@ -80,8 +80,7 @@ Views readViews(const std::string& tum_folder) {
     views.poses_W_C.push_back(*T_W_C);
     views.depth_paths.push_back(image.path);
   }
-  if (views.poses_W_C.empty())
-    throw std::runtime_error(tum_folder + ": none of the depth images has a pose");
+  if (views.poses_W_C.empty()) throw std::runtime_error(tum_folder + ": no image has a pose");
   return views;
 }
 

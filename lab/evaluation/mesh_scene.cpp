@@ -68,8 +68,7 @@ MeshScene::MeshScene(const TriangleMesh& mesh)
   void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                           3 * sizeof(uint32_t), mesh.triangles.size());
   if (vertices == nullptr || indices == nullptr) throw std::runtime_error("Embree: out of memory");
-  static_assert(sizeof(mesh.vertices[0]) == 3 * sizeof(float),
-                "a vertex must consist of three floats");
+  static_assert(sizeof(mesh.vertices[0]) == 3 * sizeof(float), "a vertex must be three floats");
   std::memcpy(vertices, static_cast<const void*>(mesh.vertices.data()),
               mesh.vertices.size() * 3 * sizeof(float));
   std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * 3 * sizeof(uint32_t));

@@ -160,8 +160,7 @@ TEST(MeshTopology, BordersAndHolesUseWeldedVertices) {
   using Counts = std::pair<size_t, size_t>;
   EXPECT_EQ(of({}), Counts(80, 0)) << "the outer border should have 80 edges";
   EXPECT_EQ(of({{5, 5}, {9, 9}, {10, 9}}), Counts(80 + 4 + 6, 2));
-  EXPECT_EQ(of({{5, 5}, {6, 6}}), Counts(80 + 8, 2))
-      << "holes that touch at a corner should be counted separately";
+  EXPECT_EQ(of({{5, 5}, {6, 6}}), Counts(80 + 8, 2));
   EXPECT_EQ(of({{5, 0}}), Counts(82, 0)) << "a notch should be part of the border";
   std::set<std::pair<int, int>> line;
   for (int i = 0; i < 7; ++i) line.insert({5 + i, 5});

@@ -130,13 +130,11 @@ TEST_F(Journal, IsReadableWhereverItIsCutOff) {
   }
   EXPECT_LT(fewest, most);
   writeBytes(path, bytes.substr(0, bytes.size() - 100) + std::string(100, '\0'));
-  EXPECT_NE(JournalReplay(path).incompleteEnd(), "")
-      << "zeroed pages at the end should be detected";
+  EXPECT_NE(JournalReplay(path).incompleteEnd(), "");
   std::string damaged = bytes;
   damaged[bytes.size() / 2] = static_cast<char>(damaged[bytes.size() / 2] ^ 4);
   writeBytes(path, damaged);
-  EXPECT_NE(errorOf([&] { mapOf(path, journaledParams()); }), "")
-      << "a flipped bit in the middle should be detected";
+  EXPECT_NE(errorOf([&] { mapOf(path, journaledParams()); }), "");
 }
 
 TEST_F(Journal, ReportsWhenAFullDiskStoppedIt) {

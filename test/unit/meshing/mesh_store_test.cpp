@@ -108,8 +108,7 @@ TEST(MeshStore, AssemblyWeldsAcrossBlocks) {
     return most;
   };
   EXPECT_LE(farthest(rawMesh(store)), 8 * kVoxelSize);
-  EXPECT_FLOAT_EQ(farthest(mesh), (8.0f + 1.0f / 16.0f) * kVoxelSize)
-      << "vertices next to corners should move outwards";
+  EXPECT_FLOAT_EQ(farthest(mesh), (8.0f + 1.0f / 16.0f) * kVoxelSize);
 }
 
 /// Surfaces with holes everywhere, stacked or in one long strip. Outlines extend over several of

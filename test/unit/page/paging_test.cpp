@@ -446,8 +446,7 @@ TEST_F(Paging, ClearsPartlyIfTheDiskFails) {
   }
   EXPECT_EQ(free_cells(), 0u);
   near.go(seen, kTourFrames);
-  EXPECT_GT(near.mapper().clearRegion(region).voxels, 0u)
-      << "the remaining blocks should be cleared";
+  EXPECT_GT(near.mapper().clearRegion(region).voxels, 0u);
   const MapContents contents = near.mapper().contents();
   EXPECT_EQ(near.mapper().clearRegion(region).voxels, 0u);
   const auto anew = makeProbedMapper(paramsOf(options), Rules(), contents);
@@ -467,8 +466,7 @@ TEST_F(Paging, SurvivesTemporaryWriteFailures) {
     near.go(0, 7);  // next to blocks on disk that do not fit in memory
     const uint64_t counted = near.mapper().stats().refused_blocks;
     near.updateMesh();
-    EXPECT_GT(near.mapper().stats().refused_blocks, counted)
-        << "blocks that were refused should be counted";
+    EXPECT_GT(near.mapper().stats().refused_blocks, counted);
   }
   MapStats stats = near.mapper().stats();
   EXPECT_GT(stats.refused_blocks, 0u);
@@ -514,8 +512,7 @@ TEST_F(Paging, SavesMapsDespiteAFewBadSectors) {
   near.updateMesh();
   const size_t before = near.mapper().contents().blocks.size();
   bad_sectors = 1;
-  EXPECT_NE(errorOf([&] { near.mapper().contents(); }), "")
-      << "unreadable blocks should not be copied";
+  EXPECT_NE(errorOf([&] { near.mapper().contents(); }), "");
   EXPECT_EQ(near.mapper().stats().pages.lost, 0u);
   bad_sectors = 499;
   saveMapOf(near.mapper(), {}, folder_ / "saved.dtsdf");

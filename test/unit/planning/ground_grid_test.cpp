@@ -139,8 +139,7 @@ TEST(GroundGrid, ColumnsSummariseTheirCells) {
   EXPECT_EQ(valueOf({f, s, f, f, f}), kColumnOccupied);
   share = 1.0;
   EXPECT_EQ(valueOf({u, f, f, f, u}), kColumnFree);
-  EXPECT_EQ(valueOf({f, u, f, f, f}), kColumnUnknown)
-      << "an unknown layer should make the column unknown";
+  EXPECT_EQ(valueOf({f, u, f, f, f}), kColumnUnknown);
   EXPECT_EQ(valueOf({f, f, f, u, f}), kColumnUnknown);
   share = 0.0;
   EXPECT_EQ(valueOf({u, u, u, u, u}), kColumnUnknown)

@@ -94,8 +94,7 @@ class SpaceFollowerTest : public ::testing::Test {
 
 TEST_F(SpaceFollowerTest, KnowsWhatTheMapKnows) {
   EXPECT_TRUE(follower_.snapshot()->isEmpty());
-  EXPECT_FALSE(follower_.snapshot()->distanceAt(Vector3d::Zero()).known)
-      << "no cell should be known before an update";
+  EXPECT_FALSE(follower_.snapshot()->distanceAt(Vector3d::Zero()).known);
   fuse(-1.2, 1.0);
   follow();
   EXPECT_FALSE(follower_.snapshot()->isEmpty());

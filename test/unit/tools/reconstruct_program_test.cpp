@@ -163,8 +163,7 @@ TEST_F(ReconstructProgram, ContinuesALoadedMapExactly) {
   const std::string to_half = "--frames :2 --save-map " + (out_ / "half.dtsdf");
   ASSERT_EQ(run(tum_option_ + cpu + to_half).exit_code, 0);
   EXPECT_TRUE(meshOf("--backend cpu --frames 3:" + half + "--save-map " + (out_ / "both.dtsdf")) ==
-              mesh)
-      << "the voxel size in the file should be used";
+              mesh);
   EXPECT_TRUE(readBytes(out_ / "both.dtsdf") == readBytes(out_ / "whole.dtsdf"));
   EXPECT_TRUE(meshOf(cpu + "--frames 3:" + half) == mesh);
 
@@ -235,8 +234,7 @@ TEST_F(ReconstructProgram, SimplifiesOnRequest) {
   EXPECT_NE(outcome.out.find(std::to_string(before)), std::string::npos) << outcome.out;
   EXPECT_LT(triangles(readBytes(out_ / "mesh.ply")), before / 2);
   ASSERT_EQ(run(arguments + " --simplify-error 0").exit_code, 0);
-  EXPECT_EQ(triangles(readBytes(out_ / "mesh.ply")), before)
-      << "an error of 0 should not simplify the mesh";
+  EXPECT_EQ(triangles(readBytes(out_ / "mesh.ply")), before);
   expectError(arguments + " --simplify-error -0.1", 2, "--simplify-error");
   expectError(arguments + " --simplify-error 1000", 2, "larger than the whole mesh");
 }

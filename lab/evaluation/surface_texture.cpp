@@ -6,7 +6,7 @@
 namespace dtsdf {
 namespace {
 
-/// Origin of the textures, which is off the planes in which models often have faces.
+/// Origin of the textures, chosen so that faces of models rarely lie in its coordinate planes.
 const Eigen::Vector3d kTextureOrigin(0.0173, 0.0119, 0.0241);
 
 Rgb8 checkerAt(const Eigen::Vector3d& p) {

@@ -1,5 +1,5 @@
-/// The stage "find blocks" on the CPU: groups a frame's surfels by the blocks that they touch, so
-/// that a single thread can process each block, without atomics and with its sums in the cache.
+/// The "find blocks" stage on the CPU: groups a frame's surfels by the blocks that they touch. So
+/// one thread can process each block, without atomics and with the sums of its voxels in the cache.
 #pragma once
 
 #include <unordered_map>
@@ -16,7 +16,7 @@ struct alignas(64) StoredLine {
   SampleLine line;
   float weight[3];     ///< One per direction.
   uint8_t directions;  ///< One bit each.
-  bool has_sides;      ///< See BlockFinder::sides(); false for narrow pixels.
+  bool has_sides;      ///< Whether BlockFinder::sides() is defined for this surfel.
 };
 static_assert(sizeof(StoredLine) == 64, "");
 
@@ -42,7 +42,7 @@ class BlockFinder {
 
   /// The line of a surfel; undefined if the surfel has no weight.
   const StoredLine& line(uint32_t surfel) const { return lines_[surfel]; }
-  /// The sides of a surfel's pixel; undefined unless line(surfel).has_sides.
+  /// How far the surface was measured around a surfel; undefined unless line(surfel).has_sides.
   const MeasuredSides& sides(uint32_t surfel) const { return sides_[surfel]; }
 
   /// Memory used by lines, sides and surfel lists; the rest is small.
@@ -55,7 +55,7 @@ class BlockFinder {
     uint32_t directions;
     std::vector<uint32_t> surfels;
   };
-  /// Bins for the part of the surfels that one thread processes; reused for each frame.
+  /// Bins for the surfels that one thread processes; reused for each frame.
   class Share {
    public:
     void reset();

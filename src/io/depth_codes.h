@@ -45,7 +45,7 @@ std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels
 
 /// The encoding named in a message's `format` field: the text before the semicolon, as in "16UC1;
 /// compressedDepth png" and "16UC1; png compressed ", or the whole text if it has no semicolon.
-/// Empty for other formats, and for "32FC1; png compressed ".
+/// Empty if neither is the case, and for "32FC1; png compressed ".
 std::string encodingOfCompressedDepth(const std::string& format);
 
 /// Largest number of pixels that a depth or colour image may have.

@@ -107,7 +107,7 @@ void findInOrder(const std::vector<Pose>& poses, const std::vector<StampedImage>
     }
     const bool has_pose = number >= 0.0 && number < static_cast<double>(poses.size());
     if (has_pose) images[i].T_W_C = poses[static_cast<size_t>(number)];
-    images[i].missing = has_pose ? "the pose is not a rigid motion, or the camera was lost"
+    images[i].missing = has_pose ? "the pose is not a rigid motion, or tracking was lost"
                                  : "no pose with the same number";
   }
 }
@@ -143,7 +143,7 @@ void findAsGiven(const std::string& path, double tolerance_s,
       const auto found = named.find(key);
       if (found == named.end()) continue;
       image.T_W_C = found->second;
-      image.missing = "the pose is not a rigid motion, or the camera was lost";
+      image.missing = "the pose is not a rigid motion, or tracking was lost";
       break;
     }
   }

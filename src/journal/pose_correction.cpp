@@ -99,7 +99,7 @@ PoseCorrection::PoseCorrection(std::vector<StampedPose> corrected,
     }
   }
   if (anchors_.empty()) {
-    throw std::runtime_error("no corrected pose has the stamp of an image: pose stamps are " +
+    throw std::runtime_error("no corrected pose matches the stamp of an image: pose stamps are " +
                              describe(sorted.poses()) + ", the images' stamps " + describe(fused));
   }
   checkFrame();

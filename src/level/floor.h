@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-/// A floor plane, whose unit normal points to the camera's side.
+/// A floor plane, whose unit normal points towards the camera.
 using FloorPlane = Eigen::Hyperplane<double, 3>;
 
 /// Camera and points of one image, all in the same frame.
@@ -28,8 +28,7 @@ struct FloorView {
 /// Finds the floor: the plane with the most points among the planes tilted by less than 45 degrees
 /// from the cameras' mean up vector. It must contain a twentieth of all points, be at least 0.3 m
 /// wide, and have hardly any points below it. Deterministic.
-/// @param problem Set to the reason why no floor was found, without advice; cleared if it was
-/// found.
+/// @param problem Receives the reason why no floor was found; cleared if it was found.
 std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::string& problem);
 
 /// Searches for the floor in batches of kViews depth images until it is found. Not thread-safe.
@@ -39,7 +38,7 @@ class FloorSearch {
   static constexpr size_t kViews = 10;
 
   /// Adds an image, with its pose in the frame M. Images without a finite pose, or without
-  /// measurements up to 6 m, are ignored. @return whether this completes an attempt, which updates
+  /// measurements within 6 m, are ignored. @return whether this completes an attempt, which updates
   /// floor() or problem().
   bool add(const DepthFrame& frame);
 

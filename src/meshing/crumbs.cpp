@@ -114,7 +114,7 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
   auto found = pieces_at.find(packKey(cell));
   for (uint32_t i = first_kept; i < outline.end(); ++i) {
     const uint32_t own = piece_of[i - first_kept];
-    if (own == kNoPiece && outline.isUnused(i)) continue;  // removed crumbs are still pieces
+    if (own == kNoPiece && outline.isUnused(i)) continue;  // not part of the mesh
     const Vec3f& p = positions[i - first_kept];
     const Vec3i next = cellOf(p, cell_side);
     if (next != cell) found = pieces_at.find(packKey(next));  // rare: neighbours share cells

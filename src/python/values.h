@@ -80,8 +80,8 @@ inline std::optional<Matrix4> matrixOf(const std::optional<Eigen::Isometry3d>& p
   return pose ? std::optional<Matrix4>(pose->matrix()) : std::nullopt;
 }
 
-/// A flat tree of `settings` (None, a dict or a path), overridden by `keywords`. In files, settings
-/// that only the node uses are ignored.
+/// The settings in `settings` (None, a dict or a path) as keys and values, overridden by
+/// `keywords`. In files, settings that only the node uses are ignored.
 /// @throws py::type_error, py::value_error for other values, std::runtime_error for a file that
 /// cannot be read or is not YAML.
 ParamTree settingsOf(const py::object& settings, const py::kwargs& keywords);

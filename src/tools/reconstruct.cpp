@@ -97,13 +97,14 @@ void printSummary(const ReconstructionResult& result, const std::string& backend
   if (pages.blocks > 0) {
     std::printf(
         "%zu blocks in memory, %zu (%.1f MB) in map/page_folder; %llu written, %llu read, "
-        "%.1f s waited for the disk\n",
+        "%.1f s spent waiting for the disk\n",
         result.map.blocks, pages.blocks, static_cast<double>(pages.bytes) / 1e6,
         static_cast<unsigned long long>(pages.written), static_cast<unsigned long long>(pages.read),
         pages.wait_ms / 1e3);
   }
   if (pages.failures > 0) {
-    std::fprintf(stderr, "reconstruct: warning: map/page_folder failed %llu times: %s\n",
+    std::fprintf(stderr,
+                 "reconstruct: warning: %llu reads or writes in map/page_folder failed: %s\n",
                  static_cast<unsigned long long>(pages.failures), pages.problem.c_str());
   }
   if (result.map.refused_blocks > 0) {

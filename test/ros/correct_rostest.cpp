@@ -253,7 +253,7 @@ TEST_F(Correction, IsRefusedWithAReasonIfInvalid) {
     EXPECT_NE(answer.message.find(word), std::string::npos) << answer.message;
     EXPECT_TRUE(map() == before) << "changed by " << name;
   };
-  expectRefused("early.txt", "no corrected pose has the stamp of an image");
+  expectRefused("early.txt", "no corrected pose matches the stamp of an image");
   std::vector<StampedPose> far = posesOf(truth);
   far[3].T_W_C.translation().x() += 1e4;
   saveTrajectory(far, in("far.txt"));

@@ -22,7 +22,7 @@ struct MeshTopology {
   size_t unused_vertices = 0;
   size_t coincident_vertices = 0;  ///< Vertices at exactly the position of another vertex.
 
-  /// Whether the mesh has no holes and each side joins two consistently oriented triangles.
+  /// Whether the mesh has no holes and each edge joins two consistently oriented triangles.
   bool isClosedManifold() const {
     return triangles > 0 && boundary_edges == 0 && nonmanifold_edges == 0 &&
            inconsistent_edges == 0;

@@ -36,7 +36,7 @@ void readPoses(const FileOf& fileOf, std::vector<StampedImage>& images) {
     const fs::path path = fileOf(fs::path(image.path));
     image.missing = "no pose file";
     if (!fs::exists(path)) continue;
-    image.missing = "the pose is not a rigid motion, or the camera was lost";
+    image.missing = "the pose is not a rigid motion, or tracking was lost";
     image.T_W_C = rigidMotion(readMatrixFile(path.string(), 4, 4, "expected a pose"));
   }
 }

@@ -73,7 +73,7 @@ DTSDF_HD bool readNoiseLine(const Measured& measured, int width, int height,
   const auto sampleAt = [&](int offset_px) {
     return measured(middle.u + along_u * offset_px, middle.v + along_v * offset_px);
   };
-  for (int i = 0; i < kNoiseLength; ++i) {  // all are read first, as most are measured
+  for (int i = 0; i < kNoiseLength; ++i) {
     inverse_depth[i] = sampleAt((i - kNoiseRadius) * step_px);
   }
   for (int i = 0; i < kNoiseLength; ++i) {
@@ -144,7 +144,7 @@ struct NoiseOfLines {
 /// The variance common to the whole image: the estimate from the lower quartile, minus the
 /// difference between the estimates from the upper and the lower quartile, which is due to surface
 /// detail; at most the estimate from the median. 0 if there are too few lines, as their quartiles
-/// scatter.
+/// are unreliable.
 DTSDF_HD float commonVariance(const NoiseOfLines& of) {
   constexpr uint32_t kMinLines = 16;
   if (of.lines < kMinLines) return 0.0f;

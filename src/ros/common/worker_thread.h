@@ -28,7 +28,7 @@ using ThreadStep = std::function<std::chrono::milliseconds()>;
 /// repeat a step in between.
 class WorkerThread {
  public:
-  /// `name` is the threads' name in the system, at most 15 bytes.
+  /// @param name Name of the threads, as shown by ps and top; at most 15 bytes.
   explicit WorkerThread(std::string name, int niceness = 0)
       : name_(std::move(name)), niceness_(niceness) {}
   ~WorkerThread() { stop(); }

@@ -66,7 +66,7 @@ std::optional<Rejection> checkPixels(const sensor_msgs::Image& image, size_t pix
   }
   return Rejection{
       drop::kBadImage,
-      formatted("rows of %u bytes, %zu bytes in total, do not fit an image of %u x %u, ",
+      formatted("rows of %u bytes, %zu bytes in total, do not fit an image of %u x %u pixels in ",
                 image.step, image.data.size(), image.width, image.height) +
           printable(image.encoding)};
 }
@@ -117,7 +117,7 @@ std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t ma
         formatted("its frame_id or its encoding has more than %zu bytes", kLongestName)};
   }
   if (image.header.stamp.toSec() >= kLatestStamp_s) {
-    return Rejection{drop::kBadStamp, "its stamp is too late for ROS time"};
+    return Rejection{drop::kBadStamp, "its stamp is beyond the range of ROS time"};
   }
   return std::nullopt;
 }

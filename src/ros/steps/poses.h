@@ -70,7 +70,7 @@ class PosesStep : public Step {
         [this](const auto& request, auto& response) { save(request.file_name, response); }));
   }
 
-  /// With track, sets a frame's expected pose in M, the setting map_frame.
+  /// With track, sets a frame's expected pose in M, the frame named by map_frame.
   std::optional<Rejection> expect(PosedFrame& frame) override {
     if (!tracks()) return std::nullopt;
     auto* const depth = std::get_if<DepthFrame>(&frame.image);
@@ -92,7 +92,8 @@ class PosesStep : public Step {
     return std::nullopt;
   }
 
-  /// Replaces a frame's expected pose in W, the map frame, with the pose for fusion or painting.
+  /// Replaces a frame's expected pose in W, the frame of the voxels, by the pose to fuse or paint
+  /// it at.
   /// @throws std::exception if the backend fails.
   std::optional<Rejection> place(PosedFrame& frame) override {
     if (!isOn()) return std::nullopt;

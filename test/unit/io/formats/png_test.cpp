@@ -80,8 +80,9 @@ TEST_F(OwnImages, AcceptPosesInManyFormats) {
   writeBytes(folder_ / "poses/d_9.txt", lost);
   const auto source = openRecording(options_);
   EXPECT_EQ(readAll(*source).size(), 2u);
-  EXPECT_EQ(source->skipped(), (std::map<std::string, size_t>{
-                                   {"the pose is not a rigid motion, or the camera was lost", 1}}));
+  EXPECT_EQ(
+      source->skipped(),
+      (std::map<std::string, size_t>{{"the pose is not a rigid motion, or tracking was lost", 1}}));
 }
 
 TEST_F(OwnImages, AcceptOtherPoseConventions) {

@@ -40,8 +40,9 @@ TEST_F(ScanNet, OrdersByNumberAndSkipsLostPoses) {
   EXPECT_FLOAT_EQ(frames[0].depth.unit_m, 0.001f);
   EXPECT_FLOAT_EQ(frames[0].depth.intrinsics.fy, 578.729797f);
   EXPECT_EQ(frames[2].depth.T_W_C.translation().x(), 10.0);
-  EXPECT_EQ(source->skipped(), (std::map<std::string, size_t>{
-                                   {"the pose is not a rigid motion, or the camera was lost", 1}}));
+  EXPECT_EQ(
+      source->skipped(),
+      (std::map<std::string, size_t>{{"the pose is not a rigid motion, or tracking was lost", 1}}));
 }
 
 TEST_F(ScanNet, FramesCanBeSelected) {

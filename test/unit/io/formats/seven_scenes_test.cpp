@@ -72,9 +72,9 @@ TEST_F(SevenScenes, LostAndMissingPosesAreCounted) {
   const auto source = openRecording(options_);
   EXPECT_EQ(source->posed(), 3u);
   EXPECT_EQ(readAll(*source).size(), 3u);
-  EXPECT_EQ(source->skipped(), (std::map<std::string, size_t>{
-                                   {"no pose file", 1},
-                                   {"the pose is not a rigid motion, or the camera was lost", 6}}));
+  EXPECT_EQ(source->skipped(),
+            (std::map<std::string, size_t>{
+                {"no pose file", 1}, {"the pose is not a rigid motion, or tracking was lost", 6}}));
 }
 
 TEST_F(SevenScenes, ReportsInvalidPosesAndImageSizes) {

@@ -395,7 +395,7 @@ TEST_F(CorrectTest, IsRefusedWithAReason) {
   begin();
   correct({{7.0, truth(0)}});
   workUntilAnswered(2);
-  EXPECT_NE(answers_[1].message.find("no corrected pose has the stamp"), std::string::npos);
+  EXPECT_NE(answers_[1].message.find("no corrected pose matches the stamp"), std::string::npos);
   for (const CorrectionResult& answer : answers_) EXPECT_FALSE(answer.success);
   dtsdf_mapping::MapStatus status;
   correction_->fill(status);

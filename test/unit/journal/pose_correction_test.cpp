@@ -126,7 +126,7 @@ TEST(PoseCorrection, RefusesInvalidCorrections) {
   EXPECT_NE(errorFor(wrong).find("the same stamp, 0.500 s"), std::string::npos) << errorFor(wrong);
   EXPECT_EQ(errorFor({0.5, fused[5].T_W_C}), "") << "a pose that is given twice should be accepted";
   const std::string other = errorOf([&] { PoseCorrection({{500.0, fused[0].T_W_C}}, fused); });
-  EXPECT_NE(other.find("no corrected pose has the stamp"), std::string::npos) << other;
+  EXPECT_NE(other.find("no corrected pose matches the stamp"), std::string::npos) << other;
   EXPECT_NE(errorOf([&] { PoseCorrection({}, fused); }), "");
   EXPECT_NE(errorOf([&] { PoseCorrection({{0.0, fused[0].T_W_C}}, {}); }), "");
 }

@@ -50,7 +50,7 @@ int main() try {
       std::cout << "not known to be free\n";  // treat it as occupied
       return -1.0;
     }
-    // Distances are too large by at most 1.5 cells.
+    // Distances may be too large by up to 1.5 cells.
     const double least_m = std::max(0.0, found.distance_m - 1.5 * space.cellSize_m());
     std::cout << "at least " << least_m << " m to the nearest surface\n";
     return least_m;

@@ -25,7 +25,7 @@ def render(T_W_C):
     """Depth image of a camera at T_W_C: (240, 320) float32, in metres along the optical axis."""
     v, u = numpy.mgrid[:HEIGHT, :WIDTH]
     rays_C = numpy.stack([(u - K[0, 2]) / K[0, 0], (v - K[1, 2]) / K[1, 1], numpy.ones_like(u)], -1)
-    rays_W = rays_C @ T_W_C[:3, :3].T  # at depth 1, so multiples of a ray are depths
+    rays_W = rays_C @ T_W_C[:3, :3].T  # scaled to z_C = 1, so that the factor at a hit is its depth
     eye = T_W_C[:3, 3]
     with numpy.errstate(divide="ignore"):
         depth = ((numpy.sign(rays_W) * ROOM_M / 2 - eye) / rays_W).min(-1)

@@ -14,7 +14,7 @@ namespace dtsdf {
 /// which they are passed.
 struct DepthFrame {
   const void* data = nullptr;                       ///< First row; rows are `row_bytes` apart.
-  size_t row_bytes = 0;                             ///< At least `width` pixels of the encoding.
+  size_t row_bytes = 0;                             ///< From row to row; at least `width` pixels.
   int width = 0;                                    ///< In pixels.
   int height = 0;                                   ///< In pixels.
   DepthEncoding encoding = DepthEncoding::kUint16;  ///< Type of the raw values.

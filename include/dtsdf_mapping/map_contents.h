@@ -68,7 +68,7 @@ struct MapSize {
   size_t bytes() const;
 };
 
-/// Information about a map that its user supplies. The mapper itself does not use it.
+/// Information about a map, supplied by its user. The mapper itself does not use it.
 struct MapOrigin {
   std::string map_frame;  ///< Name of the frame in which poses are given; empty: unnamed.
   /// Levelling transform, from the frame M of the poses to the map frame W; not set if the map is

@@ -45,7 +45,7 @@ class PoseTracker {
   void seek(const Eigen::Isometry3d& near_T_W_C, double stamp_s);
 
   /// The pose set for the next frame, if any; otherwise the pose of the newest frame that fitted,
-  /// or at which the search started. Empty before the first frame.
+  /// or the start of the search. Empty before the first frame.
   std::optional<Eigen::Isometry3d> lastPose() const;
 
   /// The pose predicted for a time after the last frame. Empty before the first frame, while the

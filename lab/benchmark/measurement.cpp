@@ -58,8 +58,8 @@ void measureStages(const std::vector<SourceFrame>& frames, const MapperParams& p
   mapper->profileTo(nullptr);
 }
 
-/// On a GPU, integrate() returns before its own frame is done, but first waits for the previous
-/// one.
+/// On a GPU, integrate() waits for the previous frame to be done, but not for its own frame, so a
+/// call takes about as long as a frame.
 void measureFusion(const std::vector<SourceFrame>& frames, const MapperParams& params,
                    const Rules& rules, const std::function<void(size_t)>& show_progress,
                    Measurement& result) {

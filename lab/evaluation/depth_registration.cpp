@@ -12,8 +12,8 @@ using Eigen::Vector3d;
 
 constexpr int kStride_px = 6;  // about 8500 points in a 640 x 480 image
 constexpr double kFarthestShare = 0.05, kFarthest_m = 0.1;
-/// Factor by which the limit is larger in the first step, since an image at its recorded pose may
-/// be far from the mesh.
+/// Factor by which the limit (reachAt()) is larger in the first step, since an image at its
+/// recorded pose may be far from the mesh.
 constexpr double kFirstReach = 4.0;
 constexpr size_t kFewestPoints = 50;
 
@@ -65,7 +65,7 @@ double biweight(double difference, double reach) {
   return rest * rest;
 }
 
-/// Limit at and above which differences are ignored, in metres. `reach` is a factor.
+/// Limit in metres, scaled by `reach`, at and above which differences are ignored.
 double reachAt(double depth_m, double reach) {
   return reach * std::min(kFarthestShare * depth_m, kFarthest_m);
 }

@@ -107,7 +107,7 @@ class View {
  private:
   /// Whether the point lies in the image, on a pixel of about the same depth.
   bool isMeasured(const Eigen::Vector3f& p_C) const {
-    // Large enough for noise and for the slant within a pixel; occlusion is tested with a ray.
+    // Allows for noise and for slanted surfaces; occlusion is tested with a ray.
     constexpr float kDepthShare = 0.05f;
     if (p_C.z() <= 0.0f) return false;
     const Intrinsics& K = camera_.intrinsics;

@@ -21,8 +21,8 @@ namespace dtsdf {
 /// pixel covered by the second surface.
 float mixDepths(float own_m, float other_m, float other_share);
 
-/// Returns the depth image with mixed pixels. Up to half of each pixel at an edge is covered by the
-/// surface in that one of its four neighbours whose depth differs most. Pixels without a surface
+/// Returns the depth image with mixed pixels. At an edge, up to half of a pixel is covered by the
+/// surface of its neighbour (one of four) whose depth differs most. Pixels without a surface
 /// are not mixed, since no light returns from them.
 std::vector<float> mixPixels(const std::vector<float>& depth_m, const ViewCamera& camera,
                              uint64_t seed);

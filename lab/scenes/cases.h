@@ -31,8 +31,8 @@ void addDriftCases(std::vector<SceneCase>& cases);
 /// corner that is visible in a single frame must be kept.
 void addStrayCases(std::vector<SceneCase>& cases);
 
-/// Mixed pixels between two surfaces must not form a bridge, and a real side must not be removed
-/// like a bridge.
+/// Mixed pixels between two surfaces must not form a bridge, but a real surface in its place must
+/// be kept.
 void addMixedPixelCases(std::vector<SceneCase>& cases);
 
 /// A surface must end at the mean of its outlines in the images, not at the widest or narrowest

@@ -122,8 +122,8 @@ struct Side {
   }
 };
 
-/// Measures real sides between board and wall, which are where bridges would be. The camera moves
-/// along their edges, so that their width in the image hardly changes.
+/// Measures real sides between board and wall, where bridges would be. The camera moves along their
+/// edges, so that their width in the image hardly changes.
 std::vector<Figure> measureSides(const SceneSetup& setup, const Step& step, double width_px) {
   const Side sides[] = {Side::make(step, width_px, -1.0), Side::make(step, width_px, 1.0)};
   Scene scene;

@@ -28,9 +28,8 @@ struct FusionParams {
   float max_weight = 64.0f;   ///< Maximum weight of a voxel. Each frame adds at most 1.
   bool clearing = true;  ///< Whether surfaces that images look through are removed; no effect with
                          ///< kVoxelProjection.
-  /// Limit of a voxel's evidence for or against a surface, as a number of supporting images. 0
-  /// selects 8, or 19 if the node or a program aligns poses, since aligned images remain consistent
-  /// for longer.
+  /// Maximum number of images that count for or against a surface in a voxel. 0 selects 8, or 19 if
+  /// the node or a program aligns poses, since aligned images remain consistent for longer.
   int memory_frames = 0;
 };
 

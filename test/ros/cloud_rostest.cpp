@@ -64,7 +64,7 @@ TEST_F(Clouds, GiveTheSameMeshAsDepthImages) {
     ASSERT_TRUE(status_.waitForFused(fused + 1 + static_cast<uint64_t>(i)))
         << status_.status().message;
     DepthFrame frame = depthFrameOf(depth_m, kCloudCamera, kCloudWidth, kCloudHeight, T_W_C);
-    // The node receives the rotation as a quaternion, which rounds it.
+    // Convert the rotation to a quaternion and back, because the node receives a quaternion.
     frame.T_W_C = toIsometry(makeTransform("map", "camera", T_W_C, stamp).transform);
     mapper->integrate(frame);
   }

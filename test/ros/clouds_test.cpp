@@ -61,7 +61,7 @@ TEST(Clouds, AreReadInEveryLayout) {
   }
 }
 
-/// The intrinsics are computed from the points, which contain rounding errors.
+/// Rounding errors in the points make the computed intrinsics inexact.
 TEST(Clouds, YieldTheIntrinsicsOfTheirCamera) {
   CloudImages images("/points");
   const auto converted = images.convert(cloudOfRoom(), false, kEnoughBytes);

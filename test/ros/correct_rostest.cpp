@@ -126,7 +126,7 @@ class Correction : public testing::Test {
     return poses;
   }
 
-  /// The true path of `base`, the frame in corrections/path_frame.
+  /// The true path of the frame `base`, which the parameter corrections/path_frame names.
   nav_msgs::Path truthOfBase() const {
     nav_msgs::Path path;
     path.header.frame_id = "map";

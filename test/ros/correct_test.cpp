@@ -126,7 +126,7 @@ class CorrectTest : public testing::Test {
                       }});
   }
 
-  /// Ends the journal by adding an image too large to be written in time.
+  /// Ends the journal by adding an image that is too large to be written in time.
   void endJournal() {
     PosedFrame frame;
     DepthFrame depth = images_[0].view();

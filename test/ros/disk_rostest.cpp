@@ -1,5 +1,5 @@
-/// Tests saving to a disk that is full, read-only or gone. The service must return the error with
-/// advice, existing files must stay intact, and the node must continue.
+/// Tests saving to a disk that is full, read-only or gone. The response must contain the error and
+/// what to do about it, existing files must stay intact, and the node must continue.
 #include <dtsdf_mapping/LoadMap.h>
 #include <dtsdf_mapping/SaveMap.h>
 #include <gtest/gtest.h>
@@ -83,7 +83,7 @@ class Disk : public WallCamera {
     fuseFrame();
     for (const char* name : kNames) expectOneSentence(save(name), what, advice);
     EXPECT_TRUE(filesIn(folder_) == before) << "a failed save should neither change nor add files";
-    fuseFrame();  // the node continues
+    fuseFrame();  // the node must still work
     mendDisk();
     for (const char* name : kNames) EXPECT_TRUE(save(name).success);
     const auto after = filesIn(folder_);

@@ -209,7 +209,7 @@ TEST_F(Input, APoseJumpCostsOneFrame) {
   expectGoodFrameFused();
 }
 
-/// The node must not store names of 20 MB, because they could exhaust its memory.
+/// The node must not store frame names of 20 MB, because they could exhaust its memory.
 TEST_F(Input, LongNamesAreRefused) {
   expectGoodFrameFused();
   const int process = publishingProcess("/mapping/status");

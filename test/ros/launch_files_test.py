@@ -37,7 +37,7 @@ MANAGERS = {"realsense": "/camera/realsense2_camera_manager",
 ENVIRONMENT = {("MALLOC_ARENA_MAX", "2")}
 EXTRA = {"gazebo": ["world:=room.world"]}
 
-# Waits until an expression in `status` is true, then prints the value of a second expression.
+# Waits until an expression in `status` is true or the time is up, then prints a second expression's value.
 WATCH = """
 import rospy, sys, time
 from dtsdf_mapping.msg import MapStatus
@@ -56,8 +56,8 @@ print("no status" if status is None else eval(shown))
 
 
 def watch(environment, until, shown, seconds=30.0):
-    """Waits at most `seconds` until `until` is true, then returns the value of `shown` as text. Both are
-    Python expressions in `status`."""
+    """Waits at most `seconds` until `until` is true, then returns the value of `shown` as text. Both
+    arguments are Python expressions in `status`."""
     output = subprocess.run([sys.executable, "-c", WATCH, until, shown, str(seconds)], text=True,
                             env=environment, stdout=subprocess.PIPE, check=False).stdout
     return output.splitlines()[-1] if output else ""
@@ -100,7 +100,7 @@ def cameras_page():
 
 
 def commands_of(page):
-    """The shell commands in each section of a page of documentation, by heading."""
+    """The shell commands in each section of a documentation page, by heading."""
     commands = {}
     for section in re.split(r"^## ", page, flags=re.M)[1:]:
         blocks = re.findall(r"^```sh\n(.*?)^```", section, flags=re.M | re.S)
@@ -384,7 +384,7 @@ class Running(unittest.TestCase):
             self.assertIn(expected[name], topics)
 
     def counts(self, name, *arguments, cwd, kinds=("depth", "color"), least=3):
-        """Waits up to 15 s until `least` images of each of `kinds` are fused. Returns {kind: fused images}."""
+        """Waits up to 15 s until at least `least` images of each kind are fused. Returns {kind: fused images}."""
         with free_master(cwd) as environment:
             with launched(environment, *of_mapping(
                     name, environment, f"output_directory:={cwd}", *arguments), cwd=cwd) as printed:

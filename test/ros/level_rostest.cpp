@@ -1,5 +1,5 @@
-/// Tests map/level. The frame `map` is tilted, because it is the room camera's frame at time 0. The
-/// node publishes the levelled frame `map_level`.
+/// Tests the parameter map/level. The frame `map` is tilted, because it is the room camera's frame
+/// at time 0. The node publishes the levelled frame `map_level`.
 #include <dtsdf_mapping/CorrectPoses.h>
 #include <dtsdf_mapping/GetDistances.h>
 #include <dtsdf_mapping/LoadMap.h>
@@ -112,7 +112,7 @@ class LevelTest : public WallCamera {
 
   std::string lastDrop() const { return status_.status().cameras.at(0).streams.at(0).last_drop; }
 
-  /// Sends the images' own poses in `map` as a correction, which must not move the levelled map.
+  /// Sends the unchanged poses in `map` as a correction. The levelled map must not move.
   void expectNothingIsCorrected() {
     saveTrajectory(sent_, outputFolder() + "/sent.txt");
     dtsdf_mapping::CorrectPoses call;

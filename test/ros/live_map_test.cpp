@@ -89,7 +89,7 @@ TEST_F(LiveMapTest, TheMeshIsExtractedAtTheRequestedRate) {
   EXPECT_EQ(mapper_->meshes, 11) << "an unchanged map should not be meshed";
 }
 
-/// After a slow mesh extraction, frames are fused for at least the same time before the next one.
+/// After a slow mesh extraction, frames are fused for at least as long before the next one.
 TEST_F(LiveMapTest, FramesGetAsMuchTimeAsMeshing) {
   mapper_->mesh_ms = 3000.0;
   for (int i = 0; i < 100; ++i) {
@@ -195,7 +195,7 @@ TEST_F(LiveMapTest, NothingIsMeshedUnlessRequested) {
   EXPECT_EQ(changes_.take().blocks.size(), 1u) << "flushMesh() should extract the mesh";
 }
 
-/// The next part is extracted when the mesh is due again, or by the next call to flushMesh().
+/// The next part of the mesh is extracted once the mesh is due again, or by the next flushMesh().
 TEST_F(LiveMapTest, MeshesInPartsUntilNothingIsLeft) {
   mapper_->parts_left = 2;
   pushFrame();

@@ -1,4 +1,4 @@
-/// Writes a bag of images along a path through the analytic room. Usage: make_room_bag KIND
+/// Writes a bag of images rendered along a path through a simulated room. Usage: make_room_bag KIND
 /// OUT.bag. KIND is `late` (transforms arrive after their images), `drifting` or `covered` (see
 /// room_bags.h).
 #include <rosbag/bag.h>

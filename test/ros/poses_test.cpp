@@ -348,7 +348,7 @@ TEST(PoseCovariance, TrackedPosesAreUncertainAlongFreeAxes) {
   EXPECT_EQ(odometryCovariance(first, params), first.covariance);
 }
 
-/// Compares with a camera pose error transformed to another point on the rigid body.
+/// Expects the covariance of the same pose error, computed for another point on the rigid body.
 TEST(PoseCovariance, ErrorsMoveWithTheBody) {
   Eigen::Matrix<double, 6, 1> error;
   error << 0.01, -0.02, 0.03, 0.001, 0.002, -0.003;

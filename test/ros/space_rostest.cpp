@@ -87,7 +87,7 @@ class SpaceTest : public WallCamera {
     clearMap();
   }
 
-  /// Places the camera at x_m plus 0.02 m, so that the wall is near the centre of a cell.
+  /// Fuses frames from x_m plus 0.02 m, so that the wall is near the centre of a cell.
   void fuseFrames(int count, double x_m = 0.0) {
     for (int i = 0; i < count; ++i) {
       const uint64_t fused = status_.status().frames_fused;
@@ -295,7 +295,7 @@ TEST_F(SpaceTest, UpdatesMatchTheGridOfLateSubscribers) {
   EXPECT_EQ(reader.grids(), grids);
   expectUpToDate(reader);
 
-  // If a cell outside the grid changes, the grid grows by 256 cells.
+  // If a cell outside the grid changes, the grid grows in steps of 256 cells.
   const uint32_t width = reader.grid().info.width;
   grids = settledGrids(reader);
   fuseFrames(3, 13.0);

@@ -64,7 +64,8 @@ TEST(Status, ReportsWhatExceedsTheBudget) {
          "4 blocks or free-space sectors could not be read back and are lost: no space");
 }
 
-/// Refused blocks are reported until the map is cleared, but must not hide a current problem.
+/// Blocks refused by a full map are reported until it is cleared, but must not hide a current
+/// problem.
 TEST(Status, AFullMapDoesNotHideCurrentProblems) {
   MapStats counts;
   counts.refused_blocks = 7;

@@ -1,6 +1,6 @@
 """Stub camera drivers that publish images of a wall. Their packages, launch files, arguments, managers, topics
 and frames are named like those of the real drivers, and encodings and distortion models are the same. As with
-the real drivers, an unknown argument in one of our launch files is an error."""
+the real drivers, passing an unknown argument to a launch file is an error."""
 import os
 import stat
 
@@ -110,7 +110,7 @@ ODOMETRY = '''#!/bin/sh
 exec rosrun tf2_ros static_transform_publisher 0 0 0 0 0 0 odom camera_link "$@"
 '''
 
-# A stub of rtabmap, which publishes poses on TF and adds every fifth image to its graph. After 25 images
+# A stub of rtabmap that publishes poses on TF and adds every fifth image to its graph. After 25 images
 # it closes a loop, which moves all poses by 0.1 m. MapData contains only the fields used here. As in
 # rtabmap, the stamp of each graph node is sent only once.
 SLAM = '''#!/usr/bin/env python3
@@ -260,7 +260,7 @@ def make_packages(folder):
 
 
 def make_drivers(folder):
-    """Writes stub packages of the drivers only to the folder."""
+    """Writes stub packages of all drivers, but not of rtabmap, to the folder."""
     for name, driver in DRIVERS.items():
         driver = dict(driver, package=name)
         write(f"{folder}/{name}/package.xml", manifest(name))

@@ -1,5 +1,5 @@
-/// Tests tracking with a bag without transforms. The camera is tracked, lost when it is covered,
-/// and found again.
+/// Tests tracking with a bag that contains no transforms. The camera is tracked, lost when it is
+/// covered, and found again.
 #include <dtsdf_mapping/SaveMap.h>
 #include <dtsdf_mapping/SaveTrajectory.h>
 #include <dtsdf_mapping/SetPose.h>

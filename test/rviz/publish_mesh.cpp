@@ -1,5 +1,5 @@
-/// Publishes a wavy sheet under the name of the mapping node and in the same way as the node
-/// publishes its mesh. Usage: publish_mesh TRIANGLES, the minimum number of triangles.
+/// Publishes a wavy surface of at least TRIANGLES triangles under the name of the mapping node, in
+/// the same way as the node publishes its mesh. Usage: publish_mesh TRIANGLES.
 #include <ros/ros.h>
 
 #include <cmath>

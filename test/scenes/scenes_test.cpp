@@ -21,8 +21,9 @@ std::vector<SceneCase> quickCases() {
   return quick;
 }
 
-/// The cases of the four scenes that are also tested with 10 mm voxels, which takes about twice as
-/// long per case. `scripts/prove scenes` tests all scenes with both voxel sizes.
+/// The cases that are also tested with 10 mm voxels. These belong to only four scenes, because each
+/// case takes about twice as long as with 20 mm voxels. `scripts/prove scenes` tests all
+/// scenes with both voxel sizes.
 std::vector<SceneCase> casesAt10mm() {
   const std::set<std::string> scenes = {"near_after_far", "outlines", "slats", "uncontradicted"};
   std::vector<SceneCase> cases;

@@ -13,9 +13,9 @@ namespace dtsdf {
 /// A copy of the voxels and colours in a block.
 struct BlockSnapshot {
   BlockKey key;
-  /// kVoxelsPerBlock voxels for each direction with voxels, otherwise empty.
+  /// For each direction, kVoxelsPerBlock voxels, or none if the block has none there.
   std::vector<Voxel> voxels[kDirectionCount];
-  /// kVoxelsPerBlock colours for each direction with colours, otherwise empty.
+  /// For each direction, kVoxelsPerBlock colours, or none if the block has none there.
   std::vector<VoxelColour> colours[kDirectionCount];
 };
 

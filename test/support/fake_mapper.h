@@ -12,8 +12,8 @@
 
 namespace dtsdf {
 
-/// A free-space grid without known cells, except that the next parts_left calls to takeChanges()
-/// return many cubes with one free cell each.
+/// A free-space grid without known cells. Nevertheless, each of the next parts_left calls to
+/// takeChanges() returns many cubes with one free cell each.
 class FakeSpace : public Space {
  public:
   double cellSize_m() const override { return 0.1; }

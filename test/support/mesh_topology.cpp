@@ -10,8 +10,8 @@
 namespace dtsdf {
 namespace {
 
-/// How often triangles traverse a side from the smaller to the greater vertex index (up), or in the
-/// opposite direction (down).
+/// How often triangles traverse an edge from the smaller to the greater vertex index (up), or in
+/// the opposite direction (down).
 struct Passes {
   int up = 0, down = 0;
 };

@@ -14,9 +14,9 @@ using Triangle = std::array<uint32_t, 3>;
 
 struct MeshTopology {
   size_t triangles = 0;
-  size_t boundary_edges = 0;      ///< Sides that belong to only one triangle.
-  size_t nonmanifold_edges = 0;   ///< Sides shared by more than two triangles.
-  size_t inconsistent_edges = 0;  ///< Shared sides whose triangles are oriented inconsistently.
+  size_t boundary_edges = 0;      ///< Edges that belong to only one triangle.
+  size_t nonmanifold_edges = 0;   ///< Edges shared by more than two triangles.
+  size_t inconsistent_edges = 0;  ///< Shared edges whose triangles are oriented inconsistently.
   size_t repeated_corners = 0;    ///< Triangles that contain a vertex twice.
   size_t zero_areas = 0;          ///< Triangles whose corners are collinear.
   size_t unused_vertices = 0;

@@ -14,7 +14,7 @@ inline uint32_t caseSeed(int n) {
          static_cast<uint32_t>(n);
 }
 
-/// Setting of the environment variable that runs this case first, for SCOPED_TRACE.
+/// Text for SCOPED_TRACE. It contains the value of DTSDF_TEST_SEED with which this case runs first.
 inline std::string describeSeed(uint32_t seed) { return "DTSDF_TEST_SEED=" + std::to_string(seed); }
 
 }  // namespace dtsdf

@@ -35,7 +35,7 @@ inline MapperParams roomParams(float voxel_size_m = 0.02f) {
 /// Contents of a map of the whole recording.
 MapContents roomContents(bool painted = true, const MapperParams& params = roomParams());
 
-/// Extracts the whole mesh of a mapper, which must not have been updated before.
+/// Extracts the whole mesh of a mapper whose mesh has never been extracted.
 Mesh meshOf(Mapper& mapper, float voxel_size_m);
 
 /// A copy of the contents. MapContents has no copy constructor, to prevent accidental copies.

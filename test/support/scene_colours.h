@@ -11,7 +11,7 @@
 namespace dtsdf {
 
 /// Writes colour images with the same field of view as the depth images of writeSceneRecording().
-/// They are stamped 10 ms after one in `every` depth images.
+/// There is one for every `every`-th depth image, stamped 10 ms later.
 inline void writeSceneColours(const std::filesystem::path& folder, const Scene& scene,
                               const SurfaceColour& colour,
                               const std::vector<Eigen::Isometry3d>& T_W_C, int width, int height,

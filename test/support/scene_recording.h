@@ -23,7 +23,8 @@ inline void writeCameraInfo(const std::filesystem::path& file, const Intrinsics&
   writeBytes(file.string(), camera.str());
 }
 
-/// Writes one image every 0.1 s, in units of 0.2 mm, with a horizontal field of view of 65 degrees.
+/// Writes one depth image every 0.1 s. Depths are in units of 0.2 mm, and the horizontal field of
+/// view is 65 degrees.
 /// The trajectory file contains the poses T_W_C[i], or moved(i, T_W_C[i]) if `moved` is set.
 inline void writeSceneRecording(
     const std::filesystem::path& folder, const Scene& scene,

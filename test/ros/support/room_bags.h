@@ -22,14 +22,14 @@ constexpr double kPeriod_s = 0.05;
 
 inline ros::Time stampOf(int frame) { return ros::Time(1000.0) + ros::Duration(kPeriod_s * frame); }
 
-/// Pose of the camera in the room, R.
+/// Pose of the camera in the room's frame R.
 inline Eigen::Isometry3d poseAt(int frame) { return roomCameraPose(kPeriod_s * frame); }
 
 /// Number of images in the bag `drifting`, in which the odometry drifts by up to 9 cm and 3
 /// degrees.
 constexpr int kDriftingFrames = 60;
 
-/// Pose of odom in the room.
+/// Pose of the frame odom in R, with the drift up to this image.
 inline Eigen::Isometry3d driftAt(int frame) {
   const double share = static_cast<double>(frame) / kDriftingFrames;
   Eigen::Isometry3d T_R_O(Eigen::Translation3d(0.08 * share, -0.04 * share, 0.01 * share));

@@ -1,4 +1,4 @@
-/// A simulated depth camera in the analytic room, and a subscriber to the poses published by the
+/// A simulated depth camera in a simulated room, and a subscriber to the poses published by the
 /// node.
 #pragma once
 
@@ -55,7 +55,7 @@ class OdometryWatcher {
   /// The pose in the newest odometry.
   Eigen::Isometry3d pose() const;
 
-  /// The transform from TF at a stamp. Waits for it for up to 10 s. Returns nothing on timeout.
+  /// Returns the transform from TF at a stamp, or nothing if it does not arrive within 10 s.
   std::optional<Eigen::Isometry3d> transform(const std::string& parent, const std::string& child,
                                              const ros::Time& stamp) const;
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kWidth = 320, kHeight = 240;
 
-/// Returns the noise estimated from an image with inverse depths of 0.5 1/m plus `offsets`.
+/// Returns the noise estimated from an image whose inverse depths, in 1/m, are 0.5 plus `offsets`.
 float estimatedNoise(const std::vector<float>& offsets) {
   std::vector<float> depth_m;
   for (const float offset : offsets) depth_m.push_back(1.0f / (0.5f + offset));
@@ -93,7 +93,7 @@ TEST(SensedNoise, IsFoundIfCorrelatedAlongLines) {
   }
 }
 
-/// Only a 19 pixel wide object is measured, so only a few lines of pixels can be used.
+/// Only an object of 19 x 19 pixels is measured, so only a few lines of pixels can be used.
 TEST(SensedNoise, IsFoundOnASmallObject) {
   std::vector<float> offsets = whiteNoise(0.001f);
   for (int i = 0; i < kWidth * kHeight; ++i) {

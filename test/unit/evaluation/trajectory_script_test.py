@@ -69,7 +69,7 @@ class EvaluateTrajectory(unittest.TestCase):
         # The error in height changes by 0.04 m between images.
         self.assertAlmostEqual(float(figures["rpe_image_m"]), 0.04, delta=1e-5)
         self.assertAlmostEqual(float(figures["rpe_image_deg"]), 0.0, delta=1e-3)
-        self.assertLess(float(figures["rpe_second_m"]), 1e-5)  # images 30 frames apart have the same offset
+        self.assertLess(float(figures["rpe_second_m"]), 1e-5)  # poses 30 images apart have the same offset
 
     def test_invalid_files_are_reported(self):
         write(self.truth, (true for true, _ in helix()))

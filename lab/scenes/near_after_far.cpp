@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// z coordinate of the wall, off the grid planes.
+/// z coordinate of the wall, chosen so that the wall does not lie in a grid plane.
 constexpr double kNearWall_m = 0.0037;
 
 std::vector<Figure> measure(const SceneSetup& setup, const std::vector<double>& distances_m) {

@@ -50,8 +50,8 @@ struct Sheet {
 const Sheet kBoard{{0.6, 0.4}, {0.035, 0.2}};
 const Sheet kBoardOnGrid{kBoard.outline, kBoard.slot, Vector2d::Zero()};
 
-/// Standard deviations of the random errors in the position of a side in one row or column of an
-/// image, and in the camera's position along each axis.
+/// Standard deviations of two random errors: in a side's position in each image row or column, and
+/// in the camera's position along each axis.
 struct SightError {
   double outline_px, pose_m;
 };
@@ -103,7 +103,7 @@ SceneView lookAtSheet(const Sheet& sheet, const Vector3d& eye, double outline_px
   return view;
 }
 
-/// Random position errors with a mean of zero, as a common shift would only move the map.
+/// Random position errors whose mean is zero; a common shift would only move the map.
 std::vector<Vector3d> drawShifts(double sigma_m, Random& random) {
   std::vector<Vector3d> shifts;
   for (int i = 0; i < kSights; ++i) {

@@ -44,8 +44,8 @@ struct SceneView {
 
 SceneView look(const Scene& scene, const SceneCamera& camera, const Eigen::Isometry3d& T_W_C);
 
-/// Pose of a camera at `eye_W` looking at `target_W`. Up is -y, as in the camera's own frame, so if
-/// it looks along z, its axes are parallel to the map's.
+/// Pose of a camera at `eye_W` looking at `target_W`. Up is -y, as in the camera's own frame, so a
+/// camera that looks along z has axes parallel to the map's.
 Eigen::Isometry3d lookFrom(const Eigen::Vector3d& eye_W, const Eigen::Vector3d& target_W);
 
 /// Pose of a camera at `eye_W` looking along z.

@@ -18,7 +18,7 @@ class Recording:
     pose_convention: "optical", "opengl", "body" or "inverted"; by default that of the poses' format.
     skip_bad: skip and count damaged images instead of raising an error.
 
-    Iterating yields DepthImage objects, colours() yields ColourImage objects. Images without a pose
+    Iterating yields DepthImage objects; colours() yields ColourImage objects. Images without a pose
     are skipped and counted in `skipped`. Raises RuntimeError if a file is missing or malformed; the
     message names file and line.
     """
@@ -81,8 +81,8 @@ def fuse(mapper, recording, colour=True, progress=None):
     """Fuses the depth images of a Recording at its poses, and its colour images unless colour is False.
     The resulting map is identical to that of `reconstruct --poses-mode tf`.
 
-    progress: if True, prints progress to standard error. A function is called as progress(done, total)
-    after each depth image, where total is None if unknown; it may raise an exception to stop. Returns the
+    progress: if True, prints progress to standard error; if a function, calls it as progress(done, total)
+    after each depth image, where total is None if unknown; the function may raise an exception to stop. Returns the
     number of depth images fused. Ctrl-C stops between images; those fused so far stay in the map.
     """
     show = _print_progress if progress is True else progress

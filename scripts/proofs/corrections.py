@@ -1,6 +1,7 @@
 """Compares three ways of correcting a map after its poses have been corrected.
 
-A camera moves through a house. Its poses drift like odometry, and are then corrected to the true poses:
+A camera moves through a house. Its poses drift like odometry, and are then corrected to the true poses.
+The map is corrected in these ways:
 - All images are fused again at the true poses, as in the node and in `reconstruct JOURNAL --poses`.
 - Submaps, fused at drifted poses, are moved to the true poses of their first images, as in voxgraph.
 - Only one image a second is fused, at its true pose, as in rtabmap.

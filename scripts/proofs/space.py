@@ -1,7 +1,7 @@
 """Compares the free cells and distances of a map with the ground truth of an analytic scene, at several cell
 sizes.
 
-Fills space.md. Exits with 0 only if no sampled free cell is occupied or was never observed, and distances at
+Fills space.md. Exits with 0 only if all sampled free cells were observed and none is occupied, and distances at
 cell centres have an RMSE of at most half a cell and no error above one and a half cells.
 """
 import json

@@ -28,7 +28,7 @@ MANAGER, NODE = "/mapping_manager", "/mapping"
 QUERIED_POINTS = 1000
 RECOVERS_WITHIN_S = 30.0
 SETTLES_WITHIN_S = 180.0
-MAX_UNCOUNTED_IMAGES = 70  # received but not yet counted elsewhere; limited by the queues
+MAX_UNCOUNTED_IMAGES = 70  # see unaccounted(); limited by the queues
 
 
 def cycle_seconds(hours):

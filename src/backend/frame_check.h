@@ -31,7 +31,7 @@ void resizeView(const FrameView& frame, bool has_colours, RenderedView& view);
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
-/// At most this many blocks outside keptBallOf() are dropped per frame, to limit its duration.
+/// At most this many blocks outside keptBallOf() are dropped per frame, to limit the time it takes.
 constexpr size_t kMaxDroppedBlocks = 4096;
 
 /// The sphere with radius map/keep_radius_m, in voxels. After a frame, blocks entirely outside it

@@ -194,8 +194,8 @@ class MapBackend {
                                                 const RegionView& region) = 0;
 
   /// Copies voxels and colours into `contents`.
-  /// @param taken If not null, receives the meshing states of the slots, which lose their states
-  /// and marks and can then be released.
+  /// @param taken If not null, receives the meshing states of the slots. The slots lose their
+  /// states and marks, and can then be released.
   /// @throws BackendError if memory runs out; nothing is changed.
   virtual void copyOut(const ContentsOrder& order, MapContents& contents,
                        MeshStates* taken = nullptr) = 0;

@@ -19,7 +19,7 @@ class ProbedMapper : public Mapper {
   /// profile kernels on a GPU, use NVIDIA's tools.
   virtual void profileTo(Profile* profile) = 0;
 
-  /// Loads a map. @pre Its head was checked, and this mapper's map is empty.
+  /// Loads a map. @pre checkHead(*parts.head) has passed, and this map is empty.
   /// @throws std::exception if memory runs out, blocks cannot be paged to disk, or the parts cannot
   /// be read; the mapper is then unusable.
   virtual void restore(const MapParts& parts) = 0;

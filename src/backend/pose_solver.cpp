@@ -99,7 +99,7 @@ float cutoffAt(int step, const AlignmentRules& rules) {
   return rules.cutoff + std::ldexp(rules.reach - rules.cutoff, -step);
 }
 
-/// Whether a step moves points that are a few metres away by far less than the map's error.
+/// Whether a step is negligible: points a few metres away move by far less than the map's error.
 bool hasConverged(const Vector6d& change) {
   constexpr double kStill_voxels = 1e-2, kStill_rad = 1e-4;
   return change.tail<3>().norm() < kStill_voxels && change.head<3>().norm() < kStill_rad;

@@ -40,7 +40,7 @@ inline SurfelSettings makeSurfelSettings(const MapperParams& params, const Surfe
 
 /// The rule parameters, with the maximum evidence that follows from fusion/memory_frames.
 inline Rules withMemory(Rules rules, const MapperParams& params) {
-  constexpr int kFrames = 8;  // for poses that drift
+  constexpr int kFrames = 8;  // the default, which suits poses that drift
   const int frames = params.fusion.memory_frames > 0 ? params.fusion.memory_frames : kFrames;
   const int most = frames * rules.fusion.support_gain;
   rules.fusion.max_evidence = most < kMaxEvidence ? most : kMaxEvidence;

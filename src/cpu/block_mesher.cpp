@@ -317,8 +317,8 @@ MeshUpdate BlockMesher::update(int32_t min_evidence) {
   std::vector<int32_t> slots;  // at first, blocks whose units have a corner in a changed block
   selectAround(dirty, kUnitReach, unitReachOffset, slots);
   indexBlocks(slots, true);
-  // Adds all neighbours of changed blocks, as vertices and surfaces depend on the voxels and labels
-  // around them, then blocks with vertices on edges that end at painted voxels.
+  // Adds all neighbours of changed blocks, as their meshes depend on nearby voxels and labels. Then
+  // adds blocks with vertices on edges that end at painted voxels.
   selectAround(dirty, kBlocksAround, aroundOffset, slots);
   if (has_colours_) {
     selectAround(takeMarked(painted_, state_, &SlotState::painted), kUnitReach, unitReachOffset,

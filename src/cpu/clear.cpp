@@ -89,8 +89,8 @@ class RowJudge {
     return any(judged);
   }
 
-  /// Sets the places at which voxels are tested to judgedOrigin(). Anchors only need to be unpacked
-  /// for covered voxels.
+  /// Sets the place of each voxel, the point at which it is tested, to judgedOrigin(). Anchors only
+  /// need to be unpacked for covered voxels.
   void findOrigins(const VoxelRow& voxels, int row, const LaneInts& covered) {
     const auto put = [&](int x, const Vec3f& origin) {
       place_x_[x] = origin.x;
@@ -141,8 +141,8 @@ class RowJudge {
     }
   }
 
-  /// The checked voxels whose places the frame looks through, one bit each. Only uses the pixel of
-  /// each place. Has no branches, as these would be unpredictable.
+  /// The checked voxels whose places the frame looks through, one bit each. Reads only the
+  /// pixel onto which each place projects. Has no branches, as these would be unpredictable.
   uint32_t lookedThrough() const {
     uint32_t through = 0;
     for (int x = 0; x < kBlockSide; ++x) {

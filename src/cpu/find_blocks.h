@@ -1,5 +1,6 @@
-/// The "find blocks" stage on the CPU: groups a frame's surfels by the blocks that they touch. So
-/// one thread can process each block, without atomics and with the sums of its voxels in the cache.
+/// The "find blocks" stage on the CPU: groups a frame's surfels by the blocks that they touch. Each
+/// block is then processed by one thread, which needs no atomics and keeps the block's sums in the
+/// CPU cache.
 #pragma once
 
 #include <unordered_map>
@@ -55,7 +56,7 @@ class BlockFinder {
     uint32_t directions;
     std::vector<uint32_t> surfels;
   };
-  /// Bins for the surfels that one thread processes; reused for each frame.
+  /// One thread's surfels, grouped by block. The memory is reused for each frame.
   class Share {
    public:
     void reset();

@@ -17,7 +17,7 @@ namespace {
 // kernels/colour bit for bit.
 
 int listNear(const PointView& of_image, const Voxel* voxels, int* near) {
-  constexpr int kRow = 16;          // number of voxels tested together; usually, all are far
+  constexpr int kRow = 16;          // voxels tested together; usually, none is near
   const PointView view = of_image;  // a copy, as stores may alias the reference
   int count = 0;
   for (int row = 0; row < kVoxelsPerBlock; row += kRow) {

@@ -71,7 +71,8 @@ class FreeCellFinder {
   const int32_t cell_log2_;
   const float max_range_m_;
   const int threads_;
-  std::vector<std::vector<float>> levels_;  ///< Empty for level 0, which is sensing.free_depth.
+  /// Levels of the pyramid. Level 0 stays empty, as sensing.free_depth is used in its place.
+  std::vector<std::vector<float>> levels_;
 };
 
 }  // namespace dtsdf

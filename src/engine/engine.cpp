@@ -126,7 +126,7 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
   const bool has_moved_blocks = pager_ && loadForFrame(view, touched, in_view);
   admit(touched, in_view);
   backend_->castFoldAndClear(state_.frames + 1, in_view);
-  table_.publish();  // while a device is busy
+  table_.publish();  // while a GPU, if used, is busy
   ++state_.frames;
   if (touched.blocks > 0) ++state_.supporting_frames;
   keep(frame, view, has_moved_blocks);

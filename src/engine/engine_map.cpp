@@ -99,9 +99,8 @@ MeshUpdate Engine::finishMeshUpdate() {
   return made;
 }
 
-/// Fetches an extraction. After its last part, blocks without arrays are released, as their empty
-/// meshes have been delivered. Waiting blocks are marked again; after the last part, undone blocks
-/// are marked, too.
+/// Fetches an extraction, and marks waiting blocks again. After the last part, marks undone blocks,
+/// too, and releases blocks without arrays, as their empty meshes have been delivered.
 void Engine::finishMeshing() {
   if (!std::exchange(state_.is_meshing, false)) return;
   addMeshes(backend_->finishMesh(), state_.made);
@@ -200,7 +199,7 @@ MapContents Engine::outline() {
   return contents;
 }
 
-/// Copying drops damaged blocks from the map, which must then be copied again.
+/// Copying drops damaged blocks from the map. The map is then copied again without them.
 MapContents Engine::contents() {
   for (uint64_t lost = stats_.pages.lost;;) {
     MapContents contents = outline();

@@ -316,8 +316,8 @@ void Pager::noteFrame(const DepthFrame& frame, const FrameView& view, bool has_m
 }
 
 /// Blocks on disk in the coarse cells that will be in view if the camera's motion continues, sorted
-/// by when they are needed; possibly more than can be loaded. Also marks cells in memory that will
-/// be in view as needed.
+/// by when they are needed; possibly more than can be loaded. For cells in memory that will be in
+/// view, notes that they are needed.
 std::vector<PackedKey> Pager::keysAhead(DepthFrame ahead) {
   const size_t most =
       spareBytes(budget_bytes_) / (BlockTable::kBlockBytes + BlockTable::kArrayBytes);

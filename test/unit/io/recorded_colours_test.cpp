@@ -94,7 +94,7 @@ TEST_F(RecordedColoursTest, DamagedFilesAreErrorsMissingOnesAreCounted) {
   EXPECT_EQ(source->skipped().at("colour images: no such file"), 1u);
 }
 
-/// PNG and JPEG images with other pixel types are converted to 8-bit RGB.
+/// PNG and JPEG images whose pixels are not 8-bit RGB are converted to 8-bit RGB.
 TEST_F(RecordedColoursTest, OtherPixelTypesBecomeRgb) {
   const auto first = [&](const std::string& name, const cv::Mat& image) {
     cv::imwrite(folder_ / name, image);

@@ -82,7 +82,7 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileBeingWritten) {
   Refusion refusion(journal_.path(), journaledParams(), {journal_.count(), truePoses()});
   EXPECT_EQ(refusion.effect().moved, size_t{kCount - 1});
   EXPECT_TRUE(refusion.step(0));
-  // An image that arrives in the meantime gets the same correction as the last image.
+  // An image that arrives in the meantime gets the same correction as the image before.
   fuse(kCount, refusion.motion().inverse());
   ASSERT_TRUE(journal_.written().get());
   while (refusion.step(0)) {

@@ -50,8 +50,8 @@ TEST(GivenMotion, JumpsAreDetectedAfterOnePose) {
   EXPECT_FALSE(motion.isMovedBy(T, {0.1, Eigen::Isometry3d::Identity()}));
 }
 
-// After a pause, a camera that was moving may be anywhere, so no correction counts as adopted. A
-// camera that stood still is assumed not to have moved.
+// After a pause, a camera that was moving may be anywhere, so a jump does not show that the source
+// has adopted a correction. A camera that stood still is assumed not to have moved.
 TEST(GivenMotion, JumpsAfterAPauseCountOnlyIfStill) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.2, 0.0, 0.0));
   for (double next_s = 1.5; next_s < 31.0; next_s += 0.1) {
@@ -66,8 +66,8 @@ TEST(GivenMotion, JumpsAfterAPauseCountOnlyIfStill) {
   }
 }
 
-// If a hand-held camera trembles by 2 cm and sometimes stops, a 1 cm correction must never count as
-// adopted.
+// The 2 cm tremor of a hand-held camera that sometimes stops must never be mistaken for the
+// adoption of a 1 cm correction.
 TEST(GivenMotion, TremblingIsNotMistakenForACorrection) {
   const Eigen::Isometry3d T(Eigen::Translation3d(0.0, 0.01, 0.0));
   GivenMotion hand;

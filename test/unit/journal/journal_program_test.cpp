@@ -70,8 +70,8 @@ TEST_F(JournalProgram, FusesCorrectedPoses) {
     poses.push_back({0.1 * static_cast<double>(i), images_[i].frame.T_W_C});
   }
   saveTrajectory(poses, folder_ / "poses.txt");
-  // The expected map uses the poses as read from the file, which are rounded. The first pose
-  // was correct, so it is not changed.
+  // The expected map uses the rounded poses from the file. The first pose was correct, so it is not
+  // changed.
   const std::vector<StampedPose> read = readTrajectory(folder_ / "poses.txt", "").poses();
   for (size_t i = 0; i < images_.size(); ++i) {
     plain->integrate(withPose(images_[i], i == 0 ? wrongPose(0) : read[i].T_W_C).view());

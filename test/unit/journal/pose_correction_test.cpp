@@ -132,7 +132,7 @@ TEST(PoseCorrection, RefusesInvalidCorrections) {
 }
 
 // The corrected path may contain poses of images that were not fused. Such poses are ignored,
-// since the fused path at their stamps is unknown. Here, it is a zigzag.
+// since the fused path at their stamps is unknown. Here, the path is a zigzag.
 TEST(PoseCorrection, PosesOfDroppedImagesAreIgnored) {
   std::vector<StampedPose> path;
   for (int i = 0; i < 20; ++i) path.push_back({0.1 * i, pose(0.1 * i, 0.2 * (i % 2), 0.05 * i)});

@@ -45,8 +45,8 @@ BlockKey randomBlock(std::mt19937& random, const BlockKey& around, int reach) {
   return {around.x + offset(random), around.y + offset(random), around.z + offset(random)};
 }
 
-/// Moves a block to a corner of its cell. If the cell's bounds were too small, blocks at its
-/// corners would be the first to be missed.
+/// Moves a block to a corner of its coarse cell (see BlockCells). If the cell's bounds were too
+/// small, blocks at its corners would be the first to be missed.
 BlockKey cornerOfCell(std::mt19937& random, const BlockKey& block) {
   const auto snap = [&](int32_t at) {
     const int32_t first = at & ~(BlockCells::kSide - 1);

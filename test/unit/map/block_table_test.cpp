@@ -244,7 +244,7 @@ TEST(BlockTable, PoolsStayWithinThePredictedSizes) {
   }
 }
 
-/// The bit in a ColourRequest for brick number % 8 of direction number / 8.
+/// The bit in a ColourRequest for brick `number % 8` in direction `number / 8`.
 constexpr uint64_t brick(int number) { return uint64_t{1} << number; }
 
 TEST(BlockTableColours, AreReleasedWithTheirVoxels) {

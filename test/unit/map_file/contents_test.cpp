@@ -138,7 +138,7 @@ TEST(ContentsOfAMap, IncludeFreeCells) {
             "");
 }
 
-/// 6000 cubes of 256 bytes each must fit into an eighth of the budget.
+/// 6000 cubes of free cells, 256 bytes each, must fit into an eighth of the budget.
 TEST(ContentsOfAMap, NeedMemoryForFreeCells) {
   MapContents contents = roomContents(false, spaceParams());
   contents.free_cubes.clear();

@@ -351,7 +351,7 @@ TEST_F(MapFile, WithWrongSizesIsRefused) {
   EXPECT_TRUE(contains(errorOfBytes(longer), "damaged"));
 }
 
-/// The map file of a box also stores the box and the indices of its frames.
+/// The file of a map that covers only a box also stores the box and the indices of its frames.
 TEST_F(MapFile, OfABoxStoresTheBox) {
   MapBox box{{-4, -5, -6}, {1, 2, 3}, 2, {{0, 4}, {7, 9}}, {{7, 9}}};
   const auto mapper = makeProbedMapper(smallParams());

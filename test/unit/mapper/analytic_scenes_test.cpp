@@ -48,7 +48,7 @@ void expectValidMesh(const Mesh& mesh) {
 }
 
 /// Checks that vertex normals point into free space. Tiny triangles at a border may have any
-/// orientation, since the measured points to which vertices are drawn there are rounded.
+/// orientation, since vertices there are moved to measured points, which are rounded.
 void expectNormalsFaceFreeSpace(const Mesh& mesh, const Scene& scene) {
   size_t wrong = 0;
   for (size_t i = 0; i < mesh.vertices_m.size(); ++i) {
@@ -61,10 +61,10 @@ void expectNormalsFaceFreeSpace(const Mesh& mesh, const Scene& scene) {
 }
 
 /// Six views of a tilted plane, up to 1.6 m away. Point-to-plane distances are exact except for
-/// rounding. In a directional map, anchors are rounded, too. These are measured points that attract
-/// vertices at the edge of the measured surface. Projective distances are off by up to half a
-/// pixel's step in depth, 8 mm for pixels 6 mm wide and a plane inclined by 60 degrees. The limits
-/// also allow for interpolation errors.
+/// rounding. A directional map also rounds the measured points to which it moves vertices at the
+/// border of the surface. Projective distances are off by up to half a pixel's step in depth, which
+/// is 8 mm for pixels 6 mm wide and a plane inclined by 60 degrees. The limits also allow for
+/// interpolation errors.
 TEST_P(AnalyticScenes, TiltedPlane) {
   Scene scene;
   scene.add(Plane{Vector3d(0.1, 0.05, 0.02), Vector3d(0.3, -0.4, 1.0).normalized()});
@@ -187,7 +187,7 @@ TEST(ThinWire, IsMappedFromOneColumnOfPixels) {
   ASSERT_LT(hits, 120);  // the number of rows
   const Mesh mesh = reconstruct(makeCpuParams(), frames);
   const Eigen::AlignedBox3d around(Vector3d(1.4, -0.05, -0.25), Vector3d(1.6, 0.05, 0.25));
-  // In the mesh, the wire is narrower, since vertices are drawn to its measured points.
+  // In the mesh, the wire is narrower, since vertices are moved to its measured points.
   EXPECT_GT(areaWithin(mesh, around), 0.4 * wire_m);
   EXPECT_LT(measureError(mesh, scene).max_m, 1.5 * kSceneVoxel_m);
 }

@@ -44,7 +44,8 @@ TEST(NoisyWall, AveragesToOneSurface) {
 }
 
 /// Two walls that meet 4 m in front of the camera, with noise of 48 mm. Normals fitted in windows
-/// wide enough for this noise mix both walls. Updating voxels along them would shift the edge.
+/// wide enough for this noise mix both walls. Updating voxels along such normals would shift the
+/// edge.
 TEST(NoisyWall, KeepsAnEdgeInPlace) {
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(0.8, 0.1, 1.0).normalized()});

@@ -201,7 +201,8 @@ TEST(PoseTracker, ResumesFromASetPose) {
   EXPECT_LT(shiftBetween_m(found.T_W_C, truth), 5e-3);
 }
 
-/// The alignment of the first image drifts away, so the tracker searches around the set pose.
+/// Too few points fit the pose found for the first image, so the tracker rejects this pose. It then
+/// searches around the pose that was set.
 TEST(PoseTracker, SearchesAroundASetPose) {
   FakeMapper mapper;
   mapper.integrate(DepthFrame());

@@ -12,8 +12,8 @@ namespace {
 constexpr int kCellLog2 = 10;
 constexpr int kCell = 1 << kCellLog2;
 
-/// A grid of `side` x `side` squares at height z, each 256 wide, in packed units. It faces up if
-/// `faces` is 1, and down if it is -1.
+/// A grid of `side` x `side` squares, each 256 wide, at height z, all in steps of the packed
+/// coordinates. The grid faces up if `faces` is 1, and down if it is -1.
 PackedChunk gridChunk(std::array<int64_t, 3> origin, int side, int z, float faces) {
   PackedChunk chunk;
   chunk.origin = origin;
@@ -70,8 +70,8 @@ std::set<std::array<double, 3>> placesOf(const PackedChunk& chunk, double step) 
   return places;
 }
 
-/// All vertices lie just below the border between the two chunks. Their large cells begin below the
-/// upper chunk.
+/// All vertices lie just below the border between the two chunks. The large cells in which vertices
+/// are merged begin below the upper chunk.
 TEST(CoarseChunk, MeetsItsNeighbourDespiteLargeCells) {
   constexpr int kVoxel = 512, kSide = 32 * kVoxel, kMargin = 2 * kVoxel, kBelow = 154;
   const int lower_z = kSide + kMargin - kBelow, upper_z = kMargin - kBelow;

@@ -1,4 +1,4 @@
-// Tests that a block is refused, never stored in part, if memory runs out.
+// Tests that a block is refused rather than stored in part if memory runs out.
 #include "page/paged_blocks.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ TEST(PagedBlocks, RefusesBlocksIfMemoryRunsOut) {
     std::vector<BlockKey> there;
     there.reserve(kBlocks);
     for (int32_t i = 0; i < kBlocks; ++i) {
-      const BlockKey key{10 * i, 0, 0};  // each in its own coarse cell
+      const BlockKey key{10 * i, 0, 0};  // in 25 coarse cells (see BlockCells)
       RecordBytes record{nullptr, {{words.data(), words.size()}}};
       allocations_left = i == kBlocks / 2 ? allocations : -1;
       const bool is_put = blocks.put({{key, 0, 0}, 0, {}}, std::move(record));

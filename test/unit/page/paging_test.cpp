@@ -24,7 +24,7 @@ namespace {
 /// Rate at which the disk reads and writes; 0 means unlimited.
 std::atomic<double> disk_bytes_per_s{0.0};
 
-/// If n > 0, one in every n sectors (256 bytes each) is bad: reads that begin in it fail.
+/// If this is n > 0, reads that begin in one of every n sectors (256 bytes each) fail.
 std::atomic<off_t> bad_sectors{0};
 
 void takeTimeOfDisk(size_t bytes) {

@@ -126,8 +126,8 @@ void computeSome(const DistanceTask& task, std::vector<SectorSquares>& squares, 
   }
 }
 
-/// If the backend declines a task, as it sometimes does here if the maximum distance is 1, the host
-/// computes the distances.
+/// The test's backend declines some tasks if the maximum distance is 1. The host then computes the
+/// distances.
 TEST(DistanceField, UsesABackend) {
   std::mt19937 random(caseSeed(0));
   for (const auto& [reach, step] : {std::pair{1, 1}, {32, 7001}, {33, 7001}, {130, 30011}}) {

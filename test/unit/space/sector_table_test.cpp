@@ -82,8 +82,9 @@ TEST_F(SectorTableTest, LosesNothingIfMemoryRunsOut) {
   bool is_done = false;
   int failed = 0;
   for (int round = 0; !is_done; ++round) {
-    const int allocations = round / 2;  // twice each, as freeing disk space may allocate memory
-    for (int i = 0; i < 70; ++i) {      // after a failure, writing is retried only after a while
+    // Each number is tried twice, since freeing disk space only sometimes allocates memory.
+    const int allocations = round / 2;
+    for (int i = 0; i < 70; ++i) {  // after a failure, writing is retried only after a while
       Paged<CellSector>(std::make_shared<CellSector>(), pages_);
     }
     ASSERT_NO_FATAL_FAILURE(waitUntilWritten());

@@ -1,5 +1,5 @@
-/// Tests `map_tool texture` on recordings of analytic scenes. The .obj and .glb
-/// files are read by code of the test, not by the package's own readers.
+/// Tests `map_tool texture` on recordings of analytic scenes. The .obj and .glb files are read by
+/// the test's own code, not by the package's readers.
 #include <gtest/gtest.h>
 
 #include <array>

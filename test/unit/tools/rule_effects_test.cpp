@@ -12,9 +12,8 @@ namespace {
 
 constexpr size_t kWidth = 160;  // the default of renderFrame()
 
-/// A wall at 2.2 m, with a box, a rod one pixel wide, and one or two balls in front of it. The
-/// noise has one part that is independent between pixels and one that neighbouring pixels have in
-/// common.
+/// A wall at 2.2 m, with a box, a rod one pixel wide, and one or two balls in front of it. Part of
+/// the noise is independent for each pixel, and part is common to neighbouring pixels.
 SceneFrame renderView(double x_m, bool with_small_ball, double noise) {
   Scene scene;
   scene.add(Plane{{0.0, 0.0, 2.2}, Eigen::Vector3d(0.2, -0.1, -1.0).normalized()});

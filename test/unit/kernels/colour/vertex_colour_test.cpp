@@ -58,7 +58,7 @@ TEST(VertexColour, WithoutACrossingIgnoresOppositeDirections) {
   Ends ends;
   ends.lower[2] = {{0.5f, 1.0f}, kRed};
   ends.upper[2] = {{0.6f, 1.0f}, kRed};
-  ends.lower[1] = {{0.5f, 5.0f}, kBlue};  // X- is opposite to the facing
+  ends.lower[1] = {{0.5f, 5.0f}, kBlue};  // X-, while the surface faces X+
   EXPECT_EQ(ends.colour(0).red, 200);
   EXPECT_EQ(ends.colour(0).blue, 0);
 }

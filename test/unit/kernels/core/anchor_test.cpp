@@ -1,4 +1,4 @@
-// Tests how anchors are rounded, and how the keys of measured points are ordered.
+// Tests how anchors (offsets of measured points) are rounded, and how the points' keys are ordered.
 #include "kernels/core/anchor.h"
 
 #include <gtest/gtest.h>

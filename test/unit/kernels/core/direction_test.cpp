@@ -10,8 +10,8 @@
 namespace dtsdf {
 namespace direction_test {
 
-/// Each direction whose cosine exceeds the threshold is in the set exactly once. Its weight is
-/// that cosine.
+/// A direction is in the set, exactly once, if the cosine of its angle to the normal exceeds the
+/// threshold. Its weight is that cosine.
 TEST(Direction, SetsFollowTheThreshold) {
   std::mt19937 random(5);
   for (int i = 0; i < 20000; ++i) {

@@ -1,4 +1,4 @@
-// Checks the direction along which a surfel is cast against the definition of that direction.
+// Compares castDirection(), the direction in which a surfel updates voxels, with its definition.
 #include "kernels/fusion/cast.h"
 
 #include <gtest/gtest.h>

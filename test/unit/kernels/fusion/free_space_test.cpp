@@ -193,8 +193,8 @@ TEST_F(SeesThrough, NeedsFreeNeighbourPixels) {
   }
 }
 
-/// A point whose own pixel is free lies outside an outline, even if the surface is visible in a
-/// neighbouring pixel.
+/// A point at an object's outline counts as outside the object if the point's own pixel is free,
+/// even if the object is visible in a neighbouring pixel.
 TEST_F(SeesThrough, OwnPixelDecidesAtAnOutline) {
   for (int v = 0; v < 9; ++v) {
     for (int u = 0; u < 4; ++u) at(u, v) = 0.9f;
@@ -267,7 +267,7 @@ FrameView randomFrame(std::mt19937& random) {
 }
 
 /// Each voxel is up to 16 voxels away from its foot, the greatest distance that a voxel can store.
-/// Two of three feet are at the border of the image.
+/// Two thirds of the feet are at the border of the image.
 TEST(MayBeInView, NeverMissesAFootInTheImage) {
   std::mt19937 random(32);
   std::uniform_real_distribution<float> share(0.0f, 1.0f);

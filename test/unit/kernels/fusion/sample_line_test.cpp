@@ -1,5 +1,5 @@
-// Compares the samples along a surfel's line with their definition, evaluated at every voxel around
-// the surfel.
+// Compares the samples along a surfel's line with values computed from their definition for every
+// voxel around the surfel.
 #include "kernels/fusion/sample_line.h"
 
 #include <gtest/gtest.h>

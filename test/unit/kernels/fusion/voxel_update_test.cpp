@@ -1,5 +1,4 @@
-// Tests how a frame's sums are folded into voxels: mean, weight cap, evidence, anchors and depth
-// weight.
+// Tests how a frame's sums change the mean distance, weight, evidence and anchor of a voxel.
 #include "kernels/fusion/voxel_update.h"
 
 #include <gtest/gtest.h>

@@ -70,7 +70,7 @@ TEST(EdgeVertex, IsExactForQuadraticDistances) {
 }
 
 /// The distance is 0 at the lower end, rises, and falls to -0.1 at the upper end. The distance
-/// in a second direction is 0 in the middle of the edge, so the mean is at a quarter.
+/// in a second direction is 0 in the middle of the edge, so the mean position is at a quarter.
 TEST(EdgeVertex, IsFiniteIfTheLowerEndIsZero) {
   EdgeSamples edge = {};
   edge.below[5] = {-0.9f, 1.0f};

@@ -8,7 +8,7 @@
 namespace dtsdf {
 namespace sheets_test {
 
-/// The marching-cubes cases of a unit's sheets, before regularisation.
+/// The marching-cubes cases of a unit's sheets, before regularisation (see regularisation.h).
 UnitIndices indexUnit(const UnitSamples& samples, bool directional) {
   return indicesOf(labelUnit(kMeshTables, MeshRules(), samples, directional));
 }

@@ -58,7 +58,7 @@ TEST(FindSurface, TheBackOfASheetDoesNotAttractItsFront) {
   EXPECT_FALSE(findSurface({0.5f, 0.5f, 50.0f}, to_the_back, true, 8.0f, PlaneField()).known);
 }
 
-/// The surface look-up that addPoint() requires, here in a PlaneField.
+/// The function that addPoint() calls to find the surface, here in a PlaneField.
 auto findIn(float cutoff) {
   return [=](const Vec3f& p_L, const Vec3f& normal) {
     return findSurface(p_L, normal, true, cutoff, PlaneField());

@@ -41,7 +41,8 @@ std::vector<bool> linksAlong(const std::vector<std::vector<float>>& rows, float 
 
 using Links = std::vector<bool>;
 
-/// Links tolerate steps of a voxel. This size covers rounding, but none of the steps below.
+/// Pixels are linked across steps of up to a voxel. A voxel of this size exceeds rounding errors,
+/// but none of the steps below.
 constexpr float kSmallVoxel_m = 0.002f;
 Links linksWithSmallVoxels(const std::vector<std::vector<float>>& rows, bool down = false) {
   return linksAlong(rows, 0.0f, 0, down, kSmallVoxel_m);

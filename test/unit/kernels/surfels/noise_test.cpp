@@ -46,8 +46,8 @@ TEST(Noise, LinesAcrossEdgesDoNotCount) {
   }
 }
 
-/// The scatter of the normal may exceed its limit by at most 5 %. With a smaller window, it would
-/// exceed the limit.
+/// With this window, the scatter of the normal exceeds its limit by at most 5 %. With any smaller
+/// window, it exceeds the limit.
 TEST(Noise, WindowLimitsNormalScatter) {
   constexpr float kNoise = 0.0019f, kDepth_m = 2.0f, kFocal = 525.0f;
   FrameView frame{};

@@ -19,7 +19,7 @@ std::string inWords(int width, int height) {
 }
 
 /// Checks the header. @param name Identifies the image in error messages.
-/// @return an image with this size but without pixels. @throws std::runtime_error
+/// @return an image of the size in the header, without pixels. @throws std::runtime_error
 DepthImage readHeader(const PngReader& png, const std::string& name) {
   if (!png.isPng()) {
     throw std::runtime_error("cannot decode " + name + ": not a PNG image, or damaged");
@@ -132,7 +132,7 @@ struct Format {
   std::string encoding;
   std::string code;  ///< Empty, "png", "rvl" or unknown.
   bool is_depth = false;
-  /// "16UC1; png compressed ", from the transport `compressed`, whose data have no header.
+  /// True for "16UC1; png compressed " from the transport `compressed`, whose data have no header.
   bool is_file = false;
 };
 

@@ -43,9 +43,9 @@ std::vector<uint16_t> decodeRvl(const uint8_t* data, size_t bytes, size_t pixels
 // image_transport's compressedDepth: a 12-byte header, followed by either a PNG, or the image's
 // width, its height and RVL data.
 
-/// The encoding named in a message's `format` field: the text before the semicolon, as in "16UC1;
-/// compressedDepth png" and "16UC1; png compressed ", or the whole text if it has no semicolon.
-/// Empty if neither is the case, and for "32FC1; png compressed ".
+/// The encoding named in a message's `format` field: the text before the semicolon in formats such
+/// as "16UC1; compressedDepth png" and "16UC1; png compressed ", or the whole text if it has no
+/// semicolon. Empty for other formats, including "32FC1; png compressed ".
 std::string encodingOfCompressedDepth(const std::string& format);
 
 /// Largest number of pixels that a depth or colour image may have.

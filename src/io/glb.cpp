@@ -181,8 +181,8 @@ void writeGlb(const Mesh& mesh, MeshColour colour, AtomicFile& file) {
 
 namespace {
 
-/// Returns the JSON text and sets `bytes` to the buffer's size. For each page, the buffer contains
-/// the positions, normals and texture coordinates of the triangles' corners. All images follow.
+/// Returns the JSON text and sets `bytes` to the buffer's size. For each texture page, the buffer
+/// contains its triangles' corners: positions, normals and texture coordinates. All images follow.
 std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t& bytes) {
   json document = documentOf(textured.mesh, origin);
   json& primitives = document["meshes"][0]["primitives"];

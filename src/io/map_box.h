@@ -16,8 +16,8 @@ using IndexRanges = std::vector<std::pair<uint64_t, uint64_t>>;
 struct MapBox {
   BlockKey first, last;           ///< Blocks at the box's lower and upper corners.
   uint64_t recordings = 1;        ///< Number of recordings that were fused one after another.
-  IndexRanges fused, supporting;  ///< Numbers, from frameNumber(), of the frames that were fused
-                                  ///< into the box, and of those that touched the larger map.
+  IndexRanges fused, supporting;  ///< The frameNumber() of each frame fused into the box, and of
+                                  ///< each frame that touched any block of the larger map.
 };
 
 /// Reads or writes the content of a `BOX ` record.

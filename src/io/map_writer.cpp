@@ -175,7 +175,7 @@ MapContents contentsWith(const MapOrigin& origin, Mapper& mapper) {
 }
 
 MapInfo saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& path) {
-  for (;;) {  // repeats if damaged blocks were found, which are then omitted
+  for (;;) {  // if damaged blocks are found, starts again without them
     const uint64_t lost = mapper.stats().pages.lost;
     const MapContents outline = outlineWith(origin, mapper);
     const MapInfo saved = saveMapInChunks(outline, readerOf(mapper, outline), path);

@@ -94,7 +94,7 @@ bool isReadable(const StampedImage& image) try {
 /// to be used.
 std::optional<CameraInfo> givenCamera(const RecordingOptions& options, const FolderFormat& format,
                                       std::vector<StampedImage> images) {
-  if (options.skip_bad) {  // the first readable image may determine the camera's size
+  if (options.skip_bad) {  // the image size may be read from the first image
     const auto first = std::find_if(images.begin(), images.end(), isReadable);
     if (first != images.end()) images = {*first};
   }

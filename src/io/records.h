@@ -29,7 +29,7 @@ template <class Io>
 void fields(Io& io, Eigen::Vector3d& v) {
   io(v.x(), v.y(), v.z());
 }
-/// The first three rows of a pose, kPoseBytes in all.
+/// Reads or writes the first three rows of a pose's matrix: kPoseBytes bytes.
 template <class Io>
 void fields(Io& io, Eigen::Isometry3d& pose) {
   for (int row = 0; row < 3; ++row) {

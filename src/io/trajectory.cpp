@@ -19,7 +19,7 @@ constexpr double kStampResolution_s = 1e-6;
 
 Trajectory::Trajectory(std::vector<StampedPose> poses) : poses_(std::move(poses)) {
   const auto byStamp = [](const auto& a, const auto& b) { return a.stamp_s < b.stamp_s; };
-  if (!std::is_sorted(poses_.begin(), poses_.end(), byStamp)) {  // sorting needs extra memory
+  if (!std::is_sorted(poses_.begin(), poses_.end(), byStamp)) {  // stable_sort() allocates memory
     std::stable_sort(poses_.begin(), poses_.end(), byStamp);
   }
   poses_.erase(std::unique(poses_.begin(), poses_.end(),

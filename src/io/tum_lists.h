@@ -35,14 +35,14 @@ std::vector<StampedImage> readAssociations(const std::filesystem::path& folder,
 
 /// The depth images in the order of depth.txt, or of associations.txt if there is no depth.txt.
 std::vector<StampedImage> readTumDepthList(const std::filesystem::path& folder);
-/// The colour images in the order of rgb.txt. Without rgb.txt, there are none if the folder has
-/// depth.txt; otherwise they are in the order of associations.txt.
+/// The colour images in the order of rgb.txt. Without rgb.txt, those in associations.txt, or none
+/// if the folder has depth.txt.
 std::vector<StampedImage> readTumColourList(const std::filesystem::path& folder);
 /// Reads groundtruth.txt, whose poses map the optical frame to the map frame.
 Trajectory readTumTrajectory(const std::filesystem::path& folder);
 
-/// Reads camera_info.yaml. @return std::nullopt if there is no such file in one of the benchmark's
-/// own recordings, whose names all contain "freiburg".
+/// Reads camera_info.yaml. @return std::nullopt if there is no such file and the recording is one
+/// of the benchmark's own, which all have "freiburg" in their names.
 std::optional<CameraInfo> readTumCamera(const std::filesystem::path& folder);
 
 }  // namespace dtsdf

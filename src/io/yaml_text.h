@@ -8,7 +8,7 @@
 
 namespace dtsdf {
 
-/// Like YAML::Load(), but rejects several documents; YAML::Load() would ignore all but the first.
+/// Like YAML::Load(), but rejects a second document, which YAML::Load() would ignore.
 /// @throws YAML::Exception
 inline YAML::Node loadYaml(const std::string& text) {
   const std::vector<YAML::Node> documents = YAML::LoadAll(text);

@@ -10,9 +10,10 @@
 
 namespace dtsdf {
 
-/// A correction of a camera's poses. Images before the first corrected image keep their pose
-/// relative to that image; likewise images after the last corrected image. An image between two
-/// corrected images has a pose relative to each of them; the two resulting poses are interpolated.
+/// A correction of a camera's poses. Images before the first corrected image keep their poses
+/// relative to it, and images after the last corrected image keep theirs relative to that one. An
+/// image between two corrected images has a pose relative to each of them; the two resulting poses
+/// are interpolated.
 class PoseCorrection {
  public:
   /// Stamps that differ by no more than this belong to the same image.
@@ -80,8 +81,8 @@ class GivenMotion {
   /// the pose jumps by `T_W_S` or a new recording begins.
   bool adoptsCorrection(const Eigen::Isometry3d& T_W_S, const StampedPose& given);
 
-  /// Whether `next` is where the motion so far would lead if it had been moved by `T_W_S`. False if
-  /// the motion is too uneven, or the gap too long, to tell.
+  /// Whether `next` continues the motion so far after a jump by `T_W_S`. False if the motion is too
+  /// uneven, or the gap before `next` too long, to tell.
   bool isMovedBy(const Eigen::Isometry3d& T_W_S, const StampedPose& next) const;
 
   /// Whether a new recording begins with `next`.

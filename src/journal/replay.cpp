@@ -73,7 +73,8 @@ std::string JournalReplay::incompleteEnd() const {
          printable(file_->path()) + "' are incomplete or damaged, and are ignored";
 }
 
-/// Adds an image only once its pixels are in the file, and the last record only once it is whole.
+/// Adds an image only once its pixels are in the file, and the last record only once it is
+/// complete.
 bool JournalReplay::readAppended() {
   if (next_record_ >= file_->records().size() && !file_->readAppended()) return false;
   const std::vector<Record>& records = file_->records();

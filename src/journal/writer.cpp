@@ -104,7 +104,7 @@ void JournalWriter::begin(const journal::Begin& begin, std::shared_ptr<const Map
   push(std::move(entry));
 }
 
-/// Writes the beginning of a map, and the map's records unless it is empty.
+/// Writes the beginning of a map, and the records of `map` unless it is null.
 void JournalWriter::writeBegin(const journal::Begin& begin, const MapChunks* map) {
   other_journals_bytes_ = bytesOfJournalsIn(options_.folder, path_);
   journal::Begin with_map = begin;

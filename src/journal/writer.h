@@ -25,7 +25,7 @@ struct JournalReport {
   uint64_t waiting_bytes = 0;           ///< Size of the images waiting to be written.
   std::optional<double> first_stamp_s;  ///< Stamp of the first image that can be corrected.
   uint64_t lost = 0;                    ///< Number of journal::Calls that were not written.
-  std::string problem;                  ///< Why and since when writing has stopped; empty if not.
+  std::string problem;                  ///< Why and when writing stopped; empty if it has not.
 };
 
 /// Each writer creates one file and changes no other file in the folder. If writing fails or a
@@ -44,7 +44,7 @@ class JournalWriter {
     std::function<int(int descriptor)> sync = ::fdatasync;  ///< fdatasync(2), or a replacement.
   };
 
-  /// Creates the folder and the file. @throws std::runtime_error if it fails.
+  /// Creates the folder and the file. @throws std::runtime_error if this fails.
   explicit JournalWriter(Options options);
   /// Writes all waiting entries.
   ~JournalWriter();

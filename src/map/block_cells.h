@@ -36,8 +36,8 @@ class BlockCells {
   const std::vector<Cell>& all() const { return cells_; }
 
   /// Calls visit(cell) for each cell that may be partly in a frame's view; see mayBeInView(). The
-  /// running time is proportional to the number of cells in the groups in view, plus the number of
-  /// all groups; a group is kSide x kSide x kSide cells.
+  /// running time is proportional to the number of cells in the groups in view, plus the total
+  /// number of groups; a group is kSide x kSide x kSide cells.
   template <class Visit>
   void visitInView(const FrameView& frame, float radius, const Visit& visit) const;
 

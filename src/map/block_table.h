@@ -247,7 +247,7 @@ class BlockTable {
   std::vector<int32_t> unpublished_;  ///< New blocks that are not in slots_ and cells_ yet.
   std::vector<int32_t> free_slots_, free_arrays_;
   std::vector<int32_t> vacant_;  ///< Blocks that lost their last array; some may have arrays again.
-  /// Like vacant_, but for blocks that were in no extraction; see takeUnmeshed().
+  /// Like vacant_, but for blocks that have not been in any mesh extraction.
   std::vector<int32_t> unmeshed_;
   uint32_t extractions_ = 0;
   size_t array_count_ = 0, arrays_in_use_ = 0;

@@ -26,9 +26,9 @@ DTSDF_HD int32_t cellOf(float px, int32_t cells) {
 }
 
 /// Whether a voxel hides points behind it. Its surface must be near, and lie between the voxel and
-/// the next voxel along the direction's axis. That next voxel must have enough evidence too (not
-/// tested if it is in another block), so that isolated noise does not hide a surface behind it. In
-/// the undirected map, which has no axis, a near surface suffices.
+/// the next voxel along the direction's axis. Unless that next voxel is in another block, it must
+/// have enough evidence too, so that isolated noise does not hide the surfaces behind. In the
+/// undirected map, which has no axis, a near surface suffices.
 DTSDF_HD bool hides(const PointView& view, const Voxel* voxels, int index, int direction) {
   if (!isNearSurface(view, voxels[index])) return false;
   if (!view.directional) return true;

@@ -43,7 +43,7 @@ DTSDF_HD VertexColour colourOf(const ColourMean& mean) {
 struct ColouredCorners {
   CornerArrays voxels;
   const VoxelColour* colours[kCornerBlocks][kDirectionCount][kBricksPerArray];
-  /// Directions that have colours in a brick, bit d for direction d.
+  /// Directions with colours in a brick (core/voxel_colour.h), bit d for direction d.
   uint8_t kept[kCornerBlocks][kBricksPerArray];
   /// Painted corners, indexed by direction, z and y, with bit x for corner x. Filled by
   /// findPaintedRow(); needed only for colourNearEdge().

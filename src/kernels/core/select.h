@@ -1,5 +1,5 @@
 /// Functions that replace branches. Rules written with them work on single values (defined here)
-/// and on vectors of several voxels or mesh units (src/cpu/lanes.h).
+/// and on vectors with one voxel or mesh unit in each lane (src/cpu/lanes.h).
 #pragma once
 
 #include <cmath>

@@ -1,9 +1,9 @@
-/// Rules out blocks in which a frame looks through no voxel's place (defined in free_space.h),
-/// without reading their voxels.
+/// Finds blocks in which a frame contradicts no voxel (see free_space.h), without reading their
+/// voxels.
 ///
 /// For each patch of the image, the largest freeDepth() is stored. A block is skipped if it is
 /// outside the image, or behind this depth in all patches that it overlaps. This only saves time:
-/// no place that the frame looks through is skipped.
+/// no voxel that the frame contradicts is skipped.
 #pragma once
 
 #include "kernels/core/anchor.h"

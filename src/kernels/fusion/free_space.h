@@ -6,10 +6,10 @@
 ///
 /// A voxel is tested at its place. This is the anchor if the frame covers the voxel (a covered
 /// voxel without an anchor is not tested), the voxel itself if it has no distance, and otherwise
-/// its foot (its nearest point on the surface). The frame contradicts the voxel if all 3 x 3 points
-/// around the place, as far as they are in the image, are free. So nothing is contradicted next to
-/// an outline or a thin object, or where the free depth is unknown. At an outline, a support may be
-/// revoked (contradicts()).
+/// its foot (its nearest point on the surface). The frame contradicts the voxel if the 3 x 3 points
+/// around the place are free, not counting points outside the image. So nothing is contradicted
+/// next to an outline or a thin object, or where the free depth is unknown. At an outline, a
+/// support may be revoked (contradicts()).
 #pragma once
 
 #include "kernels/core/anchor.h"

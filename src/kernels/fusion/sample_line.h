@@ -8,8 +8,8 @@
 /// from the surfel's plane (linear). The paper, however, updates the nearest corner at each step
 /// (Amanatides and Woo 1987).
 ///
-/// Each plane is computed independently, so that a block can process just the part of a line that
-/// lies inside it.
+/// Each plane is computed independently, so that the part of a line inside one block can be
+/// processed by itself.
 #pragma once
 
 #include "kernels/core/anchor.h"

@@ -1,4 +1,4 @@
-/// Folds a frame's sums into a voxel.
+/// Folds a frame's sums into a voxel: updates its distance, weight, anchor and evidence.
 #pragma once
 
 #include "kernels/core/camera.h"

@@ -43,9 +43,9 @@ DTSDF_HD void visitAnchors(const Edge& edge, uint32_t telling, const Anchors& an
   });
 }
 
-/// The gap between a vertex and what was measured, in voxels. For a crossing direction, it is the
-/// larger of the gaps at the edge's two ends; the smallest gap of any crossing direction is used.
-/// Without a crossing direction, it is 2.
+/// The gap between a vertex and what was measured, in voxels. For a direction that crosses zero on
+/// the edge, it is the larger of the gaps at the edge's two ends. The result is the smallest of
+/// these, or 2 if no direction crosses zero on the edge.
 template <class Edge, class Anchors>
 DTSDF_HD float measuredGap(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                            const Anchors& anchors, float edge_offset) {

@@ -1,5 +1,5 @@
-/// Finds crossings whose weights are too small for their sheet (one of the surfaces in a mesh unit)
-/// to be meshed.
+/// Finds crossings, that is, edges with ends on different sides of a sheet (a surface in a mesh
+/// unit), whose weights are too small for the sheet to be meshed.
 ///
 /// Where one surface ends and the fringe of another begins, an edge may have one end behind the
 /// first surface and the other in front of the second, although no direction's distance crosses

@@ -18,10 +18,10 @@ struct MeshRules {
   /// at 10 mm are 13 % less accurate.)
   float min_crossing_share = 0.015f;
 
-  /// A crossing is also strong if the weights at each end, summed over all directions used there,
-  /// have a geometric mean that exceeds the limit of min_crossing_share after multiplication by
-  /// this factor; in [0, 1]. At borders, these crossings are off by half a voxel, but where noise
-  /// scatters a surface over several directions, they prevent holes.
+  /// For a second criterion, the weights at each end are summed over all directions used there. A
+  /// crossing is also strong if the geometric mean of the two sums, times this factor, exceeds the
+  /// limit of min_crossing_share; in [0, 1]. At borders, these crossings are off by half a voxel,
+  /// but where noise scatters a surface over several directions, they prevent holes.
   float voted_crossing_share = 0.05f;
 
   /// Added to each distance in the vote's denominator; in voxels, above 0, so that a distance of 0

@@ -56,8 +56,8 @@ DTSDF_HD Vec3i firstCellOfCube(const Vec3i& cube) {
   return {cube.x * kCubeSide, cube.y * kCubeSide, cube.z * kCubeSide};
 }
 
-/// A sector contains 32 x 32 x 32 cells. The longer its side compared with the maximum distance,
-/// the less extra work is spent on cells around the sector.
+/// A sector contains 32 x 32 x 32 cells, whose distances are computed together. Cells around it, up
+/// to the maximum distance, are read as well; the larger the sector, the smaller this overhead.
 constexpr int kSectorSideLog2 = 5;
 constexpr int kSectorSide = 1 << kSectorSideLog2;  ///< In cells.
 constexpr int kCubesAlong = kSectorSide / kCubeSide;

@@ -91,7 +91,7 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     return u >= 0 && v >= 0 && u < width && v < height ? measured(u, v) : 0.0f;
   };
   float before[kPairs], after[kPairs];
-  for (int i = 0; i < kPairs; ++i) {  // all are read before any is tested
+  for (int i = 0; i < kPairs; ++i) {  // first read all, then test them
     before[i] = at(i, -1);
     after[i] = at(i, 1);
   }
@@ -103,7 +103,7 @@ DTSDF_HD float filledInverseDepth(const Measured& measured, int width, int heigh
     nearest = maximum(nearest, maximum(fabsf(a), fabsf(b)));
     if (isEdgeBetween(a, b, surfels.depth_jump)) continue;
     const float tolerance = gapTolerance(surfels, noise, rounded_to_m, fabsf(in_gap));
-    // Both have the same sign (negative beyond the fused range); otherwise they would be an edge.
+    // Both have the same sign (negative beyond the fused range), as there is no edge between them.
     if (!predictsGap(fabsf(a), at(i, -2), fabsf(in_gap), tolerance) ||
         !predictsGap(fabsf(b), at(i, 2), fabsf(in_gap), tolerance)) {
       continue;

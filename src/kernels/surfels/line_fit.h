@@ -30,8 +30,8 @@ DTSDF_HD FitWindow fitWindow(const FrameView& frame, const DepthNoise& noise,
 
 /// Half widths of a window, in pixels.
 struct WindowRadius {
-  int32_t both;      ///< While both sides continue; from voxel size and noise.
-  int32_t one_side;  ///< Once the other side has ended; from noise, at least 1.
+  int32_t both;      ///< While both sides continue; follows from voxel size and noise.
+  int32_t one_side;  ///< Once the other side has ended; follows from noise, at least 1.
 };
 
 DTSDF_HD WindowRadius windowRadius(float inverse_depth, const FitWindow& window) {

@@ -21,8 +21,8 @@ struct PixelSquare {
   int32_t side;
 };
 
-/// Whether the surface turns little across a square. Compares the slope of the row fits' values
-/// before the square with the slope after it, each over the width of the square. `along` is the
+/// Whether the surface turns little across a square, that is, whether the row fits' values have
+/// similar slopes before and after it, each measured over the square's width. `along` is the
 /// stride from pixel to pixel in the direction of the slopes, `across` the stride from one line to
 /// the next.
 DTSDF_HD bool turnsLittle(const ImageView& image, const PixelSquare& square, int64_t along,

@@ -39,7 +39,7 @@ DTSDF_HD float noiseOfStep(const DepthNoise& noise, float nearer, float noise_le
   return kSqrt2 * noise_level * noiseAt(noise, nearer);
 }
 
-/// The data of a frame that is passed to subsequent stages, by value.
+/// The data of a frame, passed by value to subsequent stages.
 struct FrameSensing {
   ImageView image;
   DepthNoise noise;

@@ -150,7 +150,7 @@ class FakeMapper : public Mapper {
     if (fails) throw std::runtime_error("out of memory");
   }
 
-  std::map<int, int> changed_;  ///< Index of the last frame that changed a block, by the block's x.
+  std::map<int, int> changed_;  ///< Number of the last frame that changed a block, by block x.
 };
 
 }  // namespace dtsdf

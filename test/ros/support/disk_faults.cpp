@@ -1,7 +1,7 @@
 // Simulates a failing disk when preloaded into a program. While the file FOLDER.fault contains
-// "full", "read_only" or "gone", system calls on files in FOLDER (set by DTSDF_DISK_FOLDER) fail
-// accordingly. Changing permissions would not affect root, and filling the real disk would disturb
-// other programs.
+// "full", "read_only" or "gone", system calls that change files in FOLDER fail accordingly.
+// DTSDF_DISK_FOLDER sets FOLDER. Changing permissions would not affect root, and filling the real
+// disk would disturb other programs.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -14,7 +14,7 @@ namespace dtsdf {
 using Bytes = std::vector<uint8_t>;
 
 /// Appends numbers, strings and structures. A structure needs a function fields(io, value) that
-/// passes each of its members to `io`; ByteReader needs the same function.
+/// passes each of its members to `io`. ByteReader uses the same function.
 class ByteWriter {
  public:
   template <class Value>

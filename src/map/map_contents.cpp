@@ -24,7 +24,7 @@ constexpr uint64_t kBricksOfArray = (uint64_t{1} << kBricksPerArray) - 1u;
   throw std::runtime_error("the map's contents are invalid: " + why);
 }
 
-/// The bits of all colour bricks in the voxel arrays of these directions.
+/// The bits of all bricks in the voxel arrays of these directions, as in MapBlock::bricks.
 uint64_t bricksOf(uint32_t directions) {
   uint64_t bricks = 0;
   for (int d = 0; d < kDirectionCount; ++d) {

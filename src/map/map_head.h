@@ -15,7 +15,7 @@ inline MapContents headOf(const MapContents& contents) {
   return head;
 }
 
-/// Whether two maps have the same T_W_M, or both have none.
+/// Whether two maps have the same levelling transform T_W_M, or both have none.
 inline bool haveSameLevel(const MapContents& a, const MapContents& b) {
   return a.T_W_M.has_value() == b.T_W_M.has_value() &&
          (!a.T_W_M || a.T_W_M->matrix() == b.T_W_M->matrix());

@@ -21,7 +21,7 @@ struct MarkedSlot {
   MeshMarks marks;
 };
 
-/// Meshing state of a block. The labels of its mesh units (marching cubes cells) are stored apart.
+/// Meshing state of a block. The labels of its mesh units (see UnitLabels) are stored separately.
 struct MeshState {
   MeshMarks marks;
   bool has_mesh = false;    ///< Whether its last delivered mesh has triangles.

@@ -11,8 +11,8 @@ namespace dtsdf {
 /// @pre findProblem(region) is empty.
 RegionView makeRegionView(const Region& region, double unit_m);
 
-/// Whether a block can affect the mesh in a region, either directly or through outlines. The region
-/// is in voxels.
+/// Whether a block can affect the mesh in a region, either directly or when outlines are mended.
+/// The region is in voxels.
 inline bool mayAffectMeshIn(const RegionView& region, const BlockKey& block) {
   constexpr double kMiddle = 4.0;
   // A block's vertices have coordinates in [-2, 10] relative to its first voxel. How a crack is

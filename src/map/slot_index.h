@@ -1,6 +1,6 @@
 /// Maps the keys of blocks to the slots that hold the blocks. The hash table has one entry per cube
-/// of blocks. Neighbouring keys are thus close in memory, and growing the table does not delay a
-/// frame.
+/// of blocks. Neighbouring keys are thus close in memory, and the table is small enough to grow
+/// without delaying a frame.
 #pragma once
 
 #include <algorithm>

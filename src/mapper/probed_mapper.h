@@ -10,7 +10,7 @@
 
 namespace dtsdf {
 
-/// Creates a mapper that gives access to its internals. Experiments pass modified rules.
+/// Creates a mapper that gives access to its internals. Experiments may change `rules`.
 /// @throws std::runtime_error like makeMapper().
 std::unique_ptr<ProbedMapper> makeProbedMapper(const MapperParams& params,
                                                const Rules& rules = Rules());

@@ -21,7 +21,7 @@ constexpr uint32_t kNoPiece = UINT32_MAX;
 
 /// A piece with few triangles.
 struct Piece {
-  std::vector<uint32_t> vertices;  ///< The first has the lowest index on an outline.
+  std::vector<uint32_t> vertices;  ///< Begins with its lowest vertex on an outline.
   size_t triangles = 0, max_triangles = 0;
   Vec3f low = {}, high = {};  ///< Bounds of the piece, enlarged by kCrumbReach.
   bool is_near_larger = false;
@@ -29,8 +29,8 @@ struct Piece {
 };
 
 /// Lists the vertices of a piece, starting from its lowest vertex on an outline, and marks them
-/// with the piece's index. In a small piece, at least one end of every edge has a rim, which lists
-/// the triangles at that end. @return whether the piece is small.
+/// with the piece's index. In a small piece, at least one end of every edge has an Outline::Rim,
+/// which lists the triangles at that end. @return whether the piece is small.
 bool grow(const Outline& outline, uint32_t number, std::vector<uint32_t>& piece_of, Piece& piece) {
   const uint32_t first = outline.first(), lowest = piece.vertices[0];
   const auto isPossible = [&](uint32_t v) {

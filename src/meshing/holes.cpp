@@ -55,14 +55,14 @@ class HoleCloser {
   const Vec3f& position(uint32_t vertex) const { return positions_[vertex - outline_.first()]; }
   const Vec3f& normal(uint32_t vertex) const { return normals_[vertex - outline_.first()]; }
 
-  /// Counts an edge as two halves, or as one if it begins or ends at a midpoint.
+  /// Length of an edge in half edges: 1 if it begins or ends at a midpoint, otherwise 2.
   int halvesOf(uint32_t vertex, uint32_t next) const {
     const auto isMiddle = [this](uint32_t v) { return outline_.kind(v) == Outline::Kind::kMiddle; };
     return isMiddle(vertex) || isMiddle(next) ? 1 : 2;
   }
 
-  /// Whether the outline through `from`, a vertex with one fan, leads to the vertex `to` (which may
-  /// be `from` itself) within `max_edges` edges.
+  /// Whether the outline leads from vertex `from` to `to` within `max_edges` edges. Both may be the
+  /// same vertex. @pre `from` has exactly one fan (see Outline).
   bool leads(uint32_t from, uint32_t to, size_t way, int max_edges) const {
     uint32_t before = from, next = outline_.rimOf(from).fans[0][way];
     for (int halves = 0; next != kNone && next >= outline_.first();) {
@@ -128,8 +128,8 @@ class HoleCloser {
   void consider(BridgeEnd& a, BridgeEnd& b) const {
     const Vec3f bridge = b.position - a.position;
     const float length = dot(bridge, bridge);
-    // Whether each vertex lies outside the surface around the other. The result is rarely true, so
-    // all conditions share one branch.
+    // Whether each vertex lies beyond the edge of the surface around the other. This is rarely
+    // true, so all conditions share one branch.
     const int is_facing = static_cast<int>(dot(bridge, a.inwards) < 0.0f) &
                           static_cast<int>(dot(bridge, b.inwards) > 0.0f) &
                           static_cast<int>(length <= std::max(a.shortest, b.shortest));
@@ -145,9 +145,9 @@ class HoleCloser {
     const std::vector<Cell> cells = sortedCells();
     std::vector<BridgeEnd> ends(cells.size() - 1);
     for (size_t i = 0; i < ends.size(); ++i) ends[i] = bridgeEnd(cells[i].second);
-    // The cells around a vertex form rows of three. These are the keys of the middle cells,
-    // relative to the key of the vertex's own cell. Only rows whose vertices come later in `cells`
-    // are searched.
+    // The cells around a vertex form rows of three. kRows holds the key of each row's middle cell,
+    // relative to the key of the vertex's own cell. Rows whose vertices come earlier in `cells` are
+    // left out, since each pair of vertices is considered only once.
     constexpr PackedKey kRows[] = {0, kRowStride, kLayerStride - kRowStride, kLayerStride,
                                    kLayerStride + kRowStride};
     size_t row[std::size(kRows)] = {};

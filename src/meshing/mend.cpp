@@ -11,7 +11,7 @@ constexpr int kStepsAlong = 2;
 /// tip of something narrow, which smoothing would shorten.
 constexpr float kMinExtent = 0.4f;
 
-/// The next vertex on the outline that is not the midpoint of a side.
+/// The next vertex on the outline that is not a midpoint (Outline::Kind::kMiddle).
 uint32_t nextOnEdge(const Outline& outline, uint32_t vertex, size_t way) {
   const uint32_t next = outline.beside(vertex, way);
   const bool is_middle = next != Outline::kNone && outline.kind(next) == Outline::Kind::kMiddle;

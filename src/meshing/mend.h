@@ -2,7 +2,7 @@
 ///
 /// - A **crumb** is a piece of a few triangles near a larger piece, mostly noise. It is left out.
 /// - A **hole** has a short outline, and is due to mesh units (marching cubes cells) without an
-///   active direction. It is closed.
+///   active direction (see docs/glossary.md). It is closed.
 /// - A **crack** lies between two outlines, or two parts of one, that face each other. Bridges from
 ///   vertex to vertex divide it into holes.
 /// - A mesh ends at whole units, so outlines have teeth one voxel high where images disagree about
@@ -12,8 +12,8 @@
 /// mendMesh() does all of this. For a mesh in pieces, call Outline::link(), removeCrumbs(),
 /// closeHoles() and smoothed() in this order, each for any number of vertices at a time. Each step
 /// depends on what the previous step did to vertices up to one block away, or up to two blocks away
-/// for removeCrumbs() and closeHoles(). Below, `positions` and `normals` start at the first vertex
-/// that the outline has not forgotten, and `voxel` is the edge of a voxel in units of `positions`.
+/// for removeCrumbs() and closeHoles(). Below, `positions` and `normals` start at Outline::first(),
+/// and `voxel` is the edge of a voxel in units of `positions`.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +43,7 @@ inline bool isCrumb(const Outline& outline, const Outline::Triangle& t) {
 
 /// Closes the holes and the parts of cracks whose first vertex is in [first, end): loops of at most
 /// eight edges, not counting midpoints, that can be filled with triangles facing the same way as
-/// their vertices. The rim of a small piece therefore does not count as a hole.
+/// their vertices. The outline of a small piece therefore does not count as a hole.
 /// @param normals One per vertex, not necessarily of unit length. @param add Receives the new
 /// triangles.
 void closeHoles(Outline& outline, uint32_t first, uint32_t end, const std::vector<Vec3f>& positions,

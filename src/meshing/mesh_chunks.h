@@ -36,7 +36,7 @@ class MeshChunks {
     return chunks;
   }
 
-  /// The next `count` chunks, round robin. New chunks do not restart the cycle.
+  /// The next `count` chunks, in round-robin order. New chunks do not restart the cycle.
   std::vector<PackedKey> nextRoundRobin(size_t count) {
     std::vector<PackedKey> chunks;
     for (size_t i = 0; i < std::min(count, ids_.size()); ++i) {

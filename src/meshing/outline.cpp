@@ -5,8 +5,8 @@
 namespace dtsdf {
 namespace {
 
-/// Nonlinear, since linear hashes would cancel out where the indices of two fans' end vertices
-/// differ by the same amount, as on a grid.
+/// A nonlinear hash, since sums of linear hashes would cancel out where the indices of two fans'
+/// end vertices differ by the same amount, as on a grid.
 uint32_t hash(uint32_t number) {
   const uint32_t product = number * 0x9e3779b9u;
   return product ^ (product >> 15);

@@ -29,8 +29,8 @@ class Outline {
 
   /// The links around a vertex, and the fans (rows of adjacent triangles) that they form. The
   /// outline runs from the last vertex of a fan through this vertex to the fan's first vertex. A
-  /// gap lies between the last vertex of a fan and the first of the next. Patches change only
-  /// the links and `beside`.
+  /// gap lies between the last vertex of a fan and the first of the next. Patches, which are
+  /// added by patch(), change only the links and `beside`.
   struct Rim {
     using Fan = std::array<uint32_t, 2>;  ///< First and last vertex.
 

@@ -77,7 +77,7 @@ class ChunkPacker {
     chunk_.positions.resize(3 * count);
     chunk_.normals.resize(2 * count);
     for (size_t i = 0; i < count; ++i) {
-      // A smoothed line may bulge out of the chunk, but by less than kVoxelsBeyond.
+      // A smoothed outline may bulge out of the chunk, but by less than kVoxelsBeyond.
       for (int axis = 0; axis < 3; ++axis) {
         const float steps = component(mesh_.vertices_m[i], axis);
         chunk_.positions[3 * i + axis] = static_cast<uint16_t>(steps + 0.5f);
@@ -103,9 +103,9 @@ class ChunkPacker {
   }
 
  private:
-  /// Rounds relative to the block, so that all blocks that share a vertex give the same result: its
-  /// positions in these blocks differ by whole voxels, which are added exactly. A position in steps
-  /// is also exact in double precision; adding kVoxelsBeyond makes it positive.
+  /// Rounds before adding the block's position, so that all blocks that share a vertex give the
+  /// same result: relative to these blocks, its positions differ by whole voxels, and a voxel is a
+  /// whole number of steps. Adding kVoxelsBeyond makes the position positive.
   float stepsOf(int voxel, float position) const {
     const double steps = (static_cast<double>(position) + kVoxelsBeyond) * steps_per_voxel_;
     return static_cast<float>(voxel * steps_per_voxel_ + static_cast<int>(steps + 0.5));

@@ -78,8 +78,8 @@ class Tolerances {
  private:
   static constexpr float kUnknown = std::numeric_limits<float>::infinity();
 
-  /// The tolerance. It is negative if no gap is narrow enough to limit errors up to `error_m`, but
-  /// larger errors may be used later.
+  /// Measures the tolerance. It is negative if no gap is narrow enough to limit errors up to
+  /// `error_m`, but larger errors may be used later.
   float measure(uint32_t vertex, double error_m) {
     const double limit_m = 1.01 * error_m / kShareBetween;
     const double gap_m =
@@ -209,9 +209,9 @@ constexpr float kMinTurnCosine = 0.34f;
 /// Minimum height of a triangle, as a fraction of its longest side.
 constexpr float kMinHeight = 0.01f;
 
-/// Merges vertices into their neighbours. Each removed vertex is assigned to a triangle close
-/// enough to it. A later merge that changes this triangle is done only if one of the new triangles
-/// is close enough.
+/// Merges vertices into their neighbours. Each removed vertex is assigned to a triangle within the
+/// allowed error. A later merge may change this triangle only if one of the new triangles is within
+/// the allowed error of the vertex.
 class Collapser {
  public:
   /// The mesh must outlive this object.

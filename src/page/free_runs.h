@@ -1,5 +1,6 @@
-/// Allocates space in a file as runs of units. A run is taken from the shortest free run that is
-/// long enough (the first, if several are equally short); if there is none, the file grows.
+/// Allocates space in a file in runs, which consist of consecutive units of equal size. A run is
+/// taken from the shortest free run that is long enough (the first, if several are equally short);
+/// if there is none, the file grows.
 #pragma once
 
 #include <cstddef>

@@ -100,7 +100,7 @@ class PagedBlocks {
     marked_ += isMarked(block);
   }
 
-  size_t marked() const { return marked_; }  ///< Number of blocks with marks.
+  size_t marked() const { return marked_; }  ///< Number of blocks to be remeshed.
 
   /// Keys of the blocks for which holds(number) is true, in no particular order. Searches only
   /// coarse cells (see BlockCells) for which may_hold(cell) is true.

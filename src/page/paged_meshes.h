@@ -46,7 +46,7 @@ inline size_t meshBudgetOf(const MapParams& params) {
 /// Meshes of blocks. Not thread-safe.
 class PagedMeshes {
  public:
-  using Stats = PageStats;  ///< Counts for meshes on disk since the start or the last clear().
+  using Stats = PageStats;  ///< Counters for meshes on disk since the start or the last clear().
 
   /// Without map/page_folder all meshes stay in memory; with it, up to meshBudgetOf().
   /// @throws std::runtime_error if map/page_folder cannot be written.

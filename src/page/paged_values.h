@@ -1,5 +1,5 @@
-/// Values that never change, such as the sectors of a table. Recently used values are kept in
-/// memory, all others in a file.
+/// Values that never change, such as sectors of the free-space grid. Recently used values are kept
+/// in memory, all others in a file.
 #pragma once
 
 #include <cstddef>
@@ -52,7 +52,7 @@ const ValueKind& kindOf() {
 /// The memory and the file that values share. Thread-safe.
 class PagedValues : public std::enable_shared_from_this<PagedValues> {
  public:
-  using Stats = PageStats;  ///< Counts for values since the start or resetCounts().
+  using Stats = PageStats;  ///< Counters for values since the start or resetCounts().
 
   /// A value in memory, on disk or both.
   struct Entry {
@@ -108,7 +108,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   std::list<Entry*> order_;  ///< Values in memory, least recently used first.
   size_t bytes_ = 0;         ///< Memory of the values in order_.
   size_t entries_ = 0;
-  size_t calls_until_try_ = 0;  ///< After a failure: calls to skip before the next try.
+  size_t calls_until_try_ = 0;  ///< After a failure: calls until the disk is tried again.
 };
 
 using SharedPagedValues = std::shared_ptr<PagedValues>;

@@ -26,7 +26,7 @@ struct InputParams {
   double tf_timeout_s = 1.0;     ///< Maximum time that a frame waits for its transform.
   float unit_16uc1_m = 0.001f;   ///< Metres per unit of a 16UC1 image.
   float unit_32fc1_m = 1.0f;     ///< Metres per unit of a 32FC1 image.
-  bool depth_along_ray = false;  ///< Depth along the ray (some simulators), not the axis.
+  bool depth_along_ray = false;  ///< Depth is along the ray (some simulators), not the axis.
   double max_speed_m_s = 10.0;   ///< Faster motion counts as a pose jump; 0: no limit.
   double max_turn_deg_s = 720.0;  ///< Faster turns count as a pose jump; 0: no limit.
   /// Uses the newest camera_info, not the one with the image's stamp, for drivers that send it
@@ -168,8 +168,8 @@ void resolveMemoryFrames(const PoseParams& poses, FusionParams& fusion);
 /// A key and the rule it breaks.
 using ParamViolation = std::pair<std::string, std::string>;
 
-/// Reads the node's settings strictly. Also reports `violations`, which were found before.
-/// @throws ParamError with every violation.
+/// Reads and checks the node's settings.
+/// @throws ParamError with every violation, including `violations`, which the caller has found.
 NodeParams readNodeParams(const ParamTree& tree,
                           const std::vector<ParamViolation>& violations = {});
 

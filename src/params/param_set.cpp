@@ -14,9 +14,9 @@ namespace {
 
 constexpr int kDigits = 7;
 
-/// Suggests alternatives to an unknown key, as in "; known: map/voxel_size_m". These are all
-/// keys whose last part begins with the last part of the unknown key. If there are none, all keys
-/// in the unknown key's section are suggested.
+/// Suggests alternatives to an unknown key, as in "; known: map/voxel_size_m": all keys whose last
+/// part begins with the last part of the unknown key or, if there are none, all keys in the unknown
+/// key's section.
 std::string suggestionsFor(const std::string& key, const std::set<std::string>& known) {
   const auto nameIn = [](const std::string& of) { return of.rfind('/') + 1; };
   const std::string section = key.substr(0, nameIn(key)), name = key.substr(nameIn(key));

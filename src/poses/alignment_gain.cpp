@@ -8,10 +8,10 @@
 namespace dtsdf {
 namespace {
 
-/// The mean square of kRemembered third differences may be off by this factor. Consecutive third
-/// differences overlap, so 8 of them on three axes amount to only about 11 independent samples,
-/// whose mean square has a relative standard deviation of 0.42. More images would mix different
-/// places and motions.
+/// The mean square of kRemembered third differences of positions may be off by this factor.
+/// Consecutive differences overlap, so 8 of them on three axes amount to only about 11 independent
+/// samples, whose mean square has a relative standard deviation of 0.42. More images would mix
+/// different places and motions.
 constexpr double kUncertainty = 2.0;
 constexpr int kRemembered = 8;
 

@@ -26,7 +26,8 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 using Eigen::Vector3i;
 
-/// Maximum number of standpoints; larger maps get larger cells.
+/// Maximum number of standpoints (positions at which a camera is tried). Larger maps get larger
+/// cells.
 constexpr double kMaxStandpoints = 200000.0;
 
 /// Edge of a cell, in voxels. An alignment can correct a pose that is off by one cell.
@@ -49,8 +50,8 @@ constexpr int kMatchedPoints = 64, kFitPoints = 512;
 constexpr int kMovedPoses = 5000, kAlignedPoses = 224, kRenderedPoses = 48;
 
 /// A pose is accepted if enough of its matched points are inliers and at least the fraction
-/// kPlaceShare of the image matches the map. It is ambiguous if there is another place at which the
-/// mismatching fraction of the image is less than kClearlyMore times that at the pose, plus
+/// kPlaceShare of the image matches the map. It is ambiguous if the mismatching fraction of the
+/// image at another place is less than kClearlyMore times the fraction at the pose, plus
 /// kClearlyMoreShare.
 constexpr double kPlaceShare = 0.7, kClearlyMore = 1.5, kClearlyMoreShare = 0.01;
 
@@ -100,8 +101,8 @@ Matrix3f orientation(int i) {
   return q.normalized().toRotationMatrix().cast<float>();
 }
 
-/// A distance along a ray in sixteenths of an octave, at most 253; 254 and 255 have special
-/// meanings.
+/// A distance along a ray on a logarithmic scale with 16 steps per doubling, at most 253. 254 and
+/// 255 have special meanings.
 using Octaves = uint8_t;
 constexpr Octaves kNothing = 255, kBackSide = 254;
 
@@ -498,7 +499,7 @@ bool CoarseMap::castRays(const Vector3f& from, std::array<Octaves, kRays>& view)
     for (int i = 0; i < kRays; ++i) all[static_cast<size_t>(i)] = directionOfRay(i);
     return all;
   }();
-  constexpr size_t kParts = 7;  // the first part, spread all around, rules out most standpoints
+  constexpr size_t kParts = 7;  // the first part, with rays all around, rules out most standpoints
   static_assert(kRays % kParts == 0, "");
   size_t seen = 0, backs = 0;
   for (size_t part = 0; part < kParts; ++part) {
@@ -539,7 +540,7 @@ void CoarseMap::matchFrom(const Vector3f& from, const RayTable& table, BestMatch
   for (size_t i = 0; i < table.R_W_C.size(); ++i) {
     const uint16_t* const ray = table.rays.data() + i * table.points;
     constexpr size_t kFirstPoints = 16;
-    constexpr int kPromising = 8;  // the maximum is 64
+    constexpr int kPromising = 8;  // kFirstPoints score at most 64
     int score = 0;
     for (size_t k = 0; k < kFirstPoints; ++k) score += table.scores[k][view[ray[k]]];
     if (score < kPromising) continue;
@@ -623,7 +624,7 @@ float CoarseMap::scoreOfPose(const Isometry3d& T_W_C, const std::vector<Vector3f
     if (octaves == kNothing) continue;
     const float off = shown - measured, width = std::max(1.5f, 0.06f * measured);
     if (octaves == kBackSide || off < -2.0f * width) {
-      sum -= 0.5f;  // not -1, since cells are coarse
+      sum -= 0.5f;  // only half a point, since cells are coarse
     } else if (std::abs(off) < width) {
       sum += 1.0f;
     }

@@ -9,7 +9,8 @@ namespace {
 
 double square(double a) { return a * a; }
 
-/// Moves an alignment away from its best pose, and adds the step's outer product to the covariance.
+/// Moves an alignment from its best pose to another pose, and adds the outer product of the step
+/// between them to its covariance.
 void put(Alignment& alignment, const Eigen::Isometry3d& T_W_C) {
   const Eigen::Matrix<double, 6, 1> way = stepBetween(alignment.T_W_C, T_W_C);
   alignment.covariance += way * way.transpose();

@@ -21,7 +21,8 @@ constexpr double kFoundShare = 0.5;
 /// and the third confirms it.
 constexpr int kFitsToRecover = 3;
 
-/// Guesses per place: six turns and six shifts by one step, as many by two, and the place itself.
+/// Guesses per place: six turns and six shifts by one step, as many by two steps, and the place's
+/// own pose.
 constexpr int kGuessesPerPlace = 1 + 4 * 6;
 
 /// Guesses per image while the camera is lost, in addition to the predicted pose. On a CPU, seven
@@ -193,7 +194,7 @@ Alignment PoseTracker::alignAt(Mapper& mapper, DepthFrame frame, const Isometry3
   Alignment alignment = mapper.align(frame, {params_.sigma_m, params_.sigma_rad});
   if (alignment.status == AlignmentStatus::kAligned && !alignment.is_held) {
     alignment.status = AlignmentStatus::kMisfit;
-    alignment.T_W_C = T_W_C;  // the pose found may have slid
+    alignment.T_W_C = T_W_C;  // too few points fit, so the aligned pose may be wrong
     alignment.covariance.setZero();
     alignment.covariance.diagonal() << Vector3d::Constant(params_.sigma_m * params_.sigma_m),
         Vector3d::Constant(params_.sigma_rad * params_.sigma_rad);

@@ -35,7 +35,8 @@ Session makeSession(const std::string& backend, const py::object& settings,
   return std::make_shared<MapperSession>(params);
 }
 
-/// Settings that are bound to the map come from its file; if also given here, they must be equal.
+/// The settings in withSettingsOf() come from the map's file. If they are also passed, their values
+/// must be equal.
 Session loadSession(const py::object& path, const std::string& backend, const py::object& settings,
                     const py::kwargs& kwargs) {
   const ParamTree given = treeOf(backend, settings, kwargs);
@@ -146,7 +147,7 @@ py::dict saveSession(MapperSession& self, const py::object& path,
 }
 
 SpaceView spaceOf(const Session& self) {
-  withoutGil([&] { self->withSpace([](Space&) {}); });  // throws if there is none
+  withoutGil([&] { self->withSpace([](Space&) {}); });  // throws if there is no grid
   return {self};
 }
 

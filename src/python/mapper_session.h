@@ -1,4 +1,4 @@
-/// A mapper with its mesh and origin, and the objects that it hands to Python.
+/// The objects behind the Python classes for a mapper, its free-space grid and its blocks.
 #pragma once
 
 #include <cstdint>

@@ -10,7 +10,7 @@ namespace py = pybind11;
 
 namespace {
 
-/// Arrays of numpy 2 have a different memory layout.
+/// Refuses numpy 2, whose arrays pybind11 before 2.12 cannot read.
 void checkNumpy() {
 #if PYBIND11_VERSION_HEX < 0x020C0000
   const auto version = py::module::import("numpy").attr("__version__").cast<std::string>();

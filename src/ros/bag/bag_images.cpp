@@ -289,9 +289,9 @@ class BagImages : public ImageSource<Frame> {
   static constexpr bool kIsColour = std::is_same_v<Frame, SourceColour>;
   static constexpr const ImageKind& kKind = kIsColour ? kColourImages : kDepthImages;
 
-  /// Adapts the options to colour images, which use the frame in their own header. With
-  /// first_pose_only, the depth camera's frame replaces the map frame: camera_frame, or the frame
-  /// of the first depth image.
+  /// Adapts the options to colour images, whose camera's frame is always the one in their header.
+  /// With first_pose_only, the map frame becomes the depth camera's frame, which is camera_frame or
+  /// the frame of the first depth image.
   void chooseForColour() {
     if (options_.first_pose_only) {
       options_.map_frame = options_.input.camera_frame;

@@ -1,4 +1,4 @@
-/// Code shared by all services: the response says in printable text what was done, or why it
+/// Code shared by all services, whose responses say in printable text what was done or why the call
 /// failed.
 #pragma once
 

@@ -26,7 +26,8 @@
 
 namespace dtsdf {
 
-/// Message types keyed by topic, without the topics of mapping nodes that look like input.
+/// Message types keyed by topic. Leaves out topics published by mapping nodes that look like input
+/// topics.
 using PublishedTopics = std::map<std::string, std::string>;
 
 /// Asks the master, without retries; empty if it does not answer.

@@ -235,7 +235,7 @@ class Pipeline {
   InputStatus input_status_;
   std::vector<ros::ServiceServer> servers_;
   std::optional<StatusPublisher> status_;
-  /// Its namespace is `publish/`, so that its keys equal the settings.
+  /// Its namespace is `publish/`, so that its parameters have the same keys as the settings.
   std::optional<dynamic_reconfigure::Server<dtsdf_mapping::PublishConfig>> rates_server_;
 };
 

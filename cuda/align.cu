@@ -24,7 +24,7 @@ constexpr int kSums = sizeof(AlignmentSums) / sizeof(int64_t);
 static_assert(sizeof(AlignmentSums) % sizeof(int64_t) == 0, "must be 64-bit integers");
 static_assert(kSums <= kAlignThreads, "each sum needs a thread");
 
-/// Runs findSurface() with kLanes threads per point, each of which tests other offsets along the
+/// Runs findSurface() with kLanes threads per point. Each thread tests different offsets along the
 /// normal.
 template <class VoxelAt>
 __device__ FieldSample findSurfaceInLanes(const Vec3f& p_L, const Vec3f& normal, bool directional,

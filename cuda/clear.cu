@@ -20,7 +20,7 @@ constexpr size_t kFirstInView = 1 << 14;
 
 struct VisitedBlock {
   int32_t slot;     ///< -1 if not in the map.
-  bool is_touched;  ///< False if the frame only checks the block.
+  bool is_touched;  ///< Whether the frame updates the block; false if it only checks it.
   uint32_t empty;   ///< Bit d: the array of direction d was empty after fusion.
   Vec3f first_voxel_L;
   bool in_turn;             ///< Whether to check voxels without sums as well.

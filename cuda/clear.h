@@ -23,8 +23,8 @@ class Clearing {
   /// @param in_view Slots of all blocks that may be in view, and possibly of other blocks.
   void storeInView(const DeviceSensing& sensing, const std::vector<int32_t>& in_view);
 
-  /// Enqueues the search for untouched blocks that the frame checks. Call this directly after
-  /// Fusion::castAndFold(), whose last kernel may still be running.
+  /// Enqueues the search for blocks that the frame checks but does not update (untouched blocks).
+  /// Call this directly after Fusion::castAndFold(), whose last kernel may still be running.
   void findBlocksToCheck(const DeviceSensing& sensing, const MapView& map,
                          const TouchedView& touched, uint64_t frame_number);
 

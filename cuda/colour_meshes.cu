@@ -113,7 +113,7 @@ __global__ void __launch_bounds__(kThreads) colourVerticesKernel(MapView map, Me
     const MeshRecord record = mesh.records[b];
     if (record.vertices == 0 || record.first_vertex + record.vertices > mesh.capacity.vertices ||
         record.first_triangle + record.triangles > mesh.capacity.triangles) {
-      continue;  // the same for all threads of the block
+      continue;  // all threads of the block, or none
     }
     findColours(map, unpackKey(record.key), shared);
     colourEdges(mesh, record, shared);

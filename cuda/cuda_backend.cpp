@@ -159,7 +159,7 @@ class CudaBackend : public MapBackend {
   }
 
   void render(const ViewRequest& request, RenderedView& view) override {
-    waitForMeshes();  // extractions read labels, which rendering updates
+    waitForMeshes();  // rendering updates labels, which an extraction may be reading
     const bool is_labelled = max_dirty_ == 0 && mesher_.hasLabelsFor(request.min_evidence);
     renderer_.render(request, map_.view(), is_labelled, view);
   }
@@ -215,8 +215,8 @@ class CudaBackend : public MapBackend {
     return gpu::emptyRegion(slots, region, map_.view(), stream_);
   }
 
-  /// Always copies labels, since the host does not know whether there are any. Removes marks last,
-  /// so that they are kept if an allocation fails.
+  /// Always copies labels (marching cubes cases), since the host does not know whether there are
+  /// any. Removes marks last, so that these are kept if an allocation fails.
   void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override {
     record_mover_.download(map_.voxels(), order.arrays, contents.voxels.data());
     record_mover_.download(map_.colours(), order.bricks, contents.colours.data());

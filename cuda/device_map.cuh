@@ -44,7 +44,7 @@ __device__ __forceinline__ uint32_t directionsOfSlot(const SlotEntry& entry) {
   return mask;
 }
 
-/// The colours in a brick of a voxel array; null if the brick does not exist.
+/// The colours in a brick (4 x 4 x 4 voxels) of an array; null if the brick does not exist.
 __device__ __forceinline__ VoxelColour* coloursOf(const MapView& map, int32_t array, int brick) {
   if (map.colour_of == nullptr) return nullptr;
   const int32_t number = map.colour_of[static_cast<size_t>(array) * kBricksPerArray + brick];

@@ -18,8 +18,8 @@ namespace gpu {
 /// A key that no block can have. It marks empty entries in hash tables.
 constexpr PackedKey kNoKey = ~PackedKey{0};
 
-/// A slab holds 512 voxel arrays (4 KiB each), 4096 colour bricks (256 bytes each) or 1024 sets of
-/// unit labels (1 KiB each).
+/// A slab holds 512 voxel arrays (4 KiB each), 4096 colour bricks (4 x 4 x 4 colours, 256 bytes
+/// each) or 1024 sets of unit labels (1 KiB each).
 using VoxelPool = SlabPool<Voxel, kVoxelsPerBlock, 9>;
 using ColourPool = SlabPool<VoxelColour, kVoxelsPerBrick, 12>;
 using LabelPool = SlabPool<UnitLabels, kVoxelsPerBlock, 10>;
@@ -82,7 +82,7 @@ class DeviceMap {
  public:
   explicit DeviceMap(const Stream& stream);
 
-  /// Reserves memory for adding blocks and arrays (an admission), which then cannot run out of it.
+  /// Reserves memory for adding blocks and arrays (an admission), so that it cannot run out later.
   /// @throws BackendError if memory runs out; the map stays intact.
   void reserve(const BlockTable& table, size_t new_blocks, size_t new_arrays);
 

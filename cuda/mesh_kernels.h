@@ -17,7 +17,8 @@ struct MeshSize {
 
 /// Counters of a mesh extraction or of a rendered view, for the host.
 struct MeshTotals {
-  /// Blocks with mesh units that have corners in a changed block; for a view, the blocks in view.
+  /// Blocks with units (cubes between eight voxels) that have corners in a changed block; for a
+  /// view, the blocks in view.
   uint32_t reached;
   uint32_t adjoining;  ///< Other blocks whose meshes depend on a changed block.
   MeshSize size;
@@ -58,7 +59,7 @@ struct MeshView {
 // Each function enqueues one step. `thread_blocks` should be enough to fill the device, since the
 // host does not know how much work there is.
 
-/// Selects the blocks with units (cubes between eight voxels) that have corners in a changed block.
+/// Selects the blocks with units that have corners in a changed block.
 void reachBlocks(const MapView& map, const MeshView& mesh, int thread_blocks, const Stream& stream);
 
 /// Finds the marching cubes cases of the blocks selected by reachBlocks(), and selects all other

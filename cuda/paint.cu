@@ -242,7 +242,7 @@ __global__ void __launch_bounds__(kArrayThreads, 8)
   __shared__ VoxelList list;
   const PointView& view = sensing.view;
   visitArrays(view.frame, map, paint, [&](const ArrayInView& array) {
-    if (!paint.painted.contains(unpackKey(array.key))) return;  // the same for all threads
+    if (!paint.painted.contains(unpackKey(array.key))) return;  // all threads, or none
     if (threadIdx.x == 0) found = {};
     listNearSurface(
         view, array, [](int) { return true; }, list);

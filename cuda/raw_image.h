@@ -20,7 +20,7 @@ class RawImage {
   /// has finished.
   template <class Frame>
   void upload(const Frame& frame, const Stream& stream) {
-    constexpr int kBandEnds[] = {3, 5, 6};  // in sixths; the last bands are the smallest
+    constexpr int kBandEnds[] = {3, 5, 6};  // in sixths of the image's height
     const size_t row = packedRowBytes(frame);
     bytes_ = row * frame.height;
     pinned_raw_.reserve(bytes_);

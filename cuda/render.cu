@@ -151,7 +151,7 @@ __global__ void __launch_bounds__(kThreads) drawBlocksKernel(RenderJob job, Mesh
     const MeshRecord record = mesh.records[b];
     if (record.triangles == 0 || record.first_vertex + record.vertices > mesh.capacity.vertices ||
         record.first_triangle + record.triangles > mesh.capacity.triangles) {
-      continue;  // the same for all threads of the block
+      continue;  // all threads of the block, or none
     }
     const DrawnBlock block{mesh.vertices + record.first_vertex,
                            mesh.triangles + record.first_triangle,

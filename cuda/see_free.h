@@ -14,8 +14,8 @@ class FreeCellFinder {
  public:
   FreeCellFinder(int32_t cell_log2, float max_range_m, const Stream& stream);
 
-  /// Enqueues the search for free cells in the cubes with keys `cubes`, and the download of the
-  /// result. Discards a previous result that was not taken.
+  /// Enqueues the search for free cells in cubes of 8 x 8 x 8 cells with these keys, and the
+  /// download of the result. Discards a previous result that was not taken.
   /// @throws BackendError if memory runs out.
   void find(const FrameView& frame, const float* free_depth, std::vector<Vec3i> cubes);
 

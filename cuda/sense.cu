@@ -42,7 +42,7 @@ __device__ void takeQuartiles(NoiseCounts& counts, NoiseOfLines (&kinds)[kNoiseK
   __shared__ typename Scan::TempStorage scan;
   constexpr int kBinsPerThread = kNoiseBins / kThreads;
   static_assert(kNoiseBins % (4 * kThreads) == 0, "threads read bins in fours");
-  constexpr int kBits = 12;  // per kind; the last kind has twice as many lines, and more bits
+  constexpr int kBits = 12;  // per kind, except the last one, which has twice as many lines
   constexpr uint64_t kMask = (uint64_t{1} << kBits) - 1;
   static_assert(kShortLines * kBits + 13 <= 64 && kNoisePoints < 1 << 13, "must fit in 64 bits");
   static_assert(kNoisePoints / 2 <= kMask, "a count must fit in kBits");

@@ -20,7 +20,8 @@ class DeviceSensing {
 
   DTSDF_HD const ImageView& image() const { return image_; }
   DTSDF_HD const FrameView& frame() const { return image_.frame; }
-  /// Whether the frame clears voxels. False if only the free-space grid needs free depths.
+  /// Whether the frame clears voxels. False if only the free-space grid needs free depths, that is,
+  /// the depths up to which pixels' rays are free.
   DTSDF_HD bool hasFreeDepth() const { return free_depth_ != nullptr; }
 #ifdef __CUDACC__
   __device__ __forceinline__ FrameSensing load() const { return {image_, *noise_, free_depth_}; }
@@ -66,7 +67,7 @@ class FrameSensor {
   /// kernel, which must call waitForPreviousKernel().
   void findFreeDepths(const DeviceSensing& sensing);
 
-  /// Free depths of the last frame's pixels, in device memory, whether or not the frame clears.
+  /// Free depths of the last frame's pixels, in device memory, even if the frame clears no voxels.
   /// @pre needsFreeDepth() is true.
   const float* freeDepth() const { return free_depth_.data(); }
 

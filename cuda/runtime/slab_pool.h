@@ -45,7 +45,7 @@ class SlabPool {
     stream.synchronize();  // a previous upload may still read the pinned table
     pinned_table_.reserve(std::max(slabs.size(), kFirstTable));
     if (slabs.size() > table_.capacity()) uploaded_ = 0;
-    table_.reserve(std::max(slabs.size(), kFirstTable), stream);  // last: its contents are lost
+    table_.reserve(std::max(slabs.size(), kFirstTable), stream);  // last, as it loses its contents
     std::copy(slabs.begin(), slabs.end(), pinned_table_.data());
     table_.uploadPart(pinned_table_.data(), uploaded_, slabs.size(), stream);
     uploaded_ = slabs.size();

@@ -111,7 +111,7 @@ class ChunkVisuals {
                                   ? camera.getOrthoWindowHeight()
                                   : 2.0f * std::tan(0.5f * camera.getFOVy().valueRadians());
     for (auto& [origin, visual] : visuals_) {
-      // The distance is 0 if the camera may be inside the chunk, which is then drawn in full
+      // 0 if the camera may be inside the chunk. A perspective view then shows the chunk in full
       // detail.
       const float distance_m = std::max(eye.distance(visual.centre) - visual.radius_m, 0.0f);
       const float width_m = is_orthographic ? view_height : view_height * distance_m;

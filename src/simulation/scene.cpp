@@ -309,7 +309,7 @@ Eigen::AlignedBox2i projectedRect(const Shape& shape, const Intrinsics& K, int w
 /// The surface visible in a pixel: its depth, and the index of its shape.
 using Hit = std::pair<float, size_t>;
 
-/// The direction of a pixel in the optical frame, with z = 1: a ray's parameter is then the depth.
+/// The direction of a pixel in the optical frame, with z = 1, so that a ray's parameter is depth.
 Eigen::Vector3d directionOf(const Intrinsics& K, int u, int v) {
   return {(u - static_cast<double>(K.cx)) / K.fx, (v - static_cast<double>(K.cy)) / K.fy, 1.0};
 }

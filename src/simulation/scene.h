@@ -69,7 +69,7 @@ class Scene {
 std::vector<float> renderDepth(const Scene& scene, const Intrinsics& intrinsics, int width,
                                int height, const Eigen::Isometry3d& T_W_C);
 
-/// Wraps a depth image for a mapper. Valid as long as `depth_m` is.
+/// Wraps a depth image for a mapper. The frame points to `depth_m`, which must outlive it.
 DepthFrame depthFrameOf(const std::vector<float>& depth_m, const Intrinsics& intrinsics, int width,
                         int height, const Eigen::Isometry3d& T_W_C);
 

@@ -62,7 +62,7 @@ class CellTable {
   }
 
   /// Returns the cubes touched or removed since the last call, or all cubes if this is the first
-  /// call or `all` is set. Returns at most about `most` cubes. The next calls return the rest, and
+  /// call or `all` is set. Stops after about `most` cubes. The next calls return the rest, and
   /// touched cubes that could not be read this time.
   SpaceChanges takeTouched(bool all, size_t most) {
     SpaceChanges taken;

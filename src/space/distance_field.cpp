@@ -18,8 +18,8 @@ constexpr int kMaxReachOf16Bits = 127;
 /// addition to the old values. If the maximum distance is large, kMaxPlanesAtOnce allows fewer.
 constexpr size_t kMaxSectorsAtOnce = 256;
 constexpr int kMaxPlanesAtOnce = 1 << 15;
-/// Maximum number of sectors in the box that contains all sectors within the maximum distance of
-/// those computed at once.
+/// Maximum number of sectors in the box around the sectors computed at once. The box is extended by
+/// the maximum distance.
 constexpr uint64_t kMaxPlaces = uint64_t{1} << 15;
 
 /// Approximate number of changed cubes that are processed at once, to limit memory.

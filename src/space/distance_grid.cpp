@@ -21,7 +21,7 @@ void visitBetween(const Vec3i& low, const Vec3i& high, const Visit& visit) {
   }
 }
 
-/// Marks cells as free if their centres lie in the region, which is in units of cells.
+/// Marks cells as free if their centres lie in the region, which is given in cells.
 void clear(const RegionView& region, const Vec3i& sector, CellSector& cells) {
   for (int number = 0; number < kCubesPerSector; ++number) {
     const Vec3i first = firstCellOfCube(cubeOfSector(sector, number));
@@ -50,7 +50,7 @@ BlockExtent cellsAround(const BoxRegion& box, const SpaceSnapshot& space, int32_
   if (!((middle_m.cwiseAbs() + half_m).maxCoeff() < kMaxCell * cell_m)) {
     throw std::runtime_error("the box extends beyond the coordinates of a map");
   }
-  // Even a flat box of few cells may have many sectors within the maximum distance.
+  // A flat box with few cells may still be within the maximum distance of many sectors.
   const Eigen::Array3d sectors =
       (2.0 * (half_m / cell_m).array() + 2.0 * reach) / kSectorSide + 2.0;
   constexpr double kMaxSectors = 4096.0;

@@ -32,14 +32,14 @@ PointGrid gridIn(const BoxRegion& box, double resolution_m);
 /// Distances at the points of a grid, x varying fastest, and their gradients; NaN in unknown cells.
 struct GridDistances {
   std::vector<float> distances_m;
-  std::vector<float> gradients;  ///< Three components per point, along the axes of frame F.
+  std::vector<float> gradients;  ///< Three per point, along the axes of F in distancesOn().
 };
 GridDistances distancesOn(const PointGrid& grid, const KnownSpace& space,
                           const Eigen::Matrix3d& R_F_W);
 
 /// A copy of `space` in and around a box, in which all cells with centres in `cleared` are free.
 /// Cells far from the box are unknown. @pre The regions are valid, see findProblem().
-/// @throws std::runtime_error if the box is too large or extends beyond the coordinates of a map.
+/// @throws std::runtime_error if the box is too large or exceeds a map's range of coordinates.
 SpaceSnapshot clearedIn(const BoxRegion& box, const std::vector<Region>& cleared,
                         const SpaceSnapshot& space);
 

@@ -37,7 +37,7 @@ struct DistanceSector {
 
   bool isEmpty() const { return squared == nullptr; }
 
-  /// Size for PagedValues, which contains no empty sectors.
+  /// Memory use of a sector that is not empty, for PagedValues.
   size_t bytes() const { return sizeof(*this) + kSquaresBytes; }
   template <class Io>
   void visitRecord(Io& io) {

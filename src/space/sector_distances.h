@@ -147,7 +147,8 @@ class SectorDistances {
     return squares;
   }
 
-  /// Lowers each value of `line` to that of `other` plus `aside` squared if that is smaller.
+  /// Lowers each value of `line` to the value of `other` plus `aside` squared, if this sum is
+  /// smaller.
   void lower(Line& line, const Line& other, int32_t aside) const {
     if (std::abs(aside) > reach_) return;
     const auto added = static_cast<Value>(aside * aside);
@@ -159,12 +160,12 @@ class SectorDistances {
   int reach_ = 0;
   Value far_ = 0;  ///< Stands for any squared distance greater than reach_ squared.
   int32_t window_ = 0;
-  Vec3i first_{};  ///< First cell of the window: the sector, extended by reach_ on all sides.
+  Vec3i first_{};  ///< First cell of the window, which extends the sector by reach_ on all sides.
   std::vector<Value> squares_;
   std::vector<int32_t> row_of_;  ///< Index in rows_ for each y and z of the window; -1 if none.
   std::vector<Line> rows_;       ///< Squared distances along x, for each row with surfaces.
   std::vector<std::array<Line, kSectorSide>> planes_;  ///< Planes with surfaces.
-  std::vector<int32_t> plane_z_;                       ///< Their z in the window.
+  std::vector<int32_t> plane_z_;                       ///< The z of each plane, in the window.
 };
 
 }  // namespace dtsdf

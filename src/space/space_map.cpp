@@ -42,8 +42,8 @@ Vec3d middleOfBox(const Vec3i& key, int32_t side) {
 /// The distance from the centre of a cube or sector to its corners, in voxels.
 double reachOf(int32_t side) { return 1.7321 * 0.5 * side; }  // square root of 3
 
-/// Maximum extent of the view along each axis, as a multiple of the range. With a diagonal field of
-/// view of 120 degrees, the corners of the view are at this distance.
+/// Maximum extent of the view from the camera along each axis, as a multiple of the range. If the
+/// diagonal field of view is 120 degrees, the corners of the view are at this distance.
 constexpr float kMaxAside = 2.0f;
 
 }  // namespace

@@ -46,7 +46,7 @@ class TeamMember {
   }
 
   /// Makes the thread call work(of, number), which must not throw. @pre release() has returned
-  /// since the last call.
+  /// since the last call().
   void call(void (*work)(const void*, size_t), const void* of, size_t number) {
     work_ = work;
     of_ = of;

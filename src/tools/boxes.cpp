@@ -150,8 +150,8 @@ std::pair<int, int32_t> longestAxis(const BlockExtent& bounds) {
   return longest;
 }
 
-/// Splits a leaf into two with about the same number of blocks. @pre It is more than one block
-/// long.
+/// Splits a leaf into two with about the same number of blocks. @pre The leaf has at
+/// least two blocks.
 std::array<Leaf, 2> halvesOf(Leaf leaf) {
   const BlockExtent bounds = leaf.bounds();
   const auto axis = kAxes[longestAxis(bounds).first];

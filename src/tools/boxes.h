@@ -25,12 +25,12 @@ BlockExtent parseBox(const std::string& text, double block_m);
 /// A run that builds one box of a map.
 struct BoxRun {
   MapBox box;        ///< The box; the lists of its frames are filled during the run.
-  MapExtent extent;  ///< The blocks to fuse, the blocks to paint, and the cubes of cells.
+  MapExtent extent;  ///< The blocks to fuse, the blocks to paint, and the cubes of free cells.
   std::shared_ptr<const std::vector<size_t>> frames, images;  ///< Indices of the images to read.
   double last_stamp_s = 0.0;  ///< Stamp of the last frame; later colour images are not used.
 };
 
-/// Plans a run from the poses of a recording. If that is a folder, decodes only a few images.
+/// Plans a run from the poses of a recording. If the recording is a folder, decodes few images.
 /// @throws std::runtime_error for settings that need the whole map.
 BoxRun planBoxRun(RunOptions options, const RunSettings& settings,
                   const std::optional<Eigen::Isometry3d>& T_W_M, const BlockExtent& box);

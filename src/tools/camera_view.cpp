@@ -39,8 +39,8 @@ bool CameraView::maySee(const MetricBox& box, double depth_m) const {
          !isBeyond(0.0, -K.fy, bottom);
 }
 
-/// A frame changes voxels within the truncation distance of its measurements, and of the surfaces
-/// that it looks through.
+/// A frame changes voxels within the truncation distance of its measurements, or of mapped surfaces
+/// in front of them.
 bool mayFuse(const CameraView& image, const BlockExtent& blocks, const MapperParams& params) {
   const auto voxel_m = static_cast<double>(params.map.voxel_size_m);
   const double margin_m =
@@ -65,9 +65,9 @@ bool mayPaint(const CameraView& image, const BlockExtent& blocks, const MapperPa
   return image.maySee(pointsOf(blocks, params.map.voxel_size_m, rules), params.max_paint_depth_m);
 }
 
-/// A piece of surface may occlude a point if its distance from the ray between the point and the
-/// camera is at most the radius of the piece plus a cell of the depth image. pieceOf() computes the
-/// radius in pixels from fx, but uses it along both axes.
+/// A piece of surface may occlude a point if the ray from the camera to the point passes within the
+/// radius of the piece plus a cell of the depth image. pieceOf() computes the radius in pixels from
+/// fx, but uses this radius along both axes.
 BlockExtent blocksThatHide(const CameraView& image, const BlockExtent& blocks,
                            const MapperParams& params, const ColourRules& rules) {
   const double voxel_m = params.map.voxel_size_m, block_m = voxel_m * kBlockSide;

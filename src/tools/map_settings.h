@@ -13,7 +13,8 @@ namespace dtsdf {
 
 /// Settings for a mapper that loads a saved map: the known keys of the map file, overridden by the
 /// key=value texts in `given`. If map/page_folder is empty, the memory limit is what the map needs.
-/// @throws ParamError that lists every violation, std::runtime_error if they do not fit the map.
+/// @throws ParamError that lists every violation, std::runtime_error if the settings do not fit the
+/// map.
 RunSettings settingsFor(const MapContents& contents, const std::vector<std::string>& given);
 
 /// @throws UsageError unless the name has the extension of a mesh format.

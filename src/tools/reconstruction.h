@@ -35,7 +35,7 @@ struct RecordedInput {
   /// The box to build (--only); null for the whole map. The fused frames are listed in its MapBox.
   /// Colour images before the first frame, and after the last frame up to last_stamp_s, are used.
   BoxRun* box = nullptr;
-  /// Returns the number of frames that have touched a block so far. Required if `box` is set.
+  /// Returns the number of frames so far that have touched any block. Required if `box` is set.
   std::function<uint64_t()> supporting;
   int threads = 0;   ///< Number of threads for relocalising the camera; 0 for all cores.
   PoseParams poses;  ///< Whether poses are used unchanged, refined or tracked.

@@ -13,7 +13,7 @@
 
 namespace dtsdf {
 
-/// The bytes are split at each record id. After the id come an unused byte, a byte of How bits, and
+/// The recipe is split at each record id. After the id come an unused byte, a byte of How bits, and
 /// the record's content. Bytes before the first id are dropped.
 class MapRecipe {
  public:

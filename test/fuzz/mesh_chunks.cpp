@@ -10,7 +10,7 @@ using namespace dtsdf;
 
 namespace {
 
-/// Takes a length and an array of that length, which is shorter if the bytes run out.
+/// Takes a length, then an array of that length. If the bytes run out, the array is shorter.
 template <class Number>
 std::vector<Number> takeArray(InputBytes& bytes) {
   const size_t length = bytes.take<uint32_t>();

@@ -64,7 +64,7 @@ def room_of(path, table):
 
 
 def may_include(room, other, table):
-    """Whether the list of a room contains another room, or a folder that contains it."""
+    """Whether the list of a room names another room, or a folder that contains that room."""
     return any(other == wanted or wanted not in table and is_under(other, wanted)
                for wanted in table[room])
 
@@ -152,7 +152,7 @@ def violations_in(path, code, table, files, exceptions=frozenset()):
 
 
 def table_violations(table_text, table, files, guide):
-    """Finds errors in the table itself and in its copy in the guide."""
+    """Finds errors in the table itself and in its copy in CONTRIBUTING.md."""
     circle = find_circle(table)
     if circle:
         yield "folders that include each other: " + " -> ".join(circle)

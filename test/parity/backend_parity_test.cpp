@@ -233,7 +233,7 @@ TEST(CudaParity, FineVoxelsOutgrowEveryBuffer) {
 TEST(CudaParity, ManyBlocksOutgrowTheTable) {
   const std::string reason = reasonToSkip(Candidate::kCuda);
   if (!reason.empty()) GTEST_SKIP() << reason;
-  constexpr size_t kEnough = 70000;  // half of the initial hash table is 65536
+  constexpr size_t kEnough = 70000;  // more than half of the hash table's initial 131072 entries
   BackendPair pair(makeParams(FusionMode::kNormalRayCasting, true, 0.008f), Candidate::kCuda);
   TestFrameSettings settings;
   settings.width = 320;

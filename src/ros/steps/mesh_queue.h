@@ -28,8 +28,7 @@ struct MeshChanges {
   ros::Time stamp;                      ///< Stamp of the newest frame in the mesh; zero if none.
 };
 
-/// Thread-safe. Keeps only the newest change of each block, so it never holds more than one mesh of
-/// the map.
+/// Thread-safe. Keeps only the newest change of each block, so that no block is queued twice.
 class MeshQueue {
  public:
   /// `on_change` is called after each change, by the thread that made it.
@@ -84,7 +83,7 @@ class MeshQueue {
 
   std::function<void()> on_change_;
   std::mutex mutex_;
-  MeshChanges changes_;  ///< Without `blocks`, which are in blocks_ until take().
+  MeshChanges changes_;  ///< All but `blocks`, which blocks_ holds until take().
   std::unordered_map<PackedKey, SharedBlockMesh> blocks_;
 };
 

@@ -1,4 +1,4 @@
-/// The step that publishes the mesh in chunks: as markers for any viewer, and as compact blocks.
+/// The step that publishes the mesh in chunks (cubes of blocks), as markers and in a compact form.
 #include <dtsdf_mapping/MeshBlocks.h>
 #include <visualization_msgs/MarkerArray.h>
 
@@ -31,7 +31,7 @@ constexpr size_t kPieceBytes = 1 << 20;
 /// to about 40 MB/s.
 constexpr int kPiecesPerRound = 4;
 constexpr double kRoundRate_hz = 10.0;
-/// Time between two parts of the refresh, which publishes the whole mesh again, part by part.
+/// Interval at which some of the chunks are published again; see mesh_topics/refresh_s.
 constexpr double kRefreshPeriod_s = 1.0;
 
 std_msgs::ColorRGBA toColour(const std::array<uint8_t, 3>& rgb) {

@@ -12,8 +12,8 @@ namespace dtsdf {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// Axes along or about which an image hardly constrains its pose: the standard deviation exceeds
-/// half of `sigma`, that of the prior. `covariance` is that of the position or of the rotation.
+/// Axes along or about which an image hardly constrains its pose, because the standard deviation
+/// exceeds half of the prior's, `sigma`. `covariance` is of either the position or the rotation.
 inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, double sigma) {
   constexpr double kFreeShare = 0.25;  // fraction of the prior's variance
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
@@ -46,8 +46,8 @@ inline Matrix6d odometryCovariance(const Alignment& alignment, const PoseParams&
   return covariance;
 }
 
-/// Covariance of B's pose in M, computed from that of C's pose in W. B is rigidly attached to C;
-/// `offset_M` is the position of B minus that of C, in M.
+/// Covariance of the pose of frame B in M, computed from that of C's pose in W. B is rigidly
+/// attached to C; `offset_M` is the vector from C to B, in M.
 inline Matrix6d movedCovariance(const Matrix6d& covariance, const Eigen::Matrix3d& R_M_W,
                                 const Eigen::Vector3d& offset_M) {
   Eigen::Matrix3d cross;

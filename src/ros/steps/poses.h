@@ -92,8 +92,8 @@ class PosesStep : public Step {
     return std::nullopt;
   }
 
-  /// Replaces a frame's expected pose in W, the frame of the voxels, by the pose to fuse or paint
-  /// it at.
+  /// Replaces a frame's expected pose by the pose at which to fuse or paint it. Both poses are in
+  /// W, the frame of the voxels.
   /// @throws std::exception if the backend fails.
   std::optional<Rejection> place(PosedFrame& frame) override {
     if (!isOn()) return std::nullopt;
@@ -359,7 +359,7 @@ class PosesStep : public Step {
   const Host& host_;
   const NodeParams& params_;
   const std::string parent_;  ///< Name of the frame in which poses are published.
-  // Used with refine, one per camera: the refiner, and the stamp of the newest depth image.
+  // With refine, for each camera: its refiner, and the stamp of its newest depth image.
   std::vector<PoseRefiner> refiners_;
   std::vector<ros::Time> last_stamps_;
   PoseTracker tracker_;
@@ -380,7 +380,7 @@ class PosesStep : public Step {
 
   mutable std::mutex mutex_;                       ///< Guards the members below.
   std::vector<dtsdf_mapping::PoseStatus> report_;  ///< One for each camera.
-  std::string problem_;        ///< Why a transform is not published; empty if all are.
+  std::string problem_;                            ///< Why a transform is not published, or empty.
   std::string blocked_frame_;  ///< Child frame of the transform that `problem_` is about.
 };
 

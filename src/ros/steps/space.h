@@ -124,8 +124,8 @@ class SpaceStep : public Step {
 
   struct Known {
     std::shared_ptr<const SpaceSnapshot> space = std::make_shared<const SpaceSnapshot>();
-    /// Stamp of the newest frame whose surfaces are in `space`, which may already contain cells
-    /// freed by newer frames. 0 if no frame was fused, as in a loaded map.
+    /// Stamp of the newest frame whose surfaces are in `space`; newer frames may already have freed
+    /// cells. 0 if no frame was fused, as in a loaded map.
     ros::Time stamp;
   };
   Known known() const {
@@ -218,7 +218,7 @@ class SpaceStep : public Step {
   }
 
   bool isFull() const {
-    constexpr size_t kMaxWaiting = size_t{1} << 15;  // in cubes; a few megabytes
+    constexpr size_t kMaxWaiting = size_t{1} << 15;  // cubes; they take a few megabytes
     const std::lock_guard<std::mutex> lock(mutex_);
     return waiting_ && waiting_->cubes.size() >= kMaxWaiting;
   }
@@ -384,7 +384,7 @@ class SpaceStep : public Step {
   const Host& host_;
   const bool is_on_;
 
-  bool is_part_ = false;  ///< On the map thread: whether the map has more changes to queue.
+  bool is_part_ = false;  ///< Whether the map has more changes to queue (map thread only).
 
   // Used on the output thread only, except for the topics and the servers.
   std::unique_ptr<SpaceFollower> follower_;

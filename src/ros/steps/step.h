@@ -95,12 +95,12 @@ class Step {
   virtual void fused(const PosedFrame&, const IntegrationResult&) {}
   /// Rate at which an up-to-date mesh is needed; nullopt if none is needed. Called on any thread.
   virtual std::optional<double> meshRate_hz() const { return std::nullopt; }
-  /// An extraction was finished.
+  /// A mesh extraction was finished.
   virtual void meshed() {}
   /// A part of the map was emptied.
   virtual void regionCleared(const Region&) {}
-  /// A loaded map has replaced the map. The arguments are its contents, without voxels, and its
-  /// file; both are null if the map was emptied instead.
+  /// A loaded map has replaced the map. The arguments are the loaded contents, without
+  /// voxels, and the file; both are null if the map was emptied instead.
   virtual void replaced(const MapContents*, const std::shared_ptr<const MapChunks>&) {}
   /// A map built from the same frames at corrected poses has replaced the map.
   virtual void corrected() {}

@@ -50,7 +50,7 @@ class ViewStep : public Step {
     const RenderCamera camera{depth->width, depth->height, depth->intrinsics};
     try {
       host_.map.mapper().render(camera, depth->T_W_C, view_);
-    } catch (const std::exception& error) {  // only warns; if the GPU is lost, fusing fails, too
+    } catch (const std::exception& error) {  // only warns: fusing reports a lost GPU
       ROS_WARN_STREAM_THROTTLE_NAMED(10.0, "dtsdf_mapping",
                                      "no image on rendered/image: " << errorText(error));
       return;

@@ -30,7 +30,8 @@ struct VertexColour {
 };
 
 /// Triangles of the mesh units of one block, counter-clockwise as viewed from the front. Vertices
-/// on the block's far faces are repeated, bit for bit, by the neighbour that owns their edge.
+/// on the block's upper faces (largest x, y or z) are repeated, bit for bit, by the neighbour that
+/// owns their edge.
 ///
 /// The midpoints of a refined mesh follow the vertices on grid edges, in the order of their mesh
 /// units. A midpoint on the face between two units is listed once per unit, with identical values.

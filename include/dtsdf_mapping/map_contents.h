@@ -85,7 +85,7 @@ struct MapHead : MapOrigin {
   /// poses/..., unless poses were used as supplied.
   ParamTree settings;
   uint64_t frames = 0;             ///< Depth frames fused.
-  uint64_t supporting_frames = 0;  ///< Depth frames that touched a block.
+  uint64_t supporting_frames = 0;  ///< Depth frames that were not used only to clear space.
   bool painted = false;            ///< Whether the map was ever painted; meshes then have colours.
   std::array<float, 3> exposure = {1.0f, 1.0f, 1.0f};  ///< Gains of the last colour image.
   int cell_voxels = 0;  ///< Edge of a free-space cell, in voxels; 0 if space/enabled is false.
@@ -130,9 +130,9 @@ MapSize sizeOf(const std::vector<MapBlock>& blocks);
 /// Checks that the contents are valid. @throws std::runtime_error that says what is wrong.
 void checkContents(const MapContents& contents);
 
-/// Copies the settings that a map is bound to into `params`: map/voxel_size_m,
+/// Copies the settings that must match those of the map into `params`: map/voxel_size_m,
 /// map/truncation_voxels, map/directional and fusion/mode.
-/// @return `params` with the bound settings of the contents.
+/// @return `params` with these settings from the contents.
 /// @throws std::runtime_error if one of these settings is missing or invalid in the contents.
 MapperParams withSettingsOf(const MapContents& contents, MapperParams params);
 
@@ -159,9 +159,9 @@ constexpr char kLeaveSettingOut[] = "leave this setting out: it comes from the f
 
 /// Checks that a mapper with these settings can resume from the contents. With space/enabled, the
 /// cell size must match too, if the contents include free cells.
-/// @throws std::runtime_error if a bound setting differs (the message names the first such setting
-/// and ends with `remedy`), if space/cell_voxels differs, or if the map exceeds the memory budget
-/// and, with map/page_folder, the limit on disk.
+/// @throws std::runtime_error if a setting of withSettingsOf() differs (the message names the first
+/// such setting and ends with `remedy`), if space/cell_voxels differs, or if the map exceeds the
+/// memory budget and, with map/page_folder, the limit on disk.
 void checkFits(const MapContents& contents, const MapperParams& params,
                const std::string& remedy = {});
 

@@ -65,7 +65,7 @@ struct PageStats {
 /// Size of a map.
 struct MapStats {
   size_t blocks = 0;        ///< Blocks of 8 x 8 x 8 voxels in memory.
-  size_t voxel_arrays = 0;  ///< Voxel arrays of all blocks in memory.
+  size_t voxel_arrays = 0;  ///< Arrays of 512 voxels in memory: one per direction of a block.
   /// Bytes of blocks, arrays and colours in memory. At most max_map_bytes; see there for an
   /// exception.
   size_t map_bytes = 0;

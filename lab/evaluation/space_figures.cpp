@@ -151,7 +151,7 @@ std::optional<double> SpaceTruth::distanceFrom(const Vector3d& p_W) const {
 }
 
 bool SpaceTruth::isSeen(const Vector3d& p_W) const {
-  constexpr double kRim_px = 3.0;     // the map needs the neighbours of a pixel
+  constexpr double kRim_px = 3.0;     // fusing a pixel needs its neighbours
   constexpr double kBefore_m = 1e-3;  // a point must not occlude itself
   const auto& poses_W_C = viewed_.views.poses_W_C;
   return std::any_of(poses_W_C.begin(), poses_W_C.end(), [&](const Eigen::Isometry3d& T_W_C) {

@@ -15,7 +15,7 @@ constexpr double kStereoStep_px = 1.0 / 32.0;
 constexpr int kMatchingWindow_px = 7;
 
 constexpr int kTexturePatch_px = 15;
-constexpr double kMinTexture = -1.9;  // standard normal: 2.9 % lie below
+constexpr double kMinTexture = -1.9;  // 2.9 % of a standard normal distribution lie below
 
 /// Two points whose disparities differ by less than this are assumed to lie on the same surface.
 constexpr double kSameSurface_px = 1.0;

@@ -47,7 +47,7 @@ MapContents loadMap(const std::string& path, const MapperParams& params, int thr
 /// @throws std::runtime_error as loadMap() does.
 MapInfo readMapInfo(const std::string& path);
 
-/// XXH64 hash over the settings that the map is bound to (withSettingsOf()), its blocks, voxels,
+/// XXH64 hash over the settings that withSettingsOf() copies, and over the map's blocks, voxels,
 /// colours, exposure, free cells and frame counts; docs/map_format.md lists the bytes. Equal maps
 /// have equal hashes, regardless of file, backend and map frame. @throws std::runtime_error for
 /// contents that saveMap() would reject.

@@ -1,4 +1,5 @@
-/// Reads settings from YAML files and key=value strings into a flat tree, which ParamReader checks.
+/// Reads settings from YAML files and key=value strings into a ParamTree, which ParamReader
+/// checks.
 #pragma once
 
 #include <string>

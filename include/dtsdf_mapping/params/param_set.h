@@ -1,5 +1,5 @@
-/// Strict reading of settings: a flat tree of keys and values is read into structs, or rejected as
-/// a whole.
+/// Strict reading of settings: a ParamTree of keys and values is read into structs, or rejected
+/// as a whole.
 ///
 /// Each settings struct has a visitParams() overload that lists its keys and the rules for their
 /// values. Reading, writing and the tests of config/ all use it. The command-line programs fill the

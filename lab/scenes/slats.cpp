@@ -15,8 +15,8 @@ constexpr double kLength_m = 0.2, kThickness_m = 0.002;
 constexpr double kSpacing_m = 0.08;  // between the centre lines of slats
 constexpr double kPi = 3.14159265358979323846;
 
-/// How slats are placed: rotated in the image plane, tilted in depth, and off the grid planes by a
-/// fraction of a voxel along each axis.
+/// How slats are placed: rotated in the image plane, tilted in depth, and shifted along each axis
+/// by a fraction of a voxel.
 struct Stand {
   const char* name;
   double roll_deg, tilt_deg, off_voxels;

@@ -146,7 +146,8 @@ double areaNearRod(const Surface& surface, double x_m, double reach_m) {
 /// Maps rods from close by, then from a distance at which they are thinner than a pixel. The
 /// distant frames must not remove them, as a pixel that measures the wall may also contain a rod.
 std::vector<Figure> measureRods(const SceneSetup& setup) {
-  const std::pair<double, double> rods[] = {{5.0, -0.0513}, {10.0, 0.0487}};  // mm, x in m
+  // Diameters in mm, and x in m.
+  const std::pair<double, double> rods[] = {{5.0, -0.0513}, {10.0, 0.0487}};
   Scene scene;
   scene.add(wallAt(kOff_m + 0.6));
   for (const auto& [diameter_mm, x_m] : rods) {

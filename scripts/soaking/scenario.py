@@ -28,7 +28,7 @@ MANAGER, NODE = "/mapping_manager", "/mapping"
 QUERIED_POINTS = 1000
 RECOVERS_WITHIN_S = 30.0
 SETTLES_WITHIN_S = 180.0
-MAX_UNCOUNTED_IMAGES = 70  # see unaccounted(); limited by the queues
+MAX_UNCOUNTED_IMAGES = 70  # see unaccounted(); the queues limit it
 
 
 def cycle_seconds(hours):
@@ -78,7 +78,7 @@ class Watch:
         silent_s = time.monotonic() - self.status_time
         if silent_s > RECOVERS_WITHIN_S:
             self.record.problem(f"no status for {silent_s:.0f} s")
-            self.status_time = time.monotonic()  # reports again after RECOVERS_WITHIN_S
+            self.status_time = time.monotonic()  # so that the next report is RECOVERS_WITHIN_S later
         for stream in status.cameras[0].streams:
             missing = unaccounted(stream)
             if not 0 <= missing <= MAX_UNCOUNTED_IMAGES:

@@ -39,7 +39,8 @@ struct FrameOutcome {
 struct SeenColours {
   bool any = false;  ///< Whether the image can paint anything.
   ExposureSums sums{};
-  std::vector<ColourRequest> requests;  ///< Colour bricks to create; some may already exist.
+  /// Colour bricks (of 4 x 4 x 4 voxels) to create; some may already exist.
+  std::vector<ColourRequest> requests;
 };
 
 /// A view of the map to render.
@@ -51,7 +52,7 @@ struct ViewRequest {
 
 /// Changes to the table, for backends that mirror it.
 struct TableChanges {
-  const std::vector<int32_t>& slots;  ///< Changed and released slots, without duplicates.
+  const std::vector<int32_t>& slots;  ///< Slots of changed and released blocks, each once.
   bool dirty = false;                 ///< Whether to mesh the changed blocks again.
   const std::vector<int32_t>* new_arrays = nullptr;   ///< New arrays to zero.
   const std::vector<NewBrick>* new_bricks = nullptr;  ///< New bricks to zero.

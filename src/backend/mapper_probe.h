@@ -12,7 +12,7 @@ namespace dtsdf {
 class ProbedMapper : public Mapper {
  public:
   /// Waits until the extraction in progress has computed its meshes. On a GPU, they may not yet be
-  /// copied to the host. Not needed before finishMeshUpdate().
+  /// copied to the host. finishMeshUpdate() does not require this call.
   virtual void waitForMeshes() = 0;
 
   /// Adds the host time of each stage to a profile until called with another profile or nullptr. To

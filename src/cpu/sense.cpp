@@ -34,7 +34,7 @@ void findFreeDepthsOfRow(const FrameSensing& of_frame, int v, const PixelSpan& s
   const bool has_above = v > 0, has_below = v < image.frame.height - 1;
   const float* const value = image.row_value + first;
   const PixelLinks* const links = image.links + first;
-  const float* const above = has_above ? value - width : value;  // any row, as takes_above is 0
+  const float* const above = has_above ? value - width : value;  // any row will do: its factor is 0
   const float* const below = has_below ? value + width : value;
   const PixelLinks* const links_above = has_above ? links - width : links;
   const float takes_above = has_above ? 1.0f : 0.0f, takes_below = has_below ? 1.0f : 0.0f;

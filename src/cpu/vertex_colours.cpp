@@ -23,7 +23,7 @@ ColouredCorners colouredCorners(const CpuMap& map, const BlockKey& key, int32_t 
 std::vector<VertexColour> vertexColours(ColouredCorners corners,
                                         const std::vector<BlockVertex>& vertices,
                                         bool directional) {
-  bool knows_painted = false;  // found only if a vertex has no colour of its own
+  bool knows_painted = false;  // painted rows are found when first needed
   const auto colourOn = [&](int edge) {
     const VertexColour own = colourOnEdge(corners, edge, directional);
     if (own.painted != 0) return own;

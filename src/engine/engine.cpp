@@ -66,7 +66,7 @@ Engine::Engine(const MapperParams& params, const Rules& rules, int threads,
   noteStats();
 }
 
-/// Waits for the helper, and prepares the backend for the calling thread.
+/// Waits for the helper thread, and prepares the backend for the calling thread.
 MapBackend& Engine::ready() {
   helper_.wait();
   return made();
@@ -199,8 +199,8 @@ void Engine::admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view) 
   state_.refused += admission.refused;
 }
 
-/// Records the frame. With a GPU, the frame's pending work is left until the map is next used, so
-/// that this call does not wait for the GPU.
+/// Notes what dropping, paging and meshing need to know about the frame. With a GPU, the frame's
+/// pending work is left until the map is next used, so that this call does not wait for the GPU.
 void Engine::keep(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks) {
   if (params_.map.keep_radius_m > 0.0f) state_.kept = keptBallOf(frame, params_.map);
   if (pager_) {
@@ -254,8 +254,8 @@ std::vector<int32_t> Engine::takeOutcome() {
   return slots;
 }
 
-/// Releases blocks that became empty before they were ever extracted. If render() has run, its
-/// labels may depend on these blocks, so the blocks around them are marked for meshing.
+/// Releases blocks that became empty before they were ever meshed. If render() has run, labels may
+/// depend on these blocks, so the blocks around them are marked for meshing.
 /// @return the released slots.
 std::vector<int32_t> Engine::releaseUnseen() {
   const std::vector<int32_t> unseen = table_.takeUnmeshed();

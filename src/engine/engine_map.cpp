@@ -11,7 +11,7 @@ namespace dtsdf {
 void Engine::beginMeshUpdate() {
   ready();
   finishMeshing();
-  // If the meshes do not depend on the pending work, it is done while the GPU extracts them.
+  // Pending work is done while the GPU extracts the meshes, unless the meshes depend on that work.
   const bool prepares_concurrently =
       traits_.indexes_blocks_itself && !pager_ && !state_.kept && !state_.was_viewed;
   if (!prepares_concurrently) prepareForMesh();
@@ -26,7 +26,7 @@ void Engine::beginMeshUpdate() {
   noteStats();
 }
 
-/// Does pending work, and takes the vacant blocks, which the extraction will report as empty.
+/// Does pending work, and takes the blocks without arrays, which the extraction reports as empty.
 void Engine::prepareForMesh() {
   applyPendingWork();
   table_.noteExtraction();

@@ -139,7 +139,7 @@ class Pager {
   std::optional<Eigen::Isometry3d> motion_;  ///< Motion from the previous frame; none after a jump.
   std::vector<PackedKey> ahead_;             ///< Blocks read ahead; those needed first come first.
   size_t next_ahead_ = 0, blocks_per_frame_ = 0;  ///< Next in ahead_; number to load per frame.
-  uint64_t kept_since_ = 0;     ///< Value of now_ since which needed blocks are kept.
+  uint64_t kept_since_ = 0;     ///< Blocks needed since this value of now_ are kept.
   uint64_t ahead_made_at_ = 0;  ///< Value of now_ when ahead_ was computed.
   std::vector<PackedKey> dropped_;
   uint64_t frames_ = 0, written_ = 0, read_ = 0;

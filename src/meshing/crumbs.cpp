@@ -117,7 +117,7 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
     if (own == kNoPiece && outline.isUnused(i)) continue;  // not part of the mesh
     const Vec3f& p = positions[i - first_kept];
     const Vec3i next = cellOf(p, cell_side);
-    if (next != cell) found = pieces_at.find(packKey(next));  // rare: neighbours share cells
+    if (next != cell) found = pieces_at.find(packKey(next));  // rare, as neighbours share cells
     cell = next;
     if (found == pieces_at.end()) continue;
     for (const uint32_t n : found->second) {

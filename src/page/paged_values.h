@@ -64,7 +64,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
     const std::shared_ptr<PagedValues> pages;
     const ValueKind* kind = nullptr;
     std::shared_ptr<const void> value;  ///< Null if it is only on disk.
-    std::list<Entry*>::iterator place;  ///< In order_, if the value is in memory.
+    std::list<Entry*>::iterator place;  ///< Its position in order_, if the value is in memory.
     size_t bytes = 0;                   ///< Size of the value, if it is in memory.
     std::optional<StoredRecord> record;
     bool is_lost = false;

@@ -180,7 +180,7 @@ Alignment PoseTracker::searchWholeMap(Mapper& mapper, const DepthFrame& frame, d
   const bool may_be_anywhere = !was_found_ || stamp_s - *lost_since_s_ >= kLostTimeout_s;
   const bool searched_recently =
       searched_map_s_ && std::abs(stamp_s - *searched_map_s_) < kSearchInterval_s;
-  const bool shows_nothing = before.witnesses < 1.0;  // a covered lens
+  const bool shows_nothing = before.witnesses < 1.0;  // for example, if the lens is covered
   if (!may_be_anywhere || searched_recently || shows_nothing) return before;
   searched_map_s_ = stamp_s;
   const FoundPlace place = findPlace(mapper, frame, threads_);

@@ -8,7 +8,8 @@ namespace {
 
 constexpr int kSide = kBlockSide;
 
-/// One value per voxel, decoded without holding the GIL: shape (A, 8, 8, 8) for A voxel arrays.
+/// An array of shape (A, 8, 8, 8) with one value per voxel of the A voxel arrays, decoded without
+/// holding the GIL.
 template <class T, class Get>
 py::array decoded(const Blocks& blocks, const Get& get) {
   std::vector<T> values;

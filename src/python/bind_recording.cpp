@@ -50,7 +50,8 @@ py::array colourOf(const py::object& self) {
   return viewOf(data, {colour.height, colour.width, channels}, self, {row, channels, 1});
 }
 
-/// Binds the common properties of depth and colour images; `frame` is the member with the frame.
+/// Binds the common properties of depth and colour images; `frame` points to the
+/// member that holds the frame.
 template <class Image, class Frame>
 void bindCommon(py::class_<Image>& image, Frame Image::*frame) {
   image

@@ -40,7 +40,7 @@ inline void addMemory(MapStatus& status, const char* name, const char* place, ui
   status.memory.push_back(part);
 }
 
-/// Adds pages on disk and their index in memory, and reports lost pages.
+/// Adds pages (data moved to disk) and their index in memory, and reports lost pages.
 template <class PageStats>
 void addPages(MapStatus& status, const PageStats& pages, const std::string& what) {
   status.page_failures += pages.failures;

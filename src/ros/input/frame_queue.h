@@ -129,7 +129,7 @@ class FrameQueue {
   /// What happens to a frame: it waits (the text says for what), is dropped, or gets its pose.
   using Decision = std::variant<std::string, Rejection, PosedFrame>;
   /// Decides on a whole frame. `since` is when it became whole. `is_checked` is false on the first
-  /// call; its value is kept for the next one.
+  /// call; its value is kept for the next call.
   using Decide =
       std::function<Decision(const CameraImage& messages, SteadyTime since, bool& is_checked)>;
   /// Calls `decide`, without holding the mutex, for the first whole frame of a stream.

@@ -42,9 +42,9 @@ using CorrectionResult = dtsdf_mapping::CorrectPoses::Response;
 /// journal and poses/mode tf.
 ///
 /// One correction runs at a time. First, a background thread (`opening_`) waits until the journal
-/// holds all earlier frames, opens it and builds the initial map. Then each work() replays one
-/// record (`refusion_`), while new frames are fused into the live map and written to the journal.
-/// Once the replay has caught up with the journal, its map replaces the live one, and the
+/// holds all earlier frames, opens it and builds the initial map. Then each call to work() replays
+/// one record (`refusion_`), while new frames are fused into the live map and written to the
+/// journal. Once the replay has caught up with the journal, its map replaces the live one, and the
 /// correction is written to the journal.
 ///
 /// A correction that arrives while another one runs has to wait. A newer correction replaces a

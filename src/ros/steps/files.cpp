@@ -28,7 +28,7 @@ namespace {
 /// Serves save_mesh, save_map and load_map, one call at a time, on the service threads. The map
 /// thread updates the mesh, copies the map or replaces it. If a copy does not fit into
 /// map/max_memory_mb, or blocks are on disk, the map thread writes the file itself, part by part.
-/// The next call cancels the simplification of a mesh.
+/// A new call cancels a running simplification of a mesh.
 class FilesStep : public Step {
  public:
   explicit FilesStep(const Host& host) : host_(host), params_(host.params.mapper) {}

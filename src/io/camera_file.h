@@ -12,8 +12,8 @@
 
 namespace dtsdf {
 
-/// Camera that takes rectified images. A default-constructed camera is valid, so functions that
-/// find no camera return std::nullopt.
+/// A camera with rectified images. A default-constructed camera is valid, so functions that find no
+/// camera return std::nullopt.
 using CameraInfo = RenderCamera;
 
 /// Reads the image size and the intrinsics: from projection_matrix, which describes the rectified

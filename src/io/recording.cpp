@@ -33,7 +33,7 @@ std::string describeFormats() {
   return text;
 }
 
-/// "; it contains recordings: 'seq-01'", for a folder whose subfolders are recordings.
+/// Names the recordings in a folder, as in "; it contains recordings: 'seq-01'"; empty if none.
 std::string describeFolders(const fs::path& folder) {
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(folder)) {

@@ -1,6 +1,6 @@
 // A user's own images: 16-bit PNGs in millimetres, in depth/ or in the folder itself, sorted by the
-// number at the end of their names. Poses are read from the first existing file or folder listed in
-// kPoses, intrinsics from one of three files (readCamera()), and colour images from a subfolder
+// number at the end of their names. Poses are read from the first file or folder in kPoses that
+// exists, intrinsics from one of three files (readCamera()), and colour images from a subfolder
 // such as color/.
 #include <algorithm>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,5 @@
-/// Adds a surfel to a frame's sums along a line, in either of the paper's two ray casting modes.
+/// Casts a surfel: adds it to a frame's sums along a line, in either of the paper's two ray casting
+/// modes.
 #pragma once
 
 #include "kernels/core/direction.h"

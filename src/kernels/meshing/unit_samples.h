@@ -46,8 +46,8 @@ struct UnitIndices {
 /// The unit's corners (bit c for corner c) that are behind its first sheet, and those that are in
 /// front of its last sheet, which may also be the first. If both masks are 0, the unit is empty.
 ///
-/// No other unit is stored as two zeros: all its corners would be in front of the first sheet and
-/// behind the last. So neither sheet would contain a surface, and two such sheets are never stored.
+/// No other unit is stored as two zeros: they would mean two sheets, with cases 0 and 255, and two
+/// sheets are stored only if both contain a surface (joinSheets()).
 struct UnitLabels {
   uint8_t behind_first, in_front_of_last;
 };

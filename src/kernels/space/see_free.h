@@ -3,8 +3,8 @@
 /// A cell is free if each pixel in the bounding rectangle of its eight corners is free beyond the
 /// farthest corner; all corners must be in the image and within range. To test thousands of cells,
 /// the smallest free depths are stored in a pyramid, in which a texel of level k stands for 2^k x
-/// 2^k pixels. Texels of a coarser level include pixels outside the cell, so a free cell at an edge
-/// may be missed, but a cell that is not free is never accepted.
+/// 2^k pixels. Texels of a coarser level include pixels outside the cell, so a free cell may be
+/// missed, but a cell that is not free is never accepted.
 #pragma once
 
 #include "kernels/core/camera.h"

@@ -108,9 +108,9 @@ class CellSector {
 
 using CellSectors = Sectors<CellSector>;
 
-/// The sector whose surface cells are used for computing distances; null if the table does not
-/// contain it. A sector that was lost or cannot be read counts as full of surfaces, so that no
-/// distance is overestimated.
+/// The sector whose surface cells are used for computing distances; null if `sectors` lacks it. A
+/// sector that was lost or cannot be read counts as full of surfaces, so that no distance is
+/// overestimated.
 inline std::shared_ptr<const CellSector> surfacesIn(const CellSectors& sectors, PackedKey key) {
   static const auto everywhere = [] {
     const auto sector = std::make_shared<CellSector>();

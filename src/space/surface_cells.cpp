@@ -27,9 +27,9 @@ Corner cornerAt(const Vec3f& at) {
           {ceilToInt(at.x) - 1, ceilToInt(at.y) - 1, ceilToInt(at.z) - 1}};
 }
 
-/// Whether a triangle intersects the interior of the unit cube centred at `middle`. Tests the
-/// separating axes: the triangle's normal and the cross products of its edges with the cube's. The
-/// caller tests the cube's own axes with the triangle's bounds.
+/// Whether a triangle intersects the interior of the unit cube centred at `middle`. Tests as
+/// separating axes the triangle's normal and the cross products of edges of the triangle and the
+/// cube. The caller tests the cube's own axes with the triangle's bounds.
 bool reachesInto(const Vec3f& middle, const Vec3f& first, const Vec3f& second, const Vec3f& third) {
   const Vec3f a = first - middle, b = second - middle, c = third - middle;
   const auto separates = [&](const Vec3f& axis) {
@@ -91,8 +91,8 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2) {
   for (const BlockVertex& vertex : mesh.vertices) {
     corners.push_back(cornerAt(per_voxel * vertex.position));
   }
-  // One bit per cell in and around the block, whose edge is at most 8 cells long. The block's
-  // triangles lie within this range.
+  // One bit per cell in and around the block. The block is at most 8 cells wide, and its triangles
+  // lie within this range.
   constexpr int32_t kSide = 16;
   constexpr Vec3i kFirst{-4, -4, -4};
   std::bitset<kSide * kSide * kSide> is_in;

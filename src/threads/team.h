@@ -16,8 +16,8 @@
 
 namespace dtsdf {
 
-/// Spins until `condition` holds, for at most about as long as waking a thread takes. @return
-/// whether it holds.
+/// Spins until `condition` holds, for at most about the time that it takes to wake a thread.
+/// @return whether it holds.
 template <class Condition>
 bool spinUntil(const Condition& condition) {
   constexpr std::chrono::microseconds kSpinTime{30};

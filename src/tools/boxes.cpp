@@ -82,8 +82,8 @@ BlockExtent cubesOf(const BlockExtent& box, int n) {
   return cubes;
 }
 
-/// Returns the indices of the colour images that may paint the box. Adds the blocks that may
-/// occlude the box's surfaces in these images to the blocks of the run.
+/// Returns the indices of the colour images that may paint the box. Extends the blocks of the run
+/// to those that may occlude surfaces of the box in these images.
 std::vector<size_t> imagesFor(BoxRun& run, double first_stamp_s, const RunOptions& options,
                               const RunSettings& settings,
                               const std::optional<Eigen::Isometry3d>& T_W_M) {

@@ -23,7 +23,7 @@ void* __libc_memalign(size_t, size_t);
 
 namespace {
 
-std::atomic<long> calls_left{0};  ///< Counts down chosen calls; the call that sets it to 0 fails.
+std::atomic<long> calls_left{0};  ///< Counts down calls of the chosen kind; at 0, the call fails.
 char chosen[16] = "";
 
 bool fails(const char* call) {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Makes one system call or allocation of `reconstruct` fail per run: each of the first ones, then a sample
-of the later ones. `reconstruct` must continue or end with an error message, and each output file must then be
-complete or unchanged.
+"""Runs `reconstruct` repeatedly. In each run, one system call or allocation fails: first each of the early
+calls, then a sample of the later ones. `reconstruct` must continue or end with an error message, and each
+output file must then be complete or unchanged.
 
 Calls are counted from when the recording or the map to load is opened. Before that, during startup, the
 program may end silently if memory runs out."""
@@ -37,7 +37,7 @@ class Case:
     def __init__(self, name, calls, begins_at, outputs, arguments):
         self.name = name
         self.calls = calls
-        self.begins_at = begins_at  # part of that file's name
+        self.begins_at = begins_at  # part of the name of the file that starts the count
         self.outputs = outputs      # names in the output folder
         self.arguments = arguments
 

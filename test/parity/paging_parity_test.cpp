@@ -1,5 +1,5 @@
-// Checks that, on every backend, a map that pages to disk equals, bit for bit, the map that the CPU
-// builds on one thread without paging.
+// Checks that every backend, when paging to disk, builds the same map, bit for bit, as the CPU on
+// one thread without paging.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -25,9 +25,9 @@ inline std::vector<Eigen::Vector3d> freeAxes(const Eigen::Matrix3d& covariance, 
   return axes;
 }
 
-/// Covariance of a pose in the map. With poses/mode track, errors along a free axis add up from
-/// image to image, so a large variance along that axis is added. The covariance of an image that
-/// was not aligned, such as the first one, is returned unchanged.
+/// Covariance of a pose in the map. With poses/mode track, errors along free axes (see freeAxes())
+/// add up from image to image, so a large variance along these axes is added. The covariance of an
+/// image that was not aligned, such as the first one, is returned unchanged.
 inline Matrix6d odometryCovariance(const Alignment& alignment, const PoseParams& params) {
   // Variances of unknown quantities: large, but not too large for filters.
   constexpr double kUnknown_m2 = 1e3, kUnknown_rad2 = 10.0;

@@ -5,7 +5,7 @@ if(NOT WITH_PYTHON MATCHES "^(AUTO|ON|OFF)$")
 endif()
 
 set(DTSDF_PYTHON OFF)
-# Python cannot load a module built with a sanitizer, unless it was built with the same one.
+# Python can load a module built with a sanitizer only if Python itself was built with the same one.
 if(WITH_PYTHON STREQUAL "OFF")
   set(python_state "disabled")
 elseif(WITH_SANITIZER OR WITH_FUZZERS)
@@ -21,7 +21,7 @@ else()
     set(PYTHON_EXECUTABLE ${DTSDF_PYTHON3})
   endif()
   # Used instead of pybind11's own search, as other ROS packages have already run parts of the CMake
-  # modules that it relies on.
+  # modules that this search relies on.
   set(python_includes)
   set(numpy_missing 1)
   if(DTSDF_PYTHON_EXECUTABLE)

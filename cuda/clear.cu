@@ -305,7 +305,7 @@ void Clearing::clear(const DeviceSensing& sensing, const MapView& map, const Tou
                      const FrameCounters& counters, const uint32_t* covered,
                      uint64_t frame_number) {
   const uint32_t untouched = std::min(in_view_count_, static_cast<uint32_t>(thread_blocks_));
-  const uint32_t blocks = std::max(counters.touched + untouched, 1u);  // one to write the count
+  const uint32_t blocks = std::max(counters.touched + untouched, 1u);  // one writes the count
   launchOverlapped("clearBlocksKernel", clearBlocksKernel, blocks, kClearThreads, 0, stream_,
                    sensing, fusion_, map, touched, covered, frame_number, looks_.data(),
                    empty_blocks_.data(), empty_count_.data());

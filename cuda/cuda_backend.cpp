@@ -216,7 +216,8 @@ class CudaBackend : public MapBackend {
   }
 
   /// Always copies labels (marching cubes cases), since the host does not know whether there are
-  /// any. Removes marks last, so that these are kept if an allocation fails.
+  /// any. Removes marks for the next extraction last, so that marks are kept if an allocation
+  /// fails.
   void copyOut(const ContentsOrder& order, MapContents& contents, MeshStates* taken) override {
     record_mover_.download(map_.voxels(), order.arrays, contents.voxels.data());
     record_mover_.download(map_.colours(), order.bricks, contents.colours.data());

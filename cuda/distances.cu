@@ -18,7 +18,7 @@ constexpr int kRowsPerThread = kSectorSide / kWarps, kCellsPerThread = kCubeSide
 
 constexpr int kMaxRing = 8;  // for distances up to 255 cells
 constexpr int kMaxWords = 2 * kMaxRing + 1;
-constexpr int kRowsAtOnce = 3 * kWarp;  ///< All rows of the window, for distances up to 32 cells.
+constexpr int kRowsAtOnce = 3 * kWarp;  ///< All rows within reach, for distances up to 32 cells.
 
 /// Computes squared distances along x and y within planes of cells. One thread block per plane of a
 /// stack of sectors (32 x 32 x 32 cells each).

@@ -54,8 +54,8 @@ class SlabPool {
   }
 
   /// Makes room before it is needed; kernels may be reading the pool. If there is no room for
-  /// `count` records, makes room for up to `most`, as even a small allocation takes as long as half
-  /// a frame. Does nothing if that would take much of the device's free memory or if the table
+  /// `count` records, makes room for up to `most`, as even a small allocation takes half as long
+  /// as a frame. Does nothing if that would take much of the device's free memory or if the table
   /// would have to grow.
   void reserveAhead(size_t count, size_t most, const Stream& stream) {
     constexpr size_t kMinLeft = 8;  // free memory must be at least this many times the allocation

@@ -117,7 +117,7 @@ class CudaBackend : public MapBackend {
     return {counters_.touched, block_finder_.fetchRequests(), counters_.requested_arrays};
   }
 
-  /// Enqueues the search for free cells, which runs while the host admits blocks.
+  /// Enqueues the search for free cells, which runs while the host adds blocks to its table.
   void seeFree(std::vector<Vec3i> cubes) override {
     free_cell_finder_.find(sensing_->frame(), sensor_.freeDepth(), std::move(cubes));
   }
@@ -275,7 +275,7 @@ class CudaBackend : public MapBackend {
   }
 
  private:
-  /// The device adds surfels to sums and finds free depths while the host admits blocks.
+  /// The device adds surfels to sums, and finds how far rays are free, while the host adds blocks.
   void compareBlocks() {
     block_finder_.compare(*sensing_, map_.view());
     fusion_.castAhead(*sensing_, surfels_, block_finder_.view());

@@ -41,10 +41,10 @@ __device__ void selectAround(const MapView& map, const MeshView& mesh) {
   }
 }
 
-/// The corner grid of a block, and its candidates: the few units that can contain a surface.
+/// The corners of a block's units, and the candidates: the few units that can contain a surface.
 struct BlockCorners {
   CornerArrays arrays;
-  uint32_t present;              ///< Bit d: a block in the grid has an array of direction d.
+  uint32_t present;              ///< Bit d: a block with these corners has an array of direction d.
   uint32_t sides[kGridCorners];  ///< sidesOfCorner()
   uint32_t count;
   uint16_t candidates[kVoxelsPerBlock];

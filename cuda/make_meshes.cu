@@ -25,7 +25,7 @@ static_assert(kEdgeWords <= kThreads, "each word needs a thread");
 
 using Scan = cub::BlockScan<uint32_t, kThreads>;
 
-/// The edges of a block's corner grid that have a vertex. Vertices are numbered in the order of
+/// The edges of a block's units that have a vertex. Vertices are numbered in the order of
 /// their edges.
 struct EdgeSet {
   uint32_t bits[kEdgeWords];

@@ -50,7 +50,8 @@ __device__ __forceinline__ float inverseDepthAt(const RawDepth& raw, int u, int 
 }
 #endif
 
-/// Number of pixel lines for estimating noise, per kind and variance bin; all 0 between frames.
+/// Number of pixel lines for estimating noise, per kind of line and bin of variances; all 0 between
+/// frames.
 struct NoiseCounts {
   alignas(16) uint32_t bins[kNoiseKinds][kNoiseBins];
   uint32_t finished;  ///< Thread blocks that have counted their lines.

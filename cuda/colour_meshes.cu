@@ -8,8 +8,8 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// One thread per pair of a painted block and a block whose units (cells of marching cubes) have
-/// corners in the painted one, in a grid-stride loop.
+/// For each painted block, marks the blocks whose mesh units have corners in it. One thread per
+/// pair of blocks, in a grid-stride loop.
 __global__ void selectPaintedKernel(MapView map, MeshView mesh) {
   waitForPreviousKernel();
   const size_t count = static_cast<size_t>(*map.painted.count) * kUnitReach;

@@ -7,7 +7,7 @@ namespace dtsdf {
 namespace gpu {
 namespace {
 
-/// Initial capacities. They are large because growing the map takes longer than adding blocks.
+/// Initial capacities. They are large because reallocating takes longer than adding blocks.
 constexpr size_t kFirstHash = 1 << 17, kFirstSlots = 1 << 15;
 constexpr size_t kFirstUpdates = 1 << 13, kFirstNewArrays = 1 << 14;
 

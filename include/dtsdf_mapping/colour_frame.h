@@ -22,7 +22,7 @@ enum class ColourEncoding : int32_t {
 /// images. The pixels need to stay valid only during the call to which they are passed.
 struct ColourFrame {
   const void* data = nullptr;                       ///< First row; rows are `row_bytes` apart.
-  size_t row_bytes = 0;                             ///< From row to row; at least `width` pixels.
+  size_t row_bytes = 0;                             ///< Bytes from one row to the next.
   int width = 0;                                    ///< In pixels.
   int height = 0;                                   ///< In pixels.
   ColourEncoding encoding = ColourEncoding::kRgb8;  ///< Layout of a pixel.

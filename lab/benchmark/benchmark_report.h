@@ -12,7 +12,8 @@ namespace dtsdf {
 /// memory, unless there is only one frame; `fusion_ms` includes it.
 std::string reportMeasurement(const Measurement& measurement);
 
-/// Report of fly(): frame times per GiB of mapped data, which show whether they stay constant.
+/// Report of fly(): frame times for each GiB by which the map has grown, to show whether they stay
+/// constant.
 std::string reportFlight(const std::vector<FrameTime>& times, const Measurement& end);
 
 }  // namespace dtsdf

@@ -23,7 +23,7 @@ struct MeshTopology {
   size_t vertices = 0, triangles = 0;
   size_t boundary_edges = 0;  ///< Edges that belong to only one triangle.
   size_t border_edges = 0;    ///< The same, after vertices at the same position are merged.
-  size_t small_holes = 0;     ///< Closed loops in connected sets of 3 to 16 border edges.
+  size_t small_holes = 0;     ///< Closed loops of border edges, in connected sets of 3 to 16.
   size_t components = 0;      ///< Sets of triangles connected through shared vertices.
 };
 

@@ -30,11 +30,11 @@ ProveOptions parseOptions(const std::vector<std::string>& arguments) {
                    "table of measurements of the maps, each with its limit.");
   line.add({"--voxels", "MM,...", "voxel sizes in millimetres (default 20,10,5)"},
            [&](const std::string& text) { options.voxels_mm = readNumbers(text); });
-  line.addList({"--scene", "TEXT ...", "only cases whose \"scene: variant\" contains any TEXT"},
+  line.addList({"--scene", "TEXT ...", "only cases whose name contains one of these texts"},
                [&](const std::string& text) { options.scenes.push_back(text); });
   line.addFlag("--quick", "only the cases that the tests run", options.quick);
-  line.addNumber({"--width", "PIXELS", "width of the room camera's images"}, options.image_width,
-                 {64, 4096});
+  line.addNumber({"--width", "PIXELS", "width of the images of the room scenes"},
+                 options.image_width, {64, 4096});
   line.addNumber({"--jobs", "N", "number of cases that run at the same time"}, options.jobs,
                  {1, 1024});
   line.beginGroup("Settings");

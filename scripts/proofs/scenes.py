@@ -12,7 +12,7 @@ from .common import fill_page, made_by, make_parser, run
 def main():
     parser = make_parser(__doc__)
     add = parser.add_argument
-    add("--width", type=int, default=320, help="width of the room camera's images (default: %(default)s)")
+    add("--width", type=int, default=320, help="width of the images of the room scenes (default: %(default)s)")
     add("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="number of cases to run at the same time")
     options = parser.parse_args()
     output = run(options.programs / "prove_scenes", "--voxels", "20,10,5", "--width", options.width,

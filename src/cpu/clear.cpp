@@ -109,8 +109,8 @@ class RowJudge {
     }
   }
 
-  /// Moves the places of voxels that are neither covered nor empty to their feet (footOf()), the
-  /// points at which these voxels' distances put the surface.
+  /// Sets the place of each voxel that is neither covered nor empty to its foot (footOf()), the
+  /// point at which the voxel's distance puts the surface.
   void moveToFeet(const VoxelRow& voxels, int row, const LaneInts& covered) {
     const LaneFloats judged_sdf = select(covered, LaneFloats(0.0f), voxels.sdf());
     if (!any(bitsOf(judged_sdf))) return;
@@ -141,7 +141,7 @@ class RowJudge {
     }
   }
 
-  /// The checked voxels whose places the frame looks through, one bit each. Reads only the
+  /// The checked voxels whose places the image shows to be free, one bit each. Reads only the
   /// pixel onto which each place projects. Has no branches, as these would be unpredictable.
   uint32_t lookedThrough() const {
     uint32_t through = 0;
@@ -166,7 +166,7 @@ class RowJudge {
 };
 
 /// Finds the voxels of an array that lose evidence, and their new values. Does not change the array
-/// yet, as feet depend on neighbouring voxels. @return the number of voxels found.
+/// yet, as the foot of a voxel depends on its neighbours. @return the number of voxels found.
 int findContradicted(const BlockCheck& check, int direction, const FrameSensing& sensing,
                      const FusionRules& rules, const Voxel* voxels,
                      std::optional<DistanceGrid>& distances, int (&index)[kVoxelsPerBlock],

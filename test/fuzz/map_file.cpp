@@ -35,7 +35,7 @@ MapperParams paramsOf(const MapContents& contents) {
   return params;
 }
 
-/// Checks that exactly the surface cells have the distance 0.
+/// Checks that the distance is 0 in surface cells and only there.
 void checkSpaceOf(Mapper& mapper) {
   if (mapper.space() == nullptr) return;
   mapper.space()->updateDistances();

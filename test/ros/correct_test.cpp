@@ -353,7 +353,7 @@ TEST_F(CorrectTest, ARepeatedCorrectionMovesNothing) {
   workUntilAnswered(2);
   EXPECT_EQ(answers_[0].moved, static_cast<size_t>(kBefore - 1)) << answers_[0].message;
   EXPECT_TRUE(answers_[1].success);
-  EXPECT_EQ(answers_[1].message, "no frame moves");
+  EXPECT_EQ(answers_[1].message, "nothing to correct: no pose changes");
   expectMapOf(truths(kBefore));
 }
 

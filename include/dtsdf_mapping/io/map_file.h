@@ -23,7 +23,7 @@ struct MapInfo : MapHead {
 };
 
 /// Saves a map. Writes a temporary file in the same folder and renames it; creates missing folders.
-/// Equal contents give equal bytes, with any number of threads (0: all cores).
+/// Equal contents give identical files, with any number of threads (0: all cores).
 /// @return The map's head and bounds, and the file's length and hash.
 /// @throws std::runtime_error for contents that checkContents() rejects, or a file that cannot be
 /// written; the message names the path and says what to do. In that case, an existing file stays

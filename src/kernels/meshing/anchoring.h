@@ -14,8 +14,9 @@
 
 namespace dtsdf {
 
-/// Squared distance, in squared voxels, along the surface from a corner's foot to its anchor, minus
-/// an allowance for the rounding of stored values; may be negative. 4 if there is no anchor.
+/// Squared distance, in squared voxels, along the surface from a corner's foot (the surface point
+/// nearest to it) to its anchor, minus an allowance for the rounding of stored values; may be
+/// negative. 4 if there is no anchor.
 DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
   if (anchor == kNoAnchor) return 4.0f * kAnchorReach * kAnchorReach;
   const Vec3f offset = anchorOffset(anchor);
@@ -23,8 +24,8 @@ DTSDF_HD float squaredFootGap(uint16_t anchor, const Sample& sample) {
   return dot(offset, offset) - height * height;
 }
 
-/// Squared gap, in squared voxels, between a vertex and the plane that a corner's distance
-/// describes, minus the allowance of squaredFootGap(). `along` is the vertex's distance from the
+/// Squared gap, in squared voxels, between a vertex and the plane at a corner's distance from the
+/// corner, minus the allowance of squaredFootGap(). `along` is the vertex's distance from the
 /// corner. Negative if the vertex is farther from the corner than the plane is.
 DTSDF_HD float squaredPlaneGap(const Sample& sample, float along) {
   const float height = maximum(fabsf(sample.sdf) - 1.0f / kStepsPerVoxel, 0.0f);
@@ -69,7 +70,8 @@ DTSDF_HD float roundShift(float shift) {
 }
 
 /// Shift of the vertex at `edge_offset` on an edge, in voxels; 0 if its gap is small. If no
-/// direction crosses the edge, the anchors of all directions in directionsOnEdge() are used.
+/// direction's distance changes sign on the edge, the anchors of all directions in
+/// directionsOnEdge() are used.
 template <class Edge, class Anchors>
 DTSDF_HD Vec3f anchoringShift(const MeshSettings& rules, const Edge& edge, uint32_t crossing,
                               const Anchors& anchors, int axis, int facing, float edge_offset) {

@@ -86,8 +86,8 @@ DTSDF_HD int midpointSecondEnd(uint32_t number) {
   return static_cast<int>((number - kFirstMiddle) % kGridEdges);
 }
 
-/// Step in the direction that a vertex's edge faces; for a midpoint, the sum of the steps of both
-/// ends.
+/// Step along a vertex's edge, from behind the surface to its front; for a midpoint, the sum of the
+/// steps of both ends.
 DTSDF_HD Vec3i facingSteps(uint32_t number) {
   if (!isMidpoint(number)) return facingStep(static_cast<int>(number));
   return facingStep(midpointFirstEnd(number)) + facingStep(midpointSecondEnd(number));

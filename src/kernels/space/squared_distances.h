@@ -75,8 +75,9 @@ DTSDF_HD int highestBit(uint32_t bits) {
 #endif
 }
 
-/// The cells with surfaces in a row of 32 cells along x, one bit each. The row is (y, z) cells from
-/// the stack's first cell, in the i-th of windowSide() sectors along x around the stack.
+/// The cells with surfaces in a row of 32 cells along x, one bit each. Its y and z coordinates are
+/// relative to the stack's first cell; along x, it is in the i-th of the windowSide() sectors
+/// around the stack.
 DTSDF_HD uint32_t surfacesInRow(const DistanceTask& task, const SectorStack& stack, int32_t i,
                                 int32_t y, int32_t z) {
   const int32_t rows = (y >> kSectorSideLog2) + task.box_y * (z >> kSectorSideLog2);

@@ -189,7 +189,7 @@ class CorrectStep : public Step {
 
  private:
   static constexpr char kOnlyByTf[] = "poses can be corrected only if poses/mode is tf";
-  static constexpr char kNothingMoves[] = "no frame moves";
+  static constexpr char kNothingMoves[] = "nothing to correct: no pose changes";
   static constexpr char kReplaced[] = "a newer correction replaced this one before it began";
 
   /// Called on a service thread.

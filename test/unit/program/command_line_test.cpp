@@ -21,7 +21,7 @@ struct Options {
 
 void addAll(CommandLine& line, Options& options) {
   line.addText({"IN.ply", "", "the input"}, options.in);
-  line.addText({"--text", "TEXT", "a text"}, options.text);
+  line.addText({"--text", "TEXT", "some text"}, options.text);
   line.addNumber({"--size", "METRES", "a number"}, options.size, {kAboveZero, 10.0});
   line.addNumber({"--scale", "S", "another"}, options.scale, {-1.0, kUnbounded});
   line.addNumber({"--count", "N", "a whole number"}, options.count, {1, 9});
@@ -32,7 +32,7 @@ void addAll(CommandLine& line, Options& options) {
   line.add({"--odd", "ODD", "refused by another part of the program"},
            [](const std::string&) { throw std::invalid_argument("too odd"); });
   line.addFlag("--flag", "a flag", options.flag);
-  line.addTextRequest("--show", "show a text", [] { return std::string("shown"); });
+  line.addTextRequest("--show", "show some text", [] { return std::string("shown"); });
   line.onlyWith("--scale", "--size");
 }
 
@@ -104,7 +104,7 @@ TEST(CommandLine, TextRequestsNeedNoOtherArguments) {
   EXPECT_EQ(requestedText({"--show"}), "shown");
   const std::string help = requestedText({"--flag", "-h"});
   for (const char* text : {"usage: program IN.ply [options]", "--size METRES",
-                           "a number (default 7)", "a text (default some)"}) {
+                           "a number (default 7)", "some text (default some)"}) {
     EXPECT_NE(help.find(text), std::string::npos) << text << " is not in\n" << help;
   }
 }

@@ -82,7 +82,7 @@ class MapToolTexture : public testing::Test {
                const std::vector<Eigen::Isometry3d>& poses) {
     writeSceneRecording(out_ / "room", scene, poses, 320, 240);
     writeSceneColours(out_ / "room", scene, colour, poses, 320, 240);
-    // Gives colour images the stamps of the poses.
+    // Gives the colour images the poses' stamps.
     std::string list = readBytes(out_ / "room/depth.txt");
     for (size_t at = 0; (at = list.find("depth/")) != std::string::npos;) {
       list.replace(at, 5, "rgb");

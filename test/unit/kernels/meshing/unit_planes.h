@@ -22,7 +22,7 @@ inline void addPlaneTo(UnitSamples& samples, int direction, const UnitPlane& pla
   for (int c = 0; c < kCubeCorners; ++c) samples.corner[direction][c] = {plane.at(c), weight};
 }
 
-/// Sets the samples in every direction that the plane's normal belongs to.
+/// Sets the samples of every direction in which the plane's normal has a positive weight.
 inline void addPlane(UnitSamples& samples, const UnitPlane& plane, float weight = 1.0f) {
   const Vec3f n{static_cast<float>(plane.n.x()), static_cast<float>(plane.n.y()),
                 static_cast<float>(plane.n.z())};

@@ -269,7 +269,7 @@ IntegrationResult noMeasurement(const DepthFrame& frame, const MapperParams& par
 IntegrationResult nothingToPaint() {
   return refuse(FrameStatus::kNoMeasurement,
                 "no surface of the map can be painted: all surfaces are outside the image, hidden, "
-                "or viewed at a grazing angle");
+                "beyond colour/max_depth_m, or viewed at a grazing angle");
 }
 
 }  // namespace dtsdf

@@ -18,7 +18,7 @@ void run(const std::vector<std::string>& arguments) {
               {"mesh", "saves the mesh of a map file", meshMap},
               {"bt", "saves free and occupied cells as an OctoMap tree", saveOcTree},
               {"render", "renders depth, normals and colours from given poses", renderMap},
-              {"boxes", "divides a recording into boxes for reconstruct --only", printBoxes},
+              {"boxes", "divides the mapped space into boxes for reconstruct --only", printBoxes},
               {"join", "joins the maps of boxes", joinBoxes},
               {"diff", "finds the surfaces added and removed between two maps", compareMaps},
               {"hash", "prints hashes of a map and its mesh, or of a mesh file", printHash},

@@ -224,7 +224,8 @@ void compareMaps(const std::vector<std::string>& arguments) {
       {"--tolerance", "METRES",
        "surfaces within this distance count as the same (default: twice the larger voxel size)"},
       tolerance_m, {0.0, 10.0});
-  line.addNumber({"--least-area", "CM2", "smaller changes are ignored"}, min_cm2, {0.0, 1e6});
+  line.addNumber({"--least-area", "CM2", "smaller changes count as unchanged"}, min_cm2,
+                 {0.0, 1e6});
   line.addFlag("--changes-only", "leave out unchanged surfaces", changes_only);
   addSettings(line, "mesh/..., backend, threads", a);
   line.parse(arguments);
@@ -259,9 +260,10 @@ void compareMaps(const std::vector<std::string>& arguments) {
   const double same_m2 =
       add("unchanged", before, kSame, changes_only ? std::nullopt : std::optional(kGrey));
   if (same_m2 <= added_m2 + gone_m2) {
-    std::fprintf(stderr,
-                 "map_tool diff: warning: at least half of the surface has changed; are both maps "
-                 "of the same place and in the same frame?\n");
+    std::fprintf(
+        stderr,
+        "map_tool diff: warning: little or nothing is unchanged; are both maps of the same "
+        "place and in the same frame?\n");
   }
   if (a.out_path.empty()) return;
   if (drawing.triangles.empty()) {

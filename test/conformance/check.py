@@ -11,7 +11,8 @@ conformance.txt lists these hashes for each file in maps/:
 If the Python module can be imported, loading and saving a map with it must preserve the content hash. If
 --reconstruct is given and numpy is installed, the maps that make_maps builds with that program must
 also have the listed content hashes and meshes. Prints all differences; the exit code is 1 if there are any.
---write rewrites conformance.txt; use it only after an intended change of the format, fusion or meshes.
+--write rewrites conformance.txt from all of these; use it only after an intended change of the format,
+fusion or meshes, and run make_maps first.
 """
 import argparse
 import hashlib
@@ -80,42 +81,50 @@ def main():
     parser.add_argument("--backend", default="cpu")
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
+    rebuilds = bool(options.reconstruct and importlib.util.find_spec("numpy"))
+    if options.write and not (rebuilds and importlib.util.find_spec("zstandard")):
+        sys.exit("--write needs --reconstruct, and a Python with numpy and zstandard")
     table = HERE / "conformance.txt"
     known = {}
     for line in table.read_text().splitlines() if table.exists() else []:
         name, *pairs = line.split()
         known[name] = dict(pair.split("=") for pair in pairs)
-    found = {}
+    found = {}  # in --write, what the table shall list
     problems = []
 
-    def check(name, hashes, source):
+    def check(path, source):
+        """Compares the hashes of a map with the table or, in --write, with those of its other source."""
+        hashes = hashes_of(options.map_tool, options.backend, path, folder)
+        if source == "committed":
+            hashes.update(hash_of_sums(path))
+        listed = found if options.write else known
         for key, value in hashes.items():
-            expected = known.get(name, {}).get(key)
-            if found.setdefault(name, {}).setdefault(key, value) != value and options.write:
-                problems.append(f"{name}: the {key} of the committed and the {source} map differ")
-            if expected != value and not options.write:
-                problems.append(f"{name}: {key} of the {source} map is {value}, expected {expected}")
+            expected = listed.get(path.stem, {}).get(key)
+            if expected != value and (expected or not options.write):
+                problems.append(f"{path.stem}: {key} of the {source} map is {value}, expected {expected}")
+            found.setdefault(path.stem, {}).setdefault(key, value)
 
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        for path in sorted((HERE / "maps").glob("*.dtsdf")):
-            sums = hash_of_sums(path)
-            if options.write and not sums:
-                sys.exit("read_map.py needs numpy and zstandard: run check.py with a Python that has both")
-            check(path.stem, {**hashes_of(options.map_tool, options.backend, path, folder), **sums}, "committed")
+        committed = sorted((HERE / "maps").glob("*.dtsdf"))
+        for path in committed:
+            check(path, "committed")
             if not is_kept_by_python(options.map_tool, options.backend, path, folder):
                 problems.append(f"{path.stem}: loading and saving with Python changes the content hash")
-        if options.reconstruct and importlib.util.find_spec("numpy"):
+        missing = {name for name in known if "sums" in known[name]} - {path.stem for path in committed}
+        if rebuilds:
             made = folder / "made"
             made.mkdir()
             run(sys.executable, "-B", HERE / "make_maps", options.reconstruct, made)
-            for path in sorted(made.glob("*.dtsdf")):
-                check(path.stem, hashes_of(options.map_tool, options.backend, path, folder), "rebuilt")
-    if options.write:
+            rebuilt = sorted(made.glob("*.dtsdf"))
+            for path in rebuilt:
+                check(path, "rebuilt")
+            missing |= set(known) - {path.stem for path in rebuilt}
+    if not options.write:
+        problems += [f"{name}: its map is missing" for name in sorted(missing)]
+    elif not problems:
         lines = [" ".join([name] + [f"{key}={value}" for key, value in found[name].items()]) for name in sorted(found)]
         table.write_text("\n".join(lines) + "\n")
-    elif options.reconstruct and importlib.util.find_spec("numpy"):
-        problems += [f"{name}: no such map was found" for name in sorted(set(known) - set(found))]
     print("\n".join([*problems, f"{len(found)} maps checked, {len(problems)} problems"]))
     return 1 if problems or not found else 0
 

@@ -171,8 +171,7 @@ TEST(Rectification, LeavesRectifiedImagesUnchanged) {
   const auto distorted = makeInfo("plumb_bob", kPlumbBob), plain = makeInfo("plumb_bob", {});
   const auto zeros = makeInfo("plumb_bob", std::vector<double>(5, 0.0));
   EXPECT_TRUE(isChanged(Usage::kAuto, "/camera/depth/image_raw", distorted));
-  EXPECT_TRUE(isChanged(Usage::kAuto, "/rectified/image", distorted))
-      << "only the last part of the topic should count";
+  EXPECT_TRUE(isChanged(Usage::kAuto, "/rectified/image", distorted));
   EXPECT_FALSE(isChanged(Usage::kAuto, "/camera/depth/image_rect_raw", distorted));
   EXPECT_FALSE(isChanged(Usage::kAuto, "/d/image_rect/compressedDepth", distorted));
   EXPECT_FALSE(isChanged(Usage::kAuto, "image_rect", zeros));

@@ -53,7 +53,7 @@ std::string guessRecordingFormat(const std::string& path);
 std::unique_ptr<FrameSource> openRecording(const RecordingOptions& options);
 
 /// Lists the values for which the defaults of the format are used because neither the folder nor
-/// the options provide them: "the camera of the format (--intrinsics), 1000 units per metre
+/// the options provide them: "the format's usual camera (--intrinsics), 1000 units per metre
 /// (--depth-scale)". Empty if there are none.
 std::string assumptionsOf(const RecordingOptions& options);
 

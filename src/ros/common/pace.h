@@ -31,12 +31,12 @@ inline std::chrono::milliseconds toMilliseconds(SteadyDuration duration) {
 /// time, but advances no faster than simulated time. If simulated time stops for a second, as at
 /// the end of a bag, the clock follows wall time until simulated time advances again.
 inline SteadyTime waitingTime() {
+  static std::mutex mutex;
+  const std::lock_guard<std::mutex> lock(mutex);
   const SteadyTime wall = std::chrono::steady_clock::now();
   if (!ros::Time::isSimTime()) return wall;
-  static std::mutex mutex;
   static SteadyTime time = wall, counted_to = wall, moved_at = wall;
   static ros::Time before;
-  const std::lock_guard<std::mutex> lock(mutex);
   const ros::Time now = ros::Time::now();
   const SteadyTime stopped_at = moved_at + std::chrono::seconds(1);
   if (now != before) {

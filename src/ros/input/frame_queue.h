@@ -264,7 +264,7 @@ class FrameQueue {
     size_t taken = 0;
     size_t seen_waiting = 0, seen_taken = 0;  ///< Backlog and `taken` at the last check.
     int behind = 0;              ///< Consecutive checks at which the backlog had not shrunk.
-    bool is_overloaded = false;  ///< Whether frames are dropped until none is waiting.
+    bool is_overloaded = false;  ///< Whether to shorten the backlog until it is gone.
 
     bool mustWaitFor() const { return !is_colour || has_posed_frame; }
   };

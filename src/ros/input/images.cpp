@@ -117,7 +117,7 @@ std::optional<Rejection> checkArrival(const sensor_msgs::Image& image, size_t ma
         formatted("its frame_id or its encoding has more than %zu bytes", kLongestName)};
   }
   if (image.header.stamp.toSec() >= kLatestStamp_s) {
-    return Rejection{drop::kBadStamp, "its stamp is beyond the range of ROS time"};
+    return Rejection{drop::kBadStamp, "its stamp is at the end of the range of ROS time"};
   }
   return std::nullopt;
 }

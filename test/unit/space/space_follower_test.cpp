@@ -124,8 +124,7 @@ TEST_F(SpaceFollowerTest, SnapshotsDoNotChange) {
   fuse(1.2, -1.0);
   mapper_->clearRegion(SphereRegion{{0.3, 0.1, 0.0}, 0.6});
   follow();
-  EXPECT_NE(follower_.snapshot()->distanceAt(p).distance_m, distance.distance_m)
-      << "the distance should respect the cleared region";
+  EXPECT_NE(follower_.snapshot()->distanceAt(p).distance_m, distance.distance_m);
   expectSameCubes(before->cubes(-1000, 1000), cubes);
   EXPECT_EQ(before->distanceAt(p).distance_m, distance.distance_m);
 }

@@ -88,9 +88,9 @@ class ComparedMap {
   CellState firstKnown(const Eigen::Vector3d& p_W, const Eigen::Vector3d& direction) const {
     const Space& space = *loaded_.second->space();
     CellState state = CellState::kUnknown;
-    for (double at_m = 0.0; at_m < kReach_m && state == CellState::kUnknown;
-         at_m += space.cellSize_m()) {
-      state = space.stateOf(space.cellAt(p_W + at_m * direction));
+    const double cell_m = space.cellSize_m();
+    for (int step = 0; step * cell_m < kReach_m && state == CellState::kUnknown; ++step) {
+      state = space.stateOf(space.cellAt(p_W + step * cell_m * direction));
     }
     return state;
   }

@@ -162,6 +162,7 @@ TEST_F(Input, MappingRecoversFromAWrongTransform) {
   rogue.transforms.push_back(makeTransform("map", "camera", Eigen::Isometry3d::Identity(),
                                            ros::Time::now() + ros::Duration(3600.0)));
   tf_static.publish(rogue);
+  tf_.publish(rogue);
   ros::WallDuration(0.2).sleep();
   const uint64_t fused = status_.status().frames_fused;
   const auto isMapping = [&] {

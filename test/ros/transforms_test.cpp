@@ -115,7 +115,6 @@ TEST_F(TransformsTest, ClearForgetsTransforms) {
   EXPECT_TRUE(lookUp("camera", ros::Time(10.0)).T_W_C);
   transforms_.clear();
   EXPECT_TRUE(lookUp("camera", ros::Time(10.0)).may_come);
-  EXPECT_TRUE(says(lookUp("camera", ros::Time(10.0)), "all transforms were discarded"));
 }
 
 TEST_F(TransformsTest, ToleratesStampsFarApart) {
@@ -130,23 +129,18 @@ geometry_msgs::TransformStamped cameraAt(double stamp_s) {
   return makeTransform("map", "camera", Eigen::Isometry3d::Identity(), ros::Time(stamp_s));
 }
 
-/// After a static transform stamped an hour ahead, tf2 rejects all transforms of the same frame on
-/// /tf.
-TEST_F(TransformsTest, RecoversFromAStaticTransformOfAMovingFrame) {
-  transforms_.take(makeTransform("camera", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0)),
-                   "test", true);
+/// After a static transform stamped an hour ahead, tf2 would reject all transforms of the same
+/// frame on /tf.
+TEST_F(TransformsTest, IgnoresStaticTransformsOfAMovingFrame) {
   EXPECT_EQ(map(100.0, 2.0), 20);
   transforms_.take(cameraAt(3700.0), "rogue", true);
-  EXPECT_LT(map(102.0, 3.0), 15);
-  EXPECT_EQ(status().transform_restarts, 1u);
-  EXPECT_GE(map(105.0, 5.0), 49);
-  transforms_.take(cameraAt(3800.0), "rogue", true);  // like a latched message that is sent again
-  EXPECT_GE(map(110.0, 5.0), 49);
-  EXPECT_EQ(status().transform_restarts, 1u);
-  EXPECT_TRUE(findIn("camera", "lens").T_W_C) << "valid static transforms should be kept";
+  EXPECT_EQ(map(102.0, 3.0), 30);
+  EXPECT_EQ(status().transform_restarts, 0u);
 }
 
 TEST_F(TransformsTest, RecoversFromATransformFarAhead) {
+  transforms_.take(makeTransform("camera", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0)),
+                   "test", true);
   EXPECT_EQ(map(100.0, 2.0), 20);
   for (const double stamp_s : {3700.0, 4294967200.0}) {
     transforms_.take(cameraAt(stamp_s), "rogue");
@@ -154,6 +148,7 @@ TEST_F(TransformsTest, RecoversFromATransformFarAhead) {
     EXPECT_GE(map(122.0, 5.0), 49) << stamp_s;
   }
   EXPECT_EQ(status().transform_restarts, 2u);
+  EXPECT_TRUE(findIn("camera", "lens").T_W_C) << "static transforms should be kept";
 }
 
 TEST_F(TransformsTest, RestartsAreLimited) {

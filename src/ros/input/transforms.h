@@ -13,8 +13,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <exception>
-#include <map>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -38,14 +36,13 @@ struct PoseAnswer {
 
 /// A tf2 buffer that recovers from wrong stamps: after a transform with a stamp far in the future,
 /// tf2 refuses all correct transforms of the same frame. If no image pose is found for a while
-/// although transforms arrive, the buffer is replaced by a new one with only the static transforms.
-/// Static transforms of frames that are also on /tf are left out, and ignored from then on.
-/// Thread-safe.
+/// although transforms arrive, all but the static transforms are discarded. Static transforms of
+/// frames that are on /tf are ignored. Thread-safe.
 class Transforms {
  public:
   /// Keeps transforms for `kept_s`; by default, for longer than frames normally wait.
   explicit Transforms(SteadyClock clock = std::chrono::steady_clock::now, double kept_s = 30.0)
-      : clock_(std::move(clock)), kept_(kept_s), core_(makeCore()) {}
+      : clock_(std::move(clock)), core_(ros::Duration(kept_s)) {}
 
   /// Receives /tf and /tf_static, on the queue of the node handle.
   void subscribe(ros::NodeHandle nh) {
@@ -64,18 +61,14 @@ class Transforms {
             bool is_static = false) {
     const std::lock_guard<std::mutex> lock(mutex_);
     const std::string child = stripLeadingSlash(transform.child_frame_id);
-    if (is_static && ignored_statics_.count(child) > 0) return;
+    if (is_static && moving_.count(child) > 0) return;
     const bool is_named = !child.empty() && !isLong(child) && !isLong(transform.header.frame_id);
-    if (is_named && is_static) statics_[child] = transform;
     if (is_named && !is_static) {
       moving_.insert(child);
       received_at_ = clock_();
     }
     try {
-      if (is_named && core_->setTransform(transform, publisher, is_static)) {
-        is_any_accepted_ = true;
-        return;
-      }
+      if (is_named && core_.setTransform(transform, publisher, is_static)) return;
     } catch (const std::exception&) {  // a stamp at the end of ROS time, or no memory
     }
     ++refused_;
@@ -89,23 +82,22 @@ class Transforms {
       answer.text = formatted("the name of a frame is longer than %zu bytes", kLongestName);
       return answer;
     }
-    const Core core = this->core();
     // Determined before the look-up, since a transform that arrived in between would make the image
     // seem too old.
-    const std::optional<ros::Time> newest = findNewest(*core, parent, frame);
+    const std::optional<ros::Time> newest = findNewest(parent, frame);
     try {
-      answer.T_W_C = toIsometry(core->lookupTransform(parent, frame, stamp).transform);
+      answer.T_W_C = toIsometry(core_.lookupTransform(parent, frame, stamp).transform);
       return answer;
     } catch (const std::runtime_error& error) {
       // Thrown by tf2, or by ros::Duration if stamps are over 68 years apart.
       answer.text = "no transform from '" + printable(frame) + "' to '" + printable(parent) +
-                    "': " + (newest ? errorText(error) : describeFrames(*core));
+                    "': " + (newest ? errorText(error) : describeFrames());
     }
     answer.may_come = !newest || *newest < stamp;
     return answer;
   }
 
-  /// Records whether the pose of an image was found; replaces the buffer if none has been found for
+  /// Records whether the pose of an image was found; discards transforms if none has been found for
   /// a while.
   void recordLookUp(bool is_found) {
     constexpr std::chrono::seconds kMissing{2};
@@ -118,14 +110,15 @@ class Transforms {
     if (now - *missing_since_ < kMissing || !tf_arrives || now < next_restart_) return;
     next_restart_ = now + wait_after_restart_;
     wait_after_restart_ = std::min(2 * wait_after_restart_, kLongestWait);
-    restart();
+    ++restarts_;
+    ROS_WARN_STREAM_NAMED("dtsdf_mapping",
+                          "no poses are found for images although transforms are received: all "
+                          "transforms are discarded, and new ones are collected");
+    clear();
   }
 
   /// Forgets all but static transforms, after a time jump.
-  void clear() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    core_ = makeCore();
-  }
+  void clear() { core_.clear(); }
 
   /// The frame's newest parent; empty if there is none or it is `parent`. A parent on /tf does
   /// not count if its newest transform is over five seconds older than `stamp`.
@@ -133,9 +126,8 @@ class Transforms {
                             const ros::Time& stamp) const {
     constexpr double kGone_s = 5.0;
     std::string other;
-    const Core core = this->core();
-    if (!core->_getParent(frame, ros::Time(0), other) || other == parent) return "";
-    const ros::Time newest = findNewest(*core, other, frame).value_or(ros::Time());  // 0: static
+    if (!core_._getParent(frame, ros::Time(0), other) || other == parent) return "";
+    const ros::Time newest = findNewest(other, frame).value_or(ros::Time());  // 0: static
     return !newest.isZero() && newest.toSec() < stamp.toSec() - kGone_s ? "" : other;
   }
 
@@ -149,7 +141,6 @@ class Transforms {
 
  private:
   using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
-  using Core = std::shared_ptr<tf2::BufferCore>;
 
   static bool isLong(const std::string& name) { return name.size() > kLongestName; }
 
@@ -169,69 +160,40 @@ class Transforms {
     }
   }
 
-  Core core() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return core_;
-  }
-
-  Core makeCore() const {
-    auto core = std::make_shared<tf2::BufferCore>(kept_);
-    for (const auto& [child, transform] : statics_) core->setTransform(transform, "static", true);
-    return core;
-  }
-
-  void restart() {
-    ++restarts_;
-    ROS_WARN_STREAM_NAMED("dtsdf_mapping",
-                          "no poses are found for images although transforms are received: all "
-                          "transforms are discarded, and new ones are collected");
-    for (const std::string& child : moving_) {
-      if (statics_.erase(child) > 0) ignored_statics_.insert(child);
-    }
-    moving_.clear();
-    core_ = makeCore();
-  }
-
   /// Stamp of the newest transform between two frames; nothing if there is none.
-  static std::optional<ros::Time> findNewest(const tf2::BufferCore& core, const std::string& parent,
-                                             const std::string& frame) {
+  std::optional<ros::Time> findNewest(const std::string& parent, const std::string& frame) const {
     try {
-      return core.lookupTransform(parent, frame, ros::Time(0)).header.stamp;
+      return core_.lookupTransform(parent, frame, ros::Time(0)).header.stamp;
     } catch (const std::runtime_error&) {
       return std::nullopt;
     }
   }
 
   /// Lists the frames in TF, or says why there are none.
-  std::string describeFrames(const tf2::BufferCore& core) const {
+  std::string describeFrames() const {
     std::vector<std::string> frames;
-    core._getFrameStrings(frames);
+    core_._getFrameStrings(frames);
     std::sort(frames.begin(), frames.end());
     if (!frames.empty()) {
       return "TF contains " + listOfFrames(frames) +
              "; start the publisher that connects the two, or set map_frame to one of these";
     }
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (is_any_accepted_) return "all transforms were discarded, and none has been received since";
     return refused_ > 0
                ? "all transforms received were refused: NaN, an invalid rotation, or no frame name"
                : "nothing has been received on /tf or /tf_static";
   }
 
   const SteadyClock clock_;
-  const ros::Duration kept_;
-  mutable std::mutex mutex_;                                        ///< Guards the members below.
-  std::map<std::string, geometry_msgs::TransformStamped> statics_;  ///< Keyed by child.
-  std::set<std::string> moving_;                                    ///< Children on /tf.
-  std::set<std::string> ignored_statics_;
-  Core core_;
+  tf2::BufferCore core_;          ///< Thread-safe.
+  mutable std::mutex mutex_;      ///< Guards the members below.
+  std::set<std::string> moving_;  ///< Children on /tf.
   std::optional<SteadyTime> received_at_;
   std::optional<SteadyTime> missing_since_;  ///< Time since which no image pose has been found.
   SteadyTime next_restart_;
   SteadyDuration wait_after_restart_ = std::chrono::seconds(5);
-  bool is_any_accepted_ = false;
   uint64_t refused_ = 0;   ///< Transforms without a usable name, rotation or stamp.
-  uint64_t restarts_ = 0;  ///< How often restart() replaced the buffer.
+  uint64_t restarts_ = 0;  ///< How often recordLookUp() discarded transforms.
   ros::Time last_now_;
   ros::Subscriber tf_, tf_static_;
 };

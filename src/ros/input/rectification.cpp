@@ -10,6 +10,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
+#include <vector>
 
 #include "level/frame_points.h"
 #include "params/printable.h"
@@ -58,12 +59,16 @@ Matrix rotationOf(const sensor_msgs::CameraInfo& info) {
   return std::abs(cv::determinant(R)) > 0.5 ? R : Matrix::eye();  // R is all 0 if none is given
 }
 
+bool isRotated(const sensor_msgs::CameraInfo& info) {
+  constexpr double kSameAxes = 1e-6;
+  return cv::norm(rotationOf(info), Matrix::eye(), cv::NORM_INF) > kSameAxes;
+}
+
 /// Whether the rectified image differs from the raw one in intrinsics or axes.
 bool isMoved(const sensor_msgs::CameraInfo& info) {
   const Matrix K = rawCamera(info), P = matrixOf(intrinsicsOf(info));
-  constexpr double kSamePixel = 0.01, kSameAxes = 1e-6;
-  return K(0, 0) > 0.0 && (cv::norm(K, P, cv::NORM_INF) > kSamePixel ||
-                           cv::norm(rotationOf(info), Matrix::eye(), cv::NORM_INF) > kSameAxes);
+  constexpr double kSamePixel = 0.01;
+  return K(0, 0) > 0.0 && (cv::norm(K, P, cv::NORM_INF) > kSamePixel || isRotated(info));
 }
 
 /// For each pixel of the rectified image, its coordinates in the raw image.
@@ -79,38 +84,6 @@ std::pair<cv::Mat, cv::Mat> rectificationMaps(const sensor_msgs::CameraInfo& inf
   return uv;
 }
 
-/// Ratio of depth along the rectified axis to depth along the raw one, for each pixel; 0 (no
-/// measurement) for rays behind the raw camera. Empty if the axes are equal.
-std::vector<float> scalesOf(const sensor_msgs::CameraInfo& info, cv::Size size) {
-  const Matrix R = rotationOf(info);
-  if (R == Matrix::eye()) return {};
-  const Matrix ray_of_pixel = R.t() * matrixOf(intrinsicsOf(info)).inv();
-  std::vector<float> scales;
-  scales.reserve(static_cast<size_t>(size.area()));
-  for (int v = 0; v < size.height; ++v) {
-    for (int u = 0; u < size.width; ++u) {
-      const double along_axis = (ray_of_pixel * cv::Vec3d(u, v, 1.0))[2];
-      scales.push_back(along_axis > 0.0 ? static_cast<float>(1.0 / along_axis) : 0.0f);
-    }
-  }
-  return scales;
-}
-
-uint16_t scaled(uint16_t raw, float scale) {
-  if (raw == kNoDepth16) return raw;
-  return static_cast<uint16_t>(
-      std::lround(std::min(static_cast<float>(raw) * scale, static_cast<float>(kNoDepth16))));
-}
-
-float scaled(float raw, float scale) { return raw * scale; }
-
-/// Converts depth along the raw axis to depth along the rectified one.
-template <class Pixel>
-void scale(cv::Mat& depth, const std::vector<float>& scales) {
-  auto* const pixels = depth.ptr<Pixel>();
-  for (size_t i = 0; i < scales.size(); ++i) pixels[i] = scaled(pixels[i], scales[i]);
-}
-
 }  // namespace
 
 bool Rectification::needsRectification(const sensor_msgs::CameraInfo& info) const {
@@ -120,6 +93,7 @@ bool Rectification::needsRectification(const sensor_msgs::CameraInfo& info) cons
 
 std::string Rectification::obstacle(const sensor_msgs::CameraInfo& info) const {
   if (choice_ == Usage::kNever) return "input/rectify is never";
+  if (!is_colour_ && isRotated(info)) return "R of camera_info rotates depth";
   if (isDistorted(info) && !(rawCamera(info)(0, 0) > 0.0)) return "K of camera_info is 0";
   if (!isDistorted(info) || isKnownModel(info)) return "";
   return "distortion model '" + printable(info.distortion_model) + "' with " +
@@ -131,7 +105,6 @@ void Rectification::makeTable(const CameraImage& raw) {
   const auto [from_u, from_v] = rectificationMaps(*raw.info, size);
   cv::Mat unused;
   cv::convertMaps(from_u, from_v, source_, unused, CV_16SC2, true);
-  scales_ = scalesOf(*raw.info, size);
   rectified_info_ = boost::make_shared<sensor_msgs::CameraInfo>(
       makeCameraInfo(*raw.image, intrinsicsOf(*raw.info)));
 }
@@ -188,9 +161,6 @@ sensor_msgs::ImageConstPtr Rectification::rectified(const CameraImage& raw) cons
                      const_cast<void*>(frame.data), frame.row_bytes);
   }
   cv::remap(source, image, source_, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_CONSTANT);
-  if (!is_colour_ && !scales_.empty()) {
-    source.type() == CV_16UC1 ? scale<uint16_t>(image, scales_) : scale<float>(image, scales_);
-  }
   const std::string& encoding = is_colour_ ? pixels->encoding : raw.image->encoding;
   return cv_bridge::CvImage(raw.image->header, encoding, image).toImageMsg();
 }

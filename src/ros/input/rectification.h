@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 #include <variant>
-#include <vector>
 
 #include "params/node_params.h"
 #include "ros/input/images.h"
@@ -55,8 +54,7 @@ class Rectification {
 
   sensor_msgs::CameraInfo table_info_;  ///< Used for computing source_. Its header is empty.
   sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Its stamp may be that of an earlier image.
-  cv::Mat source_;             ///< Coordinates of each pixel in the raw image, for cv::remap().
-  std::vector<float> scales_;  ///< Rectified depth per raw depth, by pixel; empty if all are 1.
+  cv::Mat source_;  ///< Coordinates of each pixel in the raw image, for cv::remap().
 };
 
 }  // namespace dtsdf

@@ -112,12 +112,6 @@ TEST_F(LiveMapTest, ClearingARegionUpdatesTheMesh) {
   EXPECT_EQ(mapper_->meshes, meshes + 1);
 }
 
-TEST_F(LiveMapTest, AnInvalidRegionDoesNotFailTheBackend) {
-  EXPECT_THROW(map_.clearRegion(SphereRegion{{0, 0, 0}, -1.0}), std::runtime_error);
-  EXPECT_FALSE(hasFailed());
-  EXPECT_EQ(mapper_->cleared_regions, 0);
-}
-
 TEST_F(LiveMapTest, MappingContinuesAfterAPartialClear) {
   pushFrame();
   work();

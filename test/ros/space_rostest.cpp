@@ -172,7 +172,7 @@ TEST_F(SpaceTest, BadRequestsAreRefusedWithAReason) {
   expectRefused(bad, "'nowhere'");
   bad = good;
   bad.points.push_back(pointOf(0.0, std::numeric_limits<double>::quiet_NaN(), 0.0));
-  expectRefused(bad, "point 1 is not finite");
+  expectRefused(bad, "point is not finite");
   bad.points.assign(10000000, pointOf(0.5, 0.0, 0.0));
   expectRefused(bad, "10000000 points");
   bad.points.assign(100000, pointOf(0.5, 0.0, 0.0));

@@ -26,6 +26,13 @@ Eigen::Quaterniond readOrientation(const geometry_msgs::Quaternion& q) {
   return orientation.normalized();
 }
 
+template <class Shape>
+Shape checked(const Shape& region) {
+  const std::string problem = findProblem(region);
+  if (!problem.empty()) throw std::runtime_error(problem);
+  return region;
+}
+
 }  // namespace
 
 Eigen::Isometry3d readPose(const geometry_msgs::Pose& pose) {
@@ -38,10 +45,7 @@ std::optional<BoxRegion> readBox(const dtsdf_mapping::Box& message,
                                  const Eigen::Isometry3d& T_W_F) {
   const Eigen::Vector3d size_m(message.size.x, message.size.y, message.size.z);
   if (size_m == Eigen::Vector3d::Zero()) return std::nullopt;
-  const BoxRegion box{T_W_F * readPose(message.pose), size_m};
-  const std::string problem = findProblem(box);
-  if (!problem.empty()) throw std::runtime_error(problem);
-  return box;
+  return checked(BoxRegion{T_W_F * readPose(message.pose), size_m});
 }
 
 Region readRegion(const dtsdf_mapping::Box& box_message, const dtsdf_mapping::Sphere& sphere,
@@ -55,7 +59,7 @@ Region readRegion(const dtsdf_mapping::Box& box_message, const dtsdf_mapping::Sp
         "neither a box nor a sphere is given; give box.size, or sphere.radius, in metres");
   }
   const Eigen::Vector3d center_F(sphere.center.x, sphere.center.y, sphere.center.z);
-  return SphereRegion{T_W_F * center_F, sphere.radius};
+  return checked(SphereRegion{T_W_F * center_F, sphere.radius});
 }
 
 namespace {

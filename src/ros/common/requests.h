@@ -22,8 +22,8 @@ Eigen::Isometry3d readPose(const geometry_msgs::Pose& pose);
 /// @throws std::runtime_error if the box is invalid.
 std::optional<BoxRegion> readBox(const dtsdf_mapping::Box& box, const Eigen::Isometry3d& T_W_F);
 
-/// The box or the sphere, whichever is given. A sphere is not checked.
-/// @throws std::runtime_error if none or both are given, or the box is invalid.
+/// The box or the sphere, whichever is given.
+/// @throws std::runtime_error if none or both are given, or it is invalid.
 Region readRegion(const dtsdf_mapping::Box& box, const dtsdf_mapping::Sphere& sphere,
                   const Eigen::Isometry3d& T_W_F);
 

@@ -173,13 +173,10 @@ class LiveMap {
   /// Whether the last extraction left work for the next extraction.
   bool isMeshPart() const { return mesh_is_part_; }
 
-  /// Empties a part of the map.
-  /// @throws std::runtime_error if the region is invalid, or if the backend has failed or fails.
+  /// Empties a part of the map. @pre The region is valid.
+  /// @throws std::runtime_error if the backend has failed or fails.
   ClearedRegion clearRegion(const Region& region) {
     throwIfFailed();
-    const std::string problem = findProblem(region);
-    // An invalid region is not an error of the backend.
-    if (!problem.empty()) throw std::runtime_error(problem);
     try {
       const ClearedRegion cleared = mapper_->clearRegion(region);
       regionCleared(region);

@@ -136,12 +136,19 @@ class SpaceStep : public Step {
  private:
   void answer(const dtsdf_mapping::GetDistances::Request& request,
               dtsdf_mapping::GetDistances::Response& response) const {
-    checkPoints(request.points);
+    constexpr size_t kMaxPoints = 100000;
+    if (request.points.size() > kMaxPoints) {
+      throw std::runtime_error(
+          formatted("%zu points are more than the %zu allowed per call; split the call",
+                    request.points.size(), kMaxPoints));
+    }
     const Eigen::Isometry3d T_W_F = host_.frame.find(request.header.frame_id, request.header.stamp);
     const auto [space, stamp] = knownToPlanners();
     const Eigen::Matrix3d R_F_W = T_W_F.linear().transpose();
-    for (const geometry_msgs::Point& p : request.points) {
-      const SpaceDistance distance = space->distanceAt(T_W_F * Eigen::Vector3d(p.x, p.y, p.z));
+    for (const geometry_msgs::Point& point : request.points) {
+      const Eigen::Vector3d p_F(point.x, point.y, point.z);
+      if (!p_F.allFinite()) throw std::runtime_error("a point is not finite; leave it out");
+      const SpaceDistance distance = space->distanceAt(T_W_F * p_F);
       const Vec3f& g = distance.gradient;
       response.known.push_back(distance.known ? 1 : 0);
       response.distances.push_back(distance.distance_m);
@@ -152,25 +159,15 @@ class SpaceStep : public Step {
 
   void answerGrid(const dtsdf_mapping::GetDistanceGrid::Request& request,
                   dtsdf_mapping::GetDistanceGrid::Response& response) const {
-    constexpr size_t kMaxShapes = 1000;
-    if (request.cleared_boxes.size() + request.cleared_spheres.size() > kMaxShapes) {
-      throw std::runtime_error(formatted("at most %zu shapes can be cleared per call", kMaxShapes));
-    }
     const Eigen::Isometry3d T_W_F = host_.frame.find(request.header.frame_id, request.header.stamp);
     const auto box = readBox(request.box, T_W_F);
     if (!box) throw std::runtime_error("the box has no size; set box.size, in metres");
     std::vector<Region> cleared;
     for (const auto& shape : request.cleared_boxes) {
-      if (!(shape.size.x > 0.0)) throw std::runtime_error("a box in cleared_boxes has no size");
       cleared.push_back(readRegion(shape, {}, T_W_F));
     }
     for (const auto& shape : request.cleared_spheres) {
-      if (!(shape.radius > 0.0)) {
-        throw std::runtime_error("a sphere in cleared_spheres has no radius");
-      }
       cleared.push_back(readRegion({}, shape, T_W_F));
-      const std::string problem = findProblem(cleared.back());
-      if (!problem.empty()) throw std::runtime_error(problem);
     }
     const auto [space, stamp] = knownToPlanners();
     const PointGrid grid =
@@ -200,21 +197,6 @@ class SpaceStep : public Step {
     throw std::runtime_error(
         "nothing is mapped yet: no frame has been fused and meshed since the start, clear_map or "
         "load_map; try again later");
-  }
-
-  /// @throws std::runtime_error for too many points, or for a point that is not finite.
-  static void checkPoints(const std::vector<geometry_msgs::Point>& points) {
-    constexpr size_t kMaxPoints = 100000;
-    if (points.size() > kMaxPoints) {
-      throw std::runtime_error(
-          formatted("%zu points are more than the %zu allowed per call; split the call",
-                    points.size(), kMaxPoints));
-    }
-    for (size_t i = 0; i < points.size(); ++i) {
-      const geometry_msgs::Point& p = points[i];
-      if (Eigen::Vector3d(p.x, p.y, p.z).allFinite()) continue;
-      throw std::runtime_error(formatted("point %zu is not finite; leave it out", i));
-    }
   }
 
   bool isFull() const {

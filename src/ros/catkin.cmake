@@ -50,7 +50,7 @@ set(DTSDF_CV_BRIDGE_LIBRARY ${cv_bridge_LIBRARIES})
 list(FILTER DTSDF_CV_BRIDGE_LIBRARY INCLUDE REGEX "cv_bridge")
 
 add_message_files(FILES Box.msg CameraStatus.msg DropCount.msg MapStatus.msg MemoryPart.msg
-  MeshBlock.msg MeshBlocks.msg PoseStatus.msg Sphere.msg StreamStatus.msg TopicStatus.msg)
+  MeshBlock.msg MeshBlocks.msg PoseStatus.msg Sphere.msg StreamStatus.msg)
 add_service_files(FILES ClearRegion.srv CorrectPoses.srv GetDistanceGrid.srv GetDistances.srv
   LoadMap.srv SaveMap.srv SaveMesh.srv
   SaveTrajectory.srv SetPose.srv)

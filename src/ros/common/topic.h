@@ -1,9 +1,7 @@
-/// A published topic that notes new subscribers and counts its messages for the status.
+/// A published topic that notes new subscribers.
 #pragma once
 
-#include <dtsdf_mapping/TopicStatus.h>
 #include <ros/node_handle.h>
-#include <ros/serialization.h>
 #include <ros/single_subscriber_publisher.h>
 
 #include <atomic>
@@ -14,7 +12,7 @@
 
 namespace dtsdf {
 
-/// Thread-safe once advertised, except that only one thread may call publish().
+/// Thread-safe once advertised.
 class Topic {
  public:
   /// Publishes to a subscriber that has just connected.
@@ -37,23 +35,11 @@ class Topic {
   template <class Message>
   void publish(const Message& message) {
     publisher_.publish(message);
-    ++messages_;
-    bytes_ += ros::serialization::serializationLength(message);
-  }
-
-  dtsdf_mapping::TopicStatus status() const {
-    dtsdf_mapping::TopicStatus status;
-    status.topic = publisher_.getTopic();
-    status.listeners = publisher_.getNumSubscribers();
-    status.messages = messages_;
-    status.bytes = bytes_;
-    return status;
   }
 
  private:
   ros::Publisher publisher_;
   std::atomic<bool> has_new_subscriber_{false};
-  std::atomic<uint64_t> messages_{0}, bytes_{0};
 };
 
 }  // namespace dtsdf

@@ -134,7 +134,6 @@ class ChunkTopic {
       if (with_changes) add(chunks.changed());
       add(refreshed);
     }
-    pending_count_ = pending_.size();
   }
 
   /// Publishes a few pieces of the pending chunks.
@@ -164,19 +163,11 @@ class ChunkTopic {
       }
       if (!is_empty) topic_.publish(message);
     }
-    pending_count_ = pending_.size();
-  }
-
-  dtsdf_mapping::TopicStatus status() const {
-    dtsdf_mapping::TopicStatus status = topic_.status();
-    status.lacking_chunks = static_cast<uint32_t>(pending_count_);
-    return status;
   }
 
  private:
   Topic topic_;
-  std::set<PackedKey> pending_, shown_;   ///< Chunks still to publish; chunks published before.
-  std::atomic<size_t> pending_count_{0};  ///< Size of pending_, for the status.
+  std::set<PackedKey> pending_, shown_;  ///< Chunks still to publish; chunks published before.
 };
 
 /// Publishes `mesh` and `mesh_blocks`: every change, and the whole mesh when a listener connects.
@@ -222,11 +213,6 @@ class MeshTopicsStep : public Step {
     }
     if (markers_.isBehind() || blocks_.isBehind()) return round_pace_.next() - now;
     return chunks_.changed().empty() ? SteadyDuration::max() : mesh_pace_.next() - now;
-  }
-
-  void fill(dtsdf_mapping::MapStatus& status) override {
-    status.topics.push_back(markers_.status());
-    status.topics.push_back(blocks_.status());
   }
 
  private:

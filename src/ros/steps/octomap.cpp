@@ -41,8 +41,6 @@ class OctomapStep : public Step {
     return SteadyDuration::max();
   }
 
-  void fill(MapStatus& status) override { status.topics.push_back(topic_.status()); }
-
  private:
   /// Builds the message that octomap_msgs::binaryMapToMsg() would build.
   octomap_msgs::Octomap makeMessage(const SpaceSnapshot& space, const ros::Time& stamp) const {

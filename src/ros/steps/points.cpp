@@ -56,8 +56,6 @@ class PointsStep : public Step {
     return SteadyDuration::max();
   }
 
-  void fill(dtsdf_mapping::MapStatus& status) override { status.topics.push_back(topic_.status()); }
-
  private:
   void publish(const Mesh& mesh, const ros::Time& stamp) {
     Cloud cloud;

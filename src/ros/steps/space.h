@@ -115,9 +115,6 @@ class SpaceStep : public Step {
   void fill(MapStatus& status) override {
     if (!is_on_) return;
     const std::lock_guard<std::mutex> lock(mutex_);
-    for (const Topic* topic : {&grids_, &updates_, &slices_}) {
-      status.topics.push_back(topic->status());
-    }
     addMemory(status, "space", kHost, bytes_);
     addPages(status, pages_, "sectors of cells and distances for planners");
   }

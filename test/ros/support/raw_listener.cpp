@@ -118,6 +118,18 @@ bool RawListener::receive(uint8_t* bytes, size_t count, double timeout_s) {
   return true;
 }
 
+size_t subscribersOf(const std::string& topic) {
+  XmlRpc::XmlRpcValue parameters;
+  parameters[0] = ros::this_node::getName();
+  XmlRpc::XmlRpcValue connections = callNode(publisherOf(topic), "getBusInfo", parameters);
+  size_t subscribers = 0;
+  for (int i = 0; i < connections.size(); ++i) {
+    const std::string direction = connections[i][2], name = connections[i][4];
+    if (direction == "o" && name == topic) ++subscribers;
+  }
+  return subscribers;
+}
+
 int publishingProcess(const std::string& topic) {
   XmlRpc::XmlRpcValue parameters;
   parameters[0] = ros::this_node::getName();

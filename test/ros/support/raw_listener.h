@@ -50,6 +50,9 @@ RawListener listenRaw(const std::string& topic) {
   return {topic, traits::datatype<Message>(), traits::md5sum<Message>()};
 }
 
+/// Number of connections to subscribers of a topic, according to its publisher.
+size_t subscribersOf(const std::string& topic);
+
 /// ID of the process that publishes a topic.
 int publishingProcess(const std::string& topic);
 

@@ -16,7 +16,7 @@ endif()
 find_package(catkin REQUIRED COMPONENTS
   diagnostic_msgs diagnostic_updater dynamic_reconfigure geometry_msgs image_transport
   map_msgs message_generation nav_msgs nodelet pluginlib roscpp sensor_msgs std_msgs std_srvs tf2
-  tf2_msgs tf2_ros visualization_msgs)
+  tf2_eigen tf2_msgs tf2_ros visualization_msgs)
 
 # These packages are not components of catkin, because their libraries (VTK, rosbag, all of OpenCV)
 # would then be linked to every target.

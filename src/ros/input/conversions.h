@@ -1,10 +1,10 @@
 /// Conversions between ROS messages and this package's types.
 #pragma once
 
-#include <geometry_msgs/Pose.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/time.h>
 #include <sensor_msgs/Imu.h>
+#include <tf2_eigen/tf2_eigen.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -40,34 +40,13 @@ inline std::string listOfFrames(const std::vector<std::string>& frames) {
   return names + (frames.size() > kShown ? "' and more" : "'");
 }
 
-template <class Message = geometry_msgs::Vector3>
-Message toVector(const Eigen::Vector3d& v) {
-  Message message;
-  message.x = v.x();
-  message.y = v.y();
-  message.z = v.z();
-  return message;
-}
-
 inline Eigen::Vector3d toEigen(const geometry_msgs::Vector3& v) { return {v.x, v.y, v.z}; }
 
+/// Unlike tf2::transformToEigen(), normalises the rotation.
 inline Eigen::Isometry3d toIsometry(const geometry_msgs::Transform& transform) {
   const geometry_msgs::Quaternion& q = transform.rotation;
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
-  T.translation() = toEigen(transform.translation);
-  return T;
-}
-
-inline geometry_msgs::Pose toPose(const Eigen::Isometry3d& T) {
-  const Eigen::Quaterniond q(T.linear());
-  geometry_msgs::Pose pose;
-  pose.position = toVector<geometry_msgs::Point>(T.translation());
-  pose.orientation.w = q.w();
-  pose.orientation.x = q.x();
-  pose.orientation.y = q.y();
-  pose.orientation.z = q.z();
-  return pose;
+  return Eigen::Translation3d(toEigen(transform.translation)) *
+         Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized();
 }
 
 /// `T` maps coordinates in `child` to `parent`.
@@ -75,12 +54,10 @@ inline geometry_msgs::TransformStamped makeTransform(const std::string& parent,
                                                      const std::string& child,
                                                      const Eigen::Isometry3d& T,
                                                      const ros::Time& stamp) {
-  geometry_msgs::TransformStamped transform;
+  geometry_msgs::TransformStamped transform = tf2::eigenToTransform(T);
   transform.header.stamp = stamp;
   transform.header.frame_id = parent;
   transform.child_frame_id = child;
-  transform.transform.translation = toVector(T.translation());
-  transform.transform.rotation = toPose(T).orientation;
   return transform;
 }
 

@@ -73,7 +73,7 @@ void add(const NodeParams& params, double step_m, const PackedChunk& chunk, int 
   std::vector<std_msgs::ColorRGBA> colours;
   for (size_t i = 0; i < chunk.vertexCount(); ++i) {
     const std::array<double, 3> p_W = positionOf(chunk, step_m, i);
-    points.push_back(toVector<geometry_msgs::Point>({p_W[0], p_W[1], p_W[2]}));
+    points.push_back(tf2::toMsg(Eigen::Vector3d(p_W[0], p_W[1], p_W[2])));
     colours.push_back(toColour(vertexColour(params.mapper.mesh.colour, mesh, i)));
   }
   marker.type = Marker::TRIANGLE_LIST;

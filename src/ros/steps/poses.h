@@ -256,7 +256,7 @@ class PosesStep : public Step {
   void recordAlignment(const PosedFrame& frame, const Alignment& alignment) {
     const auto toVectors = [](const std::vector<Eigen::Vector3d>& axes) {
       std::vector<geometry_msgs::Vector3> vectors;
-      for (const Eigen::Vector3d& axis : axes) vectors.push_back(toVector(axis));
+      for (const Eigen::Vector3d& axis : axes) tf2::toMsg(axis, vectors.emplace_back());
       return vectors;
     };
     dtsdf_mapping::PoseStatus status;
@@ -297,7 +297,7 @@ class PosesStep : public Step {
     odometry.header.stamp = stamp;
     odometry.header.frame_id = parent_;
     odometry.child_frame_id = base;
-    odometry.pose.pose = toPose(T_M_B);
+    odometry.pose.pose = tf2::toMsg(T_M_B);
     using RowByRow = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
     Eigen::Map<RowByRow>(odometry.pose.covariance.data()) =
         movedCovariance(odometryCovariance(found_, params_.poses), T_M_W.linear(),
@@ -326,7 +326,7 @@ class PosesStep : public Step {
       path.poses.emplace_back();
       path.poses.back().header.frame_id = path.header.frame_id;
       path.poses.back().header.stamp = toTime(fused_[i].stamp_s);
-      path.poses.back().pose = toPose(fused_[i].T_W_C * T_C_B);
+      path.poses.back().pose = tf2::toMsg(fused_[i].T_W_C * T_C_B);
     }
     path_topic_.publish(path);
   }

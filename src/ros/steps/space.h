@@ -149,7 +149,7 @@ class SpaceStep : public Step {
       const Vec3f& g = distance.gradient;
       response.known.push_back(distance.known ? 1 : 0);
       response.distances.push_back(distance.distance_m);
-      response.gradients.push_back(toVector(R_F_W * Eigen::Vector3d(g.x, g.y, g.z)));
+      tf2::toMsg(R_F_W * Eigen::Vector3d(g.x, g.y, g.z), response.gradients.emplace_back());
     }
     response.stamp = stamp;
   }
@@ -175,7 +175,7 @@ class SpaceStep : public Step {
                                : distancesOn(grid, clearedIn(*box, cleared, *space), R_F_W);
     std::copy(grid.size.begin(), grid.size.end(), response.size.begin());
     response.resolution = grid.resolution_m;
-    response.origin = toPose(T_W_F.inverse() * grid.T_W_G);
+    response.origin = tf2::toMsg(T_W_F.inverse() * grid.T_W_G);
     response.distances = std::move(answer.distances_m);
     response.gradients = std::move(answer.gradients);
     response.stamp = stamp;

@@ -10,10 +10,8 @@
 #include <chrono>
 #include <fstream>
 #include <functional>
-#include <sstream>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "ros/common/callback_guard.h"
 #include "ros/common/pace.h"
@@ -33,7 +31,17 @@ class StatusPublisher {
     updater_.setHardwareID("none");
     updater_.add("mapping", [this](diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
       diagnostics.summary(status_.level, status_.message);
-      addFields(status_, diagnostics);
+      diagnostics.add("backend", status_.backend);
+      diagnostics.add("images_received", status_.images_received);
+      diagnostics.add("frames_fused", status_.frames_fused);
+      diagnostics.add("frames_dropped", status_.frames_dropped);
+      for (const auto& of : status_.dropped) diagnostics.add("dropped/" + of.reason, of.count);
+      diagnostics.add("blocks", status_.blocks);
+      diagnostics.add("map_bytes", status_.map_bytes);
+      diagnostics.add("triangles", status_.triangles);
+      diagnostics.add("integrate_ms", status_.integrate_ms);
+      diagnostics.add("mesh_ms", status_.mesh_ms);
+      diagnostics.add("publish_ms", status_.publish_ms);
     });
     // Latched, so that new subscribers get the last status immediately.
     publisher_ = private_nh.advertise<MapStatus>("status", 1, true);
@@ -69,28 +77,6 @@ class StatusPublisher {
     if (is_logged_ || std::chrono::steady_clock::now() - problem_since_ < kProblemDelay) return;
     is_logged_ = true;
     ROS_WARN_STREAM_NAMED("dtsdf_mapping", status_.message);
-  }
-
-  /// Adds each field of the status, parsed from the message's printed form. In that form, fields of
-  /// nested messages are indented below a line with a name and no value.
-  static void addFields(const MapStatus& status,
-                        diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
-    std::stringstream text;
-    text.imbue(std::locale::classic());
-    text << status;
-    std::vector<std::pair<size_t, std::string>> parts;  // names with their indentation
-    for (std::string line; std::getline(text, line);) {
-      const size_t depth = line.find_first_not_of(' '), colon = line.find(": ");
-      if (colon == std::string::npos) continue;
-      while (!parts.empty() && parts.back().first >= depth) parts.pop_back();
-      std::string name = parts.empty() ? "" : parts.back().second + "/";
-      name += line.substr(depth, colon - depth);
-      if (colon + 2 == line.size()) {
-        parts.emplace_back(depth, name);
-      } else {
-        diagnostics.add(name, line.substr(colon + 2));
-      }
-    }
   }
 
   /// Resident memory of this process; 0 if the system does not report it.

@@ -96,7 +96,6 @@ void JournalWriter::begin(const journal::Begin& begin, std::shared_ptr<const Map
     is_stopped_ = false;
     count_ = 0;
     report_.problem.clear();
-    report_.first_stamp_s.reset();
   }
   Entry entry;
   entry.begins = true;
@@ -125,9 +124,6 @@ void JournalWriter::add(journal::Call call) {
     entry.bytes = std::visit(
         [](const auto& frame) { return frame.row_bytes * static_cast<size_t>(frame.height); },
         image->frame);
-    // Corrections refer to the first camera's images; stamps of other cameras may be out of order.
-    const bool is_depth = std::holds_alternative<DepthFrame>(image->frame);
-    if (is_depth && image->camera == 0) entry.stamp_s = image->stamp_s;
   }
   entry.write = [this, call = std::move(call), records] {
     const Bytes encoded = journal::encode(call);
@@ -159,12 +155,8 @@ void JournalWriter::push(Entry entry) {
     if (!is_stopped_ && waiting_bytes_ + entry.bytes > options_.max_waiting) {
       stop("the disk is too slow");
     }
-    if (is_stopped_) {
-      ++report_.lost;
-      return;
-    }
+    if (is_stopped_) return;
     if (!entry.begins) ++count_;
-    if (!report_.first_stamp_s) report_.first_stamp_s = entry.stamp_s;
     waiting_bytes_ += entry.bytes;
     entries_.push_back(std::move(entry));
   }
@@ -184,7 +176,6 @@ void JournalWriter::loop() {
       entry.written->set_value(!is_stopped_);
       continue;
     }
-    report_.lost += is_lost;
     lock.unlock();
     if (!is_lost) write(entry);
     int sync_error = 0;
@@ -221,7 +212,6 @@ void JournalWriter::write(const Entry& entry) {
       ftruncate(descriptor_, end) == 0 && lseek(descriptor_, end, SEEK_SET) == end;
   const std::lock_guard<std::mutex> lock(mutex_);
   can_resume_ = is_whole && records_ + kMaxRecordsOfCall <= kMaxRecords;
-  ++report_.lost;
   report_.bytes = begin;
   stop(problem);
 }
@@ -248,7 +238,6 @@ void JournalWriter::stop(const std::string& why) {
   report_.problem = why + "; nothing has been written since " + timeText("%Y-%m-%d %H:%M:%S UTC") +
                     "; " + (can_resume_ ? "call clear_map" : "restart the node") +
                     " to begin a new journal";
-  report_.first_stamp_s.reset();
 }
 
 JournalReport JournalWriter::report() const {

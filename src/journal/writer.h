@@ -21,11 +21,9 @@ namespace dtsdf {
 
 /// The state of a journal.
 struct JournalReport {
-  uint64_t bytes = 0;                   ///< Size of the file.
-  uint64_t waiting_bytes = 0;           ///< Size of the images waiting to be written.
-  std::optional<double> first_stamp_s;  ///< Stamp of the first image that can be corrected.
-  uint64_t lost = 0;                    ///< Number of journal::Calls that were not written.
-  std::string problem;                  ///< Why and when writing stopped; empty if it has not.
+  uint64_t bytes = 0;          ///< Size of the file.
+  uint64_t waiting_bytes = 0;  ///< Size of the images waiting to be written.
+  std::string problem;         ///< Why and when writing stopped; empty if it has not.
 };
 
 /// Each writer creates one file and changes no other file in the folder. If writing fails or a
@@ -70,7 +68,6 @@ class JournalWriter {
     std::function<void()> write;  ///< Runs on the writer's thread; may throw.
     size_t bytes = 0;
     bool begins = false;
-    std::optional<double> stamp_s;              ///< Stamp of an image that can be corrected.
     std::optional<std::promise<bool>> written;  ///< Set instead of `write`.
   };
 

@@ -115,7 +115,7 @@ struct Rejection {
 
 /// The status of the depth or the colour images from one camera, with more details for InputStatus.
 struct StreamReport : dtsdf_mapping::StreamStatus {
-  StreamReport() { received_age_s = camera_info_age_s = fused_age_s = -1.0f; }
+  StreamReport() { received_age_s = fused_age_s = -1.0f; }
 
   std::map<DropReason, uint64_t> dropped_by;  ///< Used instead of `dropped`.
   DropReason last_reason{""};                 ///< Reason of `last_drop`.
@@ -137,28 +137,25 @@ struct StreamReport : dtsdf_mapping::StreamStatus {
 class FrameAccounting {
  public:
   /// Warnings begin with `name`, unless it is empty.
-  explicit FrameAccounting(std::string name = "",
-                           SteadyClock clock = std::chrono::steady_clock::now)
-      : name_(std::move(name)), clock_(std::move(clock)) {}
+  explicit FrameAccounting(std::string name = "") : name_(std::move(name)) {}
 
   void imageReceived(const ros::Time& stamp) {
     const std::lock_guard<std::mutex> lock(mutex_);
     ++counts_.received;
     counts_.last_stamp = stamp;
-    image_at_ = clock_();
+    image_at_ = std::chrono::steady_clock::now();
   }
 
   void cameraInfoReceived() {
     const std::lock_guard<std::mutex> lock(mutex_);
     ++counts_.camera_infos;
-    camera_info_at_ = clock_();
   }
 
   void fused(const ros::Time& stamp) {
     const std::lock_guard<std::mutex> lock(mutex_);
     ++counts_.fused;
     counts_.last_fused_stamp = stamp;
-    fused_at_ = clock_();
+    fused_at_ = std::chrono::steady_clock::now();
   }
 
   void dropped(const Rejection& rejection, const ros::Time& stamp) {
@@ -182,7 +179,6 @@ class FrameAccounting {
     StreamReport counts = counts_;
     counts.waiting = static_cast<uint32_t>(counts.received - counts.fused - counts.droppedSum());
     counts.received_age_s = ageOf(image_at_);
-    counts.camera_info_age_s = ageOf(camera_info_at_);
     counts.fused_age_s = ageOf(fused_at_);
     return counts;
   }
@@ -192,24 +188,23 @@ class FrameAccounting {
     const bool is_asked_for =
         reason == drop::kPaused || reason == drop::kOverRate || reason == drop::kEnding;
     if (is_asked_for) return false;
-    constexpr double kPeriod_s = 60.0;
-    ros::WallTime& last = last_warning_[reason];
-    const ros::WallTime now = ros::WallTime::now();
-    if (!last.isZero() && (now - last).toSec() < kPeriod_s) return false;
-    last = now;
+    constexpr std::chrono::seconds kPeriod{60};
+    const SteadyTime now = std::chrono::steady_clock::now();
+    const auto [last, is_first] = last_warning_.emplace(reason, now);
+    if (!is_first && now - last->second < kPeriod) return false;
+    last->second = now;
     return true;
   }
 
-  float ageOf(const std::optional<SteadyTime>& time) const {
-    return time ? static_cast<float>(toSeconds(clock_() - *time)) : -1.0f;
+  static float ageOf(const std::optional<SteadyTime>& time) {
+    return time ? static_cast<float>(toSeconds(std::chrono::steady_clock::now() - *time)) : -1.0f;
   }
 
   const std::string name_;
-  const SteadyClock clock_;
   mutable std::mutex mutex_;
   StreamReport counts_;  ///< Without ages.
-  std::optional<SteadyTime> image_at_, camera_info_at_, fused_at_;
-  std::map<DropReason, ros::WallTime> last_warning_;
+  std::optional<SteadyTime> image_at_, fused_at_;
+  std::map<DropReason, SteadyTime> last_warning_;
 };
 
 }  // namespace dtsdf

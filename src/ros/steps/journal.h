@@ -55,8 +55,6 @@ class JournalStep : public Step {
     const JournalReport journal = writer_.report();
     status.journal_bytes = journal.bytes;
     status.journal_waiting_bytes = journal.waiting_bytes;
-    status.journal_lost = journal.lost;
-    status.journal_first_stamp = toTime(journal.first_stamp_s.value_or(0.0));
     if (journal.problem.empty()) return;
     report(status, MapStatus::WARN, MapStatus::JOURNAL_INCOMPLETE, "journal: " + journal.problem);
   }

@@ -158,8 +158,6 @@ TEST_F(Journal, ReportsWhenAFullDiskStoppedIt) {
     const JournalReport report = journal.report();
     EXPECT_TRUE(contains(report.problem, "nothing has been written since 20")) << report.problem;
     EXPECT_TRUE(contains(report.problem, "call clear_map")) << report.problem;
-    EXPECT_GT(report.lost, 0u);
-    EXPECT_FALSE(report.first_stamp_s) << "no correction should be offered";
     JournalReplay replay(journal.path());
     EXPECT_EQ(replay.incompleteEnd(), "") << "the journal should end with a complete record";
     left = 1 << 30;
@@ -258,7 +256,6 @@ TEST_F(Journal, StopsIfTheDiskIsTooSlow) {
   for (int i = 0; i < kCount; ++i) map.fuse(image(i), 0.1 * i);  // must not block
   EXPECT_TRUE(contains(journal.report().problem, "too slow"));
   EXPECT_LE(journal.report().waiting_bytes, options.max_waiting);
-  EXPECT_FALSE(journal.report().first_stamp_s) << "no correction should be offered";
   is_slow = false;
   EXPECT_FALSE(journal.written().get());
 }

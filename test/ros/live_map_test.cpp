@@ -14,6 +14,12 @@
 namespace dtsdf {
 namespace {
 
+MapperParams voxelsOf(float size_m) {
+  MapperParams params;
+  params.map.voxel_size_m = size_m;
+  return params;
+}
+
 /// The contents of a loaded map file.
 MapContents mapOf(double stamp_s, const std::optional<Eigen::Isometry3d>& T_W_M = std::nullopt) {
   MapContents contents;
@@ -319,7 +325,8 @@ TEST_F(LiveMapTest, MappingContinuesInALoadedMap) {
   EXPECT_FALSE(map_.isEmpty());
   auto* const loaded = new FakeMapper;
   loaded->frames = 7;
-  const auto old = map_.replace(std::unique_ptr<Mapper>(loaded), 0.08f, "/a.dtsdf", mapOf(5.0));
+  const auto old =
+      map_.replace(std::unique_ptr<Mapper>(loaded), voxelsOf(0.08f), "/a.dtsdf", mapOf(5.0));
   EXPECT_EQ(old.get(), mapper_);
   EXPECT_EQ(host_.status().blocks, 7u);
   EXPECT_EQ(host_.status().loaded_map, "/a.dtsdf");
@@ -344,7 +351,7 @@ TEST_F(LiveMapTest, LoadingAMapRecoversFromAFailure) {
   work();
   mapper_->fails_to_count = true;
   EXPECT_FALSE(map_.isEmpty()) << "a map with unknown contents should not count as empty";
-  map_.replace(std::make_unique<FakeMapper>(), 0.05f, "/a.dtsdf", mapOf(0.0));
+  map_.replace(std::make_unique<FakeMapper>(), voxelsOf(0.05f), "/a.dtsdf", mapOf(0.0));
   EXPECT_FALSE(hasFailed());
   pushFrame();
   work();
@@ -393,7 +400,7 @@ TEST(LevelMap, FramesAreFusedInTheLevelFrame) {
   Eigen::Isometry3d T_W_M = Eigen::Isometry3d::Identity();
   T_W_M.translation().x() = 5.0;
   auto* const loaded = new FakeMapper;
-  host.map.replace(std::unique_ptr<Mapper>(loaded), 0.02f, "map.dtsdf", mapOf(0.0, T_W_M));
+  host.map.replace(std::unique_ptr<Mapper>(loaded), {}, "map.dtsdf", mapOf(0.0, T_W_M));
   push(2.0);
   EXPECT_EQ(loaded->frames, 1);
   loaded->beginMeshUpdate();

@@ -259,7 +259,7 @@ TEST_F(PosesTest, ACameraMustBeFoundInALoadedMap) {
   loaded->frames = 10;
   camera_x_m_ = 7.0;
   mapper_ = loaded.get();
-  host_->map.replace(std::move(loaded), 0.02f, "map.dtsdf", MapContents());
+  host_->map.replace(std::move(loaded), {}, "map.dtsdf", MapContents());
   push(1.1);
   EXPECT_EQ(dropped(drop::kLost), 1u);
   EXPECT_FALSE(statusOf(0).lost_since.isZero());

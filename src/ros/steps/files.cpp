@@ -31,7 +31,7 @@ namespace {
 /// A new call cancels a running simplification of a mesh.
 class FilesStep : public Step {
  public:
-  explicit FilesStep(const Host& host) : host_(host), params_(host.params.mapper) {}
+  explicit FilesStep(const Host& host) : host_(host) {}
 
   void advertise(const Handles& handles) override {
     using namespace dtsdf_mapping;
@@ -155,7 +155,8 @@ class FilesStep : public Step {
   /// @return the number of blocks. @throws std::exception if the file cannot be read or does not
   /// fit. The map then stays as it was, or is empty if there was no room for both maps.
   size_t loadMap(const std::string& path) {
-    const auto file = std::make_shared<const MapChunks>(path, params_);
+    const MapperParams& current = host_.map.settings();
+    const auto file = std::make_shared<const MapChunks>(path, current);
     const MapContents& contents = file->head();
     checkFrame(contents, host_.params.map_frame);
     checkLevel(contents, host_.frame.isLevelled());
@@ -168,16 +169,15 @@ class FilesStep : public Step {
       host_.map_loop.run([this] { host_.map.clear(); }).get();
       returnFreeMemory();
     }
-    const MapperParams params = is_empty ? withSettingsOf(contents, params_) : params_;
+    const MapperParams params = is_empty ? withSettingsOf(contents, current) : current;
     std::unique_ptr<Mapper> mapper = makeMapper(params, partsOf(file));
     const auto replace = [&] {
       // Frames may have been fused in the meantime, with the old settings.
       if (!host_.map.isEmpty()) checkFitsCurrent(contents);
-      return host_.map.replace(std::move(mapper), params.map.voxel_size_m, path, contents, file);
+      return host_.map.replace(std::move(mapper), params, path, contents, file);
     };
     // Frees the old mapper here, so that the map thread need not wait for it.
     host_.map_loop.run(replace).get().reset();
-    params_ = params;
     host_.await_output();
     returnFreeMemory();  // the old map's memory
     return contents.blocks.size();
@@ -185,12 +185,11 @@ class FilesStep : public Step {
 
   /// @throws std::runtime_error if the file's settings differ.
   void checkFitsCurrent(const MapContents& contents) const {
-    checkFits(contents, params_,
+    checkFits(contents, host_.map.settings(),
               "call clear_map first: an empty map adopts the settings of the file");
   }
 
   const Host& host_;
-  MapperParams params_;             ///< Settings of the current map.
   std::mutex mutex_;                ///< Held while a file is written or read.
   uint64_t turn_ = 0;               ///< Number of the call that holds the mutex.
   std::atomic<uint64_t> calls_{0};  ///< Number of the newest call; it waits if larger than turn_.

@@ -10,6 +10,7 @@
 #include "ros/common/requests.h"
 #include "ros/common/status_fields.h"
 #include "ros/input/conversions.h"
+#include "ros/steps/live_map.h"
 #include "ros/steps/map_frame.h"
 #include "ros/steps/step.h"
 
@@ -21,7 +22,6 @@ class JournalStep : public Step {
   /// @throws std::runtime_error as JournalWriter does.
   explicit JournalStep(const Host& host)
       : host_(host),
-        params_(host.params.mapper),
         writer_({expandHome(host.params.journal_folder, "journal/folder"),
                  static_cast<uint64_t>(host.params.journal_max_gb * 1e9)}) {
     begin(nullptr);
@@ -46,8 +46,7 @@ class JournalStep : public Step {
   void regionCleared(const Region& region) override { writer_.add(region); }
 
   /// A loaded or emptied map begins a new journal; a corrected map does not.
-  void replaced(const MapContents* loaded, const std::shared_ptr<const MapChunks>& file) override {
-    if (loaded != nullptr) params_ = withSettingsOf(*loaded, params_);
+  void replaced(const MapContents*, const std::shared_ptr<const MapChunks>& file) override {
     begin(file);
   }
 
@@ -64,7 +63,7 @@ class JournalStep : public Step {
 
  private:
   void begin(std::shared_ptr<const MapChunks> map) {
-    ParamTree settings = toTree(params_);
+    ParamTree settings = toTree(host_.map.settings());
     // The backend and the number of threads do not affect the map.
     for (const char* key : {"backend", "threads"}) settings.erase(key);
     const NodeParams& node = host_.params;
@@ -74,7 +73,6 @@ class JournalStep : public Step {
   }
 
   const Host& host_;
-  MapperParams params_;                     ///< Settings of the current map.
   std::optional<Eigen::Isometry3d> level_;  ///< Levelling transform last written to the journal.
   JournalWriter writer_;
 };

@@ -113,6 +113,7 @@ class LiveMap {
           SteadyClock clock = std::chrono::steady_clock::now)
       : mapper_(std::move(mapper)),
         params_(params),
+        settings_(params.mapper),
         frames_(frames),
         frame_(frame),
         mesh_changes_(mesh_changes),
@@ -137,6 +138,8 @@ class LiveMap {
   }
 
   Mapper& mapper() { return *mapper_; }
+  /// Settings of the current map; only replace() changes them.
+  const MapperParams& settings() const { return settings_; }
 
   /// What a map file stores in addition to the mapper's data.
   MapOrigin origin(const std::string& map_frame = std::string()) const {
@@ -207,17 +210,18 @@ class LiveMap {
 
   /// Continues with a loaded map in a new mapper, even after a failure; the whole mesh is
   /// extracted again. @return the previous mapper.
-  std::unique_ptr<Mapper> replace(std::unique_ptr<Mapper> mapper, float voxel_size_m,
+  std::unique_ptr<Mapper> replace(std::unique_ptr<Mapper> mapper, const MapperParams& settings,
                                   const std::string& path, const MapContents& loaded,
                                   const std::shared_ptr<const MapChunks>& file = nullptr) {
     mapper_.swap(mapper);
+    settings_ = settings;
     loaded_stamp_s_ = loaded.stamp_s;
     fused_since_mesh_ = true;
-    mesh_changes_.clear(voxel_size_m);
+    mesh_changes_.clear(settings.map.voxel_size_m);
     startOver(&loaded, file);
     const std::lock_guard<std::mutex> lock(report_mutex_);
     report_.loaded_map = printableMessage(path);
-    report_.voxel_size_m = voxel_size_m;
+    report_.voxel_size_m = settings.map.voxel_size_m;
     return mapper;
   }
 
@@ -439,6 +443,7 @@ class LiveMap {
 
   std::unique_ptr<Mapper> mapper_;
   const NodeParams& params_;
+  MapperParams settings_;
   FrameQueue& frames_;
   const MapFrame& frame_;
   MeshQueue& mesh_changes_;

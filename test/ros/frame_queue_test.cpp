@@ -30,10 +30,9 @@ class FrameQueueTest : public testing::Test {
     queue_ = std::make_unique<FrameQueue>(
         limits.images, limits.bytes, limits.merge_wait_s, [] {}, clock_.reader());
     for (int i = 0; i < cameras; ++i) {
-      const std::string name(1, static_cast<char>('a' + i));
-      queue_->addStream(name, false, "there is none", no_mask, accounting_[i]);
+      queue_->addStream(false, "there is none", no_mask, accounting_[i]);
     }
-    colour_ = queue_->addStream("", true, "", std::nullopt, accounting_[cameras]);
+    colour_ = queue_->addStream(true, "", std::nullopt, accounting_[cameras]);
   }
 
   void image(double stamp_s, size_t stream = 0) {

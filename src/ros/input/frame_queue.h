@@ -52,7 +52,7 @@ struct PosedFrame {
 };
 
 /// A stream consists of the depth or the colour images of one camera. Frames of all streams are
-/// ordered by stamp, then depth before colour, then by name. A frame is incomplete until all
+/// ordered by stamp, then depth before colour, then by stream. A frame is incomplete until all
 /// messages with its stamp have arrived, then whole until its pose is known, then posed until its
 /// turn. Its turn comes when no other stream can deliver an earlier frame, or after `merge_wait_s`.
 ///
@@ -75,17 +75,15 @@ class FrameQueue {
         on_ready_(std::move(on_ready)),
         clock_(std::move(clock)) {}
 
-  /// @param name Orders frames with the same stamp.
   /// @param is_colour Frames of other streams wait for a colour stream only after its first posed
   /// frame, since colour may never arrive. Late colour frames are accepted.
   /// @param no_info Text for an image that has no camera_info.
   /// @param no_mask Text for an image that has no mask; none if masks are not used.
   /// @param accounting Must outlive the queue.
-  Stream addStream(std::string name, bool is_colour, std::string no_info,
-                   std::optional<std::string> no_mask, FrameAccounting& accounting) {
+  Stream addStream(bool is_colour, std::string no_info, std::optional<std::string> no_mask,
+                   FrameAccounting& accounting) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    streams_.push_back(
-        {std::move(name), is_colour, std::move(no_info), std::move(no_mask), &accounting});
+    streams_.push_back({is_colour, std::move(no_info), std::move(no_mask), &accounting});
     return streams_.size() - 1;
   }
 
@@ -253,7 +251,6 @@ class FrameQueue {
   };
   using Entries = std::list<Entry>;  // in the order of their turns
   struct StreamState {
-    std::string name;
     bool is_colour;
     std::string no_info;
     std::optional<std::string> no_mask;
@@ -270,11 +267,10 @@ class FrameQueue {
   };
 
   // Call the functions below with mutex_ held.
-  /// Inserts an entry in order: by stamp, depth before colour, by name, by arrival.
+  /// Inserts an entry in order: by stamp, depth before colour, by stream, by arrival.
   Entries::iterator addEntry(Stream stream, const ros::Time& stamp) {
     const auto orderKey = [this](const Entry& entry) {
-      const StreamState& of = streams_[entry.stream];
-      return std::tie(entry.stamp, of.is_colour, of.name);
+      return std::tie(entry.stamp, streams_[entry.stream].is_colour, entry.stream);
     };
     const Entry added{stream, stamp, ++arrivals_, State::kIncomplete, {}, clock_()};
     return entries_.insert(

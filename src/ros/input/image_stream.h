@@ -63,7 +63,7 @@ class ImageStream {
         accounting_(name + (kind.is_colour && !name.empty() ? ", " : "") +
                     (kind.is_colour ? "colour" : "")),
         stream_(queue.addStream(
-            name, kind.is_colour, noInfoText(info_topic_, params_.latest_camera_info),
+            kind.is_colour, noInfoText(info_topic_, params_.latest_camera_info),
             mask_topic_.empty() ? std::nullopt : std::make_optional(noMaskText(mask_topic_)),
             accounting_)),
         rate_limit_(kind.is_colour ? params.max_colour_rate_hz : 0.0),

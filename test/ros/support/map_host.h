@@ -30,8 +30,8 @@ struct MapHost {
         rates(params),
         map(std::move(mapper), params, queue, frame, mesh_changes, steps, clock.reader()) {
     ros::Time::init();  // needed to throttle warnings
-    queue.addStream("", false, "", std::nullopt, depth);
-    queue.addStream("", true, "", std::nullopt, colour);
+    queue.addStream(false, "", std::nullopt, depth);
+    queue.addStream(true, "", std::nullopt, colour);
   }
 
   void push(FrameQueue::Stream stream, PosedFrame posed) {

@@ -48,15 +48,13 @@ TEST(Clouds, AreReadInEveryLayout) {
   using sensor_msgs::PointField;
   for (const uint8_t datatype : {PointField::FLOAT32, PointField::FLOAT64}) {
     for (const std::string names : {"xyz", "izyx"}) {
-      for (const bool is_bigendian : {false, true}) {
-        CloudImages images("/points");
-        const auto converted =
-            images.convert(cloudOfRoom({datatype, names, 12, is_bigendian}), false, kEnoughBytes);
-        ASSERT_TRUE(std::holds_alternative<CameraImage>(converted));
-        const auto& [image, info, mask] = std::get<CameraImage>(converted);
-        EXPECT_EQ(depthIn(*image), depthOfRoom()) << names << " " << is_bigendian;
-        EXPECT_FALSE(checkDepthImage(*image, *info));
-      }
+      CloudImages images("/points");
+      const auto converted =
+          images.convert(cloudOfRoom({datatype, names, 12}), false, kEnoughBytes);
+      ASSERT_TRUE(std::holds_alternative<CameraImage>(converted));
+      const auto& [image, info, mask] = std::get<CameraImage>(converted);
+      EXPECT_EQ(depthIn(*image), depthOfRoom()) << names;
+      EXPECT_FALSE(checkDepthImage(*image, *info));
     }
   }
 }

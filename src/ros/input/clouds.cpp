@@ -23,17 +23,13 @@ constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
 using Coordinates = std::array<PointField, 3>;
 
-/// Reads a FLOAT32 or FLOAT64 coordinate of a point, in either byte order.
-double coordinateOf(const sensor_msgs::PointCloud2& cloud, const PointField& field,
-                    const uint8_t* point) {
-  constexpr bool kIsBigEndian = __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__;
-  const size_t bytes = field.datatype == PointField::FLOAT64 ? sizeof(double) : sizeof(float);
-  uint8_t value[sizeof(double)];
-  std::copy_n(point + field.offset, bytes, value);
-  if ((cloud.is_bigendian != 0) != kIsBigEndian) std::reverse(value, value + bytes);
+/// Reads a FLOAT32 or FLOAT64 coordinate of a point.
+double coordinateOf(const PointField& field, const uint8_t* point) {
+  const uint8_t* const value = point + field.offset;
   float single = 0.0f;
   double wide = 0.0;
-  if (bytes == sizeof(wide)) return std::memcpy(&wide, value, sizeof(wide)), wide;
+  const bool is_wide = field.datatype == PointField::FLOAT64;
+  if (is_wide) return std::memcpy(&wide, value, sizeof(wide)), wide;
   return std::memcpy(&single, value, sizeof(single)), single;
 }
 
@@ -91,13 +87,12 @@ void readPoints(const sensor_msgs::PointCloud2& cloud, const Coordinates& xyz, u
   for (uint32_t v = 0; v < cloud.height; ++v) {
     const uint8_t* point = &cloud.data[size_t{v} * cloud.row_step];
     for (uint32_t u = 0; u < cloud.width; ++u, point += cloud.point_step, pixel += sizeof(float)) {
-      const double z = coordinateOf(cloud, xyz[2], point);
+      const double z = coordinateOf(xyz[2], point);
       const bool is_measured = std::isfinite(z) && z > 0.0;
       const float depth = is_measured ? static_cast<float>(z) : kNone;
       std::memcpy(pixel, &depth, sizeof(depth));
       if (sums == nullptr || !is_measured) continue;
-      const double x = coordinateOf(cloud, xyz[0], point) / z,
-                   y = coordinateOf(cloud, xyz[1], point) / z;
+      const double x = coordinateOf(xyz[0], point) / z, y = coordinateOf(xyz[1], point) / z;
       if (!std::isfinite(x) || !std::isfinite(y)) continue;
       const Eigen::Vector3d along_u(1.0, x, u), along_v(1.0, y, v);
       (*sums)[0] += along_u * along_u.transpose();

@@ -3,7 +3,6 @@
 
 #include <sensor_msgs/PointCloud2.h>
 
-#include <algorithm>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -18,7 +17,6 @@ struct CloudLayout {
   uint8_t datatype = sensor_msgs::PointField::FLOAT32;
   std::string names = "xyz";  ///< Fields in order, after 4 unused bytes.
   uint32_t padding = 4;       ///< Unused bytes after each row.
-  bool is_bigendian = false;
 };
 
 /// Cloud of the points in a depth image in metres. A depth of 0 becomes NaN.
@@ -30,7 +28,6 @@ inline sensor_msgs::PointCloud2 makeCloud(const std_msgs::Header& header, const 
   cloud.header = header;
   cloud.width = static_cast<uint32_t>(width);
   cloud.height = static_cast<uint32_t>(height);
-  cloud.is_bigendian = layout.is_bigendian;
   cloud.point_step = 4;
   for (const char name : layout.names) {
     cloud.fields.emplace_back();
@@ -52,12 +49,9 @@ inline sensor_msgs::PointCloud2 makeCloud(const std_msgs::Header& header, const 
       const auto axis = static_cast<size_t>(field.name[0] - 'x');
       const float single = point[axis > 2 ? 0 : axis];
       const double wide = single;
-      uint8_t value[8];
+      uint8_t* const value = &cloud.data[static_cast<size_t>(v) * cloud.row_step +
+                                         static_cast<size_t>(u) * cloud.point_step + field.offset];
       bytes == 8 ? std::memcpy(value, &wide, 8) : std::memcpy(value, &single, 4);
-      if (layout.is_bigendian) std::reverse(value, value + bytes);
-      std::copy_n(value, bytes,
-                  &cloud.data[static_cast<size_t>(v) * cloud.row_step +
-                              static_cast<size_t>(u) * cloud.point_step + field.offset]);
     }
   }
   return cloud;

@@ -10,19 +10,16 @@
 
 namespace dtsdf {
 
-/// Runs `body`. If it throws, logs the exception with the callback's name. @return true if nothing
-/// was thrown.
+/// Runs `body`. If it throws, logs the exception with the callback's name.
 template <class Body>
-bool guarded(const char* callback, Body&& body) noexcept {
+void guarded(const char* callback, Body&& body) noexcept {
   try {
     body();
-    return true;
   } catch (const std::exception& error) {
     ROS_ERROR_STREAM_NAMED("dtsdf_mapping", callback << ": " << errorText(error));
   } catch (...) {
     ROS_ERROR_STREAM_NAMED("dtsdf_mapping", callback << ": unknown error");
   }
-  return false;
 }
 
 }  // namespace dtsdf

@@ -61,10 +61,7 @@ class CorrectStep : public Step {
 
   /// `journal` must outlive the step; if null, all corrections are refused.
   CorrectStep(const Host& host, JournalWriter* journal)
-      : host_(host),
-        journal_(journal),
-        has_tf_poses_(host.params.poses.mode == PoseMode::kTf),
-        is_on_(journal != nullptr && has_tf_poses_) {}
+      : host_(host), journal_(journal), has_tf_poses_(host.params.poses.mode == PoseMode::kTf) {}
   ~CorrectStep() override { giveUp("the node is shutting down"); }
 
   void advertise(const Handles& handles) override {
@@ -151,7 +148,6 @@ class CorrectStep : public Step {
   }
 
   void fill(MapStatus& status) override {
-    if (!is_on_) return;
     const std::lock_guard<std::mutex> lock(mutex_);
     status.correction_fused = fused_again_;
     status.correction_total = to_fuse_;
@@ -388,7 +384,7 @@ class CorrectStep : public Step {
 
   const Host& host_;
   JournalWriter* const journal_;
-  const bool has_tf_poses_, is_on_;
+  const bool has_tf_poses_;
   std::optional<Request> waiting_, current_;
   std::future<std::unique_ptr<Refusion>> opening_;  ///< Opens the journal for `current_`.
   std::unique_ptr<Refusion> refusion_;

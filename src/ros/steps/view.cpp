@@ -1,8 +1,7 @@
 /// The step that publishes the map as a depth image from the camera's pose, while someone listens.
 #include <cv_bridge/cv_bridge.h>
+#include <image_transport/image_transport.h>
 #include <ros/console.h>
-#include <sensor_msgs/CameraInfo.h>
-#include <sensor_msgs/Image.h>
 #include <sensor_msgs/image_encodings.h>
 
 #include <exception>
@@ -36,9 +35,7 @@ class ViewStep : public Step {
   explicit ViewStep(const Host& host) : host_(host), pace_(kMaxViews_hz) {}
 
   void advertise(const Handles& handles) override {
-    ros::NodeHandle nh = handles.prompt;
-    images_ = nh.advertise<sensor_msgs::Image>("rendered/image", 1);
-    infos_ = nh.advertise<sensor_msgs::CameraInfo>("rendered/camera_info", 1);
+    images_ = image_transport::ImageTransport(handles.prompt).advertiseCamera("rendered/image", 1);
   }
 
   /// Renders the map from the pose of the frame.
@@ -59,8 +56,7 @@ class ViewStep : public Step {
     header.stamp = frame.stamp;
     header.frame_id = frame.frame_id;
     const sensor_msgs::ImagePtr image = imageOf(header, view_);
-    infos_.publish(makeCameraInfo(*image, camera.intrinsics));
-    images_.publish(image);
+    images_.publish(*image, makeCameraInfo(*image, camera.intrinsics));
     pace_.end(begin, kFramesPerView);
   }
 
@@ -68,7 +64,7 @@ class ViewStep : public Step {
   const Host& host_;
   Pace pace_;
   RenderedView view_;
-  ros::Publisher images_, infos_;
+  image_transport::CameraPublisher images_;
 };
 
 }  // namespace

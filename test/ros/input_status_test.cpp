@@ -44,7 +44,6 @@ class InputStatusTest : public testing::Test {
     status_ = MapStatus();
     status_.message = "mapping";
     status_.transform_age_s = -1.0f;
-    status_.transform_restarts = restarts_;
     input_status_.fill(streams_, paused_, at_, now_, status_);
     return status_;
   }
@@ -60,7 +59,6 @@ class InputStatusTest : public testing::Test {
   bool paused_ = false;
   SteadyTime at_;
   ros::Time now_;
-  uint64_t restarts_ = 0;
   InputStatus input_status_{5.0, [] { return published; }};
   MapStatus status_;
 };
@@ -127,13 +125,8 @@ TEST_F(InputStatusTest, ReportsWhatIsMissingStepByStep) {
       "raise poses/sigma_m and poses/sigma_rad");
   depth().warning = "'camera' is not an optical frame";
   expect(MapStatus::WARN, MapStatus::DOUBTFUL_INPUT, "'camera' is not an optical frame");
-  restarts_ = 1;
   depth().warning.clear();
   fuse(1000);
-  expect(MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
-         "no poses were found for images although transforms are received: all transforms were "
-         "discarded, and new ones are collected; look for a publisher with a wrong clock, or two "
-         "publishers of the same frame");
   expect(MapStatus::OK, MapStatus::MAPPING, "mapping");
   paused_ = true;
   drop(drop::kPaused, 100);

@@ -70,8 +70,8 @@ TEST(Status, AFullMapDoesNotHideCurrentProblems) {
   MapStats counts;
   counts.refused_blocks = 7;
   MapStatus status = statusOf(counts);
-  report(status, MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED, "transforms");
-  EXPECT_EQ(status.code, MapStatus::TRANSFORMS_RESTARTED);
+  report(status, MapStatus::WARN, MapStatus::NO_COLOUR, "colour");
+  EXPECT_EQ(status.code, MapStatus::NO_COLOUR);
   report(status, MapStatus::ERROR, MapStatus::SILENT, "silent");
   EXPECT_EQ(status.code, MapStatus::SILENT);
 }

@@ -70,12 +70,6 @@ class InputStatus {
       report(status, MapStatus::OK, MapStatus::TIME_STANDS,
              "mapping; no new images: /clock is not advancing (the bag ended or is paused)");
     }
-    if (std::exchange(restarts_, status.transform_restarts) < status.transform_restarts) {
-      report(status, MapStatus::WARN, MapStatus::TRANSFORMS_RESTARTED,
-             "no poses were found for images although transforms are received: all transforms were "
-             "discarded, and new ones are collected; look for a publisher with a wrong clock, or "
-             "two publishers of the same frame");
-    }
   }
 
  private:
@@ -285,7 +279,6 @@ class InputStatus {
   bool is_time_stopped_ = false;
   double expected_s_ = 0.0;           ///< How long frames have been expected.
   std::deque<TimedReports> history_;  ///< Recent reports, oldest first.
-  uint64_t restarts_ = 0;
 };
 
 }  // namespace dtsdf

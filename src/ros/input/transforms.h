@@ -113,7 +113,8 @@ class Transforms {
     ++restarts_;
     ROS_WARN_STREAM_NAMED("dtsdf_mapping",
                           "no poses are found for images although transforms are received: all "
-                          "transforms are discarded, and new ones are collected");
+                          "transforms are discarded, and new ones are collected; look for a "
+                          "publisher with a wrong clock, or two publishers of the same frame");
     clear();
   }
 

@@ -29,12 +29,13 @@ namespace dtsdf {
 class LevelStep : public Step {
  public:
   LevelStep(const NodeParams& params, const Transforms& transforms, MapFrame& frame)
-      : params_(params), transforms_(transforms), frame_(frame) {
-    frame_.setLevelProblem(isByImu() ? "no IMU message received; remap the topic imu, "
-                                       "or set map/level to floor or none"
-                                     : "looking for the floor in " +
-                                           std::to_string(FloorSearch::kViews) + " images");
-  }
+      : params_(params),
+        transforms_(transforms),
+        frame_(frame),
+        problem_(isByImu() ? "no IMU message received; remap the topic imu, or set map/level to "
+                             "floor or none"
+                           : "looking for the floor in " + std::to_string(FloorSearch::kViews) +
+                                 " images") {}
 
   /// If map/level is imu, subscribes to the IMU until the vertical is known.
   void advertise(const Handles& handles) override {
@@ -65,27 +66,30 @@ class LevelStep : public Step {
     if (isKnown()) return;
     const std::optional<InertialSample> sample = sampleOf(imu);
     if (!sample || imu.header.frame_id.size() > kLongestName) {
-      return frame_.setLevelProblem(
-          "messages on imu have no stamp, no acceleration or too long a frame_id");
+      problem_ = "messages on imu have no stamp, no acceleration or too long a frame_id";
+      return;
     }
     if (const auto up_I = gravity_.add(*sample); up_I && !up_I_) {
       up_I_ = up_I;
       measured_ = imu.header;
     }
     if (!up_I_) {
-      return frame_.setLevelProblem(
-          "the IMU has not been at rest (9.8 m/s^2) for a second; hold it still");
+      problem_ = "the IMU has not been at rest (9.8 m/s^2) for a second; hold it still";
+      return;
     }
     const PoseAnswer answer = transforms_.find(
         frameOfPoses(params_), stripLeadingSlash(measured_.frame_id), measured_.stamp);
     if (answer.T_W_C) return set(levelPose(answer.T_W_C->linear() * *up_I_));
-    frame_.setLevelProblem("IMU: " + answer.text);
+    problem_ = "IMU: " + answer.text;
     // Gives up on this measurement after a while, or if stamps went back: the next measurement may
     // have a transform.
     constexpr double kMaxWait_s = 10.0;
     const double waited_s = std::abs(imu.header.stamp.toSec() - measured_.stamp.toSec());
     if (!answer.may_come || waited_s > kMaxWait_s) up_I_.reset();
   }
+
+  /// Why the vertical is not known yet.
+  const std::string& problem() const { return problem_; }
 
  private:
   bool isByImu() const { return params_.level == LevelChoice::kImu; }
@@ -100,7 +104,7 @@ class LevelStep : public Step {
     if (searches && !isByImu()) findFloor(*depth);
     const std::optional<Eigen::Isometry3d> T_W_M = frame_.level();
     if (searches || !T_W_M) {
-      return Rejection{drop::kNotLevel, "the map is not levelled yet: " + frame_.levelProblem()};
+      return Rejection{drop::kNotLevel, "the map is not levelled yet: " + problem_};
     }
     frame.move(*T_W_M);
     return std::nullopt;
@@ -109,9 +113,9 @@ class LevelStep : public Step {
   void findFloor(const DepthFrame& frame) {
     if (!floor_.add(frame)) return;
     if (floor_.floor()) return set(levelPose(*floor_.floor()));
-    frame_.setLevelProblem(floor_.problem() +
-                           "; hold the camera upright, within 45 degrees, and point it at the "
-                           "floor, or set map/level to imu or none");
+    problem_ = floor_.problem() +
+               "; hold the camera upright, within 45 degrees, and point it at the floor, or set "
+               "map/level to imu or none";
   }
 
   void set(const Eigen::Isometry3d& T_W_M) {
@@ -126,6 +130,7 @@ class LevelStep : public Step {
   const NodeParams& params_;
   const Transforms& transforms_;
   MapFrame& frame_;
+  std::string problem_;  ///< Why the vertical is not known, and what to do.
   FloorSearch floor_;
   StillGravity gravity_;
   std::optional<Eigen::Vector3d> up_I_;  ///< Up in the sensor's frame, until its transform arrives.

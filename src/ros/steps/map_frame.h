@@ -37,17 +37,6 @@ class MapFrame {
   void setLevel(const Eigen::Isometry3d& T_W_M) {
     const std::lock_guard<std::mutex> lock(mutex_);
     T_W_M_ = T_W_M;
-    level_problem_.clear();
-  }
-
-  /// Why the vertical is not known, and what to do.
-  std::string levelProblem() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return level_problem_;
-  }
-  void setLevelProblem(const std::string& text) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    level_problem_ = text;
   }
 
   /// Pose in W of a frame whose pose in M is given.
@@ -55,7 +44,7 @@ class MapFrame {
   Eigen::Isometry3d inMap(const Eigen::Isometry3d& T_M_F) const {
     if (!isLevelled()) return T_M_F;
     if (const auto T_W_M = level()) return *T_W_M * T_M_F;
-    throw std::runtime_error("the map is not levelled yet: " + levelProblem());
+    throw std::runtime_error("the map is not levelled yet; the status says why");
   }
 
   /// Pose of a frame in W at a stamp; stamp 0 means the newest transform. An empty name means W. If
@@ -103,9 +92,8 @@ class MapFrame {
   const NodeParams& params_;
   const Transforms& transforms_;
 
-  mutable std::mutex mutex_;  ///< Guards the members below.
+  mutable std::mutex mutex_;  ///< Guards T_W_M_.
   std::optional<Eigen::Isometry3d> T_W_M_;
-  std::string level_problem_;
 };
 
 }  // namespace dtsdf

@@ -99,9 +99,9 @@ TEST_F(FrameQueueTest, MessagesAreMatchedByStamp) {
 TEST_F(FrameQueueTest, FramesWaitForTheirMasks) {
   make({}, 1, "no mask");
   image(1.0);
-  EXPECT_EQ(queue_->waitingFor(0), "1 image waits: there is none");
+  EXPECT_EQ(queue_->waitingFor(0), "there is none");
   info(1.0);
-  EXPECT_EQ(queue_->waitingFor(0), "1 image waits: no mask");
+  EXPECT_EQ(queue_->waitingFor(0), "no mask");
   EXPECT_FALSE(pose());
   queue_->add(0, {nullptr, nullptr, makeMask(1.0, std::vector<uint8_t>(8, 0))});
   EXPECT_TRUE(pose());
@@ -323,7 +323,7 @@ TEST_F(FrameQueueTest, ImagesBeforeTheFirstCameraInfoWaitForIt) {
   make({});
   for (const double stamp_s : {1.0, 2.0, 3.0}) image(stamp_s);
   EXPECT_GT(queue_->bytes(), 2 * kImageBytes);
-  EXPECT_EQ(queue_->waitingFor(0).find("3 images wait: there is none"), 0u);
+  EXPECT_EQ(queue_->waitingFor(0), "there is none");
   queue_->restart(0, ros::Time(2.0));
   EXPECT_EQ(dropped(drop::kTimeJump), 1u);
   queue_->addToWaiting(0, makeCameraInfo(5.0));

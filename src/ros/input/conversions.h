@@ -11,10 +11,8 @@
 #include <cmath>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "level/still_gravity.h"
-#include "params/printable.h"
 
 namespace dtsdf {
 
@@ -29,16 +27,6 @@ inline ros::Time toTime(double stamp_s) {
 
 /// Maximum length of a frame's name, in bytes, so that a few names cannot fill the memory.
 constexpr size_t kLongestName = 200;
-
-/// Lists up to ten names: "'a', 'b'", or "'a', 'b' and more".
-inline std::string listOfFrames(const std::vector<std::string>& frames) {
-  constexpr size_t kShown = 10;
-  std::string names;
-  for (size_t i = 0; i < std::min(frames.size(), kShown); ++i) {
-    names += (i == 0 ? "'" : "', '") + printable(frames[i]);
-  }
-  return names + (frames.size() > kShown ? "' and more" : "'");
-}
 
 inline Eigen::Vector3d toEigen(const geometry_msgs::Vector3& v) { return {v.x, v.y, v.z}; }
 

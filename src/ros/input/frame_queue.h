@@ -218,14 +218,10 @@ class FrameQueue {
     const std::lock_guard<std::mutex> lock(mutex_);
     const StreamState& state = streams_[stream];
     if (!state.waiting_for.empty()) return state.waiting_for;
-    const auto waits = [&](const Entry& entry) {
+    const auto first = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
       return entry.stream == stream && entry.state == State::kIncomplete && entry.hasImage();
-    };
-    const auto first = std::find_if(entries_.begin(), entries_.end(), waits);
-    if (first == entries_.end()) return "";
-    const size_t images = countOf(waits);
-    return (images == 1 ? "1 image waits: " : std::to_string(images) + " images wait: ") +
-           missingOf(*first)->text;
+    });
+    return first == entries_.end() ? "" : missingOf(*first)->text;
   }
 
  private:

@@ -260,13 +260,10 @@ class InputStatus {
     for (const auto& [topic, type] : topics) {
       const bool is_match = type.find(part_of_type) != std::string::npos &&
                             topic.find(part_of_name) != std::string::npos;
-      if (is_match) names.insert(printable(withoutTransport(topic)));
+      if (is_match) names.insert("'" + printable(withoutTransport(topic)) + "'");
     }
-    std::string text;
-    for (const std::string& name : names) {
-      text += (text.empty() ? "; " + what + " is published on '" : " and '") + name + "'";
-    }
-    return text;
+    if (names.empty()) return "";
+    return "; " + what + " is published on " + joined({names.begin(), names.end()}, " and ");
   }
 
   /// Minimum number of images for reporting the fraction that was dropped.

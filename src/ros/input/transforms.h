@@ -175,8 +175,11 @@ class Transforms {
     std::vector<std::string> frames;
     core_._getFrameStrings(frames);
     std::sort(frames.begin(), frames.end());
+    constexpr size_t kShown = 10;
+    const char* const more = frames.size() > kShown ? "' and more" : "'";
+    frames.resize(std::min(frames.size(), kShown));
     if (!frames.empty()) {
-      return "TF contains " + listOfFrames(frames) +
+      return "TF contains '" + printableMessage(joined(frames, "', '")) + more +
              "; start the publisher that connects the two, or set map_frame to one of these";
     }
     const std::lock_guard<std::mutex> lock(mutex_);

@@ -54,7 +54,7 @@ TEST_F(MeshQueueTest, KeepsOnlyTheNewestMeshPerBlock) {
 
 TEST_F(MeshQueueTest, ClearingDiscardsWaitingChanges) {
   queue_.add(makeUpdate({{0, 0, 0}}, 1), ros::Time(1.0));
-  queue_.clear();
+  queue_.clear(0.02f);
   EXPECT_EQ(wakes_, 2);
   queue_.add(makeUpdate({{7, 0, 0}}, 1), ros::Time(2.0));
   const MeshChanges changes = queue_.take();

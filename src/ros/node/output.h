@@ -88,7 +88,7 @@ class Output {
     MeshChanges changes = queue_.take();
     if (!changes.cleared && !changes.is_whole && changes.blocks.empty()) return;
     PagedMeshes& meshes = mesh_.meshes;
-    if (changes.cleared) meshes.clear(changes.voxel_size_m.value_or(meshes.voxelSize()));
+    if (changes.cleared) meshes.clear(changes.voxel_size_m);
     if (changes.is_whole) changes.blocks = differences(meshes.all(), std::move(changes.blocks));
     for (const SharedBlockMesh& block : changes.blocks) meshes.put(block);
     if (!changes.blocks.empty()) mesh_.stamp = changes.stamp;

@@ -120,7 +120,6 @@ class LiveMap {
         steps_(steps),
         clock_(std::move(clock)) {
     report_.backend = mapper_->backendName();
-    report_.voxel_size_m = params.mapper.map.voxel_size_m;
     updateReport();  // reports the budget before the first frame
   }
 
@@ -217,11 +216,9 @@ class LiveMap {
     settings_ = settings;
     loaded_stamp_s_ = loaded.stamp_s;
     fused_since_mesh_ = true;
-    mesh_changes_.clear(settings.map.voxel_size_m);
     startOver(&loaded, file);
     const std::lock_guard<std::mutex> lock(report_mutex_);
     report_.loaded_map = printableMessage(path);
-    report_.voxel_size_m = settings.map.voxel_size_m;
     return mapper;
   }
 
@@ -245,7 +242,6 @@ class LiveMap {
     mapper_->clear();
     loaded_stamp_s_ = 0.0;
     fused_since_mesh_ = false;
-    mesh_changes_.clear();
     startOver(nullptr, nullptr);
   }
 
@@ -399,6 +395,7 @@ class LiveMap {
 
   /// Resets the state for another map, whose mesh has not been extracted yet.
   void startOver(const MapContents* loaded, const std::shared_ptr<const MapChunks>& file) {
+    mesh_changes_.clear(settings_.map.voxel_size_m);
     is_extracting_ = mesh_is_part_ = false;
     mesh_whole_ = true;
     map_stamp_ = mesh_stamp_ = surfaces_stamp_ = ros::Time();
@@ -427,6 +424,7 @@ class LiveMap {
     report_.code = MapStatus::MAPPING;
     report_.message = "mapping";
     report_.memory.clear();
+    report_.voxel_size_m = settings_.map.voxel_size_m;
     fillStats(stats, report_);
     fillMemory(stats, memory, report_);
     reportBudget(stats, report_);

@@ -8,7 +8,6 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -23,7 +22,7 @@ namespace dtsdf {
 struct MeshChanges {
   bool cleared = false;   ///< Whether all blocks were removed first.
   bool is_whole = false;  ///< Whether `blocks` is the whole mesh; all other blocks were removed.
-  std::optional<float> voxel_size_m;    ///< Voxel size, if the map is new.
+  float voxel_size_m = 0.0f;            ///< Voxel size of the map, if `cleared`.
   std::vector<SharedBlockMesh> blocks;  ///< Replaced blocks, in any order.
   ros::Time stamp;                      ///< Stamp of the newest frame in the mesh; zero if none.
 };
@@ -54,10 +53,10 @@ class MeshQueue {
     });
   }
 
-  /// Removes the whole mesh. Pass the voxel size if a new map begins.
-  void clear(std::optional<float> voxel_size_m = std::nullopt) {
+  /// Removes the whole mesh. A map with this voxel size begins.
+  void clear(float voxel_size_m) {
     change([&] {
-      changes_ = {true, false, voxel_size_m ? voxel_size_m : changes_.voxel_size_m, {}, {}};
+      changes_ = {true, false, voxel_size_m, {}, {}};
       blocks_.clear();
     });
   }

@@ -85,7 +85,7 @@ std::array<double, 4> fitLine(const Eigen::Matrix3d& sums) {
 void readPoints(const sensor_msgs::PointCloud2& cloud, const Coordinates& xyz, uint8_t* pixel,
                 Sums* sums) {
   for (uint32_t v = 0; v < cloud.height; ++v) {
-    const uint8_t* point = &cloud.data[size_t{v} * cloud.row_step];
+    const uint8_t* point = cloud.data.data() + size_t{v} * cloud.row_step;
     for (uint32_t u = 0; u < cloud.width; ++u, point += cloud.point_step, pixel += sizeof(float)) {
       const double z = coordinateOf(xyz[2], point);
       const bool is_measured = std::isfinite(z) && z > 0.0;

@@ -11,18 +11,10 @@ BlockCells::Cell& BlockCells::cellOf(const BlockKey& block) {
   const int32_t number = numbers_.find(packKey(key));
   last_ = number >= 0 ? static_cast<size_t>(number) : cells_.size();
   if (number >= 0) return cells_[last_];
-  Cell cell{key, {}, 0};
-  cell.slots.reserve(1);
-  if (cells_.size() == cells_.capacity()) cells_.reserve(2 * cells_.size() + 1);
   const auto next = static_cast<int32_t>(cells_.size());
   if (groups_) groups_->insert(key, next);
-  try {
-    numbers_.insert(packKey(key), next);
-  } catch (...) {
-    if (groups_) groups_->erase(key, next);
-    throw;
-  }
-  cells_.push_back(std::move(cell));  // cannot throw: memory was reserved
+  numbers_.insert(packKey(key), next);
+  cells_.push_back({key, {}, 0});
   return cells_.back();
 }
 

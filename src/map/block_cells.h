@@ -25,7 +25,6 @@ class BlockCells {
 
   BlockCells() : BlockCells(true) {}
 
-  /// @throws std::bad_alloc without changing anything.
   void insert(const BlockKey& block, int32_t slot);
   void erase(const BlockKey& block, int32_t slot) noexcept;
   void clear();

@@ -52,12 +52,7 @@ void BlockTable::publish() {
     const int32_t slot = unpublished_.back();
     const BlockKey& key = blocks_[static_cast<size_t>(slot)].key;
     cells_.insert(key, slot);
-    try {
-      slots_.insert(packKey(key), slot);
-    } catch (...) {
-      cells_.erase(key, slot);
-      throw;
-    }
+    slots_.insert(packKey(key), slot);
   }
 }
 

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <iterator>
 #include <map>
-#include <new>
 #include <optional>
 #include <set>
 #include <utility>
@@ -19,8 +18,7 @@ class FreeRuns {
   /// @param max_units Maximum length of the file, in units.
   explicit FreeRuns(uint64_t max_units) : max_units_(max_units) {}
 
-  /// Allocates a run. If memory runs out, the rest of a longer free run stays marked as used.
-  /// @return the first unit of the run; none if the file would become too long.
+  /// Allocates a run. @return the first unit of the run; none if the file would become too long.
   std::optional<uint64_t> take(uint64_t units) {
     const auto shortest = by_length_.lower_bound({units, 0});
     if (shortest == by_length_.end()) {
@@ -36,8 +34,7 @@ class FreeRuns {
     return first;
   }
 
-  /// Frees a run. If memory runs out, it stays marked as used until clear(). @pre The run was
-  /// allocated by take().
+  /// Frees a run. @pre It was allocated by take().
   void give(uint64_t first, uint64_t units) noexcept {
     uint64_t begin = first, end = first + units;
     auto after = free_.lower_bound(first);
@@ -57,13 +54,8 @@ class FreeRuns {
       end_ = begin;
       return;
     }
-    try {
-      by_length_.emplace(end - begin, begin);
-      free_.emplace(begin, end - begin);
-    } catch (const std::bad_alloc&) {
-      by_length_.erase({end - begin, begin});
-      in_use_ += end - begin;
-    }
+    by_length_.emplace(end - begin, begin);
+    free_.emplace(begin, end - begin);
   }
 
   void clear() noexcept {
@@ -73,7 +65,6 @@ class FreeRuns {
   }
 
   uint64_t inUse() const { return in_use_; }
-  uint64_t end() const { return end_; }  ///< Length of the file, in units.
   /// Approximate memory in bytes: a free run is a node in each of the two trees.
   size_t bytes() const {
     constexpr size_t kNodeBytes = 4 * sizeof(void*) + 2 * sizeof(uint64_t) + sizeof(size_t);
@@ -89,7 +80,7 @@ class FreeRuns {
   const uint64_t max_units_;
   std::map<uint64_t, uint64_t> free_;  ///< Lengths of free runs by first unit; no two are adjacent.
   std::set<std::pair<uint64_t, uint64_t>> by_length_;  ///< Free runs as (length, first unit).
-  uint64_t end_ = 0, in_use_ = 0;
+  uint64_t end_ = 0, in_use_ = 0;  ///< First unit after the last run; number of units in use.
 };
 
 }  // namespace dtsdf

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <new>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,32 +32,22 @@ class PagedBlocks {
   PagedBlocks(const std::string& folder, uint64_t max_bytes, size_t max_waiting)
       : store_(folder, max_bytes, max_waiting) {}
 
-  /// Adds a block. @return false if the store refused it or memory ran out.
-  bool put(const PagedBlock& block, RecordBytes record) try {
-    if (free_numbers_.empty()) {
-      if (free_numbers_.capacity() <= blocks_.size()) {
-        free_numbers_.reserve(2 * blocks_.size() + 1);  // so that erase() never allocates
-      }
-      blocks_.emplace_back();
-      free_numbers_.push_back(static_cast<int32_t>(blocks_.size() - 1));
-    }
+  /// Adds a block. @return whether the store accepted it.
+  bool put(const PagedBlock& block, RecordBytes record) {
     const auto stored = store_.write(std::move(record));
     if (!stored) return false;
-    const int32_t number = free_numbers_.back();
-    try {
-      enter(block.block.key, number);
-    } catch (const std::bad_alloc&) {
-      store_.erase(*stored);
-      throw;
+    if (free_numbers_.empty()) {
+      free_numbers_.push_back(static_cast<int32_t>(blocks_.size()));
+      blocks_.emplace_back();
     }
+    const int32_t number = free_numbers_.back();
+    free_numbers_.pop_back();
+    cells_.insert(block.block.key, number);
+    index_.insert(packKey(block.block.key), number);
     PagedBlock& put = blocks_[static_cast<size_t>(number)] = block;
     put.record = *stored;
-    free_numbers_.pop_back();
     marked_ += isMarked(block);
     return true;
-  } catch (const std::bad_alloc&) {
-    store_.fail("out of memory");
-    return false;
   }
 
   /// Several threads may call this at once, as long as none of them changes the blocks.
@@ -137,17 +126,6 @@ class PagedBlocks {
   }
 
  private:
-  /// Adds a block to the index. If memory runs out, nothing changes.
-  void enter(const BlockKey& key, int32_t number) {
-    cells_.insert(key, number);
-    try {
-      index_.insert(packKey(key), number);
-    } catch (const std::bad_alloc&) {
-      cells_.erase(key, number);
-      throw;
-    }
-  }
-
   RecordStore store_;
   SlotIndex index_;
   BlockCells cells_;

@@ -1,7 +1,5 @@
 #include "page/paged_values.h"
 
-#include <new>
-
 namespace dtsdf {
 namespace {
 
@@ -23,15 +21,10 @@ PagedValues::PagedValues(const std::string& folder, uint64_t max_file_bytes, siz
 
 std::shared_ptr<PagedValues::Entry> PagedValues::keep(std::shared_ptr<const void> value,
                                                       const ValueKind& kind) {
-  auto entry = std::make_shared<Entry>(shared_from_this());
+  auto entry = std::make_shared<Entry>(shared_from_this(), kind);
   const std::lock_guard<std::mutex> lock(mutex_);
   ++entries_;
-  entry->kind = &kind;
-  entry->place = order_.insert(order_.end(), entry.get());
-  entry->bytes = kind.bytes(value.get());
-  entry->value = std::move(value);
-  bytes_ += entry->bytes;
-  makeRoom();
+  putInMemory(std::move(value), *entry);
   return entry;
 }
 
@@ -42,12 +35,7 @@ std::shared_ptr<const void> PagedValues::get(Entry& entry) {
     return entry.value;
   }
   std::shared_ptr<const void> value = load(entry);
-  if (value == nullptr) return nullptr;
-  entry.place = order_.insert(order_.end(), &entry);
-  entry.bytes = entry.kind->bytes(value.get());
-  entry.value = value;
-  bytes_ += entry.bytes;
-  makeRoom();
+  if (value != nullptr) putInMemory(value, entry);
   return value;
 }
 
@@ -55,18 +43,22 @@ std::shared_ptr<const void> PagedValues::take(Entry& entry) {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::shared_ptr<const void> value = entry.value != nullptr ? entry.value : load(entry);
   if (value == nullptr && !entry.is_lost) store_.countLost();
-  removeFromMemory(entry);
-  removeFromDisk(entry);
-  entry.is_lost = true;
   return value;
 }
 
 void PagedValues::forget(Entry& entry) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (entry.kind == nullptr) return;
   removeFromMemory(entry);
-  removeFromDisk(entry);
+  if (entry.record) store_.erase(*entry.record);
   --entries_;
+}
+
+void PagedValues::putInMemory(std::shared_ptr<const void> value, Entry& entry) {
+  entry.place = order_.insert(order_.end(), &entry);
+  entry.bytes = entry.kind.bytes(value.get());
+  entry.value = std::move(value);
+  bytes_ += entry.bytes;
+  makeRoom();
 }
 
 void PagedValues::removeFromMemory(Entry& entry) {
@@ -74,11 +66,6 @@ void PagedValues::removeFromMemory(Entry& entry) {
   bytes_ -= entry.bytes;
   order_.erase(entry.place);
   entry.value.reset();
-}
-
-void PagedValues::removeFromDisk(Entry& entry) {
-  if (entry.record) store_.erase(*entry.record);
-  entry.record.reset();
 }
 
 /// Reads a value from the disk. @return null if it is lost or cannot be read at the moment.
@@ -90,7 +77,7 @@ std::shared_ptr<const void> PagedValues::load(Entry& entry) {
   store_.noteWait(start);
   entry.is_lost = reading == RecordStore::Reading::kDamaged;
   return reading == RecordStore::Reading::kIntact
-             ? entry.kind->read(
+             ? entry.kind.read(
                    ByteReader(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()))
              : nullptr;
 }
@@ -113,16 +100,13 @@ void PagedValues::makeRoom() {
 }
 
 /// Writes a value to the store, unless it is already there. @return whether it is there now.
-bool PagedValues::writeOut(Entry& entry) try {
+bool PagedValues::writeOut(Entry& entry) {
   if (entry.record) return true;
   const auto out = std::make_shared<ByteWriter>();
-  entry.kind->write(entry.value.get(), *out);
+  entry.kind.write(entry.value.get(), *out);
   const auto* const bytes = reinterpret_cast<const char*>(out->bytes.data());
   entry.record = store_.write({out, {{bytes, out->bytes.size()}}});
   return entry.record.has_value();
-} catch (const std::bad_alloc&) {
-  store_.fail("out of memory");
-  return false;
 }
 
 bool PagedValues::isFull() const {

@@ -56,13 +56,14 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
 
   /// A value in memory, on disk or both.
   struct Entry {
-    explicit Entry(std::shared_ptr<PagedValues> its_pages) : pages(std::move(its_pages)) {}
+    Entry(std::shared_ptr<PagedValues> its_pages, const ValueKind& its_kind)
+        : pages(std::move(its_pages)), kind(its_kind) {}
     ~Entry() { pages->forget(*this); }
     Entry(const Entry&) = delete;
     Entry& operator=(const Entry&) = delete;
 
     const std::shared_ptr<PagedValues> pages;
-    const ValueKind* kind = nullptr;
+    const ValueKind& kind;
     std::shared_ptr<const void> value;  ///< Null if it is only on disk.
     std::list<Entry*>::iterator place;  ///< Its position in order_, if the value is in memory.
     size_t bytes = 0;                   ///< Size of the value, if it is in memory.
@@ -81,7 +82,7 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
   /// read at the moment.
   std::shared_ptr<const void> get(Entry& entry);
 
-  /// Like get(), but removes the value from the entry. A value that cannot be read is lost.
+  /// Like get(), for an entry that is about to be destroyed. A value that cannot be read is lost.
   std::shared_ptr<const void> take(Entry& entry);
 
   /// Whether the disk responded to the last read.
@@ -96,8 +97,8 @@ class PagedValues : public std::enable_shared_from_this<PagedValues> {
 
  private:
   void forget(Entry& entry);
+  void putInMemory(std::shared_ptr<const void> value, Entry& entry);
   void removeFromMemory(Entry& entry);
-  void removeFromDisk(Entry& entry);
   std::shared_ptr<const void> load(Entry& entry);
   void makeRoom();
   bool writeOut(Entry& entry);

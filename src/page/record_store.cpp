@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <new>
 #include <stdexcept>
 #include <system_error>
 #include <thread>
@@ -22,18 +21,15 @@ namespace {
 
 constexpr uint64_t kUnitBytes = StoredRecord::kUnitBytes;
 
-/// The file is truncated once this much is free at its end.
-constexpr uint64_t kShrinkBytes = uint64_t{1} << 20;
-
 /// Number of attempts to read a record, with pauses of 1, 2, 4 and 8 ms, so that a temporary
 /// failure loses nothing. If the disk did not respond to the last read, there is only one attempt.
 constexpr int kTries = 5;
 
 constexpr double kMinWait_ms = 1.0;
 
-/// Maximum duration of a batch. Batches are short, since erase() waits for the batch that contains
-/// its record.
-constexpr std::chrono::milliseconds kMaxBatchTime{1};
+/// The helper stops after the disk refused this many records in a row. It wakes waiting threads
+/// after each group of this many records, since every time costs a context switch.
+constexpr int kGroup = 64;
 
 /// Size of the checksum after each record.
 constexpr size_t kSumBytes = sizeof(uint64_t);
@@ -102,24 +98,18 @@ RecordStore::RecordStore(const std::string& folder, uint64_t max_bytes, size_t m
 
 RecordStore::~RecordStore() {
   clear();
-  helper_.finish();
   close(file_);
 }
 
 std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
   const size_t bytes = record.size();
-  std::map<uint64_t, Waiting> made;  // allocated first, since memory may run out
-  made.emplace(0, Waiting{std::move(record), 0});
   Lock lock(mutex_);
   if (disk_refuses_) startWriting();
-  const auto is_ready = [&] {
+  const auto start = Clock::now();
+  changed_.wait(lock, [&] {
     return disk_refuses_ || waiting_.empty() || waiting_bytes_ + bytes <= max_waiting_;
-  };
-  if (!is_ready()) {
-    const auto start = Clock::now();
-    changed_.wait(lock, is_ready);
-    countWait(start, stats_);
-  }
+  });
+  countWait(start, stats_);
   if (disk_refuses_) return std::nullopt;
   const auto first = runs_.take(unitsOf(bytes));
   if (!first) {
@@ -128,10 +118,7 @@ std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
   }
   const StoredRecord stored{++last_number_, static_cast<uint32_t>(*first),
                             static_cast<uint32_t>(bytes)};
-  auto node = made.extract(made.begin());
-  node.key() = stored.number;
-  node.mapped().offset = stored.offset();
-  waiting_.insert(std::move(node));
+  waiting_.emplace(stored.number, Waiting{std::move(record), stored.offset()});
   waiting_bytes_ += bytes;
   startWriting();
   return stored;
@@ -144,32 +131,29 @@ void RecordStore::startWriting() {
 }
 
 /// Tries to write each waiting record once. Those that the disk refuses are skipped, since it may
-/// accept others; after kWrittenAtOnce refusals in a row, the helper gives up.
+/// accept others; after kGroup in a row, the helper gives up.
 void RecordStore::writeWaiting() {
-  Batch batch;
   std::vector<char> buffer;
   std::string problem;
-  size_t refused = 0;  // in a row
+  int tried = 0, refused = 0;  // in total, and in a row
   Lock lock(mutex_);
-  for (uint64_t tried = 0; !is_clearing_ && refused < kWrittenAtOnce;) {
-    const size_t count = findWaiting(tried, batch);
-    if (count == 0) break;
-    writing_ = batch[count - 1].first;
+  for (auto next = waiting_.begin(); next != waiting_.end() && refused < kGroup;) {
+    const auto& [number, waiting] = *next;
+    writing_ = number;
     lock.unlock();
-    size_t done = 0;
-    const auto start = Clock::now();
-    while (done < count && refused < kWrittenAtOnce && Clock::now() - start < kMaxBatchTime) {
-      auto& [number, waiting] = batch[done++];
-      tried = number;
-      std::string refusal = writeOne(number, *waiting, buffer);
-      refused = refusal.empty() ? 0 : refused + 1;
-      if (refusal.empty()) continue;
-      waiting = nullptr;
-      problem = std::move(refusal);
-    }
+    std::string refusal = writeOne(number, waiting, buffer);
     lock.lock();
     writing_ = 0;
-    forgetWritten(batch, done);
+    if (refusal.empty()) {
+      waiting_bytes_ -= waiting.record.size();
+      next = waiting_.erase(next);
+      refused = 0;
+    } else {
+      problem = std::move(refusal);
+      ++next;
+      ++refused;
+    }
+    if (++tried % kGroup == 0) changed_.notify_all();
   }
   disk_refuses_ = !problem.empty();
   if (disk_refuses_) note(std::move(problem));
@@ -177,35 +161,9 @@ void RecordStore::writeWaiting() {
   changed_.notify_all();
 }
 
-/// Finds the next records to write, starting with the first whose number is above `after`.
-/// @pre The mutex is locked. @return how many were found.
-size_t RecordStore::findWaiting(uint64_t after, Batch& batch) const {
-  size_t count = 0;
-  for (auto next = waiting_.upper_bound(after); next != waiting_.end() && count < batch.size();
-       ++next) {
-    batch[count++] = {next->first, &next->second};
-  }
-  return count;
-}
-
-/// Removes written records from waiting_. @pre The mutex is locked.
-/// @param batch Its pointers are null for records that the disk refused.
-void RecordStore::forgetWritten(const Batch& batch, size_t count) {
-  for (size_t i = 0; i < count; ++i) {
-    const auto& [number, waiting] = batch[i];
-    if (waiting == nullptr) continue;
-    const size_t bytes = waiting->record.size();
-    file_end_ = std::max(file_end_, waiting->offset + bytes + kSumBytes);
-    waiting_bytes_ -= bytes;
-    waiting_.erase(number);
-  }
-  written_ = waiting_.empty() ? last_number_ : waiting_.begin()->first - 1;
-  changed_.notify_all();
-}
-
 /// Writes a record, followed by its checksum. @return the error; empty on success.
 std::string RecordStore::writeOne(uint64_t number, const Waiting& waiting,
-                                  std::vector<char>& buffer) const try {
+                                  std::vector<char>& buffer) const {
   waiting.record.copyTo(buffer);
   const uint64_t sum = XXH3_64bits_withSeed(buffer.data(), buffer.size(), number);
   const char* const sum_bytes = reinterpret_cast<const char*>(&sum);
@@ -216,12 +174,10 @@ std::string RecordStore::writeOne(uint64_t number, const Waiting& waiting,
   const ssize_t done = transferAll(buffer.data(), buffer.size(), waiting.offset, call);
   if (done > 0) return "";
   return "cannot write to map/page_folder '" + folder_ + "': " + textOf(done < 0 ? errno : ENOSPC);
-} catch (const std::bad_alloc&) {
-  return "out of memory";
 }
 
 RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<char>& to) {
-  if (record.number > written_) {
+  {
     const Lock lock(mutex_);
     if (const auto found = waiting_.find(record.number); found != waiting_.end()) {
       found->second.record.copyTo(to);
@@ -272,35 +228,31 @@ void RecordStore::readAhead(const StoredRecord& record) const {
 
 void RecordStore::erase(const StoredRecord& record) noexcept {
   Lock lock(mutex_);
-  changed_.wait(lock,
-                [&] { return record.number > writing_ || waiting_.count(record.number) == 0; });
+  changed_.wait(lock, [&] { return writing_ != record.number; });
   if (const auto found = waiting_.find(record.number); found != waiting_.end()) {
     waiting_bytes_ -= record.bytes;
     waiting_.erase(found);
     changed_.notify_all();
   }
   runs_.give(record.unit, unitsOf(record.bytes));
-  shrink();
+  emptyUnusedFile();
 }
 
 void RecordStore::clear() noexcept {
   Lock lock(mutex_);
-  is_clearing_ = true;
+  waiting_.erase(waiting_.upper_bound(writing_), waiting_.end());  // none are left to write
   changed_.wait(lock, [this] { return !is_writing_; });
-  is_clearing_ = false;
   waiting_.clear();
   waiting_bytes_ = 0;
   disk_refuses_ = false;
   runs_.clear();
-  shrink();
+  emptyUnusedFile();
 }
 
-/// Truncates the file after the last used unit, if that frees more than kShrinkBytes or no unit is
-/// used. If the system refuses, the file keeps its length.
-void RecordStore::shrink() noexcept {
-  const uint64_t end = runs_.end() * kUnitBytes;
-  if (end + (end > 0 ? kShrinkBytes : 0) >= file_end_) return;
-  if (ftruncate(file_, static_cast<off_t>(end)) == 0) file_end_ = end;
+/// Empties the file if no record is left. If the system refuses, the file keeps its length.
+void RecordStore::emptyUnusedFile() noexcept {
+  if (runs_.inUse() > 0) return;
+  [[maybe_unused]] const int refused = ftruncate(file_, 0);
 }
 
 size_t RecordStore::waitingBytes() const {
@@ -312,11 +264,6 @@ size_t RecordStore::waitingBytes() const {
 void RecordStore::note(std::string problem) {
   stats_.problem = std::move(problem);
   ++stats_.failures;
-}
-
-void RecordStore::fail(std::string problem) {
-  const Lock lock(mutex_);
-  note(std::move(problem));
 }
 
 void RecordStore::noteWait(Clock::time_point start) {

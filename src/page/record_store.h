@@ -3,7 +3,6 @@
 /// damaged records.
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -66,7 +65,6 @@ class RecordStore {
   /// a failure is counted, and the next call tries to write it again.
   /// @return none if the disk refuses records and too many bytes are waiting, or if the file is
   /// full.
-  /// @throws std::bad_alloc
   std::optional<StoredRecord> write(RecordBytes record);
   Reading read(const StoredRecord& record, std::vector<char>& to);
 
@@ -81,9 +79,7 @@ class RecordStore {
 
   size_t waitingBytes() const;  ///< Bytes waiting to be written.
 
-  /// Counts a failure that occurred in the caller, or a lost record.
-  void fail(std::string problem);
-  void countLost();
+  void countLost();  ///< Counts a record that its owner gave up.
   /// Counts a wait for the disk since `start`, if it took at least a millisecond.
   void noteWait(std::chrono::steady_clock::time_point start);
   void resetCounts();
@@ -97,37 +93,28 @@ class RecordStore {
     uint64_t offset;
   };
 
-  /// Records are written in batches, since locking the mutex takes as long as writing a record.
-  static constexpr size_t kWrittenAtOnce = 64;
-  using Batch = std::array<std::pair<uint64_t, const Waiting*>, kWrittenAtOnce>;
-
   void startWriting();
   void writeWaiting();
-  size_t findWaiting(uint64_t after, Batch& batch) const;
-  void forgetWritten(const Batch& batch, size_t count);
   std::string writeOne(uint64_t number, const Waiting& waiting, std::vector<char>& buffer) const;
   std::string transfer(const StoredRecord& record, std::vector<char>& to) const;
   void note(std::string problem);
-  void shrink() noexcept;
+  void emptyUnusedFile() noexcept;
 
   const std::string folder_;
   const size_t max_waiting_;
   int file_ = -1;
   std::atomic<bool> disk_responds_{true};
-  std::atomic<uint64_t> written_{0};  ///< Every waiting record has a larger number.
-  mutable std::mutex mutex_;          ///< Guards the members below.
+  mutable std::mutex mutex_;  ///< Guards the members below.
   std::condition_variable changed_;
   FreeRuns runs_;
-  uint64_t file_end_ = 0;
   PageStats stats_;
   uint64_t last_number_ = 0;
   std::map<uint64_t, Waiting> waiting_;  ///< Records waiting to be written, by number.
   size_t waiting_bytes_ = 0;
-  uint64_t writing_ = 0;     ///< Records up to this number are being written; 0 if none are.
-  bool is_writing_ = false;  ///< Whether the helper is writing.
-  /// Whether the helper should stop, and whether its last attempt failed.
-  bool is_clearing_ = false, disk_refuses_ = false;
-  Helper helper_;  ///< Last, so that it ends before the members it uses.
+  uint64_t writing_ = 0;       ///< The record that is being written; 0 if none is.
+  bool is_writing_ = false;    ///< Whether the helper is writing.
+  bool disk_refuses_ = false;  ///< Whether its last attempt failed.
+  Helper helper_;              ///< Last, so that it ends before the members it uses.
 };
 
 }  // namespace dtsdf

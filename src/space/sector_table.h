@@ -28,7 +28,7 @@ class SectorTable {
   /// A sector in its current state. @return null if there is no such sector, or it cannot be read.
   std::shared_ptr<const T> find(PackedKey key) const {
     const auto open = open_.find(key);
-    if (open != open_.end() && open->second != nullptr) return open->second;
+    if (open != open_.end()) return open->second;
     const auto place = sectors_.find(key);
     return place == sectors_.end() ? nullptr : place->second.get();
   }
@@ -36,21 +36,17 @@ class SectorTable {
   /// Opens a sector to change it, and adds it if it is missing. If it cannot be read, T::lost()
   /// replaces it. The reference is valid until close().
   T& open(PackedKey key) {
-    std::shared_ptr<T>& sector = open_[key];
-    if (sector != nullptr) return *sector;
+    if (const auto open = open_.find(key); open != open_.end()) return *open->second;
     const auto place = sectors_.find(key);
-    if (place != sectors_.end()) sector = place->second.take();
-    if (sector == nullptr) {
-      sector = std::make_shared<T>(place == sectors_.end() ? T() : T::lost());
-    }
-    return *sector;
+    auto sector = place == sectors_.end() ? std::make_shared<T>() : place->second.take();
+    if (sector == nullptr) sector = std::make_shared<T>(T::lost());
+    return *open_.emplace(key, std::move(sector)).first->second;
   }
 
   /// Ends a series of changes: closes all open sectors.
   void close() {
     for (auto next = open_.begin(); next != open_.end(); next = open_.erase(next)) {
       const auto& [key, sector] = *next;
-      if (sector == nullptr) continue;  // memory ran out while it was opened
       if (sector->isEmpty()) {
         sectors_.erase(key);
       } else {

@@ -1,4 +1,4 @@
-// Tests that sectors on disk stay intact if reads fail temporarily or memory runs out.
+// Tests that sectors on disk stay intact if reads fail temporarily.
 #include "space/sector_table.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,6 @@
 #include <thread>
 
 #include "space/cell_sector.h"
-#include "support/failing_allocations.h"
 #include "support/temporary_folder.h"
 
 namespace {
@@ -76,31 +75,6 @@ TEST_F(SectorTableTest, ReportsLostSectors) {
   EXPECT_TRUE(table_.open(3).isLost());
   reads_to_fail = 0;
   EXPECT_EQ(pages_->stats().lost, 1u);
-}
-
-TEST_F(SectorTableTest, LosesNothingIfMemoryRunsOut) {
-  bool is_done = false;
-  int failed = 0;
-  for (int round = 0; !is_done; ++round) {
-    // Each number is tried twice, since freeing disk space only sometimes allocates memory.
-    const int allocations = round / 2;
-    for (int i = 0; i < 70; ++i) {  // after a failure, writing is retried only after a while
-      Paged<CellSector>(std::make_shared<CellSector>(), pages_);
-    }
-    ASSERT_NO_FATAL_FAILURE(waitUntilWritten());
-    allocations_left = allocations;
-    try {
-      for (PackedKey key = 0; key < 3; ++key) table_.open(key);
-      table_.close();
-      is_done = allocations_left >= 0;
-    } catch (const std::bad_alloc&) {
-      ++failed;
-    }
-    allocations_left = -1;
-    table_.close();
-    ASSERT_NO_FATAL_FAILURE(expectAll()) << allocations;
-  }
-  EXPECT_GT(failed, 10);
 }
 
 }  // namespace

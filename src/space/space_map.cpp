@@ -138,17 +138,6 @@ void SpaceMap::addFree(const std::vector<CubeMask>& cubes) {
     for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] |= seen.cells.word[i];
   }
   table_.close();
-  if (pages_ != nullptr) recountAfterLoss();
-}
-
-/// Recounts the free cubes if any were lost on disk.
-void SpaceMap::recountAfterLoss() {
-  const uint64_t lost = pages_->stats().lost;
-  if (std::exchange(lost_, lost) == lost) return;
-  free_cubes_ = 0;
-  table_.visit(acceptsAnySector, [&](const Vec3i&, const CubeCells& cells) {
-    free_cubes_ += isEmpty(cells.free) ? 0 : 1;
-  });
 }
 
 /// Resets free cells of a cube to unknown, and removes the cube if it has no known cells left.
@@ -157,7 +146,7 @@ void SpaceMap::forgetFree(const Vec3i& key, const CubeCells& known, const CellMa
   CubeCells& cube = table_.at(key);
   for (int i = 0; i < kWordsPerCube; ++i) cube.free.word[i] &= ~cells.word[i];
   if (isEmpty(cube.free)) {
-    if (free_cubes_ > 0) --free_cubes_;
+    --free_cubes_;
     table_.removeIfEmpty(key);
   }
   table_.close();
@@ -208,7 +197,6 @@ void SpaceMap::clear() {
   distances_.clear();
   free_cubes_ = 0;
   refused_cubes_ = 0;
-  lost_ = 0;
   if (pages_ != nullptr) pages_->resetCounts();
 }
 

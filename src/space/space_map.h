@@ -89,7 +89,6 @@ class SpaceMap : public Space {
  private:
   BlockExtent boundsOfView(const FrameView& frame) const;
   void forgetFree(const Vec3i& key, const CubeCells& known, const CellMask& cells);
-  void recountAfterLoss();
 
   const int32_t cell_log2_;  ///< Log2 of a cell's edge in voxels.
   const double voxel_size_m_;
@@ -97,9 +96,8 @@ class SpaceMap : public Space {
   const size_t free_budget_;
   const SharedPagedValues pages_;  ///< Null if map/page_folder is empty.
   BlockExtent extent_;             ///< The limit of cubesInView().
-  size_t free_cubes_ = 0;          ///< Number of cubes with free cells.
+  size_t free_cubes_ = 0;          ///< Cubes with free cells, including any that were lost on disk.
   uint64_t refused_cubes_ = 0;
-  uint64_t lost_ = 0;  ///< Number of records lost on disk when free_cubes_ was last counted.
   CellTable table_;
   SurfaceCells surfaces_;
   DistanceField distances_;

@@ -232,28 +232,6 @@ TEST_F(PagedSpace, IsPublishedInParts) {
   }
 }
 
-/// Cubes lost on disk no longer count towards the budget.
-TEST_F(PagedSpace, DoesNotCountLostCubes) {
-  MapContents contents = makeMapper(plainParams())->contents();
-  for (int32_t i = 0; i < 70000; ++i) {
-    contents.free_cubes.push_back({{i % 50, i / 50 % 50, i / 2500}, {uint64_t(i) + 1}});
-  }
-  SpaceMap map(pagedParams(plainParams(), 8, folder_.path()), 1);
-  map.restore(contents);
-  const size_t all = map.freeBytes();
-  EXPECT_EQ(all, contents.free_cubes.size() * kFreeCubeBudgetBytes);
-  overwritePages(folder_.path());
-  std::vector<CubeMask> seen;
-  for (int32_t i = 0; i < 13 * 13 * 7; ++i) {
-    seen.push_back({{i % 13 * 4, i / 13 % 13 * 4, i / 169 * 4}, {{~uint64_t{0}}}});
-  }
-  map.addFree(seen);
-  MapContents left;
-  map.copyTo(left);
-  EXPECT_LT(map.freeBytes(), all) << "some cubes should be lost";
-  EXPECT_EQ(map.freeBytes(), left.free_cubes.size() * kFreeCubeBudgetBytes);
-}
-
 /// Cells beyond the budget stay unknown and are counted; surfaces stay known.
 TEST_F(PagedSpace, KeepsSurfacesWhenTheDiskIsFull) {
   MapperParams params = pagedParams(plainParams(), 64, folder_.path());

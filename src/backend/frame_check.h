@@ -31,9 +31,6 @@ void resizeView(const FrameView& frame, bool has_colours, RenderedView& view);
 
 DepthRange depthRangeOf(const DepthFrame& frame, const MapperParams& params);
 
-/// At most this many blocks outside keptBallOf() are dropped per frame, to limit the time it takes.
-constexpr size_t kMaxDroppedBlocks = 4096;
-
 /// The sphere with radius map/keep_radius_m, in voxels. After a frame, blocks entirely outside it
 /// are dropped. @pre map/keep_radius_m is not 0.
 RegionView keptBallOf(const DepthFrame& frame, const MapParams& params);

@@ -23,29 +23,6 @@ IntegrationResult outOfMemoryResult(const BackendError& error) {
                     error.what());
 }
 
-/// Reduces the lists to the kMaxDroppedBlocks farthest blocks. Keys break ties.
-void keepFarthest(const RegionView& kept, const BlockTable& table, std::vector<int32_t>& slots,
-                  std::vector<PackedKey>& on_disk) {
-  std::vector<std::pair<double, PackedKey>> all;  // negative distances, to sort the farthest first
-  const auto add = [&](PackedKey key) {
-    all.emplace_back(-squaredDistance(unpackKey(key), kept.center), key);
-  };
-  for (const int32_t slot : slots) add(packKey(table.block(slot).key));
-  for (const PackedKey key : on_disk) add(key);
-  std::sort(all.begin(), all.end());
-  if (all.size() > kMaxDroppedBlocks) all.resize(kMaxDroppedBlocks);
-  slots.clear();
-  on_disk.clear();
-  for (const auto& [distance, key] : all) {
-    const int32_t slot = table.find(key);
-    if (slot < 0) {
-      on_disk.push_back(key);
-    } else {
-      slots.push_back(slot);
-    }
-  }
-}
-
 /// Maximum number of views in State::changed_in.
 constexpr size_t kMaxViews = 8;
 
@@ -271,16 +248,15 @@ std::vector<int32_t> Engine::releaseUnseen() {
   return table_.releaseVacant(unseen);
 }
 
-/// Drops the farthest blocks beyond the kept radius, in memory or on disk.
+/// Drops the blocks beyond the kept radius, in memory or on disk.
 /// @return slots of the dropped blocks in memory.
 std::vector<int32_t> Engine::dropBeyond() {
   if (!state_.kept) return {};
   const StageTimer timer(profile_, Stage::kClear);
   const RegionView kept = *std::exchange(state_.kept, std::nullopt);
-  std::vector<int32_t> slots = table_.slotsBeyond(kept);
-  std::vector<PackedKey> on_disk = pager_ ? pager_->keysBeyond(kept) : std::vector<PackedKey>();
+  const std::vector<int32_t> slots = table_.slotsBeyond(kept);
+  const auto on_disk = pager_ ? pager_->keysBeyond(kept) : std::vector<PackedKey>();
   if (slots.empty() && on_disk.empty()) return {};
-  keepFarthest(kept, table_, slots, on_disk);
   if (!on_disk.empty()) finishMeshing();
   state_.changed_in.reset();
   backend_->waitForMeshes();

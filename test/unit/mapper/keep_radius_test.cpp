@@ -133,20 +133,6 @@ TEST(KeepRadius, UsesTheCentreGivenByAFrame) {
   EXPECT_EQ(session.mapper().integrate(away.view()).status, FrameStatus::kBadPose);
 }
 
-/// A jump moves more blocks beyond the radius than a single frame may drop.
-TEST(KeepRadius, DropsALimitedNumberOfBlocksPerFrame) {
-  MapperParams settings = params(kKeptRadius_m);
-  settings.map.voxel_size_m = 0.0025f;
-  Session session(settings);
-  session.integrate(lookFrom(0.0, 160));
-  const size_t first = session.mapper().stats().blocks;
-  ASSERT_GT(first, kMaxDroppedBlocks);
-  session.integrate(lookFrom(20.0, 160));
-  EXPECT_EQ(session.mapper().stats().dropped_blocks, kMaxDroppedBlocks);
-  for (int i = 0; i < 5; ++i) session.integrate(lookFrom(20.0, 160));
-  EXPECT_EQ(session.mapper().stats().dropped_blocks, first);
-}
-
 TEST(KeepRadius, RefusedFramesDropNothing) {
   Session session(params(kKeptRadius_m));
   session.integrate(lookFrom(0.0));

@@ -148,7 +148,7 @@ bool Engine::loadForFrame(const FrameView& view, TouchedBlocks& touched,
   requests.erase(std::remove_if(requests.begin(), requests.end(), is_paged), requests.end());
   const PoolSizes lack = table_.countNew(requests);
   touched.new_arrays = lack.arrays;
-  makeRoom(bytesOfNew(lack));
+  makeRoom(MapSize{lack.slots, lack.arrays}.bytes());
   in_view = blocksInView(view);
   return true;
 }
@@ -172,7 +172,9 @@ void Engine::admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view) 
   const Admission admission = table_.allocate(std::move(touched.requests));
   if (pager_ || !traits_.indexes_blocks_itself) table_.publish();
   backend_->follow({admission.changed_slots, false, &admission.new_arrays});
-  if (pager_) pager_->noteNew(admission.changed_slots);
+  for (const int32_t slot : admission.changed_slots) {
+    if (pager_) pager_->touch(slot);
+  }
   state_.refused += admission.refused;
 }
 
@@ -200,12 +202,7 @@ Space* Engine::space() {
 
 /// Applies the last frame's outcome: free cells, empty blocks, and blocks beyond the kept radius.
 void Engine::applyPendingWork() {
-  table_.publish();  // in case an error left blocks unpublished
   std::vector<int32_t> changed = takeOutcome();
-  if (pager_ && state_.kept) {  // now, in case dropBeyond() runs out of memory
-    sortUnique(changed);
-    backend_->follow({changed});
-  }
   const std::vector<int32_t> dropped = dropBeyond();
   changed.insert(changed.end(), dropped.begin(), dropped.end());
   const std::vector<int32_t> released = releaseUnseen();
@@ -238,9 +235,11 @@ std::vector<int32_t> Engine::releaseUnseen() {
   const std::vector<int32_t> unseen = table_.takeUnmeshed();
   if (state_.was_viewed && !unseen.empty()) {
     std::vector<PackedKey> keys;
+    keys.reserve(unseen.size());
     for (const int32_t slot : unseen) keys.push_back(packKey(table_.block(slot).key));
+    keys = blocksAround(std::move(keys));
     std::vector<int32_t> around;
-    for (const PackedKey key : blocksAround(std::move(keys))) {
+    for (const PackedKey key : keys) {
       if (const int32_t slot = table_.find(key); slot >= 0) around.push_back(slot);
     }
     backend_->follow({around, true});
@@ -254,7 +253,7 @@ std::vector<int32_t> Engine::dropBeyond() {
   if (!state_.kept) return {};
   const StageTimer timer(profile_, Stage::kClear);
   const RegionView kept = *std::exchange(state_.kept, std::nullopt);
-  const std::vector<int32_t> slots = table_.slotsBeyond(kept);
+  std::vector<int32_t> slots = table_.slotsBeyond(kept);
   const auto on_disk = pager_ ? pager_->keysBeyond(kept) : std::vector<PackedKey>();
   if (slots.empty() && on_disk.empty()) return {};
   if (!on_disk.empty()) finishMeshing();
@@ -309,10 +308,8 @@ IntegrationResult Engine::paintSurfaces(const ColourFrame& frame) {
   if (pager_) {  // loads blocks that may be visible in the image, and blocks that may hide them
     const StageTimer timer(profile_, Stage::kPaint);
     std::vector<PackedKey> keys = pager_->keysInView(view, radius, paint_settings_.max_depth_m);
-    const std::vector<PackedKey> seen = keys;
-    pager_->trim(keys);
-    require(keys);
-    state_.refused += pager_->countPaged(seen);
+    state_.refused += pager_->trim(keys);
+    state_.refused += require(keys);
     in_view = table_.slotsInView(view, radius);
   }
   SeenColours seen = backend_->findColours(view, minEvidenceNow(), in_view);

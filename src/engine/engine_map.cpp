@@ -56,34 +56,30 @@ void Engine::loadForMesh() {
   std::vector<MarkedKey> marked = pager_->marked(*backend_, false);
   std::vector<PackedKey> around = blocksAround(keysOf(marked));
   if (!pager_->isAnyPaged(around)) return;
-  const size_t beside = state_.vacant.size() * BlockTable::kBlockBytes;
-  bool fits = pager_->fits(around, beside);
-  const bool in_parts = !fits;
+  const bool in_parts = !pager_->fits(around);
   if (in_parts) {
     marked = pager_->marked(*backend_, true);
     sortForTurns(marked, state_.next_turn);
-    size_t count = marked.size();
-    for (; !fits && count > 1; fits = pager_->fits(around, beside)) {
-      count = (count + 1) / 2;
-      const auto end = marked.begin() + static_cast<std::ptrdiff_t>(count);
-      around = blocksAround(keysOf({marked.begin(), end}));
+    while (marked.size() > 1 && !pager_->fits(around)) {
+      const auto rest = marked.begin() + static_cast<std::ptrdiff_t>((marked.size() + 1) / 2);
+      state_.waiting.insert(state_.waiting.begin(), rest, marked.end());
+      marked.erase(rest, marked.end());
+      around = blocksAround(keysOf(marked));
     }
-    state_.waiting.assign(marked.begin() + static_cast<std::ptrdiff_t>(count), marked.end());
     state_.made.is_part = !state_.waiting.empty();
     if (state_.made.is_part) state_.next_turn = state_.waiting.front().first;
-    marked.resize(count);
   }
-  const size_t left = require(around);
-  if (left > 0) {
+  if (const size_t left = require(around); left > 0) {
     state_.refused += left;
     state_.undone.insert(state_.undone.end(), marked.begin(), marked.end());
     // Blocks that stay on disk are marked again only after the last part, like all undone blocks.
     // Otherwise there would never be a last part.
     const auto stays = [this](const MarkedKey& one) { return pager_->isPaged(one.first); };
     marked.erase(std::remove_if(marked.begin(), marked.end(), stays), marked.end());
+    state_.changed_in.reset();
   }
   if (in_parts) pager_->setMarks(*backend_, marked);
-  if (state_.made.is_part || left > 0) state_.changed_in.reset();
+  if (state_.made.is_part) state_.changed_in.reset();
 }
 
 MeshUpdate Engine::finishMeshUpdate() {
@@ -99,18 +95,16 @@ MeshUpdate Engine::finishMeshUpdate() {
   return made;
 }
 
-/// Fetches an extraction, and marks waiting blocks again. After the last part, marks undone blocks,
-/// too, and releases blocks without arrays, as their empty meshes have been delivered.
+/// Fetches an extraction, and marks waiting blocks again. After the last part, marks undone blocks
+/// instead, and releases blocks without arrays, as their empty meshes have been delivered.
 void Engine::finishMeshing() {
   if (!std::exchange(state_.is_meshing, false)) return;
   addMeshes(backend_->finishMesh(), state_.made);
+  auto& to_mark = state_.made.is_part ? state_.waiting : state_.undone;
   if (!state_.made.is_part) {
-    backend_->follow({table_.releaseVacant(state_.vacant)});
-    state_.vacant.clear();
+    backend_->follow({table_.releaseVacant(std::exchange(state_.vacant, {}))});
   }
-  if (!pager_) return;
-  pager_->setMarks(*backend_, std::exchange(state_.waiting, {}));
-  if (!state_.made.is_part) pager_->setMarks(*backend_, std::exchange(state_.undone, {}));
+  if (pager_) pager_->setMarks(*backend_, std::exchange(to_mark, {}));
 }
 
 /// Moves blocks in the background before the next frame. If a GPU lacks the memory to do so, blocks

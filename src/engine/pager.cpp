@@ -33,12 +33,6 @@ constexpr size_t kMaxBytesOfBlock =
     BlockTable::kBlockBytes +
     kDirectionCount * (BlockTable::kArrayBytes + kBricksPerArray * BlockTable::kColourBytes);
 
-size_t bytesInMemory(const MapBlock& block) {
-  return BlockTable::kBlockBytes +
-         static_cast<size_t>(__builtin_popcount(block.directions)) * BlockTable::kArrayBytes +
-         static_cast<size_t>(__builtin_popcountll(block.bricks)) * BlockTable::kColourBytes;
-}
-
 /// Whether a step is a motion that can be extrapolated, rather than a jump of the pose or a switch
 /// to another camera of a rig.
 bool isMotion(const Eigen::Isometry3d& step, double max_depth_m) {
@@ -72,10 +66,6 @@ float depthOf(const FrameView& view, const BlockKey& block) {
 
 }  // namespace
 
-size_t bytesOfNew(const PoolSizes& lack) {
-  return lack.slots * BlockTable::kBlockBytes + lack.arrays * BlockTable::kArrayBytes;
-}
-
 Pager::Pager(const MapperParams& params, const Rules& rules, int threads, BlockTable& table)
     : params_(params),
       fusion_rules_(rules.fusion),
@@ -90,12 +80,16 @@ size_t Pager::bytesOf(PackedKey key) const {
   const int32_t slot = table_.find(key);
   if (slot >= 0) return table_.bytesOf(slot);
   const int32_t number = blocks_.find(key);
-  return number < 0 ? 0 : bytesInMemory(blocks_.block(number).block);
+  if (number < 0) return 0;
+  const MapBlock& block = blocks_.block(number).block;
+  return MapSize{1, static_cast<size_t>(__builtin_popcount(block.directions)),
+                 static_cast<size_t>(__builtin_popcountll(block.bricks))}
+      .bytes();
 }
 
-bool Pager::fits(const std::vector<PackedKey>& keys, size_t other_bytes) const {
-  size_t bytes = other_bytes;
-  if (bytes + keys.size() * kMaxBytesOfBlock <= budget_bytes_) return true;
+bool Pager::fits(const std::vector<PackedKey>& keys) const {
+  if (keys.size() * kMaxBytesOfBlock <= budget_bytes_) return true;
+  size_t bytes = 0;
   for (const PackedKey key : keys) bytes += bytesOf(key);
   return bytes <= budget_bytes_;
 }
@@ -117,13 +111,8 @@ void Pager::touch(int32_t slot) {
   table_.noteNeed(table_.block(slot).key, now_);
 }
 
-void Pager::noteNew(const std::vector<int32_t>& slots) {
-  for (const int32_t slot : slots) touch(slot);
-}
-
 std::vector<int32_t> Pager::numbersOf(const std::vector<PackedKey>& keys) const {
   std::vector<int32_t> numbers;
-  if (isEmpty()) return numbers;
   for (const PackedKey key : keys) {
     if (const int32_t number = blocks_.find(key); number >= 0) numbers.push_back(number);
   }
@@ -131,8 +120,7 @@ std::vector<int32_t> Pager::numbersOf(const std::vector<PackedKey>& keys) const 
 }
 
 bool Pager::isAnyPaged(const std::vector<PackedKey>& keys) const {
-  return !isEmpty() &&
-         std::any_of(keys.begin(), keys.end(), [this](auto key) { return isPaged(key); });
+  return std::any_of(keys.begin(), keys.end(), [this](auto key) { return isPaged(key); });
 }
 
 size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
@@ -145,7 +133,7 @@ size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
   for (size_t first = 0; first < numbers.size();) {
     size_t end = first, bytes = 0;
     for (; end < numbers.size() && (end == first || bytes < batch_bytes_); ++end) {
-      bytes += bytesInMemory(blocks_.block(numbers[end]).block);
+      bytes += bytesOf(blocks_.keyOf(numbers[end]));
     }
     // If the disk is full, reading this batch makes room on it for other blocks.
     if (!makeRoom(backend, bytes) && !hasRoom(0)) break;
@@ -157,7 +145,7 @@ size_t Pager::require(MapBackend& backend, const std::vector<PackedKey>& keys) {
     first = end;
   }
   makeRoom(backend, 0);
-  return countPaged(keys);
+  return numbersOf(keys).size();
 }
 
 bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
@@ -169,8 +157,8 @@ bool Pager::makeRoom(MapBackend& backend, size_t bytes) {
   return exceeds || hasRoom(bytes);
 }
 
-/// Evicts blocks until there is room for `bytes`, no block is left to evict, or several batches
-/// cannot be written. In the last case, nothing is written until now_ reaches no_writes_before_.
+/// Evicts blocks until there is room for `bytes`, no block is left to evict, or a batch cannot be
+/// written. In the last case, nothing is written until now_ reaches no_writes_before_.
 /// @param before Only cells last needed before this value of now_ are evicted.
 void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
   if (now_ < no_writes_before_) return;
@@ -178,12 +166,11 @@ void Pager::evict(MapBackend& backend, size_t bytes, uint64_t before) {
       leastRecentlyNeeded(table_.bytesInUse() + bytes - budget_bytes_, before);
   std::vector<int32_t> batch;
   size_t batch_bytes = 0;
-  int tries = 4;  // a disk that is too full for a large block may have room for smaller ones
   for (const int32_t slot : slots) {
     batch.push_back(slot);
     batch_bytes += table_.bytesOf(slot);
     if (batch_bytes < batch_bytes_ && slot != slots.back()) continue;
-    if (!writeBatch(backend, batch) && --tries == 0) {
+    if (!writeBatch(backend, batch)) {
       no_writes_before_ = now_ + kCallsBetweenTries;
       return;
     }
@@ -223,7 +210,7 @@ std::vector<PackedKey> Pager::neededKeys(MapBackend& backend, const FrameView& v
                                          const TouchedBlocks& touched,
                                          const std::vector<int32_t>& in_view,
                                          uint64_t frame_number) const {
-  const bool moves = !hasRoom(bytesOfNew({touched.requests.size(), touched.new_arrays})) ||
+  const bool moves = !hasRoom(MapSize{touched.requests.size(), touched.new_arrays}.bytes()) ||
                      std::any_of(touched.requests.begin(), touched.requests.end(),
                                  [this](const BlockRequest& one) { return isPaged(one.key); });
   std::vector<PackedKey> others;

@@ -14,9 +14,6 @@
 
 namespace dtsdf {
 
-/// Memory required for this many new blocks and arrays.
-size_t bytesOfNew(const PoolSizes& lack);
-
 /// Adds blocks to a table and its backend, after reserving memory.
 /// @param states The blocks' meshing states; null if the blocks are new. @return the blocks' slots.
 std::vector<int32_t> addContents(const MapContents& contents, const MeshStates* states,
@@ -34,15 +31,14 @@ class Pager {
   bool hasRoom(size_t bytes) const { return table_.bytesInUse() + bytes <= budget_bytes_; }
   /// Size of a block when it is in memory; 0 if it is not in the map.
   size_t bytesOf(PackedKey key) const;
-  /// Whether the blocks of `keys` and `other_bytes` fit into the budget together.
-  bool fits(const std::vector<PackedKey>& keys, size_t other_bytes) const;
+  /// Whether the blocks of `keys` fit into the budget together.
+  bool fits(const std::vector<PackedKey>& keys) const;
   /// Removes keys from the end until the blocks of the rest fit into the budget.
   /// @return the number of keys removed.
   size_t trim(std::vector<PackedKey>& keys) const;
 
   // ---- Required blocks. An extraction in progress must be fetched before blocks move.
 
-  size_t countPaged(const std::vector<PackedKey>& keys) const { return numbersOf(keys).size(); }
   /// Whether any of these blocks is on disk, so that require() would read it.
   bool isAnyPaged(const std::vector<PackedKey>& keys) const;
 
@@ -57,8 +53,8 @@ class Pager {
   /// @return whether there is room for `bytes` now.
   bool makeRoom(MapBackend& backend, size_t bytes);
 
-  /// Keeps new blocks in memory, like those requested by the last require().
-  void noteNew(const std::vector<int32_t>& slots);
+  /// Keeps a block in memory, like those requested by the last require().
+  void touch(int32_t slot);
 
   /// Keys of the blocks that a depth image touches or may clear. Empty if no block has to move,
   /// because all these blocks are in memory and there is room for new blocks.
@@ -117,7 +113,6 @@ class Pager {
 
  private:
   std::vector<int32_t> numbersOf(const std::vector<PackedKey>& keys) const;
-  void touch(int32_t slot);
   void evict(MapBackend& backend, size_t bytes, uint64_t before);
   std::vector<int32_t> leastRecentlyNeeded(size_t bytes, uint64_t before) const;
   bool writeBatch(MapBackend& backend, const std::vector<int32_t>& slots);

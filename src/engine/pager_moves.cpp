@@ -95,29 +95,20 @@ bool Pager::writeBatch(MapBackend& backend, const std::vector<int32_t>& slots) {
   allocateWords(contents);
   backend.copyOut(orderOf(table_, slots), contents, &states);
   Words words(contents, &states);
-  const UnitLabels* labels = words.labels;  // labels of the first block that stays
   std::vector<int32_t> released;
   released.reserve(slots.size());
   for (size_t i = 0; i < slots.size(); ++i) {
-    labels = words.labels;
     const PagedBlock block{contents.blocks[i], table_.block(slots[i]).extractions,
                            states.states[i]};
     if (!blocks_.put(block, words.next(block.block, block.mesh.has_labels, batch))) break;
     released.push_back(slots[i]);
   }
+  const bool are_all_written = released.size() == slots.size();
+  if (!are_all_written) backend.copyIn({{}, {}, slots}, MapContents(), &states);
   for (const int32_t slot : released) table_.release(slot, kAllDirections);
   backend.follow({released});
   written_ += released.size();
-  if (released.size() < slots.size()) {
-    const auto count = static_cast<std::ptrdiff_t>(released.size());
-    MeshStates left;
-    left.states.assign(states.states.begin() + count, states.states.end());
-    const UnitLabels* const end = states.labels.data() + states.labels.size();
-    left.labels = PlainArray<UnitLabels>(static_cast<size_t>(end - labels));
-    std::copy(labels, end, left.labels.data());
-    backend.copyIn({{}, {}, {slots.begin() + count, slots.end()}}, MapContents(), &left);
-  }
-  return released.size() == slots.size();
+  return are_all_written;
 }
 
 /// Loads blocks into memory, and drops damaged blocks from the map. @pre There is room for the
@@ -184,11 +175,10 @@ void Pager::drop(MapBackend& backend, const std::vector<PackedKey>& keys) {
 MeshUpdate Pager::takeDropped() {
   sortUnique(dropped_);
   MeshUpdate update;
-  for (const PackedKey key : dropped_) {
+  for (const PackedKey key : std::exchange(dropped_, {})) {
     update.blocks.emplace_back();
     update.blocks.back().key = unpackKey(key);
   }
-  dropped_.clear();
   return update;
 }
 
@@ -239,41 +229,33 @@ void Pager::addBlocksTo(MapContents& contents) const {
             [](const auto& a, const auto& b) { return packKey(a.key) < packKey(b.key); });
 }
 
-/// Copies kAtOnce blocks at a time; the backend copies the blocks in memory.
 void Pager::copyWords(MapBackend& backend, MapContents& contents) {
-  constexpr size_t kAtOnce = 1024;
-  Words words(contents);
+  std::vector<int32_t> slots;
+  for (const MapBlock& block : contents.blocks) {
+    if (const int32_t slot = table_.find(packKey(block.key)); slot >= 0) slots.push_back(slot);
+  }
+  MapContents in_memory;
+  in_memory.blocks = mapBlocks(table_, slots);
+  allocateWords(in_memory);
+  backend.copyOut(orderOf(table_, slots), in_memory);
+  Words from(in_memory), words(contents);
   std::vector<PackedKey> lost;
   std::vector<char> record;
-  for (size_t first = 0; first < contents.blocks.size(); first += kAtOnce) {
-    const size_t end = std::min(contents.blocks.size(), first + kAtOnce);
-    std::vector<int32_t> slots;
-    for (size_t i = first; i < end; ++i) {
-      const PackedKey key = packKey(contents.blocks[i].key);
-      if (const int32_t slot = table_.find(key); slot >= 0) slots.push_back(slot);
+  for (const MapBlock& block : contents.blocks) {
+    const PackedKey key = packKey(block.key);
+    const int32_t slot = table_.find(key), number = slot < 0 ? blocks_.find(key) : -1;
+    const RecordBytes to = words.next(block, false);
+    if (slot >= 0 && directionsWithArrays(table_.block(slot)) != 0) {
+      from.next(block, false).copyTo(record);
+      fill(to, record.data());
+      continue;
     }
-    MapContents in_memory;
-    in_memory.blocks = mapBlocks(table_, slots);
-    allocateWords(in_memory);
-    backend.copyOut(orderOf(table_, slots), in_memory);
-    Words from(in_memory);
-    for (size_t i = first; i < end; ++i) {
-      const MapBlock& block = contents.blocks[i];
-      const PackedKey key = packKey(block.key);
-      const int32_t slot = table_.find(key), number = slot < 0 ? blocks_.find(key) : -1;
-      const RecordBytes to = words.next(block, false);
-      if (slot >= 0 && directionsWithArrays(table_.block(slot)) != 0) {
-        from.next(block, false).copyTo(record);
-        fill(to, record.data());
-        continue;
-      }
-      const auto reading = number < 0 ? Reading::kDamaged : blocks_.read(number, record);
-      fill(to, reading == Reading::kIntact ? record.data() : nullptr);
-      if (reading == Reading::kUnreadable) {
-        throw std::runtime_error("the map cannot be copied: " + blocks_.store().stats().problem);
-      }
-      if (number >= 0 && reading == Reading::kDamaged) lost.push_back(key);
+    const auto reading = number < 0 ? Reading::kDamaged : blocks_.read(number, record);
+    fill(to, reading == Reading::kIntact ? record.data() : nullptr);
+    if (reading == Reading::kUnreadable) {
+      throw std::runtime_error("the map cannot be copied: " + blocks_.store().stats().problem);
     }
+    if (number >= 0 && reading == Reading::kDamaged) lost.push_back(key);
   }
   drop(backend, lost);
 }

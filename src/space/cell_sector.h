@@ -113,7 +113,7 @@ using CellSectors = Sectors<CellSector>;
 /// overestimated.
 inline std::shared_ptr<const CellSector> surfacesIn(const CellSectors& sectors, PackedKey key) {
   static const auto everywhere = [] {
-    const auto sector = std::make_shared<CellSector>();
+    auto sector = std::make_shared<CellSector>();
     for (int i = 0; i < kCubesPerSector; ++i) sector->make(i).surface = kAllCells;
     return sector;
   }();

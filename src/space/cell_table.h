@@ -55,8 +55,7 @@ class CellTable {
       if (!takes(sector)) continue;
       const std::shared_ptr<const CellSector> cells = sectors_.find(key);
       if (cells == nullptr) continue;
-      const CellSector before = *cells;  // a copy, since visit() may change the sector
-      before.visit(
+      CellSector(*cells).visit(  // a copy, since visit() may change the sector
           [&](int number, const CubeCells& cube) { visit(cubeOfSector(sector, number), cube); });
     }
   }

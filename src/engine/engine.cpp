@@ -100,13 +100,13 @@ IntegrationResult Engine::fuse(const DepthFrame& frame) {
                        ? doubtAbout(frame.intrinsics, frame.width, frame.height)
                        : convention_.doubt();
   const uint64_t refused_before = state_.refused;
-  const bool has_moved_blocks = pager_ && loadForFrame(view, touched, in_view);
+  if (pager_) loadForFrame(view, touched, in_view);
   admit(touched, in_view);
   backend_->castFoldAndClear(state_.frames + 1, in_view);
   table_.publish();  // while a GPU, if used, is busy
   ++state_.frames;
   if (touched.blocks > 0) ++state_.supporting_frames;
-  keep(frame, view, has_moved_blocks);
+  keep(frame, view);
   result.refused_blocks = state_.refused - refused_before;
   return result;
 }
@@ -134,12 +134,12 @@ std::vector<int32_t> Engine::blocksInView(const FrameView& view) const {
 }
 
 /// Loads the blocks that an image needs, and makes room for new blocks. Blocks that stay on disk
-/// count as refused. @return whether blocks had to move.
-bool Engine::loadForFrame(const FrameView& view, TouchedBlocks& touched,
+/// count as refused.
+void Engine::loadForFrame(const FrameView& view, TouchedBlocks& touched,
                           std::vector<int32_t>& in_view) {
   const std::vector<PackedKey> keys =
       pager_->neededKeys(*backend_, view, touched, in_view, state_.frames + 1);
-  if (keys.empty()) return false;
+  if (keys.empty()) return;
   const StageTimer timer(profile_, Stage::kAdmit);
   state_.refused += require(keys);
   // Blocks that stayed on disk must not be created again.
@@ -150,7 +150,6 @@ bool Engine::loadForFrame(const FrameView& view, TouchedBlocks& touched,
   touched.new_arrays = lack.arrays;
   makeRoom(MapSize{lack.slots, lack.arrays}.bytes());
   in_view = blocksInView(view);
-  return true;
 }
 
 /// All memory is reserved before the table changes, so a failure leaves the map unchanged. If the
@@ -180,10 +179,10 @@ void Engine::admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view) 
 
 /// Notes what dropping, paging and meshing need to know about the frame. With a GPU, the frame's
 /// pending work is left until the map is next used, so that this call does not wait for the GPU.
-void Engine::keep(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks) {
+void Engine::keep(const DepthFrame& frame, const FrameView& view) {
   if (params_.map.keep_radius_m > 0.0f) state_.kept = keptBallOf(frame, params_.map);
   if (pager_) {
-    pager_->noteFrame(frame, view, has_moved_blocks);
+    pager_->noteFrame(frame, view);
     auto& views = state_.changed_in;
     if (views && views->size() == kMaxViews) views.reset();
     if (views) views->push_back(view);

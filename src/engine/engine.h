@@ -83,9 +83,9 @@ class Engine : public ProbedMapper {
   IntegrationResult fuse(const DepthFrame& frame);
   std::vector<int32_t> prepareForFrame(const FrameView& view);
   std::vector<int32_t> blocksInView(const FrameView& view) const;
-  bool loadForFrame(const FrameView& view, TouchedBlocks& touched, std::vector<int32_t>& in_view);
+  void loadForFrame(const FrameView& view, TouchedBlocks& touched, std::vector<int32_t>& in_view);
   void admit(TouchedBlocks& touched, const std::vector<int32_t>& in_view);
-  void keep(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks);
+  void keep(const DepthFrame& frame, const FrameView& view);
   void applyPendingWork();
   std::vector<int32_t> takeOutcome();
   std::vector<int32_t> releaseUnseen();

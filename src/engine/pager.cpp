@@ -44,7 +44,7 @@ bool isMotion(const Eigen::Isometry3d& step, double max_depth_m) {
 /// Number of frames for which to read ahead, and the step between the frames considered.
 constexpr int kFramesAhead = 24, kFramesBetween = 3;
 
-/// Blocks are read ahead once in this many frames, and after frames that moved blocks.
+/// Blocks are read ahead once in this many frames.
 constexpr uint64_t kFramesBetweenReads = 3;
 
 /// Distance from the centre of the middle block of a coarse cell (BlockCells) to the cell's
@@ -283,7 +283,7 @@ std::vector<PackedKey> Pager::keysBeyond(const RegionView& kept) const {
       });
 }
 
-void Pager::noteFrame(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks) {
+void Pager::noteFrame(const DepthFrame& frame, const FrameView& view) {
   ++now_;
   const BlockKey origin = blockOfVoxel(view.origin_voxel);
   table_.visitCellsInView(view, kFootRadius, [&](const BlockCells::Cell& cell) {
@@ -292,8 +292,7 @@ void Pager::noteFrame(const DepthFrame& frame, const FrameView& view, bool has_m
     });
     if (seen != cell.slots.end()) table_.noteNeed(table_.block(*seen).key, now_);
   });
-  const bool is_time = has_moved_blocks || ++frames_ % kFramesBetweenReads == 0;
-  if (is_time && T_W_C_before_) {
+  if (++frames_ % kFramesBetweenReads == 0 && T_W_C_before_) {
     const Eigen::Isometry3d motion = T_W_C_before_->inverse() * frame.T_W_C;
     ahead_of_ = frame;
     motion_.reset();
@@ -338,10 +337,10 @@ void Pager::moveBetweenFrames(MapBackend& backend) {
     next_ahead_ = 0;
     blocks_per_frame_ =
         motion_ ? (ahead_.size() + kFramesBetweenReads - 1) / kFramesBetweenReads : 0;
-    kept_since_ = std::exchange(ahead_made_at_, now_);
+    kept_since_ = now_;
   }
   const size_t spare = spareBytes(budget_bytes_);
-  if (!hasRoom(spare)) evict(backend, spare, kept_since_ == 0 ? now_ : kept_since_);
+  if (!hasRoom(spare)) evict(backend, spare, kept_since_);
   const size_t end = std::min(ahead_.size(), next_ahead_ + blocks_per_frame_);
   if (next_ahead_ == end) return;
   const auto at = [this](size_t i) { return ahead_.begin() + static_cast<std::ptrdiff_t>(i); };
@@ -360,7 +359,7 @@ void Pager::clear() {
   ahead_.clear();
   dropped_.clear();
   next_ahead_ = blocks_per_frame_ = 0;
-  kept_since_ = ahead_made_at_ = no_writes_before_ = 0;
+  kept_since_ = no_writes_before_ = 0;
   frames_ = written_ = read_ = 0;
 }
 

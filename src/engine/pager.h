@@ -77,7 +77,7 @@ class Pager {
 
   /// Notes that a depth image was fused. Blocks in its view stay in memory, and blocks that will
   /// come into view if the camera's motion continues are read ahead.
-  void noteFrame(const DepthFrame& frame, const FrameView& view, bool has_moved_blocks);
+  void noteFrame(const DepthFrame& frame, const FrameView& view);
 
   /// Called between frames. Loads some of the blocks read ahead, and evicts some blocks that are
   /// out of view, so that frames seldom have to wait for either.
@@ -134,8 +134,7 @@ class Pager {
   std::optional<Eigen::Isometry3d> motion_;  ///< Motion from the previous frame; none after a jump.
   std::vector<PackedKey> ahead_;             ///< Blocks read ahead; those needed first come first.
   size_t next_ahead_ = 0, blocks_per_frame_ = 0;  ///< Next in ahead_; number to load per frame.
-  uint64_t kept_since_ = 0;     ///< Blocks needed since this value of now_ are kept.
-  uint64_t ahead_made_at_ = 0;  ///< Value of now_ when ahead_ was computed.
+  uint64_t kept_since_ = 0;  ///< When ahead_ was computed; blocks needed since then are kept.
   std::vector<PackedKey> dropped_;
   uint64_t frames_ = 0, written_ = 0, read_ = 0;
 };

@@ -178,7 +178,7 @@ std::optional<FloorPlane> fitFloor(const std::vector<FloorView>& views, std::str
   if (!drawn) {
     return without("no lowest plane was found within 45 degrees of the camera's x-z plane");
   }
-  const std::optional<FloorPlane> fit = refine(*drawn, points);
+  std::optional<FloorPlane> fit = refine(*drawn, points);
   const size_t on = fit ? countInliers(*fit, points) : 0;
   const double least = kMinShare * static_cast<double>(points.size());
   if (on < kMinPoints || static_cast<double>(on) < least) {

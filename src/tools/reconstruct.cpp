@@ -33,7 +33,7 @@ namespace {
 /// std::runtime_error if explicitly given settings conflict with the map, or if the map is in a
 /// different frame.
 MapperParams settingsWith(const MapContents& loaded, const RunSettings& settings) {
-  const MapperParams params = withSettingsOf(loaded, settings.params.mapper);
+  MapperParams params = withSettingsOf(loaded, settings.params.mapper);
   ParamTree tree = toTree(params);
   for (auto& [key, value] : tree) {
     const auto given = settings.given.find(key);

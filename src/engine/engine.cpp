@@ -234,7 +234,6 @@ std::vector<int32_t> Engine::releaseUnseen() {
   const std::vector<int32_t> unseen = table_.takeUnmeshed();
   if (state_.was_viewed && !unseen.empty()) {
     std::vector<PackedKey> keys;
-    keys.reserve(unseen.size());
     for (const int32_t slot : unseen) keys.push_back(packKey(table_.block(slot).key));
     keys = blocksAround(std::move(keys));
     std::vector<int32_t> around;

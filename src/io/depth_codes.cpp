@@ -27,7 +27,7 @@ DepthImage readHeader(const PngReader& png, const std::string& name) {
   if (!png.is16BitGrey()) {
     throw std::runtime_error(name + " is not a 16-bit greyscale image, as depth images must be");
   }
-  const DepthImage image{static_cast<int>(png.width()), static_cast<int>(png.height()), {}};
+  DepthImage image{static_cast<int>(png.width()), static_cast<int>(png.height()), {}};
   if (png.height() > kMaxPixels / png.width()) {  // libpng refuses widths of 0
     throw std::runtime_error(name + " has " + inWords(image.width, image.height) +
                              " pixels, but at most " + std::to_string(kMaxPixels) +

@@ -125,7 +125,7 @@ class SectorDistances {
 
   /// Takes the minima over z.
   SectorSquares combinePlanes() {
-    const SectorSquares squares(new uint16_t[kCellsPerSector]);
+    SectorSquares squares(new uint16_t[kCellsPerSector]);
     bool is_any_near = false;
     for (int32_t z = 0; z < kSectorSide; ++z) {
       for (int32_t y = 0; y < kSectorSide; ++y) {

@@ -102,7 +102,8 @@ std::vector<Vec3i> cellsOfMesh(const BlockMesh& mesh, int32_t cell_log2) {
                [&](const Vec3i& cell) {
                  const Vec3i at = cell - kFirst;
                  if (((at.x | at.y | at.z) & ~(kSide - 1)) != 0) return;
-                 is_in.set(static_cast<size_t>(at.x + kSide * (at.y + kSide * at.z)));
+                 const int number = at.x + kSide * (at.y + kSide * at.z);
+                 is_in.set(static_cast<size_t>(number));
                });
   }
   std::vector<Vec3i> cells;
@@ -148,7 +149,7 @@ std::shared_ptr<const std::vector<Vec3i>> SurfaceCells::cellsOf(const BlockKey& 
   return {sector, &cells->second};
 }
 
-void SurfaceCells::replace(const BlockKey& block, std::vector<Vec3i> now, CellTable& cells) {
+void SurfaceCells::replace(const BlockKey& block, const std::vector<Vec3i>& now, CellTable& cells) {
   SurfaceSector& sector = sectors_.open(sectorOf(block));
   const std::vector<Vec3i> before = std::exchange(sector.cells_of_block[packKey(block)], now);
   sector.listed += now.size();

@@ -46,7 +46,7 @@ class SurfaceCells {
   PackedKey sectorOf(const BlockKey& block) const;
   std::shared_ptr<const std::vector<Vec3i>> cellsOf(const BlockKey& block) const;
   bool hasTriangles(const Vec3i& cell) const;
-  void replace(const BlockKey& block, std::vector<Vec3i> now, CellTable& cells);
+  void replace(const BlockKey& block, const std::vector<Vec3i>& now, CellTable& cells);
 
   const int32_t cell_log2_;  ///< Log2 of a cell's edge in voxels.
   const int threads_;

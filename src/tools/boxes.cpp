@@ -192,7 +192,6 @@ std::vector<BlockKey> sampleBlocks(RunOptions options, const RunSettings& settin
     }
   }
   std::vector<BlockKey> blocks;
-  blocks.reserve(keys.size());
   for (const PackedKey key : keys) blocks.push_back(unpackKey(key));
   return blocks;
 }

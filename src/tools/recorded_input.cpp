@@ -198,7 +198,7 @@ std::optional<Eigen::Isometry3d> detectLevel(const RunOptions& options,
 }
 
 std::optional<Eigen::Isometry3d> findLevel(const RunOptions& options, const RunSettings& settings) {
-  const std::optional<Eigen::Isometry3d> T_W_M = detectLevel(options, settings);
+  std::optional<Eigen::Isometry3d> T_W_M = detectLevel(options, settings);
   if (T_W_M) std::printf("levelled: %s\n", describeLevel(*T_W_M).c_str());
   return T_W_M;
 }

@@ -73,10 +73,10 @@ TEST_P(Change, RemovedObjectsVanish) {
         << "memory_frames " << memory_frames << ", min_support " << min_support
         << ", frames in view " << seen;
   };
-  for (const int seen : {2, 60}) check(8, 2, seen, 12);
-  check(8, 1, 60, 12);
-  check(19, 2, 60, 28);
-  check(19, 1, 60, 32);
+  for (const int seen : {2, 30}) check(8, 2, seen, 12);
+  check(8, 1, 30, 12);
+  check(19, 2, 30, 28);
+  check(19, 1, 30, 32);
 }
 
 /// Frames that only clear voxels do not raise the required support.

@@ -104,7 +104,7 @@ TEST(KeepRadius, BoundsMemoryOnLongFlights) {
     settings.map.max_memory_mb = 3;
     Session session(settings);
     size_t most = 0;
-    for (int i = 0; i < 300; ++i) {
+    for (int i = 0; i < 200; ++i) {
       session.integrate(lookFrom(0.4 * i, 40));
       if (i < meshed_frames) session.updateMesh();
       most = std::max(most, session.mapper().stats().map_bytes);

@@ -35,7 +35,7 @@ TEST(NoisyWall, AveragesToOneSurface) {
   constexpr float kVoxel_m = 0.005f, kNoise = 0.006f;
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(0.2, -0.3, 1.0).normalized()});
-  const std::vector<SceneFrame> frames = noisyFrames(scene, {0.0, 0.0, 1.0}, 30, kNoise);
+  const std::vector<SceneFrame> frames = noisyFrames(scene, {0.0, 0.0, 1.0}, 15, kNoise);
   const Mesh mesh =
       reconstruct(makeCpuParams(FusionMode::kNormalRayCasting, true, kVoxel_m), frames);
   const SurfaceError found = measureError(mesh, scene);
@@ -50,7 +50,7 @@ TEST(NoisyWall, KeepsAnEdgeInPlace) {
   Scene scene;
   scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(0.8, 0.1, 1.0).normalized()});
   scene.add(Plane{Vector3d(0.0, 0.0, 0.0), Vector3d(-0.8, 0.1, 1.0).normalized()});
-  const std::vector<SceneFrame> frames = noisyFrames(scene, {0.0, 0.0, 4.0}, 60, 0.003f);
+  const std::vector<SceneFrame> frames = noisyFrames(scene, {0.0, 0.0, 4.0}, 20, 0.003f);
   const Mesh mesh = reconstruct(makeCpuParams(), frames);
   const SurfaceError found = measureError(mesh, scene);
   EXPECT_GT(found.vertices, 10000u);

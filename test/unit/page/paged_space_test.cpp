@@ -136,7 +136,7 @@ class PagedSpace : public testing::Test {
 TEST_F(PagedSpace, EqualsUnpagedSpace) {
   Walk whole(plainParams());
   ASSERT_NO_FATAL_FAILURE(whole.go());
-  for (const int budget_mb : {8, 4, 2}) {
+  for (const int budget_mb : {8, 2}) {
     SCOPED_TRACE(budget_mb);
     Walk near(pagedParams(plainParams(), budget_mb, folder_ / "pages"));
     ASSERT_NO_FATAL_FAILURE(near.go());

@@ -302,14 +302,14 @@ TEST_F(ReconstructProgram, RefinesAndTracksPoses) {
 TEST_F(ReconstructProgram, LocalisesInALoadedMap) {
   TemporaryFolder room, later;
   const Scene scene = roomWithFurniture();
-  writeSceneRecording(room.path(), scene, viewsAround(), 320, 240);
+  writeSceneRecording(room.path(), scene, viewsAround(), 160, 120);
   const std::string map = out_ / "room.dtsdf";
   const std::string settings =
       " --backend cpu --set map/voxel_size_m=0.04 --trajectory " + (out_ / "poses.txt");
   ASSERT_EQ(run("--tum " + room.path() + settings + " --poses-mode tf --save-map " + map).exit_code,
             0);
   const Eigen::Isometry3d truth = cameraTowards({-0.5, 0.4, 1.4}, -0.3);
-  writeSceneRecording(later.path(), scene, std::vector<Eigen::Isometry3d>(4, truth), 320, 240);
+  writeSceneRecording(later.path(), scene, std::vector<Eigen::Isometry3d>(4, truth), 160, 120);
   std::filesystem::remove(later / "groundtruth.txt");
   const Outcome outcome = run("--tum " + later.path() + settings + " --poses-mode track" +
                               " --load-map " + map + " --mesh " + (out_ / "mesh.ply"));

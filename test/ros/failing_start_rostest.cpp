@@ -57,11 +57,14 @@ TEST_P(FailingStart, IgnoresParametersOfRos) {
   ros::param::set("/fine/image_transport", "raw");
   ros::param::set("/fine/diagnostic_period", 1.0);
   ros::param::set("/fine/compressedDepth/depth_max", 10.0);
+  // set by plugins that publish rendered/image
+  ros::param::set("/fine/rendered/image/compressed/jpeg_quality", 80);
   ros::param::set("/fine/map/voxel_size_m", 1);  // an integer is accepted for a float
   ros::param::set("/fine/map/max_memory_mb", 1.5);
   const Outcome outcome = start("fine");
   EXPECT_NE(outcome.output.find("map/max_memory_mb"), std::string::npos) << outcome.output;
-  for (const char* key : {"image_transport", "diagnostic_period", "depth_max", "voxel_size_m"}) {
+  for (const char* key :
+       {"image_transport", "diagnostic_period", "depth_max", "jpeg_quality", "voxel_size_m"}) {
     EXPECT_EQ(outcome.output.find(std::string(key) + " ="), std::string::npos) << outcome.output;
   }
   ros::param::del("/fine");

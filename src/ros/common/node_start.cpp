@@ -19,8 +19,9 @@ namespace {
 /// nodelet manager.
 bool belongsToRos(const std::string& key) {
   const std::string name = key.substr(0, key.find('/'));
-  for (const char* of_ros : {"image_transport", "color_image_transport", "diagnostic_period",
-                             "num_worker_threads", "compressed", "compressedDepth", "theora"}) {
+  for (const char* of_ros :
+       {"image_transport", "color_image_transport", "diagnostic_period", "num_worker_threads",
+        "compressed", "compressedDepth", "theora", "rendered"}) {
     if (name == of_ros) return true;
   }
   return false;

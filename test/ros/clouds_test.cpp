@@ -87,6 +87,9 @@ TEST(Clouds, AreRefusedIfUnusable) {
   EXPECT_EQ(rejectionReason(cloudOfRoom({sensor_msgs::PointField::FLOAT32, "xyi"})),
             drop::kBadEncoding);
   cloud = cloudOfRoom();
+  cloud.is_bigendian = 1;
+  EXPECT_EQ(rejectionReason(cloud), drop::kBadEncoding);
+  cloud = cloudOfRoom();
   cloud.fields[2].offset = 0xfffffffe;
   EXPECT_EQ(rejectionReason(cloud), drop::kBadEncoding);
   for (uint32_t sensor_msgs::PointCloud2::*const member :

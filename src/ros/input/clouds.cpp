@@ -34,6 +34,9 @@ double coordinateOf(const PointField& field, const uint8_t* point) {
 }
 
 std::optional<Rejection> findCoordinates(const sensor_msgs::PointCloud2& cloud, Coordinates& xyz) {
+  if (cloud.is_bigendian != 0) {
+    return Rejection{drop::kBadEncoding, "big-endian clouds are not supported"};
+  }
   for (size_t i = 0; i < xyz.size(); ++i) {
     const std::string name(1, "xyz"[i]);
     const auto field = std::find_if(cloud.fields.begin(), cloud.fields.end(),

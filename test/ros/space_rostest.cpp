@@ -244,6 +244,12 @@ TEST_F(SpaceTest, AGridCanBeQueried) {
   EXPECT_FALSE(std::isnan(answer.distances[8])) << "the cleared sphere should count as free";
   EXPECT_NEAR(queryUpToDate(points).distances[0], 0.22, kCell_m);
 
+  request.cleared_boxes.resize(1000);
+  ASSERT_TRUE(callService("/mapping/get_distance_grid", call));
+  EXPECT_FALSE(answer.success);
+  EXPECT_NE(answer.message.find("at most 1000"), std::string::npos) << answer.message;
+
+  request.cleared_boxes.clear();
   request.resolution = 0.001;
   ASSERT_TRUE(callService("/mapping/get_distance_grid", call));
   EXPECT_FALSE(answer.success);

@@ -156,6 +156,11 @@ class SpaceStep : public Step {
 
   void answerGrid(const dtsdf_mapping::GetDistanceGrid::Request& request,
                   dtsdf_mapping::GetDistanceGrid::Response& response) const {
+    // More shapes could take minutes, and shutting down waits for them.
+    constexpr size_t kMaxShapes = 1000;
+    if (request.cleared_boxes.size() + request.cleared_spheres.size() > kMaxShapes) {
+      throw std::runtime_error(formatted("at most %zu shapes can be cleared per call", kMaxShapes));
+    }
     const Eigen::Isometry3d T_W_F = host_.frame.find(request.header.frame_id, request.header.stamp);
     const auto box = readBox(request.box, T_W_F);
     if (!box) throw std::runtime_error("the box has no size; set box.size, in metres");

@@ -104,7 +104,7 @@ TEST_F(Cameras, FramesAreFusedInStampOrder) {
   std::vector<SentFrame> in_order;
   for (int i = 0; i < kFramesEach; ++i) {
     const ros::Time stamp = start + ros::Duration(0.1 * i);
-    // Every third pair has equal stamps: the camera whose name sorts first is then fused first.
+    // Every third pair has equal stamps: the first of `cameras` is then fused first.
     const ros::Time rear_stamp = i % 3 == 0 ? stamp : stamp + ros::Duration(0.04);
     in_order.push_back(makeFrame("front", stamp, 0.3 * i));
     in_order.push_back(makeFrame("rear", rear_stamp, 3.0 + 0.3 * i));

@@ -67,7 +67,7 @@ ParamTree readParamServer(const ros::NodeHandle& private_nh,
 int runNode(int argc, char** argv, const std::string& node_name, const std::string& usage,
             const ParamTree& defaults,
             const std::function<void(const ros::NodeHandle&, const ros::NodeHandle&)>& run) {
-  for (const std::string argument : std::vector<std::string>(argv, argv + argc)) {
+  for (const std::string& argument : std::vector<std::string>(argv, argv + argc)) {
     if (argument == "--help" || argument == "-h") {
       std::printf("%s\nSettings, with their defaults:\n", usage.c_str());
       for (const auto& [key, value] : defaults) {

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <new>
 #include <stdexcept>
 #include <system_error>
 #include <thread>
@@ -144,6 +145,7 @@ void RecordStore::writeWaiting() {
     std::string refusal = writeOne(number, waiting, buffer);
     lock.lock();
     writing_ = 0;
+    tried_.notify_all();
     if (refusal.empty()) {
       waiting_bytes_ -= waiting.record.size();
       next = waiting_.erase(next);
@@ -163,7 +165,7 @@ void RecordStore::writeWaiting() {
 
 /// Writes a record, followed by its checksum. @return the error; empty on success.
 std::string RecordStore::writeOne(uint64_t number, const Waiting& waiting,
-                                  std::vector<char>& buffer) const {
+                                  std::vector<char>& buffer) const try {
   waiting.record.copyTo(buffer);
   const uint64_t sum = XXH3_64bits_withSeed(buffer.data(), buffer.size(), number);
   const char* const sum_bytes = reinterpret_cast<const char*>(&sum);
@@ -174,6 +176,8 @@ std::string RecordStore::writeOne(uint64_t number, const Waiting& waiting,
   const ssize_t done = transferAll(buffer.data(), buffer.size(), waiting.offset, call);
   if (done > 0) return "";
   return "cannot write to map/page_folder '" + folder_ + "': " + textOf(done < 0 ? errno : ENOSPC);
+} catch (const std::bad_alloc&) {  // a helper that ended would be waited for forever
+  return "out of memory";
 }
 
 RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<char>& to) {
@@ -228,7 +232,7 @@ void RecordStore::readAhead(const StoredRecord& record) const {
 
 void RecordStore::erase(const StoredRecord& record) noexcept {
   Lock lock(mutex_);
-  changed_.wait(lock, [&] { return writing_ != record.number; });
+  tried_.wait(lock, [&] { return writing_ != record.number; });
   if (const auto found = waiting_.find(record.number); found != waiting_.end()) {
     waiting_bytes_ -= record.bytes;
     waiting_.erase(found);

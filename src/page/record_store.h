@@ -106,6 +106,7 @@ class RecordStore {
   std::atomic<bool> disk_responds_{true};
   mutable std::mutex mutex_;  ///< Guards the members below.
   std::condition_variable changed_;
+  std::condition_variable tried_;  ///< Notified after each attempt to write a record.
   FreeRuns runs_;
   PageStats stats_;
   uint64_t last_number_ = 0;

@@ -258,8 +258,8 @@ std::vector<int32_t> Engine::dropBeyond() {
   state_.changed_in.reset();
   backend_->waitForMeshes();
   backend_->reserve({0, 0, 0, false, slots.size()});
+  if (!on_disk.empty()) pager_->drop(*backend_, on_disk);  // first, as a GPU may lack memory for it
   for (const int32_t slot : slots) table_.vacate(slot, kAllDirections);
-  if (!on_disk.empty()) pager_->drop(*backend_, on_disk);
   state_.dropped += slots.size() + on_disk.size();
   return slots;
 }

@@ -98,8 +98,9 @@ MeshUpdate Engine::finishMeshUpdate() {
 /// Fetches an extraction, and marks waiting blocks again. After the last part, marks undone blocks
 /// instead, and releases blocks without arrays, as their empty meshes have been delivered.
 void Engine::finishMeshing() {
-  if (!std::exchange(state_.is_meshing, false)) return;
-  addMeshes(backend_->finishMesh(), state_.made);
+  if (!state_.is_meshing) return;
+  addMeshes(backend_->finishMesh(), state_.made);  // can be repeated if a GPU runs out of memory
+  state_.is_meshing = false;
   auto& to_mark = state_.made.is_part ? state_.waiting : state_.undone;
   if (!state_.made.is_part) {
     backend_->follow({table_.releaseVacant(std::exchange(state_.vacant, {}))});

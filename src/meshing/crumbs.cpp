@@ -94,10 +94,12 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
   const float reach = kCrumbReach * voxel, cell_side = 2.0f * reach;
   const Vec3f margin{reach, reach, reach};
   std::unordered_map<PackedKey, std::vector<uint32_t>> pieces_at;  // the pieces near each cell
+  size_t alone = 0;  // pieces that are not yet known to be near a larger one
   for (uint32_t n = 0; n < pieces.size(); ++n) {
     Piece& piece = pieces[n];
     if (piece.vertices[0] < first || piece.vertices[0] >= end) continue;
     piece.low = piece.high = positions[piece.vertices[0] - first_kept];
+    ++alone;
     for (const uint32_t v : piece.vertices) {
       piece.low = minOf(piece.low, positions[v - first_kept] - margin);
       piece.high = maxOf(piece.high, positions[v - first_kept] + margin);
@@ -114,7 +116,7 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
   auto found = pieces_at.find(packKey(cell));
   for (uint32_t i = first_kept; i < outline.end(); ++i) {
     const uint32_t own = piece_of[i - first_kept];
-    if (own == kNoPiece && outline.isUnused(i)) continue;  // not part of the mesh
+    if (own == kNoPiece && (alone == 0 || outline.isUnused(i))) continue;
     const Vec3f& p = positions[i - first_kept];
     const Vec3i next = cellOf(p, cell_side);
     if (next != cell) found = pieces_at.find(packKey(next));  // rare, as neighbours share cells
@@ -127,6 +129,7 @@ void removeCrumbs(Outline& outline, uint32_t first, uint32_t end,
       const float depth = std::min({inside.x, inside.y, inside.z});
       if (own == kNoPiece) {
         piece.is_near_larger = depth >= 0.0f;
+        if (piece.is_near_larger) --alone;
       } else if (depth >= reach - kNextPiece * voxel) {
         piece.next_to.insert(own);
       }

@@ -119,10 +119,11 @@ class HoleCloser {
   /// are not so close along one outline that both might be on the same hole.
   bool isBridge(BridgeEnd& end, BridgeEnd& other) const {
     if (dot(normal(end.vertex), normal(other.vertex)) <= 0.0f) return false;
-    if (isOnHole(end) || isOnHole(other) || outline_.hasEdge(end.vertex, other.vertex))
-      return false;
-    return !leads(end.vertex, other.vertex, kForwards, kMaxEdgesOfHole / 2) &&
-           !leads(end.vertex, other.vertex, kBackwards, kMaxEdgesOfHole / 2);
+    const auto isNear = [&](size_t way) {
+      return leads(end.vertex, other.vertex, way, kMaxEdgesOfHole / 2);
+    };
+    return !isNear(kForwards) && !isNear(kBackwards) &&  // the usual reasons come first
+           !outline_.hasEdge(end.vertex, other.vertex) && !isOnHole(end) && !isOnHole(other);
   }
 
   void consider(BridgeEnd& a, BridgeEnd& b) const {

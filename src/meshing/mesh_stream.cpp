@@ -9,17 +9,24 @@
 namespace dtsdf {
 namespace {
 
-constexpr int kInside = -1;  ///< Marks corners whose edges only one block lists.
+constexpr uint16_t kInside = UINT16_MAX;  ///< Marks edges that only one block lists.
 
-std::array<CornerSource, kGridCorners> cornerSources() {
-  std::array<CornerSource, kGridCorners> sources;
-  for (int corner = 0; corner < kGridCorners; ++corner) {
-    sources[corner] = cornerSource(corner);
-    const Vec3i at = voxelOffset(sources[corner].voxel);
-    if (at.x != 0 && at.y != 0 && at.z != 0) sources[corner].voxel = kInside;
+/// For both facings of each edge, CornerSource::block << 12 | CornerSource::voxel << 3 of its lower
+/// corner.
+std::array<uint16_t, kGridEdges / 2> edgeSources() {
+  std::array<uint16_t, kGridEdges / 2> sources;
+  for (int n = 0; n < kGridEdges / 2; ++n) {
+    const CornerSource corner = cornerSource(n / 3);
+    const Vec3i at = voxelOffset(corner.voxel) + unitStep(n % 3);  // never 0 along the edge
+    const bool is_shared = at.x == 0 || at.y == 0 || at.z == 0;
+    const int source = is_shared ? corner.block << 12 | corner.voxel << 3 : kInside;
+    sources[n] = static_cast<uint16_t>(source);
   }
   return sources;
 }
+
+/// Facings of the edges from a corner: facingStep() of each edge whose index modulo 6 is the index.
+constexpr Vec3f kFacings[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
 
 /// Advances the tables for the current and the next row (or layer) by `steps` rows (or layers).
 void advance(std::array<NumberTable, 2>& tables, int64_t steps) {
@@ -45,7 +52,7 @@ const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
   joined_.faced.resize(block.vertices.size());
   for (size_t i = 0; i < block.vertices.size(); ++i) {
     const uint32_t edge = block.vertices[i].edge;
-    joined_.faced[i] = toFloat(facingSteps(edge));
+    joined_.faced[i] = isMidpoint(edge) ? toFloat(facingSteps(edge)) : kFacings[edge % 6];
     joined_.number[i] = numberOf(edge);
     if (joined_.number[i] != next_) continue;
     joined_.fresh.push_back(static_cast<uint32_t>(i));
@@ -59,25 +66,24 @@ const JoinedBlock& BlockJoiner::add(const BlockMesh& block) {
 /// upper neighbours. Only the owner and its lower neighbours list the edge; neighbours in the layer
 /// below list it only if it is on the lower face.
 uint32_t BlockJoiner::numberOf(uint32_t edge) {
-  static const std::array<CornerSource, kGridCorners> sources = cornerSources();
+  static const std::array<uint16_t, kGridEdges / 2> sources = edgeSources();
   constexpr uint64_t kMidpoint = uint64_t{1} << 63;
-  const auto tableOf = [this](const CornerSource& corner) -> NumberTable& {
-    const bool is_on_lower_face = corner.voxel < kBlockSide * kBlockSide;
-    return is_on_lower_face ? layers_[corner.block >> 2] : rows_[corner.block >> 1 & 1];
+  const auto tableOf = [this](uint16_t source) -> NumberTable& {
+    const bool is_on_lower_face = (source >> 9 & 7) == 0;
+    return is_on_lower_face ? layers_[source >> 14] : rows_[source >> 13 & 1];
   };
   if (isMidpoint(edge)) {
     const int first = midpointFirstEnd(edge), second = midpointSecondEnd(edge);
     const auto [low, high] = std::minmax(number_of_edge_[first], number_of_edge_[second]);
-    const CornerSource ends[] = {sources[edgeCorner(first)], sources[edgeCorner(second)]};
-    const bool is_inside = ends[0].voxel == kInside || ends[1].voxel == kInside;
-    NumberTable& table = is_inside ? inside_ : tableOf(ends[0]);
+    const uint16_t source = sources[first / 2];
+    const bool is_inside = source == kInside || sources[second / 2] == kInside;
+    NumberTable& table = is_inside ? inside_ : tableOf(source);
     return table.findOrAdd(kMidpoint | uint64_t{low} << 32 | high, next_);
   }
-  const CornerSource corner = sources[edgeCorner(static_cast<int>(edge))];
-  if (corner.voxel == kInside) return number_of_edge_[edge] = next_;
-  const uint64_t name =
-      owners_[corner.block] << 12 | static_cast<uint64_t>(corner.voxel) << 3 | edge % 6;
-  return number_of_edge_[edge] = tableOf(corner).findOrAdd(name, next_);
+  const uint16_t source = sources[edge / 2];
+  if (source == kInside) return number_of_edge_[edge] = next_;
+  const uint64_t name = owners_[source >> 12] << 12 | (source & 0xff8u) | edge % 6;
+  return number_of_edge_[edge] = tableOf(source).findOrAdd(name, next_);
 }
 
 Outline::Kind outlineKind(const BlockVertex& vertex) {

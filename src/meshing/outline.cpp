@@ -80,15 +80,14 @@ uint32_t Outline::findFans(const Rim& rim, std::array<Rim::Fan, 2>& fans) const 
   const Link* const end = begin + rim.links;
   uint32_t count = 0;
   for (const Link* link = begin; link != end; ++link) {
-    bool is_first = true;
-    for (const Link* other = begin; other != end; ++other)
-      is_first &= other->previous != link->next;
-    if (!is_first) continue;
+    const Link* before = begin;
+    while (before != end && before->previous != link->next) ++before;
+    if (before != end) continue;
     if (count == 2) return 0;
     uint32_t last = link->previous;
     for (uint32_t steps = 0; steps < rim.links; ++steps) {
-      const auto follows = [&](const Link& other) { return other.next == last; };
-      const Link* const next = std::find_if(begin, end, follows);
+      const Link* next = begin;
+      while (next != end && next->next != last) ++next;
       if (next == end) break;
       last = next->previous;
     }

@@ -11,6 +11,7 @@
 #include "kernels/meshing/refine.h"
 #include "meshing/mesh_stream.h"
 #include "params/text.h"
+#include "threads/parallel.h"
 
 namespace dtsdf {
 namespace {
@@ -22,10 +23,27 @@ constexpr int kMaxLatticeSteps = 65535;
 constexpr size_t kMaxVertices16 = 65536;
 constexpr float kNormalUnits = 32767.0f;
 
-/// Rounds to the nearest whole number, halves away from zero.
+/// Rounds to the nearest whole number, halves away from zero. Adds the float below a half, since
+/// adding a half would round it up to 1.
 int16_t roundToUnits(float units) {
-  const double half = units < 0.0f ? -0.5 : 0.5;
-  return static_cast<int16_t>(static_cast<double>(units) + half);
+  constexpr float kBelowHalf = 0.49999997f;
+  return static_cast<int16_t>(static_cast<int>(units + std::copysign(kBelowHalf, units)));
+}
+
+/// The faces of a cube that a place lies on: bits 2 * axis for coordinate 0, and 2 * axis + 1 for
+/// coordinate `last`.
+int facesAt(const Vec3i& place, int last) {
+  const auto bits = [last](int at) { return (at == 0 ? 1 : 0) | (at == last ? 2 : 0); };
+  return bits(place.x) | bits(place.y) << 2 | bits(place.z) << 4;
+}
+
+/// The faces of a block's grid that contain each edge, for both facings.
+std::array<int8_t, kGridEdges / 2> facesOfEdges() {
+  std::array<int8_t, kGridEdges / 2> faces;
+  for (int n = 0; n < kGridEdges / 2; ++n) {
+    faces[n] = static_cast<int8_t>(facesAt(cornerAt(n / 3), kBlockSide) & ~(3 << n % 3 * 2));
+  }
+  return faces;
 }
 
 /// Joins the blocks of a chunk.
@@ -53,14 +71,15 @@ class ChunkPacker {
   void add(const BlockMesh& block) {
     const JoinedBlock& joined = joiner_.add(block);
     const Vec3i voxel = firstVoxelOfBlock(block.key) - corner_;
+    const int faces = facesAt(voxel, voxels_ - kBlockSide);
     for (const uint32_t i : joined.fresh) {
       const Vec3f& p = block.vertices[i].position;
       mesh_.vertices_m.push_back(
           {stepsOf(voxel.x, p.x), stepsOf(voxel.y, p.y), stepsOf(voxel.z, p.z)});
       mesh_.colours.push_back(block.colours.empty() ? VertexColour{} : block.colours[i]);
-      mesh_.normals.push_back({0.0f, 0.0f, 0.0f});
-      outline_.addVertex(kindOf(block.vertices[i].edge, voxel));
+      outline_.addVertex(kindOf(block.vertices[i].edge, faces));
     }
+    mesh_.normals.resize(mesh_.vertices_m.size());
     for (size_t t = 0; t + 2 < block.triangles.size(); t += 3) {
       const uint16_t* const corner = &block.triangles[t];
       mesh_.triangles.push_back(
@@ -76,15 +95,14 @@ class ChunkPacker {
     const size_t count = mesh_.vertices_m.size();
     chunk_.positions.resize(3 * count);
     chunk_.normals.resize(2 * count);
+    uint16_t* position = chunk_.positions.data();
+    int16_t* normal = chunk_.normals.data();
     for (size_t i = 0; i < count; ++i) {
       // A smoothed outline may bulge out of the chunk, but by less than kVoxelsBeyond.
-      for (int axis = 0; axis < 3; ++axis) {
-        const float steps = component(mesh_.vertices_m[i], axis);
-        chunk_.positions[3 * i + axis] = static_cast<uint16_t>(steps + 0.5f);
-      }
-      const auto [u, v] = packedNormal(mesh_.normals[i]);
-      chunk_.normals[2 * i] = u;
-      chunk_.normals[2 * i + 1] = v;
+      const Vec3f& steps = mesh_.vertices_m[i];
+      for (const float s : {steps.x, steps.y, steps.z})
+        *position++ = static_cast<uint16_t>(s + 0.5f);
+      for (const int16_t component : packedNormal(mesh_.normals[i])) *normal++ = component;
     }
     addColours();
     const auto addTriangles = [this](auto& indices) {
@@ -112,15 +130,11 @@ class ChunkPacker {
   }
 
   /// Vertices on the chunk's faces stay in place, since outlines continue in neighbouring chunks.
-  Outline::Kind kindOf(uint32_t edge, const Vec3i& block) const {
+  /// @param faces The faces of the block that lie on faces of the chunk (see facesAt()).
+  static Outline::Kind kindOf(uint32_t edge, int faces) {
+    static const std::array<int8_t, kGridEdges / 2> faces_of_edges = facesOfEdges();
     if (isMidpoint(edge)) return Outline::Kind::kMiddle;
-    const Vec3i at = block + cornerAt(edgeCorner(static_cast<int>(edge)));
-    const int axis = edgeAxis(static_cast<int>(edge));
-    const auto isOnFace = [&](int across, int place) {
-      return axis != across && (place == 0 || place == voxels_);
-    };
-    const bool is_on_face = isOnFace(0, at.x) || isOnFace(1, at.y) || isOnFace(2, at.z);
-    return is_on_face ? Outline::Kind::kFixed : Outline::Kind::kPlain;
+    return (faces_of_edges[edge / 2] & faces) != 0 ? Outline::Kind::kFixed : Outline::Kind::kPlain;
   }
 
   /// Unpainted vertices get the same colour as in mesh files.
@@ -181,11 +195,22 @@ PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const 
     meshes.push_back(it->second.get());
     vertices += it->second->vertices.size();
     triangles += it->second->triangles.size() / 3;
+    ++it;
   }
   ChunkPacker packer(lattice, corner);
   packer.reserve(vertices, triangles);
   for (const BlockMesh* block : meshes) packer.add(*block);
   return packer.finish();
+}
+
+std::vector<PackedChunk> packChunks(const MeshStore& mesh, const ChunkLattice& lattice,
+                                    const MeshChunks& chunks, const std::vector<PackedKey>& keys,
+                                    int threads) {
+  std::vector<PackedChunk> packed(keys.size());
+  parallelFor(keys.size(), threads, [&](size_t i) {
+    packed[i] = packChunk(mesh, lattice, chunks.cornerOf(keys[i]), chunks.blocksOf(keys[i]));
+  });
+  return packed;
 }
 
 void checkChunk(const PackedChunk& chunk) {

@@ -48,6 +48,11 @@ struct PackedChunk {
 PackedChunk packChunk(const MeshStore& mesh, const ChunkLattice& lattice, const BlockKey& corner,
                       const std::vector<PackedKey>& blocks);
 
+/// Packs several chunks on up to threadCount(threads) threads.
+std::vector<PackedChunk> packChunks(const MeshStore& mesh, const ChunkLattice& lattice,
+                                    const MeshChunks& chunks, const std::vector<PackedKey>& keys,
+                                    int threads);
+
 /// Checks a received chunk: the lengths of its arrays, its indices and its origin. The functions
 /// below rely on these checks. @throws std::runtime_error that says what is wrong.
 void checkChunk(const PackedChunk& chunk);

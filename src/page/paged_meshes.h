@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <map>
 #include <utility>
 #include <vector>
@@ -22,6 +23,16 @@ namespace dtsdf {
 inline size_t bytesOf(const BlockMesh& block) {
   return sizeof(block) + block.vertices.size() * sizeof(BlockVertex) +
          block.triangles.size() * sizeof(uint16_t) + block.colours.size() * sizeof(VertexColour);
+}
+
+/// Whether two block meshes have the same bytes.
+inline bool areSame(const BlockMesh& a, const BlockMesh& b) {
+  const auto isSame = [](const auto& c, const auto& d) {  // no padding, so memcmp is safe
+    return c.size() == d.size() &&
+           (c.empty() || std::memcmp(c.data(), d.data(), c.size() * sizeof(c[0])) == 0);
+  };
+  return isSame(a.vertices, b.vertices) && isSame(a.triangles, b.triangles) &&
+         isSame(a.colours, b.colours);
 }
 
 template <class Io>
@@ -61,17 +72,27 @@ class PagedMeshes {
   float voxelSize() const { return voxel_size_m_; }
 
   /// Replaces the mesh of a block; a mesh without triangles removes it. If the disk fails or is
-  /// full, more meshes stay in memory.
-  void put(const SharedBlockMesh& block) {
+  /// full, more meshes stay in memory. @return false if the mesh is the same as before; with
+  /// map/page_folder, always true unless there is no mesh before and after.
+  bool put(const SharedBlockMesh& block) {
     const PackedKey key = packedKeyOf(block->key);
-    forget(key);
-    if (block->triangles.empty()) return;
+    const auto found = meshes_.find(key);
+    if (found == meshes_.end() && block->triangles.empty()) return false;
+    if (found != meshes_.end()) {
+      if (pages_ == nullptr && areSame(*found->second.mesh.get(), *block)) return false;
+      bytes_ -= found->second.bytes;
+      triangles_ -= found->second.triangles;
+      painted_ -= found->second.is_painted ? 1 : 0;
+      meshes_.erase(found);
+    }
+    if (block->triangles.empty()) return true;
     const Kept kept{Paged<BlockMesh>(block, pages_), bytesOf(*block), block->triangles.size() / 3,
                     !block->colours.empty()};
     meshes_.emplace(key, kept);
     bytes_ += kept.bytes;
     triangles_ += kept.triangles;
     painted_ += kept.is_painted ? 1 : 0;
+    return true;
   }
 
   /// Applies a mapper's mesh update, part by part.
@@ -98,17 +119,23 @@ class PagedMeshes {
   /// missed() counts failed reads.
   SharedBlockMesh find(PackedKey key) {
     const auto found = meshes_.find(key);
-    if (found == meshes_.end()) return nullptr;
-    SharedBlockMesh mesh = found->second.mesh.get();
-    if (mesh == nullptr) ++missed_;
-    return mesh;
+    return found == meshes_.end() ? nullptr : meshOf(found->second);
+  }
+
+  /// Adds the meshes of these blocks to a store. Blocks without a mesh are skipped.
+  /// @param keys Packed keys, in order.
+  void addTo(MeshStore& store, const std::vector<PackedKey>& keys) {
+    auto it = meshes_.begin();
+    for (const PackedKey key : keys) {
+      if (it != meshes_.end() && it->first < key) it = meshes_.lower_bound(key);
+      if (it == meshes_.end() || it->first != key) continue;
+      if (SharedBlockMesh block = meshOf((it++)->second)) store.put(std::move(block));
+    }
   }
 
   MeshStore holding(const std::vector<PackedKey>& keys) {
     MeshStore store(voxel_size_m_);
-    for (const PackedKey key : keys) {
-      if (SharedBlockMesh block = find(key)) store.put(std::move(block));
-    }
+    addTo(store, keys);
     return store;
   }
 
@@ -152,13 +179,10 @@ class PagedMeshes {
     bool is_painted;
   };
 
-  void forget(PackedKey key) {
-    const auto found = meshes_.find(key);
-    if (found == meshes_.end()) return;
-    bytes_ -= found->second.bytes;
-    triangles_ -= found->second.triangles;
-    painted_ -= found->second.is_painted ? 1 : 0;
-    meshes_.erase(found);
+  SharedBlockMesh meshOf(const Kept& kept) {
+    SharedBlockMesh mesh = kept.mesh.get();
+    if (mesh == nullptr) ++missed_;
+    return mesh;
   }
 
   const size_t max_bytes_;

@@ -3,7 +3,6 @@
 
 #include <ros/time.h>
 
-#include <cstring>
 #include <functional>
 #include <map>
 #include <memory>
@@ -15,6 +14,7 @@
 
 #include "dtsdf_mapping/mesh.h"
 #include "kernels/core/grid.h"
+#include "page/paged_meshes.h"
 
 namespace dtsdf {
 
@@ -90,21 +90,14 @@ class MeshQueue {
 /// block for each block that is only in `store`.
 inline std::vector<SharedBlockMesh> differences(const MeshStore& store,
                                                 std::vector<SharedBlockMesh> mesh) {
-  const auto isSame = [](const auto& a, const auto& b) {  // no padding, so memcmp is safe
-    return a.size() == b.size() &&
-           (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0);
-  };
   std::vector<SharedBlockMesh> differing;
   std::unordered_set<PackedKey> kept;
   for (SharedBlockMesh& block : mesh) {
     const PackedKey key = packedKeyOf(block->key);
     kept.insert(key);
     const auto before = store.blocks().find(key);
-    const bool is_same = before == store.blocks().end()
-                             ? block->triangles.empty()
-                             : isSame(before->second->vertices, block->vertices) &&
-                                   isSame(before->second->triangles, block->triangles) &&
-                                   isSame(before->second->colours, block->colours);
+    const bool is_same = before == store.blocks().end() ? block->triangles.empty()
+                                                        : areSame(*before->second, *block);
     if (!is_same) differing.push_back(std::move(block));
   }
   for (const auto& [key, block] : store.blocks()) {

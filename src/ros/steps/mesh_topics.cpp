@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <set>
+#include <type_traits>
 #include <utility>
 
 #include "meshing/mesh_chunks.h"
@@ -141,24 +142,25 @@ class ChunkTopic {
                     ShownMesh& mesh) {
     auto next = pending_.begin();
     for (int piece = 0; piece < kPiecesPerRound && next != pending_.end(); ++piece) {
+      MeshStore store(mesh.meshes.voxelSize());
+      std::vector<PackedKey> keys;
+      constexpr size_t kTriangleBytes = std::is_same_v<Message, MarkerArray> ? 120 : 14;
+      for (; next != pending_.end() && kTriangleBytes * store.triangleCount() < kPieceBytes;
+           ++next) {
+        const uint64_t failures = mesh.meshes.stats().failures;
+        mesh.meshes.addTo(store, chunks.blocksOf(*next));
+        if (mesh.meshes.stats().failures > failures) continue;  // retried in the next round
+        keys.push_back(*next);
+      }
+      auto packed = packChunks(store, lattice, chunks, keys, params.mapper.threads);
       Message message;
       begin(params, lattice.step_m, mesh.stamp, message);
       bool is_empty = true;
-      while (next != pending_.end() &&
-             ros::serialization::serializationLength(message) < kPieceBytes) {
-        const PackedKey key = *next;
-        const std::vector<PackedKey> blocks = chunks.blocksOf(key);
-        const uint64_t failures = mesh.meshes.stats().failures;
-        const MeshStore store = mesh.meshes.holding(blocks);
-        if (mesh.meshes.stats().failures > failures) {  // retried in the next round
-          ++next;
-          continue;
-        }
-        PackedChunk chunk = packChunk(store, lattice, chunks.cornerOf(key), blocks);
-        next = pending_.erase(next);
-        if (chunk.triangleCount() > 0) shown_.insert(key);
-        if (shown_.count(key) == 0) continue;
-        add(params, lattice.step_m, std::move(chunk), chunks.idOf(key), message);
+      for (size_t i = 0; i < keys.size(); ++i) {
+        pending_.erase(keys[i]);
+        if (packed[i].triangleCount() > 0) shown_.insert(keys[i]);
+        if (shown_.count(keys[i]) == 0) continue;
+        add(params, lattice.step_m, std::move(packed[i]), chunks.idOf(keys[i]), message);
         is_empty = false;
       }
       if (!is_empty) topic_.publish(message);

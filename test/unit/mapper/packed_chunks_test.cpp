@@ -49,11 +49,7 @@ std::vector<PackedChunk> packAll(const MeshStore& store, int chunk_blocks) {
   const ChunkLattice lattice(store.voxelSize(), chunk_blocks);
   MeshChunks chunks(chunk_blocks);
   for (const auto& [key, block] : store.blocks()) chunks.markChanged(block->key);
-  std::vector<PackedChunk> packed;
-  for (const PackedKey chunk : chunks.all()) {
-    packed.push_back(packChunk(store, lattice, chunks.cornerOf(chunk), chunks.blocksOf(chunk)));
-  }
-  return packed;
+  return packChunks(store, lattice, chunks, chunks.all(), 2);
 }
 
 /// Joins the triangles of all chunks and merges vertices with equal positions.

@@ -106,6 +106,14 @@ class PagedMeshesTest : public testing::Test {
   MeshStore reference_{kPagedVoxel_m};
 };
 
+TEST(MeshesInMemory, ReportWhetherABlockChanged) {
+  PagedMeshes meshes{MapParams()};
+  const SharedBlockMesh& block = meshesOfARoom().front();
+  EXPECT_TRUE(meshes.put(block));
+  EXPECT_FALSE(meshes.put(std::make_shared<const BlockMesh>(*block)));
+  EXPECT_TRUE(meshes.put(painted(*block, 1)));
+}
+
 TEST_F(PagedMeshesTest, AreReadBackUnchanged) {
   ASSERT_NO_FATAL_FAILURE(putAll());
   EXPECT_LE(meshes_.bytes(), meshes_.maxBytes());

@@ -188,8 +188,8 @@ std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t
   json& primitives = document["meshes"][0]["primitives"];
   size_t end = 0;  // end of the page's triangles
   for (size_t i = 0; i < textured.pages.size(); ++i) {
-    const uint64_t corners = 3 * textured.pages[i].triangles;
-    const size_t begin = std::exchange(end, end + textured.pages[i].triangles);
+    const uint64_t corners = 3 * textured.page_triangles[i];
+    const size_t begin = std::exchange(end, end + textured.page_triangles[i]);
     const Mesh& mesh = textured.mesh;
     Vec3f low = mesh.vertices_m[mesh.triangles[begin][0]], high = low;
     for (size_t triangle = begin; triangle < end; ++triangle) {
@@ -214,10 +214,10 @@ std::string describe(const TexturedMesh& textured, const Vec3f& origin, uint64_t
     material["extensions"]["KHR_materials_unlit"] = json::object();
     document["materials"].push_back(material);
   }
-  for (const TexturePage& page : textured.pages) {
+  for (const std::string& png : textured.pages) {
     document["images"].push_back(
         {{"bufferView", document["bufferViews"].size()}, {"mimeType", "image/png"}});
-    addView(page.png.size(), document);
+    addView(png.size(), document);
     json& buffer = document["buffers"][0]["byteLength"];
     buffer = (buffer.get<uint64_t>() + 3) / 4 * 4;
   }
@@ -245,8 +245,8 @@ void writeGlb(const TexturedMesh& textured, AtomicFile& file) {
   }
   beginGlb(text, bytes, file);
   size_t begin = 0;
-  for (const TexturePage& page : textured.pages) {
-    const size_t end = begin + page.triangles;
+  for (const size_t triangles : textured.page_triangles) {
+    const size_t end = begin + triangles;
     const auto put_corners = [&](const auto& put_corner) {
       for (size_t i = begin; i < end; ++i) {
         for (size_t corner = 0; corner < 3; ++corner) put_corner(i, corner);
@@ -263,9 +263,9 @@ void writeGlb(const TexturedMesh& textured, AtomicFile& file) {
     });
     begin = end;
   }
-  for (const TexturePage& page : textured.pages) {
-    file.write(page.png);
-    file.write(std::string((4 - page.png.size() % 4) % 4, '\0'));
+  for (const std::string& png : textured.pages) {
+    file.write(png);
+    file.write(std::string((4 - png.size() % 4) % 4, '\0'));
   }
 }
 

@@ -37,7 +37,7 @@ void writeTexturedFaces(const TexturedMesh& textured, std::ostream& out, const F
   size_t triangle = 0;
   for (size_t page = 0; page < textured.pages.size(); ++page) {
     out << "usemtl page_" << page << '\n';
-    for (const size_t end = triangle + textured.pages[page].triangles; triangle < end; ++triangle) {
+    for (const size_t end = triangle + textured.page_triangles[page]; triangle < end; ++triangle) {
       out << 'f';
       for (size_t corner = 0; corner < 3; ++corner) {
         const uint32_t vertex = textured.mesh.triangles[triangle][corner] + 1;  // counted from 1
@@ -194,7 +194,7 @@ void saveTexturedMesh(const TexturedMesh& textured, const std::string& path) {
     std::string materials;
     for (size_t page = 0; page < textured.pages.size(); ++page) {
       const std::string number = std::to_string(page), png = base.string() + "_" + number + ".png";
-      writeFileAtomically(png, textured.pages[page].png);
+      writeFileAtomically(png, textured.pages[page]);
       materials += "newmtl page_" + number + "\nKa 1 1 1\nKd 1 1 1\nillum 0\nmap_Kd " +
                    std::filesystem::path(png).filename().string() + "\n";
     }

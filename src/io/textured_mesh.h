@@ -10,19 +10,14 @@
 
 namespace dtsdf {
 
-/// A texture image and the triangles that use it.
-struct TexturePage {
-  size_t triangles;  ///< Number of its triangles; they follow the previous page's.
-  std::string png;   ///< Content of its PNG file.
-};
-
 /// Texture coordinates from 0 to 1, measured from the left and top edges of a page.
 using TexturePlace = std::array<float, 2>;
 
 struct TexturedMesh {
   Mesh mesh;                                        ///< Triangles are sorted by page.
   std::vector<std::array<TexturePlace, 3>> places;  ///< For each triangle's corners.
-  std::vector<TexturePage> pages;
+  std::vector<std::string> pages;                   ///< Texture images: contents of PNG files.
+  std::vector<size_t> page_triangles;               ///< Number of triangles on each page.
 };
 
 /// Saves OUT.obj with OUT.mtl and OUT_0.png, OUT_1.png ... in the same folder, or OUT.glb, which

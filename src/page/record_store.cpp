@@ -119,7 +119,7 @@ std::optional<StoredRecord> RecordStore::write(RecordBytes record) {
   }
   const StoredRecord stored{++last_number_, static_cast<uint32_t>(*first),
                             static_cast<uint32_t>(bytes)};
-  waiting_.emplace(stored.number, Waiting{std::move(record), stored.offset()});
+  waiting_.emplace(stored.number, std::pair(std::move(record), stored.offset()));
   waiting_bytes_ += bytes;
   startWriting();
   return stored;
@@ -139,15 +139,15 @@ void RecordStore::writeWaiting() {
   int tried = 0, refused = 0;  // in total, and in a row
   Lock lock(mutex_);
   for (auto next = waiting_.begin(); next != waiting_.end() && refused < kGroup;) {
-    const auto& [number, waiting] = *next;
-    writing_ = number;
+    const auto& [record, offset] = next->second;
+    writing_ = next->first;
     lock.unlock();
-    std::string refusal = writeOne(number, waiting, buffer);
+    std::string refusal = writeOne(next->first, record, offset, buffer);
     lock.lock();
     writing_ = 0;
     tried_.notify_all();
     if (refusal.empty()) {
-      waiting_bytes_ -= waiting.record.size();
+      waiting_bytes_ -= record.size();
       next = waiting_.erase(next);
       refused = 0;
     } else {
@@ -164,16 +164,16 @@ void RecordStore::writeWaiting() {
 }
 
 /// Writes a record, followed by its checksum. @return the error; empty on success.
-std::string RecordStore::writeOne(uint64_t number, const Waiting& waiting,
+std::string RecordStore::writeOne(uint64_t number, const RecordBytes& record, uint64_t offset,
                                   std::vector<char>& buffer) const try {
-  waiting.record.copyTo(buffer);
+  record.copyTo(buffer);
   const uint64_t sum = XXH3_64bits_withSeed(buffer.data(), buffer.size(), number);
   const char* const sum_bytes = reinterpret_cast<const char*>(&sum);
   buffer.insert(buffer.end(), sum_bytes, sum_bytes + kSumBytes);
   const auto call = [this](const char* data, size_t size, off_t at) {
     return pwrite(file_, data, size, at);
   };
-  const ssize_t done = transferAll(buffer.data(), buffer.size(), waiting.offset, call);
+  const ssize_t done = transferAll(buffer.data(), buffer.size(), offset, call);
   if (done > 0) return "";
   return "cannot write to map/page_folder '" + folder_ + "': " + textOf(done < 0 ? errno : ENOSPC);
 } catch (const std::bad_alloc&) {  // a helper that ended would be waited for forever
@@ -184,7 +184,7 @@ RecordStore::Reading RecordStore::read(const StoredRecord& record, std::vector<c
   {
     const Lock lock(mutex_);
     if (const auto found = waiting_.find(record.number); found != waiting_.end()) {
-      found->second.record.copyTo(to);
+      found->second.first.copyTo(to);
       return Reading::kIntact;
     }
   }

@@ -88,14 +88,10 @@ class RecordStore {
  private:
   using Lock = std::unique_lock<std::mutex>;
 
-  struct Waiting {
-    RecordBytes record;
-    uint64_t offset;
-  };
-
   void startWriting();
   void writeWaiting();
-  std::string writeOne(uint64_t number, const Waiting& waiting, std::vector<char>& buffer) const;
+  std::string writeOne(uint64_t number, const RecordBytes& record, uint64_t offset,
+                       std::vector<char>& buffer) const;
   std::string transfer(const StoredRecord& record, std::vector<char>& to) const;
   void note(std::string problem);
   void emptyUnusedFile() noexcept;
@@ -110,7 +106,8 @@ class RecordStore {
   FreeRuns runs_;
   PageStats stats_;
   uint64_t last_number_ = 0;
-  std::map<uint64_t, Waiting> waiting_;  ///< Records waiting to be written, by number.
+  /// Records waiting to be written, and their offsets in the file, by number.
+  std::map<uint64_t, std::pair<RecordBytes, uint64_t>> waiting_;
   size_t waiting_bytes_ = 0;
   uint64_t writing_ = 0;       ///< The record that is being written; 0 if none is.
   bool is_writing_ = false;    ///< Whether the helper is writing.

@@ -394,17 +394,16 @@ void textureMap(const std::vector<std::string>& arguments) {
   const float voxel_size_m = settings.params.mapper.map.voxel_size_m;
   const double edge_m = texel_m.value_or(static_cast<double>(voxel_size_m) / 6.0);
   const Atlas atlas(meshOf(*mapper, voxel_size_m), edge_m);
-  TexturedMesh textured{atlas.mesh(), atlas.places(), {}};
+  TexturedMesh textured{atlas.mesh(), atlas.places(), {}, {}};
   size_t bytes = 0, painted = 0;
   for (const Page& page : atlas.pages()) {
     const std::string what = "images, page " + std::to_string(textured.pages.size() + 1) + " of " +
                              std::to_string(atlas.pages().size());
-    textured.pages.push_back(
-        {page.end - page.begin,
-         paintPage(
-             atlas, page, [&](const auto& take) { visitImages(input, T_W_M, what, take); },
-             settings, static_cast<float>(edge_m), *mapper, painted)});
-    bytes += textured.pages.back().png.size();
+    textured.page_triangles.push_back(page.end - page.begin);
+    textured.pages.push_back(paintPage(
+        atlas, page, [&](const auto& take) { visitImages(input, T_W_M, what, take); }, settings,
+        static_cast<float>(edge_m), *mapper, painted));
+    bytes += textured.pages.back().size();
   }
   if (painted == 0) {
     throw std::runtime_error(

@@ -138,6 +138,19 @@ TEST_F(TransformsTest, IgnoresStaticTransformsOfAMovingFrame) {
   EXPECT_EQ(status().transform_restarts, 0u);
 }
 
+TEST_F(TransformsTest, IgnoresStaticTransformsThatCameBeforeAMovingFrame) {
+  transforms_.take(makeTransform("camera", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0)),
+                   "test", true);
+  transforms_.take(cameraAt(3700.0), "rogue", true);
+  putTransform(transforms_, 100.0, 1.0);
+  putTransform(transforms_, 102.0, 3.0);
+  const PoseAnswer between = lookUp("camera", ros::Time(101.0));
+  ASSERT_TRUE(between.T_W_C);
+  EXPECT_DOUBLE_EQ(between.T_W_C->translation().x(), 2.0);
+  EXPECT_TRUE(lookUp("camera", ros::Time(103.0)).may_come);
+  EXPECT_TRUE(findIn("camera", "lens").T_W_C) << "static transforms should be kept";
+}
+
 TEST_F(TransformsTest, RecoversFromATransformFarAhead) {
   transforms_.take(makeTransform("camera", "lens", Eigen::Isometry3d::Identity(), ros::Time(1.0)),
                    "test", true);

@@ -13,6 +13,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <exception>
+#include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -37,12 +39,12 @@ struct PoseAnswer {
 /// A tf2 buffer that recovers from wrong stamps: after a transform with a stamp far in the future,
 /// tf2 refuses all correct transforms of the same frame. If no image pose is found for a while
 /// although transforms arrive, all but the static transforms are discarded. Static transforms of
-/// frames that are on /tf are ignored. Thread-safe.
+/// frames that are on /tf are ignored, in whatever order they come. Thread-safe.
 class Transforms {
  public:
   /// Keeps transforms for `kept_s`; by default, for longer than frames normally wait.
   explicit Transforms(SteadyClock clock = std::chrono::steady_clock::now, double kept_s = 30.0)
-      : clock_(std::move(clock)), core_(ros::Duration(kept_s)) {}
+      : clock_(std::move(clock)), kept_(kept_s) {}
 
   /// Receives /tf and /tf_static, on the queue of the node handle.
   void subscribe(ros::NodeHandle nh) {
@@ -61,14 +63,21 @@ class Transforms {
             bool is_static = false) {
     const std::lock_guard<std::mutex> lock(mutex_);
     const std::string child = stripLeadingSlash(transform.child_frame_id);
-    if (is_static && moving_.count(child) > 0) return;
+    if (is_static && moving_.count(child) > 0) {
+      ++refused_;
+      return;
+    }
     const bool is_named = !child.empty() && !isLong(child) && !isLong(transform.header.frame_id);
     if (is_named && !is_static) {
       moving_.insert(child);
       received_at_ = clock_();
+      if (statics_.erase(child) > 0) remake(child);
     }
     try {
-      if (is_named && core_.setTransform(transform, publisher, is_static)) return;
+      if (is_named && core_->setTransform(transform, publisher, is_static)) {
+        if (is_static) statics_[child] = transform;
+        return;
+      }
     } catch (const std::exception&) {  // a stamp at the end of ROS time, or no memory
     }
     ++refused_;
@@ -86,7 +95,7 @@ class Transforms {
     // seem too old.
     const std::optional<ros::Time> newest = findNewest(parent, frame);
     try {
-      answer.T_W_C = toIsometry(core_.lookupTransform(parent, frame, stamp).transform);
+      answer.T_W_C = toIsometry(core()->lookupTransform(parent, frame, stamp).transform);
       return answer;
     } catch (const std::runtime_error& error) {
       // Thrown by tf2, or by ros::Duration if stamps are over 68 years apart.
@@ -115,11 +124,11 @@ class Transforms {
                           "no poses are found for images although transforms are received: all "
                           "transforms are discarded, and new ones are collected; look for a "
                           "publisher with a wrong clock, or two publishers of the same frame");
-    clear();
+    core_->clear();
   }
 
   /// Forgets all but static transforms, after a time jump.
-  void clear() { core_.clear(); }
+  void clear() { core()->clear(); }
 
   /// The frame's newest parent; empty if there is none or it is `parent`. A parent on /tf does
   /// not count if its newest transform is over five seconds older than `stamp`.
@@ -127,7 +136,7 @@ class Transforms {
                             const ros::Time& stamp) const {
     constexpr double kGone_s = 5.0;
     std::string other;
-    if (!core_._getParent(frame, ros::Time(0), other) || other == parent) return "";
+    if (!core()->_getParent(frame, ros::Time(0), other) || other == parent) return "";
     const ros::Time newest = findNewest(other, frame).value_or(ros::Time());  // 0: static
     return !newest.isZero() && newest.toSec() < stamp.toSec() - kGone_s ? "" : other;
   }
@@ -144,6 +153,21 @@ class Transforms {
   using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
 
   static bool isLong(const std::string& name) { return name.size() > kLongestName; }
+
+  std::shared_ptr<tf2::BufferCore> core() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return core_;
+  }
+
+  /// Makes a new buffer with the static transforms: tf2 keeps a frame that was static first so for
+  /// good. @param child The frame that turned out to be on /tf. @pre The mutex is locked.
+  void remake(const std::string& child) {
+    ROS_WARN_STREAM_NAMED("dtsdf_mapping", "frame '" << printable(child)
+                                                     << "' is on /tf_static and on /tf: its static "
+                                                        "transform is ignored from now on");
+    core_ = std::make_shared<tf2::BufferCore>(kept_);
+    for (const auto& [name, transform] : statics_) core_->setTransform(transform, "", true);
+  }
 
   void onMessage(const Event& event, bool is_static) {
     if (ros::Time::isSimTime()) {
@@ -164,7 +188,7 @@ class Transforms {
   /// Stamp of the newest transform between two frames; nothing if there is none.
   std::optional<ros::Time> findNewest(const std::string& parent, const std::string& frame) const {
     try {
-      return core_.lookupTransform(parent, frame, ros::Time(0)).header.stamp;
+      return core()->lookupTransform(parent, frame, ros::Time(0)).header.stamp;
     } catch (const std::runtime_error&) {
       return std::nullopt;
     }
@@ -173,7 +197,7 @@ class Transforms {
   /// Lists the frames in TF, or says why there are none.
   std::string describeFrames() const {
     std::vector<std::string> frames;
-    core_._getFrameStrings(frames);
+    core()->_getFrameStrings(frames);
     std::sort(frames.begin(), frames.end());
     constexpr size_t kShown = 10;
     const char* const more = frames.size() > kShown ? "' and more" : "'";
@@ -189,14 +213,16 @@ class Transforms {
   }
 
   const SteadyClock clock_;
-  tf2::BufferCore core_;          ///< Thread-safe.
-  mutable std::mutex mutex_;      ///< Guards the members below.
-  std::set<std::string> moving_;  ///< Children on /tf.
+  const ros::Duration kept_;
+  mutable std::mutex mutex_;  ///< Guards the members below, but not the buffer itself.
+  std::shared_ptr<tf2::BufferCore> core_ = std::make_shared<tf2::BufferCore>(kept_);
+  std::set<std::string> moving_;                                    ///< Children on /tf.
+  std::map<std::string, geometry_msgs::TransformStamped> statics_;  ///< By child.
   std::optional<SteadyTime> received_at_;
   std::optional<SteadyTime> missing_since_;  ///< Time since which no image pose has been found.
   SteadyTime next_restart_;
   SteadyDuration wait_after_restart_ = std::chrono::seconds(5);
-  uint64_t refused_ = 0;   ///< Transforms without a usable name, rotation or stamp.
+  uint64_t refused_ = 0;   ///< Without a usable name, rotation or stamp, or static and on /tf.
   uint64_t restarts_ = 0;  ///< How often recordLookUp() discarded transforms.
   ros::Time last_now_;
   ros::Subscriber tf_, tf_static_;

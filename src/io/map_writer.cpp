@@ -178,7 +178,7 @@ MapInfo saveMapOf(Mapper& mapper, const MapOrigin& origin, const std::string& pa
   for (;;) {  // if damaged blocks are found, starts again without them
     const uint64_t lost = mapper.stats().pages.lost;
     const MapContents outline = outlineWith(origin, mapper);
-    const MapInfo saved = saveMapInChunks(outline, readerOf(mapper, outline), path);
+    MapInfo saved = saveMapInChunks(outline, readerOf(mapper, outline), path);
     if (mapper.stats().pages.lost == lost) return saved;
   }
 }

@@ -27,6 +27,7 @@ PYBIND11_MODULE(_core, m) {
   checkNumpy();
   m.attr("__version__") = DTSDF_VERSION;
   m.doc() = "The compiled part of dtsdf_mapping; import dtsdf_mapping instead.";
+  // NOLINTNEXTLINE(performance-unnecessary-value-param): pybind11 gives the type
   py::register_exception_translator([](std::exception_ptr pointer) {
     try {
       if (pointer) std::rethrow_exception(pointer);

@@ -66,7 +66,7 @@ ParamTree treeOf(const py::dict& settings) {
 std::string pathOf(const py::object& path) {
   const py::object text = py::module::import("os").attr("fspath")(path);
   // File names are bytes; fsencode() restores names that are not valid UTF-8.
-  const auto name = py::module::import("os").attr("fsencode")(text).cast<std::string>();
+  auto name = py::module::import("os").attr("fsencode")(text).cast<std::string>();
   if (name.find('\0') != std::string::npos)
     throw py::value_error("a path must not contain a NUL character");
   return name;

@@ -87,7 +87,7 @@ class BoxJoiner {
                            for (const auto& file : files_) file->visit(take);
                          }};
     const auto mapper = makeProbedMapper(settings.params.mapper, settings.rules, parts);
-    const MapInfo saved = saveMapOf(*mapper, head_, path);
+    MapInfo saved = saveMapOf(*mapper, head_, path);
     if (const PageStats pages = mapper->stats().pages; pages.lost > 0) {
       throw std::runtime_error(std::to_string(pages.lost) +
                                " blocks were lost and are missing from the saved map: " +

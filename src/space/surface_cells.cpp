@@ -126,7 +126,7 @@ std::vector<Vec3i> SurfaceCells::apply(const std::vector<BlockMesh>& blocks, Cel
   });
   changed_.clear();
   for (size_t i = 0; i < blocks.size(); ++i) {
-    if (is_other[i]) replace(blocks[i].key, std::move(found[i]), cells);
+    if (is_other[i]) replace(blocks[i].key, found[i], cells);
   }
   sectors_.close();
   std::sort(changed_.begin(), changed_.end(), isBefore);

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <iterator>
 #include <map>
+#include <new>
 #include <optional>
 #include <set>
 #include <utility>
@@ -34,7 +35,8 @@ class FreeRuns {
     return first;
   }
 
-  /// Frees a run. @pre It was allocated by take().
+  /// Frees a run. If memory runs out, it stays marked as used until clear(). @pre It was allocated
+  /// by take().
   void give(uint64_t first, uint64_t units) noexcept {
     uint64_t begin = first, end = first + units;
     auto after = free_.lower_bound(first);
@@ -54,8 +56,13 @@ class FreeRuns {
       end_ = begin;
       return;
     }
-    by_length_.emplace(end - begin, begin);
-    free_.emplace(begin, end - begin);
+    try {
+      by_length_.emplace(end - begin, begin);
+      free_.emplace(begin, end - begin);
+    } catch (const std::bad_alloc&) {
+      by_length_.erase({end - begin, begin});
+      in_use_ += end - begin;
+    }
   }
 
   void clear() noexcept {

@@ -171,9 +171,7 @@ class CorrectTest : public testing::Test {
   size_t follow() {
     MeshChanges changes = host_.mesh_changes.take();
     if (!changes.stamp.isZero()) mesh_stamp_ = changes.stamp;
-    if (changes.cleared) mesh_.clear();
-    if (changes.is_whole) changes.blocks = differences(mesh_, std::move(changes.blocks));
-    for (const SharedBlockMesh& block : changes.blocks) mesh_.put(block);
+    apply(changes, mesh_);
     space_->publish(nullptr);
     return changes.blocks.size();
   }
@@ -191,9 +189,8 @@ class CorrectTest : public testing::Test {
     expected.apply(plain->updateMesh());
     const MapContents now = contents();
     EXPECT_EQ(contentHash(now), contentHash(plain->contents()));
-    std::vector<SharedBlockMesh> all;
-    for (const auto& [key, block] : expected.blocks()) all.push_back(block);
-    EXPECT_EQ(differences(mesh_, all).size(), 0u);
+    EXPECT_EQ(mesh_.keys().size(), expected.blocks().size());
+    for (const auto& [key, block] : expected.blocks()) EXPECT_FALSE(mesh_.put(block));
     const std::shared_ptr<const SpaceSnapshot> space = space_->known().space;
     constexpr int32_t kLowest = std::numeric_limits<int32_t>::min(),
                       kHighest = std::numeric_limits<int32_t>::max();
@@ -216,7 +213,7 @@ class CorrectTest : public testing::Test {
   JournalStep* journal_;
   CorrectStep* correction_;
   SpaceStep* space_;
-  MeshStore mesh_{host_.params.mapper.map.voxel_size_m};
+  PagedMeshes mesh_{host_.params.mapper.map};
   ros::Time mesh_stamp_;
 };
 
@@ -240,7 +237,7 @@ TEST_F(CorrectTest, ListenersGetOnlyChangedBlocks) {
   begin();
   ASSERT_EQ(host_.map.flushMesh(), "");
   follow();
-  const size_t all = mesh_.blocks().size();
+  const size_t all = mesh_.keys().size();
   std::vector<StampedPose> last = corrected(1.0, kBefore - 2);
   last[1].T_W_C.translation().y() += 0.02;
   correct(last);

@@ -227,7 +227,7 @@ TEST_F(LiveMapTest, FusesWhileTheOutputIsStalled) {
   // No changes were taken, so the queue contains each block only once, with its newest mesh.
   const MeshChanges changes = changes_.take();
   ASSERT_EQ(changes.blocks.size(), 4u);
-  for (const SharedBlockMesh& block : changes.blocks) {
+  for (const auto& [key, block] : changes.blocks) {
     EXPECT_EQ(block->vertices[0].edge, 997u + static_cast<uint32_t>(block->key.x));
   }
 }

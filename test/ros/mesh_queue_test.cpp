@@ -33,7 +33,7 @@ TEST_F(MeshQueueTest, DoesNotCopyTheMeshes) {
   MeshUpdate update = makeUpdate({{0, 0, 0}}, 1000);
   const uint16_t* const triangles = update.blocks[0].triangles.data();
   queue_.add(std::move(update), ros::Time(1.0));
-  EXPECT_EQ(queue_.take().blocks[0]->triangles.data(), triangles);
+  EXPECT_EQ(queue_.take().blocks.begin()->second->triangles.data(), triangles);
 }
 
 TEST_F(MeshQueueTest, EmptyUpdatesWakeNobody) {
@@ -48,7 +48,7 @@ TEST_F(MeshQueueTest, KeepsOnlyTheNewestMeshPerBlock) {
   }
   const MeshChanges changes = queue_.take();
   ASSERT_EQ(changes.blocks.size(), 2u) << "the queue should contain at most one mesh per block";
-  for (const SharedBlockMesh& block : changes.blocks) EXPECT_EQ(block->triangles.size(), 300u);
+  for (const auto& [key, block] : changes.blocks) EXPECT_EQ(block->triangles.size(), 300u);
   EXPECT_EQ(changes.stamp, ros::Time(100.0));
 }
 
@@ -60,39 +60,28 @@ TEST_F(MeshQueueTest, ClearingDiscardsWaitingChanges) {
   const MeshChanges changes = queue_.take();
   EXPECT_TRUE(changes.cleared);
   ASSERT_EQ(changes.blocks.size(), 1u);
-  EXPECT_EQ(changes.blocks[0]->key.x, 7);
+  EXPECT_EQ(changes.blocks.begin()->second->key.x, 7);
   EXPECT_FALSE(queue_.take().cleared);
 }
 
-SharedBlockMesh block(int x, float position, size_t triangles = 1, uint8_t red = 7) {
-  auto mesh = std::make_shared<BlockMesh>();
-  mesh->key = {x, 0, 0};
-  mesh->vertices = {{{position, 0.0f, 0.0f}, 0}};
-  mesh->triangles.resize(3 * triangles);
-  mesh->colours = {{red, 0, 0, 255}};
-  return mesh;
-}
-
-TEST(MeshDifferences, AreChangedAddedAndRemovedBlocks) {
-  MeshStore store(0.05f);
-  for (int x = 0; x < 4; ++x) store.put(block(x, 0.25f));
-  const std::vector<SharedBlockMesh> changes =
-      differences(store, {block(0, 0.25f), block(1, 0.5f), block(2, 0.25f, 1, 8), block(9, 0.0f)});
-  ASSERT_EQ(changes.size(), 4u);
-  for (const SharedBlockMesh& change : changes) store.put(change);
-  EXPECT_EQ(store.blocks().size(), 4u);
-  EXPECT_EQ(store.blocks().count(packedKeyOf({3, 0, 0})), 0u);
-  EXPECT_EQ(store.blocks().at(packedKeyOf({1, 0, 0}))->vertices[0].position.x, 0.5f);
-  EXPECT_EQ(store.blocks().at(packedKeyOf({2, 0, 0}))->colours[0].red, 8);
-}
-
-TEST(MeshDifferences, AreEmptyForEqualMeshes) {
-  MeshStore store(0.05f);
-  for (int x = 0; x < 4; ++x) store.put(block(x, 0.25f));
-  std::vector<SharedBlockMesh> same = {block(7, 0.0f, 0)};  // empty, and not in the store
-  for (int x = 0; x < 4; ++x) same.push_back(block(x, 0.25f));
-  EXPECT_TRUE(differences(store, same).empty());
-  EXPECT_EQ(differences(store, {}).size(), 4u) << "all blocks should be removed";
+TEST_F(MeshQueueTest, AWholeMeshChangesAddsAndRemovesBlocks) {
+  PagedMeshes meshes{MapParams()};
+  const auto replaceBy = [&](const std::vector<std::pair<int, size_t>>& blocks) {
+    std::map<PackedKey, SharedBlockMesh> mesh;
+    for (const auto& [x, triangles] : blocks) {
+      const BlockMesh block{{x, 0, 0}, {}, std::vector<uint16_t>(3 * triangles), {}};
+      mesh[packedKeyOf(block.key)] = std::make_shared<BlockMesh>(block);
+    }
+    queue_.replaceAll(mesh, ros::Time(1.0));
+    MeshChanges changes = queue_.take();
+    apply(changes, meshes);
+    return changes.blocks.size();
+  };
+  EXPECT_EQ(replaceBy({{0, 1}, {1, 1}, {2, 1}, {7, 0}}), 3u);
+  EXPECT_EQ(replaceBy({{0, 1}, {1, 1}, {2, 1}, {7, 0}}), 0u);
+  EXPECT_EQ(replaceBy({{0, 1}, {1, 2}, {9, 1}}), 3u);
+  EXPECT_EQ(meshes.triangleCount(), 4u);
+  EXPECT_EQ(meshes.find(packedKeyOf({2, 0, 0})), nullptr);
 }
 
 }  // namespace

@@ -50,10 +50,10 @@ void publishSheet(size_t triangles) {
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
       const BlockKey key{x - side / 2, y - side / 2, 0};
-      changes.blocks.push_back(std::make_shared<const BlockMesh>(sheetIn(key)));
-      mesh.meshes.put(changes.blocks.back());
+      changes.blocks[packKey(key)] = std::make_shared<const BlockMesh>(sheetIn(key));
     }
   }
+  apply(changes, mesh.meshes);
   topics->changed(changes);
   std::printf("%zu triangles\n", mesh.meshes.triangleCount());
   std::fflush(stdout);

@@ -88,12 +88,8 @@ class Output {
     MeshChanges changes = queue_.take();
     if (!changes.cleared && !changes.is_whole && changes.blocks.empty()) return;
     PagedMeshes& meshes = mesh_.meshes;
-    if (changes.cleared) meshes.clear(changes.voxel_size_m);
-    if (changes.is_whole) changes.blocks = differences(meshes.all(), std::move(changes.blocks));
     if (!changes.blocks.empty()) mesh_.stamp = changes.stamp;
-    const auto isSame = [&](const SharedBlockMesh& block) { return !meshes.put(block); };
-    std::vector<SharedBlockMesh>& blocks = changes.blocks;
-    blocks.erase(std::remove_if(blocks.begin(), blocks.end(), isSame), blocks.end());
+    apply(changes, meshes);
     for (const auto& step : steps_) step->changed(changes);
     const std::lock_guard<std::mutex> lock(report_mutex_);
     triangles_ = meshes.triangleCount();

@@ -6,7 +6,6 @@
 #include <atomic>
 #include <cmath>
 #include <set>
-#include <type_traits>
 #include <utility>
 
 #include "meshing/mesh_chunks.h"
@@ -28,6 +27,8 @@ namespace {
 /// listener, and approximate size of a piece.
 constexpr uint32_t kQueuePieces = 20;
 constexpr size_t kPieceBytes = 1 << 20;
+/// Approximate size of a triangle on `mesh` and on `mesh_blocks`.
+constexpr size_t kMarkerBytes = 120, kBlockBytes = 14;
 /// Maximum number of pieces per round and topic. At ten rounds per second, this limits each topic
 /// to about 40 MB/s.
 constexpr int kPiecesPerRound = 4;
@@ -57,18 +58,10 @@ Marker makeMarker(const NodeParams& params, int id, int action) {
   return marker;
 }
 
-void begin(const NodeParams&, double, const ros::Time&, MarkerArray&) {}
-
-void startOver(const NodeParams& params, double, MarkerArray& message) {
-  message.markers.push_back(makeMarker(params, 0, Marker::DELETEALL));
-}
-
-void add(const NodeParams& params, double step_m, const PackedChunk& chunk, int id,
-         MarkerArray& message) {
+Marker toMarker(const NodeParams& params, double step_m, const PackedChunk& chunk, int id) {
   const size_t corners = 3 * chunk.triangleCount();
-  message.markers.push_back(makeMarker(params, id, corners == 0 ? Marker::DELETE : Marker::ADD));
-  if (corners == 0) return;
-  Marker& marker = message.markers.back();
+  Marker marker = makeMarker(params, id, corners == 0 ? Marker::DELETE : Marker::ADD);
+  if (corners == 0) return marker;
   const Mesh mesh = unpackChunk(chunk, step_m);
   std::vector<geometry_msgs::Point> points;
   std::vector<std_msgs::ColorRGBA> colours;
@@ -86,95 +79,13 @@ void add(const NodeParams& params, double step_m, const PackedChunk& chunk, int 
     marker.points.push_back(points[chunk.corner(i)]);
     marker.colors.push_back(colours[chunk.corner(i)]);
   }
+  return marker;
 }
 
-// Topic `mesh_blocks`: packed chunks.
-
-void begin(const NodeParams& params, double step_m, const ros::Time& stamp, MeshBlocks& message) {
-  message.header.frame_id = frameOfMap(params);
-  message.header.stamp = stamp;
-  message.step_m = step_m;
-}
-
-void startOver(const NodeParams& params, double step_m, MeshBlocks& message) {
-  begin(params, step_m, ros::Time(), message);
-  message.begins_anew = true;
-}
-
-void add(const NodeParams&, double, PackedChunk chunk, int, MeshBlocks& message) {
-  message.blocks.push_back(toMessage(std::move(chunk)));
-}
-
-/// A mesh topic and its pending chunks. Only a few pieces are published per round, so a listener
+/// Publishes the same chunks on `mesh` and `mesh_blocks`: every change, and the whole mesh when a
+/// listener connects. For listeners that lost a piece, the whole mesh is also published again, part
+/// by part, every mesh_topics/refresh_s. Only a few pieces are published per round, so a listener
 /// that never reads its messages fills its own queue but does not delay other listeners.
-template <class Message>
-class ChunkTopic {
- public:
-  /// A new listener first gets a message that clears any mesh from an earlier node.
-  void advertise(const ros::NodeHandle& nh, const std::string& name, const NodeParams& params,
-                 const std::atomic<double>& step_m) {
-    topic_.advertise<Message>(nh, name, kQueuePieces, [&](const auto& newcomer) {
-      Message message;
-      startOver(params, step_m, message);
-      newcomer.publish(message);
-    });
-  }
-
-  bool hasSubscribers() const { return topic_.hasSubscribers(); }
-  bool isBehind() const { return !pending_.empty(); }
-
-  /// Marks changed and refreshed chunks as pending, or all chunks if there is a new listener. If
-  /// there are no listeners, drops all pending chunks.
-  void addPending(const MeshChunks& chunks, bool with_changes,
-                  const std::vector<PackedKey>& refreshed) {
-    const auto add = [this](const auto& keys) { pending_.insert(keys.begin(), keys.end()); };
-    if (!hasSubscribers()) {
-      pending_.clear();
-    } else {
-      if (topic_.takeNewSubscriber()) add(chunks.all());
-      if (with_changes) add(chunks.changed());
-      add(refreshed);
-    }
-  }
-
-  /// Publishes a few pieces of the pending chunks.
-  void publishRound(const MeshChunks& chunks, const ChunkLattice& lattice, const NodeParams& params,
-                    ShownMesh& mesh) {
-    auto next = pending_.begin();
-    for (int piece = 0; piece < kPiecesPerRound && next != pending_.end(); ++piece) {
-      MeshStore store(mesh.meshes.voxelSize());
-      std::vector<PackedKey> keys;
-      constexpr size_t kTriangleBytes = std::is_same_v<Message, MarkerArray> ? 120 : 14;
-      for (; next != pending_.end() && kTriangleBytes * store.triangleCount() < kPieceBytes;
-           ++next) {
-        const uint64_t failures = mesh.meshes.stats().failures;
-        mesh.meshes.addTo(store, chunks.blocksOf(*next));
-        if (mesh.meshes.stats().failures > failures) continue;  // retried in the next round
-        keys.push_back(*next);
-      }
-      auto packed = packChunks(store, lattice, chunks, keys, params.mapper.threads);
-      Message message;
-      begin(params, lattice.step_m, mesh.stamp, message);
-      bool is_empty = true;
-      for (size_t i = 0; i < keys.size(); ++i) {
-        pending_.erase(keys[i]);
-        if (packed[i].triangleCount() > 0) shown_.insert(keys[i]);
-        if (shown_.count(keys[i]) == 0) continue;
-        add(params, lattice.step_m, std::move(packed[i]), chunks.idOf(keys[i]), message);
-        is_empty = false;
-      }
-      if (!is_empty) topic_.publish(message);
-    }
-  }
-
- private:
-  Topic topic_;
-  std::set<PackedKey> pending_, shown_;  ///< Chunks still to publish; chunks published before.
-};
-
-/// Publishes `mesh` and `mesh_blocks`: every change, and the whole mesh when a listener connects.
-/// For listeners that lost a piece, the whole mesh is also published again, part by part, every
-/// mesh_topics/refresh_s.
 class MeshTopicsStep : public Step {
  public:
   MeshTopicsStep(const NodeParams& params, const Rates& rates)
@@ -185,19 +96,29 @@ class MeshTopicsStep : public Step {
         mesh_pace_(rates.mesh_hz),
         round_pace_(kRoundRate_hz) {}
 
+  /// A new listener first gets a message that clears any mesh from an earlier node.
   void advertise(const Handles& handles) override {
-    markers_.advertise(handles.prompt, "mesh", params_, step_m_);
-    blocks_.advertise(handles.prompt, "mesh_blocks", params_, step_m_);
+    markers_.advertise<MarkerArray>(
+        handles.prompt, "mesh", kQueuePieces, [this](const auto& newcomer) {
+          MarkerArray message;
+          message.markers.push_back(makeMarker(params_, 0, Marker::DELETEALL));
+          newcomer.publish(message);
+        });
+    blocks_.advertise<MeshBlocks>(handles.prompt, "mesh_blocks", kQueuePieces,
+                                  [this](const auto& newcomer) {
+                                    MeshBlocks message = makeBlocks(ros::Time());
+                                    message.begins_anew = true;
+                                    newcomer.publish(message);
+                                  });
   }
 
   std::optional<double> meshRate_hz() const override {
-    const bool is_wanted = markers_.hasSubscribers() || blocks_.hasSubscribers();
-    return is_wanted ? std::optional<double>(rates_.mesh_hz) : std::nullopt;
+    return isWanted() ? std::optional<double>(rates_.mesh_hz) : std::nullopt;
   }
 
   void changed(const MeshChanges& changes) override {
     if (changes.cleared) chunks_.markAllChanged();
-    for (const SharedBlockMesh& block : changes.blocks) chunks_.markChanged(block->key);
+    for (const auto& [key, block] : changes.blocks) chunks_.markChanged(block->key);
   }
 
   SteadyDuration publish(ShownMesh* mesh) override {
@@ -206,43 +127,87 @@ class MeshTopicsStep : public Step {
     mesh_pace_.setRate(rates_.mesh_hz, now);
     addPending(now);
     if (round_pace_.isDue(now)) {
-      const ChunkLattice lattice(mesh->meshes.voxelSize(), params_.chunk_blocks);
-      step_m_ = lattice.step_m;
-      markers_.publishRound(chunks_, lattice, params_, *mesh);
-      blocks_.publishRound(chunks_, lattice, params_, *mesh);
+      publishRound(*mesh);
       // Pauses for as long as the round took, to leave the core to other threads.
       round_pace_.end(now);
     }
-    if (markers_.isBehind() || blocks_.isBehind()) return round_pace_.next() - now;
+    if (!pending_.empty()) return round_pace_.next() - now;
     return chunks_.changed().empty() ? SteadyDuration::max() : mesh_pace_.next() - now;
   }
 
  private:
-  void addPending(SteadyTime now) {
-    const bool is_due = !chunks_.changed().empty() && mesh_pace_.isDue(now);
-    const std::vector<PackedKey> refreshed = nextToRefresh(now);
-    markers_.addPending(chunks_, is_due, refreshed);
-    blocks_.addPending(chunks_, is_due, refreshed);
-    if (!is_due) return;
-    mesh_pace_.beginInStep(now);
-    chunks_.forgetChanges();
+  bool isWanted() const { return markers_.hasSubscribers() || blocks_.hasSubscribers(); }
+
+  MeshBlocks makeBlocks(const ros::Time& stamp) const {
+    MeshBlocks message;
+    message.header.frame_id = frameOfMap(params_);
+    message.header.stamp = stamp;
+    message.step_m = step_m_;
+    return message;
   }
 
-  std::vector<PackedKey> nextToRefresh(SteadyTime now) {
+  /// Marks changed chunks as pending, or all chunks if there is a new listener, and some chunks to
+  /// be published again.
+  void addPending(SteadyTime now) {
+    const auto add = [this](const auto& keys) { pending_.insert(keys.begin(), keys.end()); };
+    const bool has_newcomer = markers_.takeNewSubscriber() | blocks_.takeNewSubscriber();
+    if (has_newcomer) add(chunks_.all());
+    if (!chunks_.changed().empty() && mesh_pace_.isDue(now)) {
+      mesh_pace_.beginInStep(now);
+      add(chunks_.changed());
+      chunks_.forgetChanges();
+    }
     const double refresh_s = params_.mesh_refresh_s;
-    if (refresh_s <= 0.0 || toSeconds(now - refreshed_at_) < kRefreshPeriod_s) return {};
-    refreshed_at_ = now;
-    const auto all = static_cast<double>(chunks_.all().size());
-    return chunks_.nextRoundRobin(
-        static_cast<size_t>(std::ceil(all * kRefreshPeriod_s / refresh_s)));
+    if (refresh_s > 0.0 && toSeconds(now - refreshed_at_) >= kRefreshPeriod_s) {
+      refreshed_at_ = now;
+      const auto all = static_cast<double>(chunks_.all().size());
+      add(chunks_.nextRoundRobin(
+          static_cast<size_t>(std::ceil(all * kRefreshPeriod_s / refresh_s))));
+    }
+    if (!isWanted()) pending_.clear();
+  }
+
+  /// Publishes a few pieces of the pending chunks.
+  void publishRound(ShownMesh& mesh) {
+    const ChunkLattice lattice(mesh.meshes.voxelSize(), params_.chunk_blocks);
+    step_m_ = lattice.step_m;
+    const bool has_markers = markers_.hasSubscribers();
+    const size_t triangle_bytes = has_markers ? kMarkerBytes : kBlockBytes;
+    auto next = pending_.begin();
+    for (int piece = 0; piece < kPiecesPerRound && next != pending_.end(); ++piece) {
+      MeshStore store(mesh.meshes.voxelSize());
+      std::vector<PackedKey> keys;
+      for (; next != pending_.end() && triangle_bytes * store.triangleCount() < kPieceBytes;
+           ++next) {
+        const uint64_t failures = mesh.meshes.stats().failures;
+        mesh.meshes.addTo(store, chunks_.blocksOf(*next));
+        if (mesh.meshes.stats().failures > failures) continue;  // retried in the next round
+        keys.push_back(*next);
+      }
+      auto packed = packChunks(store, lattice, chunks_, keys, params_.mapper.threads);
+      MarkerArray markers;
+      MeshBlocks blocks = makeBlocks(mesh.stamp);
+      for (size_t i = 0; i < keys.size(); ++i) {
+        pending_.erase(keys[i]);
+        if (packed[i].triangleCount() > 0) shown_.insert(keys[i]);
+        if (shown_.count(keys[i]) == 0) continue;
+        if (has_markers) {
+          markers.markers.push_back(toMarker(params_, step_m_, packed[i], chunks_.idOf(keys[i])));
+        }
+        blocks.blocks.push_back(toMessage(std::move(packed[i])));
+      }
+      if (blocks.blocks.empty()) continue;
+      if (has_markers) markers_.publish(markers);
+      blocks_.publish(blocks);
+    }
   }
 
   const NodeParams& params_;
   const Rates& rates_;
   std::atomic<double> step_m_;  ///< See ChunkLattice.
   MeshChunks chunks_;
-  ChunkTopic<MarkerArray> markers_;
-  ChunkTopic<MeshBlocks> blocks_;
+  Topic markers_, blocks_;
+  std::set<PackedKey> pending_, shown_;  ///< Chunks still to publish; chunks published before.
   Pace mesh_pace_, round_pace_;
   SteadyTime refreshed_at_{};
 };

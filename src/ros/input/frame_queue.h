@@ -126,10 +126,8 @@ class FrameQueue {
 
   /// What happens to a frame: it waits (the text says for what), is dropped, or gets its pose.
   using Decision = std::variant<std::string, Rejection, PosedFrame>;
-  /// Decides on a whole frame. `since` is when it became whole. `is_checked` is false on the first
-  /// call; its value is kept for the next call.
-  using Decide =
-      std::function<Decision(const CameraImage& messages, SteadyTime since, bool& is_checked)>;
+  /// Decides on a whole frame. `since` is when it became whole.
+  using Decide = std::function<Decision(const CameraImage& messages, SteadyTime since)>;
   /// Calls `decide`, without holding the mutex, for the first whole frame of a stream.
   /// @return false if there is none, or it has to wait.
   bool poseFirst(Stream stream, const Decide& decide) {
@@ -139,13 +137,11 @@ class FrameQueue {
     const uint64_t number = first->number;
     const CameraImage messages = first->messages;
     const SteadyTime since = first->since;
-    bool is_checked = first->is_checked;
     lock.unlock();
-    Decision decision = decide(messages, since, is_checked);
+    Decision decision = decide(messages, since);
     lock.lock();
     const auto place = findFirst([&](const Entry& entry) { return entry.number == number; });
     if (place == entries_.end()) return true;  // dropped in the meantime
-    place->is_checked = is_checked;
     if (const auto* const text = std::get_if<std::string>(&decision)) {
       streams_[stream].waiting_for = *text;
       return false;
@@ -175,7 +171,6 @@ class FrameQueue {
     const auto first = findFirst(isPosed);
     StreamState& stream = streams_[first->stream];
     if (!stream.is_colour) last_taken_ = std::max(last_taken_, first->stamp);
-    ++stream.taken;
     PosedFrame frame = std::move(first->posed);
     entries_.erase(first);
     return frame;
@@ -240,7 +235,6 @@ class FrameQueue {
     State state = State::kIncomplete;
     CameraImage messages = {};  ///< Empty once the frame has its pose.
     SteadyTime since = {};      ///< When it entered its current state.
-    bool is_checked = false;    ///< See Decide.
     PosedFrame posed = {};
 
     bool hasImage() const { return state == State::kPosed || messages.image != nullptr; }
@@ -254,9 +248,6 @@ class FrameQueue {
     ros::Time complete_until = {};  ///< Frames up to this stamp are no longer expected.
     bool has_posed_frame = false;
     std::string waiting_for = {};
-    size_t taken = 0;
-    size_t seen_waiting = 0, seen_taken = 0;  ///< Backlog and `taken` at the last check.
-    int behind = 0;              ///< Consecutive checks at which the backlog had not shrunk.
     bool is_overloaded = false;  ///< Whether to shorten the backlog until it is gone.
 
     bool mustWaitFor() const { return !is_colour || has_posed_frame; }
@@ -404,53 +395,43 @@ class FrameQueue {
     };
     if (countOf(isOther) > kMaxWithoutImage) entries_.erase(findOldest(isOther));
     while (imagesOf(stream) > max_images_) {
-      const auto oldest = findOldest(isImageOf(stream));
       // If the map is too slow, all streams share the loss. If messages or poses are late, only
       // their own stream loses frames.
-      dropOldest(isPosed(*oldest) ? streamToDropFrom(stream, isPosed) : stream);
+      const bool is_slow = isPosed(*findOldest(isImageOf(stream)));
+      if (is_slow) streams_[stream].is_overloaded = true;
+      is_slow ? dropOneOf(isPosed) : dropOldest(stream);
     }
     while (bytesOfAll() > max_bytes_) {
-      dropOldest(streamToDropFrom(stream, [](const Entry& entry) { return entry.hasImage(); }));
+      dropOneOf([](const Entry& entry) { return entry.hasImage(); });
     }
   }
 
-  /// Shortens a lasting backlog by dropping a frame for each new one, so that the map stays up to
-  /// date. The backlog is checked each time the map has taken `max_images` / 2 frames, and counts
-  /// as lasting if it has not shrunk at two consecutive checks. After a stall, such as saving a
-  /// map, the backlog shrinks before the second check.
+  /// Once the queue has been full, shortens the backlog by dropping a frame for each new one, until
+  /// the map has caught up.
   void shorten(Stream stream) {
-    StreamState& state = streams_[stream];
     const size_t waiting = countOf([&](const Entry& entry) {
       return entry.stream == stream && isPosed(entry) && !canComeBefore(entry.stamp);
     });
-    if (waiting == 0) state.is_overloaded = false;
-    const bool is_short = waiting <= kBusyFrames;
-    if (is_short || 2 * (state.taken - state.seen_taken) >= max_images_) {
-      state.behind = is_short || waiting < state.seen_waiting ? 0 : state.behind + 1;
-      state.seen_waiting = waiting;
-      state.seen_taken = state.taken;
-    }
-    if (state.behind >= 2) state.is_overloaded = true;
-    if (state.is_overloaded && !is_short) dropOldest(streamToDropFrom(stream, isPosed));
+    bool& is_overloaded = streams_[stream].is_overloaded;
+    is_overloaded = is_overloaded && waiting > 0;
+    if (is_overloaded && waiting > kBusyFrames) dropOneOf(isPosed);
   }
 
-  /// Returns the stream of a random wanted image, or `stream` if there is no such image. The choice
-  /// is random, because under a fixed rule, one stream could lose all its frames.
+  /// Drops the oldest frame of the stream of a random wanted entry, or the oldest entry if none is
+  /// wanted. The choice is random, because under a fixed rule, one stream could lose all its
+  /// frames.
   template <class Wanted>
-  Stream streamToDropFrom(Stream stream, const Wanted& wanted) {
-    std::vector<Stream> of_images;
-    for (const Entry& entry : entries_) {
-      if (wanted(entry)) of_images.push_back(entry.stream);
-    }
-    return of_images.empty() ? stream : of_images[random_() % of_images.size()];
+  void dropOneOf(const Wanted& wanted) {
+    const size_t count = countOf(wanted);
+    if (count == 0)
+      return drop(findOldest([](const Entry&) { return true; }), {drop::kQueueFull, ""});
+    size_t before = random_() % count;
+    dropOldest(findFirst([&](const Entry& e) { return wanted(e) && before-- == 0; })->stream);
   }
 
+  /// @pre The stream has an image.
   void dropOldest(Stream stream) {
     const auto place = findOldest(isImageOf(stream));
-    if (place == entries_.end()) {  // messages without an image
-      entries_.erase(findOldest([&](const Entry& entry) { return entry.stream == stream; }));
-      return;
-    }
     if (place->state == State::kIncomplete) return dropIncomplete(place);
     const std::string& waiting_for = streams_[stream].waiting_for;
     const bool waits_for_pose = place->state == State::kWhole && !waiting_for.empty();

@@ -98,8 +98,8 @@ class ImageStream {
   /// frame still waits for its pose.
   bool step() {
     bool waits = false;
-    const auto decide = [&](const CameraImage& messages, SteadyTime since, bool& is_checked) {
-      FrameQueue::Decision decision = this->decide(messages, since, is_checked);
+    const auto decide = [&](const CameraImage& messages, SteadyTime since) {
+      FrameQueue::Decision decision = this->decide(messages, since);
       waits = std::holds_alternative<std::string>(decision);
       return decision;
     };
@@ -210,14 +210,12 @@ class ImageStream {
     });
   }
 
-  FrameQueue::Decision decide(const CameraImage& messages, SteadyTime since, bool& is_checked) {
+  /// Called again while the frame waits for its pose.
+  FrameQueue::Decision decide(const CameraImage& messages, SteadyTime since) {
     const sensor_msgs::Image& image = *messages.image;
     const ros::Time stamp = image.header.stamp;
-    if (!is_checked) {
-      if (const auto rejection = check(messages)) return *rejection;
-      is_checked = true;
-      handleTimeJump(stamp);
-    }
+    if (const auto rejection = check(messages)) return *rejection;
+    handleTimeJump(stamp);
     PoseAnswer pose{Eigen::Isometry3d::Identity()};
     if (!pose_frame_.empty()) {
       pose = transforms_.find(pose_frame_, cameraFrame(image), stamp);
@@ -231,15 +229,19 @@ class ImageStream {
           pose.text + formatted("; waited %g s (input/tf_timeout_s)", params_.tf_timeout_s)};
     }
     if (!pose.T_W_C) return Rejection{drop::kBeforeTransforms, pose.text};
-    const auto last = std::exchange(last_pose_, std::make_pair(stamp.toSec(), *pose.T_W_C));
+    const double stamp_s = stamp.toSec();
+    const auto last = std::exchange(last_pose_, std::make_pair(stamp_s, *pose.T_W_C));
+    if (last && last->first == stamp_s) return Rejection{drop::kRepeatedStamp, kRepeatedStampText};
+    if (!rate_limit_.takes(stamp_s)) {
+      return Rejection{drop::kOverRate, "the rate is above colour/max_rate_hz"};
+    }
     const auto jump =
-        findJump(last, stamp.toSec(), *pose.T_W_C, params_.max_speed_m_s, params_.max_turn_deg_s);
+        findJump(last, stamp_s, *pose.T_W_C, params_.max_speed_m_s, params_.max_turn_deg_s);
     if (jump) return Rejection{drop::kPoseJump, *jump};
     return makePosed(messages, *pose.T_W_C);
   }
 
-  /// Checks a frame that has just become whole.
-  std::optional<Rejection> check(const CameraImage& frame) {
+  std::optional<Rejection> check(const CameraImage& frame) const {
     if (auto rejection = kind_.check(*frame.image, *frame.info)) return rejection;
     if (frame.mask) {
       if (auto rejection = checkMask(*frame.mask, *frame.image)) return rejection;
@@ -249,12 +251,7 @@ class ImageStream {
           drop::kNoTransform,
           "the image has no frame_id; set it in the driver, or set input/camera_frame"};
     }
-    const ros::Time stamp = frame.image->header.stamp;
-    if (stamp == last_stamp_) {
-      return Rejection{drop::kRepeatedStamp, kRepeatedStampText};
-    }
-    if (rate_limit_.takes(stamp.toSec())) return std::nullopt;
-    return Rejection{drop::kOverRate, "the rate is above colour/max_rate_hz"};
+    return std::nullopt;
   }
 
   std::string cameraFrame(const sensor_msgs::Image& image) const {

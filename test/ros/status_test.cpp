@@ -46,14 +46,14 @@ TEST(Status, ReportsWhatExceedsTheBudget) {
   EXPECT_EQ(statusOf(counts).code, MapStatus::MAPPING);
   counts.refused_cubes = 3;
   expect(statusOf(counts), MapStatus::SPACE_FULL,
-         "the memory for free-space cells (an eighth of map/max_memory_mb) is full: 3 "
-         "free-space cubes stayed unknown; surfaces are still mapped; raise map/max_memory_mb or "
+         "3 free-space cubes stayed unknown because the memory for free-space cells (an eighth of "
+         "map/max_memory_mb) is full; surfaces are still mapped; raise map/max_memory_mb or "
          "space/cell_voxels");
   EXPECT_EQ(statusOf(counts).refused_cubes, 3u);
   counts.refused_blocks = 7;
   expect(statusOf(counts), MapStatus::MAP_FULL,
-         "the map is full: 7 blocks were refused; the map stays usable; raise map/max_memory_mb or "
-         "set map/keep_radius_m or map/page_folder");
+         "7 blocks were refused because the map is full; it stays usable; raise map/max_memory_mb "
+         "or set map/keep_radius_m or map/page_folder");
   counts.refused_cubes = 0;
   counts.pages.failures = 1;
   counts.pages.problem = "no space";
@@ -61,7 +61,7 @@ TEST(Status, ReportsWhatExceedsTheBudget) {
          "7 blocks were refused because map/page_folder is full or fails: no space");
   counts.pages.lost = 4;
   expect(statusOf(counts), MapStatus::PAGES_LOST,
-         "4 blocks or free-space sectors could not be read back and are lost: no space");
+         "4 blocks or free-space sectors could not be read back: no space");
 }
 
 /// Blocks refused by a full map are reported until it is cleared, but must not hide a current
@@ -78,20 +78,14 @@ TEST(Status, AFullMapDoesNotHideCurrentProblems) {
 
 TEST(Status, ReportsTheDataOnDisk) {
   MapStats counts;
-  counts.map_bytes_peak = 77;
-  counts.pages.written = 9;
   counts.pages.bytes = 1234;
   counts.pages.index_bytes = 56;
   counts.pages.blocks = 3;
-  counts.pages.read = 6;
   counts.pages.waits = 2;
   counts.pages.wait_ms = 1500.0;
   MapStatus status = statusOf(counts);
-  EXPECT_EQ(status.map_bytes_peak, 77u);
   EXPECT_EQ(status.paged_blocks, 3u);
   EXPECT_EQ(status.paged_bytes, 1234u);
-  EXPECT_EQ(status.pages_written, 9u);
-  EXPECT_EQ(status.pages_read, 6u);
   EXPECT_EQ(status.page_waits, 2u);
   EXPECT_EQ(status.page_wait_s, 1.5f);
   PagedMeshes::Stats meshes;
@@ -202,7 +196,6 @@ TEST(Status, ReportsALostCameraAndItsLastFit) {
   EXPECT_EQ(pose.inlier_share, 0.25f);
   EXPECT_EQ(pose.correction_m, 0.5f);
   EXPECT_FALSE(pose.lost_since.isZero());
-  ASSERT_FALSE(pose.outcomes.empty());
 }
 
 }  // namespace

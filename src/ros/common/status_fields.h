@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <string>
 
+#include "dtsdf_mapping/mapper.h"
+
 namespace dtsdf {
 
 using dtsdf_mapping::MapStatus;
@@ -41,16 +43,16 @@ inline void addMemory(MapStatus& status, const char* name, const char* place, ui
 }
 
 /// Adds pages (data moved to disk) and their index in memory, and reports lost pages.
-template <class PageStats>
-void addPages(MapStatus& status, const PageStats& pages, const std::string& what) {
+inline void addPages(MapStatus& status, const PageStats& pages, const std::string& what) {
   status.page_failures += pages.failures;
   if (pages.lost > 0) {
     report(status, MapStatus::WARN, MapStatus::PAGES_LOST,
            std::to_string(pages.lost) + " " + what + " could not be read back: " + pages.problem);
   }
-  if (pages.bytes == 0) return;
+  const size_t bytes = pages.bytes + pages.space_bytes;
+  if (bytes == 0) return;
   addMemory(status, "page_index", kHost, pages.index_bytes);
-  addMemory(status, "pages", "disk", pages.bytes);
+  addMemory(status, "pages", "disk", bytes);
 }
 
 inline dtsdf_mapping::DropCount dropCount(const std::string& reason, uint64_t count) {

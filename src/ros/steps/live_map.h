@@ -44,17 +44,11 @@ inline void fillMemory(const MapStats& stats, const MapperMemory& memory, MapSta
     addMemory(status, "staging", kHost, memory.staging);
   }
   if (memory.space > 0) addMemory(status, "space", kHost, memory.space);
-  const PageStats& pages = stats.pages;
-  if (pages.written + pages.space_bytes == 0) return;
-  addMemory(status, "page_index", kHost, pages.index_bytes);
-  addMemory(status, "pages", "disk", pages.bytes + pages.space_bytes);
 }
 
 inline void fillStats(const MapStats& stats, MapStatus& status) {
   status.blocks = stats.blocks;
-  status.voxel_arrays = stats.voxel_arrays;
   status.map_bytes = stats.map_bytes;
-  status.map_bytes_peak = stats.map_bytes_peak;
   status.max_map_bytes = stats.max_map_bytes;
   status.refused_blocks = stats.refused_blocks;
   status.refused_cubes = stats.refused_cubes;
@@ -62,41 +56,28 @@ inline void fillStats(const MapStats& stats, MapStatus& status) {
   const PageStats& pages = stats.pages;
   status.paged_blocks = pages.blocks;
   status.paged_bytes = pages.bytes;
-  status.pages_written = pages.written;
-  status.pages_read = pages.read;
   status.pages_lost = pages.lost;
-  status.page_failures = pages.failures;
+  status.page_failures = 0;  // addPages() adds to it
   status.page_waits = pages.waits;
   status.page_wait_s = static_cast<float>(pages.wait_ms / 1000.0);
+  addPages(status, pages, "blocks or free-space sectors");
 }
 
-/// Reports what did not fit into the budget or was lost on disk since the map was last cleared or
-/// replaced.
+/// Reports what did not fit into the budget since the map was last cleared or replaced.
 inline void reportBudget(const MapStats& stats, MapStatus& status) {
-  const auto warn = [&](uint8_t code, uint64_t count, const std::string& what) {
-    if (count > 0) report(status, MapStatus::WARN, code, what);
-  };
-  const std::string blocks = std::to_string(stats.refused_blocks) + " blocks were refused";
-  const std::string cubes =
-      std::to_string(stats.refused_cubes) + " free-space cubes stayed unknown";
   const std::string of_disk = " because map/page_folder is full or fails: " + stats.pages.problem;
   const bool is_disk = stats.pages.failures > 0;
-  warn(MapStatus::PAGES_LOST, stats.pages.lost,
-       std::to_string(stats.pages.lost) +
-           " blocks or free-space sectors could not be read back and are lost: " +
-           stats.pages.problem);
-  if (is_disk) {
-    warn(MapStatus::DISK_FULL, stats.refused_cubes, cubes + of_disk);
-    warn(MapStatus::DISK_FULL, stats.refused_blocks, blocks + of_disk);
-    return;
-  }
-  warn(MapStatus::MAP_FULL, stats.refused_blocks,
-       "the map is full: " + blocks +
-           "; the map stays usable; raise map/max_memory_mb or set map/keep_radius_m or "
-           "map/page_folder");
-  warn(MapStatus::SPACE_FULL, stats.refused_cubes,
-       "the memory for free-space cells (an eighth of map/max_memory_mb) is full: " + cubes +
-           "; surfaces are still mapped; raise map/max_memory_mb or space/cell_voxels");
+  const auto warn = [&](uint8_t code, uint64_t count, const char* what, const char* remedy) {
+    if (count == 0) return;
+    report(status, MapStatus::WARN, is_disk ? MapStatus::DISK_FULL : code,
+           std::to_string(count) + what + (is_disk ? of_disk : remedy));
+  };
+  warn(MapStatus::MAP_FULL, stats.refused_blocks, " blocks were refused",
+       " because the map is full; it stays usable; raise map/max_memory_mb or set "
+       "map/keep_radius_m or map/page_folder");
+  warn(MapStatus::SPACE_FULL, stats.refused_cubes, " free-space cubes stayed unknown",
+       " because the memory for free-space cells (an eighth of map/max_memory_mb) is full; "
+       "surfaces are still mapped; raise map/max_memory_mb or space/cell_voxels");
 }
 
 /// Used on the map thread only, except fill() and throwIfFailed(). Never waits for transforms, nor

@@ -274,17 +274,7 @@ class PosesStep : public Step {
         toVectors(freeAxes(alignment.covariance.bottomRightCorner<3, 3>(), params.sigma_rad));
     status.lost_since = toTime(tracks() ? tracker_.lostSince_s().value_or(0.0) : 0.0);
     const std::lock_guard<std::mutex> lock(mutex_);
-    dtsdf_mapping::PoseStatus& report = report_.at(frame.camera);
-    status.outcomes.swap(report.outcomes);
-    const auto same =
-        std::find_if(status.outcomes.begin(), status.outcomes.end(),
-                     [&](const auto& known) { return known.reason == status.outcome; });
-    if (same == status.outcomes.end()) {
-      status.outcomes.push_back(dropCount(status.outcome, 1));
-    } else {
-      ++same->count;
-    }
-    report = std::move(status);
+    report_.at(frame.camera) = std::move(status);
   }
 
   /// Publishes the odometry, the path and, with track, the pose in TF.

@@ -54,7 +54,7 @@ TEST(Clouds, AreReadInEveryLayout) {
       ASSERT_TRUE(std::holds_alternative<CameraImage>(converted));
       const auto& [image, info, mask] = std::get<CameraImage>(converted);
       EXPECT_EQ(depthIn(*image), depthOfRoom()) << names;
-      EXPECT_FALSE(checkDepthImage(*image, *info));
+      EXPECT_FALSE(checkDepthImage({image, info}));
     }
   }
 }

@@ -42,7 +42,8 @@ sensor_msgs::ImagePtr makeImage(const std::string& encoding, const std::vector<u
 /// RGB values of the first pixel as the mapper reads them.
 std::vector<int> firstPixel(const sensor_msgs::ImageConstPtr& image) {
   const sensor_msgs::CameraInfo info = colourInfo(image->width, image->height);
-  const auto rejection = checkColourImage(*image, info);
+  const auto rejection =
+      checkColourImage({image, boost::make_shared<sensor_msgs::CameraInfo>(info)});
   EXPECT_FALSE(rejection) << image->encoding << ": " << rejection->text;
   if (rejection) return {};
   cv_bridge::CvImageConstPtr pixels;
@@ -62,7 +63,8 @@ std::vector<int> firstPixel(const sensor_msgs::ImageConstPtr& image) {
 }
 
 DropReason colourReason(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) {
-  const auto rejection = checkColourImage(image, info);
+  const auto rejection = checkColourImage({boost::make_shared<sensor_msgs::Image>(image),
+                                           boost::make_shared<sensor_msgs::CameraInfo>(info)});
   EXPECT_TRUE(rejection.has_value());
   return rejection ? rejection->reason : drop::kPaused;
 }

@@ -55,8 +55,13 @@ std::vector<uint16_t> pixelsOf(const DepthFrame& frame) {
 
 const std::vector<uint16_t> kPixels{1000, 1001, 1002, 1003, 1004, 1005};
 
+std::optional<Rejection> check(const sensor_msgs::Image& image,
+                               const sensor_msgs::CameraInfo& info) {
+  return checkDepthImage({share(image), boost::make_shared<sensor_msgs::CameraInfo>(info)});
+}
+
 DropReason depthReason(const sensor_msgs::Image& image, const sensor_msgs::CameraInfo& info) {
-  const auto rejection = checkDepthImage(image, info);
+  const auto rejection = check(image, info);
   EXPECT_TRUE(rejection.has_value());
   return rejection ? rejection->reason : drop::kPaused;
 }
@@ -65,7 +70,7 @@ TEST(DepthImage, AcceptsEitherByteOrderAndPadding) {
   for (const bool big_endian : {false, true}) {
     for (const uint32_t padding : {0u, 2u}) {
       const sensor_msgs::Image image = makeImage(big_endian, padding);
-      ASSERT_FALSE(checkDepthImage(image, depthInfo())) << big_endian << " " << padding;
+      ASSERT_FALSE(check(image, depthInfo())) << big_endian << " " << padding;
       cv_bridge::CvImageConstPtr pixels;
       EXPECT_EQ(pixelsOf(makeDepthFrame(share(image), depthInfo(), pixels)), kPixels)
           << big_endian << " " << padding;
@@ -94,7 +99,7 @@ TEST(DepthImage, AcceptsMono16) {
   for (const bool big_endian : {false, true}) {
     sensor_msgs::Image image = makeImage(big_endian, 2);
     image.encoding = "mono16";
-    ASSERT_FALSE(checkDepthImage(image, depthInfo()));
+    ASSERT_FALSE(check(image, depthInfo()));
     cv_bridge::CvImageConstPtr pixels;
     const DepthFrame frame = makeDepthFrame(share(image), depthInfo(), pixels);
     EXPECT_EQ(frame.encoding, DepthEncoding::kUint16);
@@ -194,7 +199,7 @@ TEST(Intrinsics, FollowBinningAndRegionOfInterest) {
   info.roi.x_offset = 1;
   info.binning_x = 2;
   info.binning_y = 2;
-  EXPECT_FALSE(checkDepthImage(makeImage(), info));
+  EXPECT_FALSE(check(makeImage(), info));
   EXPECT_FLOAT_EQ(intrinsicsOf(info).fx, 100.0f);
   EXPECT_FLOAT_EQ(intrinsicsOf(info).cx, 0.25f);
 }
@@ -236,7 +241,7 @@ TEST(CompressedImage, DecodesToTheOriginalImage) {
   info.width = 3;
   info.height = 2;
   info.K = {100.0, 0.0, 1.0, 0.0, 100.0, 0.5, 0.0, 0.0, 1.0};
-  EXPECT_FALSE(checkDepthImage(*image, info));
+  EXPECT_FALSE(check(*image, info));
   cv_bridge::CvImageConstPtr pixels;
   const DepthFrame frame = makeDepthFrame(image, info, pixels);
   EXPECT_EQ(static_cast<const uint16_t*>(frame.data)[4], 400);

@@ -248,6 +248,9 @@ class BagImages : public ImageSource<Frame> {
                       "input/camera_info=latest), or give --intrinsics");
     }
     if (!options_.mask_topic.empty()) requireMessages(bag_, options_.mask_topic);
+    for (const auto& message : rosbag::View(bag_, rosbag::TopicQuery(options_.mask_topic))) {
+      masks_.emplace(headerOf(message).stamp, message);
+    }
     poses_ = std::make_unique<BagPoses>(bag_, options_);
     // Reads all camera_infos first, because an image may be recorded before its camera_info.
     for (const auto& message : rosbag::View(bag_, rosbag::TopicQuery(info_topic_))) {
@@ -323,28 +326,30 @@ class BagImages : public ImageSource<Frame> {
     } else {
       given.image = imageOf(kKind, message, problem);
     }
-    sensor_msgs::ImageConstPtr image = given.image;
-    if (!image) return skip({drop::kBadImage, problem});
-    const sensor_msgs::CameraInfoConstPtr info = given.info ? given.info : infoOf(*image);
-    if (!info) {
+    if (!given.image) return skip({drop::kBadImage, problem});
+    if (!given.info) given.info = infoOf(*given.image);
+    if (!given.info) {
       return skip({drop::kNoCameraInfo,
                    noInfoText(printable(info_topic_), options_.input.latest_camera_info)});
     }
-    if (const auto rejection = kKind.check(*image, *info)) return skip(*rejection);
-    if (!kIsColour && std::exchange(last_stamp_, image->header.stamp) == image->header.stamp) {
+    const std_msgs::Header& header = given.image->header;
+    given.mask = maskOf(*given.image);
+    if (const auto rejection = kKind.check(given)) return skip(*rejection);
+    if (!kIsColour && std::exchange(last_stamp_, header.stamp) == header.stamp) {
       return skip({drop::kRepeatedStamp, kRepeatedStampText});
     }
-    if (const auto rejection = applyMaskTo(image, message.getTime())) return skip(*rejection);
-    const PoseAnswer pose = poseOf(image->header);
+    if (!given.mask && !options_.mask_topic.empty()) {
+      return skip({drop::kNoMask, noMaskText(printable(options_.mask_topic))});
+    }
+    const PoseAnswer pose = poseOf(header);
     if (!pose.T_W_C) {
-      if (!kIsColour) poses_->requireFrames(image->header, bag_);
+      if (!kIsColour) poses_->requireFrames(header, bag_);
       return skip(poses_->missingPoseReason(), pose.text);
     }
     const auto pixels = std::make_shared<cv_bridge::CvImageConstPtr>();
     Frame frame;
     try {
-      auto made =
-          rectification_->frameOf({image, info}, clouds_.has_value(), options_.input, *pixels);
+      auto made = rectification_->frameOf(given, clouds_.has_value(), options_.input, *pixels);
       std::visit([&](auto& of) { of.T_W_C = *pose.T_W_C; }, made);
       if constexpr (kIsColour) {
         frame.colour = std::get<ColourFrame>(made);
@@ -355,7 +360,7 @@ class BagImages : public ImageSource<Frame> {
       return skip({drop::kBadImage, errorText(error)});
     }
     frame.pixels = pixels;
-    frame.stamp_s = image->header.stamp.toSec();
+    frame.stamp_s = header.stamp.toSec();
     return frame;
   }
 
@@ -382,23 +387,10 @@ class BagImages : public ImageSource<Frame> {
     return after == infos_.begin() ? after->second : std::prev(after)->second;
   }
 
-  /// Applies the mask that has the image's stamp and was recorded within 5 s of the image. @return
-  /// why that failed; nothing on success.
-  std::optional<Rejection> applyMaskTo(sensor_msgs::ImageConstPtr& image,
-                                       const ros::Time& recorded) const {
-    if (options_.mask_topic.empty()) return std::nullopt;
-    constexpr double kRecordedNear_s = 5.0;
-    const ros::Duration reach(std::min(kRecordedNear_s, recorded.toSec()));
-    rosbag::View masks(bag_, rosbag::TopicQuery(options_.mask_topic), recorded - reach,
-                       recorded + reach);
-    for (const rosbag::MessageInstance& message : masks) {
-      const auto mask = message.instantiate<sensor_msgs::Image>();
-      if (!mask || mask->header.stamp != image->header.stamp) continue;
-      if (auto rejection = checkMask(*mask, *image)) return rejection;
-      image = applyMask(*mask, *image);
-      return std::nullopt;
-    }
-    return Rejection{drop::kNoMask, noMaskText(printable(options_.mask_topic))};
+  /// The mask with an image's stamp; null if there is none.
+  sensor_msgs::ImageConstPtr maskOf(const sensor_msgs::Image& image) const {
+    const auto mask = masks_.find(image.header.stamp);
+    return mask == masks_.end() ? nullptr : mask->second.instantiate<sensor_msgs::Image>();
   }
 
   PoseAnswer poseOf(const std_msgs::Header& header) {
@@ -414,6 +406,7 @@ class BagImages : public ImageSource<Frame> {
   std::string topic_, info_topic_;
   std::unique_ptr<BagPoses> poses_;
   std::map<ros::Time, sensor_msgs::CameraInfoConstPtr> infos_;
+  std::map<ros::Time, rosbag::MessageInstance> masks_;
   std::optional<Eigen::Isometry3d> first_T_W_C_;  ///< Pose of all images with first_pose_only.
   std::optional<Rectification> rectification_;
   std::optional<CloudImages> clouds_;  ///< Set if depth was recorded as clouds.
@@ -445,17 +438,13 @@ bool isInertial(const rosbag::MessageInstance& message) {
   return message.isType<sensor_msgs::Imu>();
 }
 
-std::string chooseTopic(const rosbag::Bag& bag, const BagOptions& options) {
-  if (!options.imu_topic.empty()) {
-    requireMessages(bag, options.imu_topic);
-    return options.imu_topic;
-  }
-  return onlyOneOf(findImageTopics(bag, isInertial), bag,
-                   "IMU messages (sensor_msgs/Imu), which map/level: imu needs", "--imu-topic");
-}
-
 Eigen::Vector3d findUp(const rosbag::Bag& bag, const BagOptions& options) {
-  const std::string topic = chooseTopic(bag, options);
+  std::string topic = options.imu_topic;
+  if (!topic.empty()) requireMessages(bag, topic);
+  if (topic.empty()) {
+    topic = onlyOneOf(findImageTopics(bag, isInertial), bag,
+                      "IMU messages (sensor_msgs/Imu), which map/level: imu needs", "--imu-topic");
+  }
   BagOptions of_sensor = options;
   of_sensor.input.camera_frame.clear();  // uses the frame of the messages
   const BagPoses poses(bag, of_sensor);

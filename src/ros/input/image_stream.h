@@ -26,7 +26,6 @@
 #include "ros/input/frame_queue.h"
 #include "ros/input/images.h"
 #include "ros/input/input_status.h"
-#include "ros/input/pose_checks.h"
 #include "ros/input/rectification.h"
 #include "ros/input/transforms.h"
 
@@ -242,10 +241,7 @@ class ImageStream {
   }
 
   std::optional<Rejection> check(const CameraImage& frame) const {
-    if (auto rejection = kind_.check(*frame.image, *frame.info)) return rejection;
-    if (frame.mask) {
-      if (auto rejection = checkMask(*frame.mask, *frame.image)) return rejection;
-    }
+    if (auto rejection = kind_.check(frame)) return rejection;
     if (cameraFrame(*frame.image).empty()) {
       return Rejection{
           drop::kNoTransform,
@@ -277,10 +273,7 @@ class ImageStream {
     posed.frame_id = cameraFrame(*messages.image);
     posed.camera = camera_;
     try {
-      const auto image =
-          messages.mask ? applyMask(*messages.mask, *messages.image) : messages.image;
-      posed.image =
-          rectification_.frameOf({image, messages.info}, is_cloud_, params_, posed.pixels);
+      posed.image = rectification_.frameOf(messages, is_cloud_, params_, posed.pixels);
     } catch (const std::exception& error) {  // from OpenCV or cv_bridge, or no memory for a copy
       return Rejection{drop::kBadImage, errorText(error)};
     }

@@ -153,6 +153,20 @@ std::optional<DepthEncoding> depthEncodingOf(const std::string& encoding) {
   return is_16_bit ? std::optional<DepthEncoding>(DepthEncoding::kUint16) : std::nullopt;
 }
 
+std::optional<Rejection> checkMask(const sensor_msgs::Image& mask,
+                                   const sensor_msgs::Image& depth) {
+  if (mask.encoding != enc::MONO8 && mask.encoding != enc::TYPE_8UC1) {
+    return Rejection{drop::kBadEncoding, "the mask has the encoding '" + printable(mask.encoding) +
+                                             "'; it must be mono8"};
+  }
+  if (mask.width != depth.width || mask.height != depth.height) {
+    return Rejection{drop::kSizeMismatch,
+                     formatted("the mask is %u x %u, but its image is %u x %u", mask.width,
+                               mask.height, depth.width, depth.height)};
+  }
+  return checkPixels(mask, 1);
+}
+
 }  // namespace
 
 std::string withoutTransport(const std::string& topic) {
@@ -164,13 +178,16 @@ std::string withoutTransport(const std::string& topic) {
 
 bool isDepthEncoding(const std::string& encoding) { return depthEncodingOf(encoding).has_value(); }
 
-std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
-                                         const sensor_msgs::CameraInfo& info) {
+std::optional<Rejection> checkDepthImage(const CameraImage& given) {
+  const sensor_msgs::Image& image = *given.image;
   if (!isDepthEncoding(image.encoding)) {
     return Rejection{drop::kBadEncoding, "the encoding is '" + printable(image.encoding) +
                                              "'; depth must be 16UC1 or 32FC1"};
   }
-  return checkImage(image, info, image.encoding == enc::TYPE_32FC1 ? 4 : 2);
+  if (auto rejection = checkImage(image, *given.info, image.encoding == enc::TYPE_32FC1 ? 4 : 2)) {
+    return rejection;
+  }
+  return given.mask ? checkMask(*given.mask, image) : std::nullopt;
 }
 
 DepthFrame makeDepthFrame(const sensor_msgs::ImageConstPtr& image,
@@ -238,8 +255,8 @@ bool isColourEncoding(const std::string& encoding) {
          isYuv(encoding);
 }
 
-std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
-                                          const sensor_msgs::CameraInfo& info) {
+std::optional<Rejection> checkColourImage(const CameraImage& given) {
+  const sensor_msgs::Image& image = *given.image;
   if (!isColourEncoding(image.encoding)) {
     return Rejection{drop::kBadEncoding,
                      "the encoding is '" + printable(image.encoding) +
@@ -250,7 +267,7 @@ std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
     return Rejection{drop::kBadImage, "the width of a YUV 4:2:2 image must be even, not " +
                                           std::to_string(image.width)};
   }
-  return checkImage(image, info, pixelBytes(image.encoding));
+  return checkImage(image, *given.info, pixelBytes(image.encoding));
 }
 
 ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
@@ -265,20 +282,6 @@ ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
   frame.data = pixels->image.data;
   frame.row_bytes = pixels->image.step[0];
   return frame;
-}
-
-std::optional<Rejection> checkMask(const sensor_msgs::Image& mask,
-                                   const sensor_msgs::Image& depth) {
-  if (mask.encoding != enc::MONO8 && mask.encoding != enc::TYPE_8UC1) {
-    return Rejection{drop::kBadEncoding, "the mask has the encoding '" + printable(mask.encoding) +
-                                             "'; it must be mono8"};
-  }
-  if (mask.width != depth.width || mask.height != depth.height) {
-    return Rejection{drop::kSizeMismatch,
-                     formatted("the mask is %u x %u, but its image is %u x %u", mask.width,
-                               mask.height, depth.width, depth.height)};
-  }
-  return checkPixels(mask, 1);
 }
 
 sensor_msgs::ImageConstPtr applyMask(const sensor_msgs::Image& mask,

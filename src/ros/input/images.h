@@ -46,9 +46,9 @@ std::optional<Rejection> checkImage(const sensor_msgs::Image& image,
 /// Whether an encoding is 16UC1, mono16 or 32FC1.
 bool isDepthEncoding(const std::string& encoding);
 
-/// What is wrong with an image or its camera_info; nothing if both are usable.
-std::optional<Rejection> checkDepthImage(const sensor_msgs::Image& image,
-                                         const sensor_msgs::CameraInfo& info);
+/// What is wrong with an image, its camera_info or, if there is one, its mask; nothing if all are
+/// usable.
+std::optional<Rejection> checkDepthImage(const CameraImage& given);
 
 /// The frame of an image that passed checkDepthImage(), without its pose. `pixels` owns its data:
 /// shared with the message, or a copy if the byte order is not native or rows do not hold whole
@@ -67,8 +67,7 @@ bool isColourEncoding(const std::string& encoding);
 bool showsColour(const std::string& encoding);
 
 /// What is wrong with an image or its camera_info; nothing if both are usable.
-std::optional<Rejection> checkColourImage(const sensor_msgs::Image& image,
-                                          const sensor_msgs::CameraInfo& info);
+std::optional<Rejection> checkColourImage(const CameraImage& given);
 
 /// The frame of an image that passed checkColourImage(), without its pose. `pixels` owns its data:
 /// shared with the message if the mapper supports the encoding, otherwise a converted copy.
@@ -79,10 +78,6 @@ ColourFrame makeColourFrame(const sensor_msgs::ImageConstPtr& image,
                             cv_bridge::CvImageConstPtr& pixels);
 
 // Masks hide parts of a depth image that do not belong to the scene, such as the robot's arm.
-
-/// What is wrong with a mask for a depth image that passed checkDepthImage(); nothing if it is
-/// usable.
-std::optional<Rejection> checkMask(const sensor_msgs::Image& mask, const sensor_msgs::Image& depth);
 
 /// A copy of the depth image, without measurements where the mask is not 0. @pre Both have passed
 /// their checks.
@@ -132,7 +127,7 @@ struct ImageKind {
   bool (*has_encoding)(const std::string&);
   bool (*has_format)(const sensor_msgs::CompressedImage&);
   /// What is wrong with an image; nothing if it is usable.
-  std::optional<Rejection> (*check)(const sensor_msgs::Image&, const sensor_msgs::CameraInfo&);
+  std::optional<Rejection> (*check)(const CameraImage&);
   bool is_colour;
 };
 

@@ -131,7 +131,9 @@ CameraImage Rectification::apply(const CameraImage& raw) {
 std::variant<DepthFrame, ColourFrame> Rectification::frameOf(const CameraImage& raw, bool is_cloud,
                                                              const InputParams& input,
                                                              cv_bridge::CvImageConstPtr& pixels) {
-  const CameraImage camera = is_cloud ? raw : apply(raw);
+  CameraImage camera = raw;
+  if (raw.mask) camera.image = applyMask(*raw.mask, *raw.image);
+  if (!is_cloud) camera = apply(camera);
   if (is_colour_) return makeColourFrame(camera.image, *camera.info, pixels);
   DepthFrame depth = makeDepthFrame(camera.image, *camera.info, pixels, input.unit_16uc1_m,
                                     is_cloud ? 1.0f : input.unit_32fc1_m);

@@ -29,9 +29,9 @@ class Rectification {
   /// @pre `raw` has passed checkDepthImage() or checkColourImage().
   CameraImage apply(const CameraImage& raw);
 
-  /// The rectified frame of an image that has passed its checks, without its pose. Unit and axis of
-  /// depth are as in `input`, but clouds are in metres along the optical axis, and not distorted.
-  /// `pixels` owns the data, as in makeDepthFrame() and makeColourFrame().
+  /// The masked and rectified frame of an image that has passed its checks, without its pose. Unit
+  /// and axis of depth are as in `input`, but clouds are in metres along the optical axis, and not
+  /// distorted. `pixels` owns the data, as in makeDepthFrame() and makeColourFrame().
   /// @throws std::exception from OpenCV or cv_bridge, or if there is too little memory.
   std::variant<DepthFrame, ColourFrame> frameOf(const CameraImage& raw, bool is_cloud,
                                                 const InputParams& input,

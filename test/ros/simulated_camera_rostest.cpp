@@ -52,8 +52,9 @@ TEST(SimulatedCamera, MeshMatchesTheRoom) {
       [&] { return status.status().frames_fused + status.status().frames_dropped >= kFramesOfLap; },
       60.0))
       << status.status().message;
-  EXPECT_EQ(status.status().images_received, kFramesOfLap);
   EXPECT_GE(status.status().frames_fused, kFramesOfLap / 2) << status.status().message;
+  EXPECT_TRUE(waitUntil([&] { return status.status().message == "mapping"; }));
+  pauseMapping(true);
   const auto saved = saveMapAs("room.dtsdf");
   ASSERT_TRUE(saved.success) << saved.message;
   const MeshOfMap expected = meshOfMap(saved.path);
@@ -61,7 +62,6 @@ TEST(SimulatedCamera, MeshMatchesTheRoom) {
   ASSERT_TRUE(waitUntil([&] { return status.status().triangles == expected.triangles; }));
   ASSERT_TRUE(waitUntil([&] { return mesh.triangles() == expected.shown; }));
   EXPECT_TRUE(waitUntil([&] { return diagnosed; }));
-  EXPECT_EQ(status.status().message, "mapping");
   EXPECT_GT(status.status().integrate_ms, 0.0f);
 
   const Scene room = makeRoomScene();

@@ -31,12 +31,10 @@ struct SimulatedCameraParams {
   bool in_millimetres = true;  ///< Depth is 16UC1; else 32FC1, in metres.
   int width_px = 320;
   int height_px = 240;
-  double focal_px = 277.0;           ///< Field of view: 60 degrees at 320 pixels.
-  double rate_hz = 10.0;             ///< Frames per second of wall time.
-  double lap_s = 24.0;               ///< Duration of a lap around the room.
-  int moving = 0;                    ///< Number of balls that circle in the room.
-  int frames = 0;                    ///< Number of frames; 0: no limit.
-  bool wait_for_subscriber = false;  ///< Waits for a subscriber before the first frame.
+  double focal_px = 277.0;  ///< Field of view: 60 degrees at 320 pixels.
+  double rate_hz = 10.0;    ///< Frames per second of wall time.
+  double lap_s = 24.0;      ///< Duration of a lap around the room.
+  int moving = 0;           ///< Number of balls that circle in the room.
 };
 
 template <class Visitor>
@@ -51,8 +49,6 @@ void visitParams(SimulatedCameraParams& p, Visitor& visit) {
   visit("rate_hz", p.rate_hz, Range{0.1, 1000.0});
   visit("lap_s", p.lap_s, Range{0.1, 1e6});
   visit("moving", p.moving, Range{0, 100});
-  visit("frames", p.frames, Range{0, 1 << 30});
-  visit("wait_for_subscriber", p.wait_for_subscriber);
 }
 
 namespace enc = sensor_msgs::image_encodings;
@@ -72,11 +68,10 @@ class SimulatedCamera {
     colour_infos_ = nh.advertise<sensor_msgs::CameraInfo>("color/camera_info", 5);
   }
 
-  /// Publishes until all frames are sent or ROS shuts down.
+  /// Publishes until ROS shuts down.
   void run() {
-    if (params_.wait_for_subscriber && !waitForSubscriber()) return;
     ros::WallRate rate(params_.rate_hz);
-    for (int i = 0; ros::ok() && (params_.frames == 0 || i < params_.frames); ++i) {
+    for (int i = 0; ros::ok(); ++i) {
       publishFrame(i);
       ros::spinOnce();
       rate.sleep();
@@ -84,15 +79,6 @@ class SimulatedCamera {
   }
 
  private:
-  bool waitForSubscriber() const {
-    // A subscriber connects to the two topics one after the other.
-    while (ros::ok() && (images_.getNumSubscribers() == 0 || infos_.getNumSubscribers() == 0)) {
-      ros::spinOnce();
-      ros::WallDuration(0.02).sleep();
-    }
-    return ros::ok();
-  }
-
   void publishFrame(int index) {
     const ros::Time stamp = ros::Time::now();
     if (index == 0) first_stamp_ = stamp;

@@ -16,7 +16,6 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -127,23 +126,25 @@ class CorrectStep : public Step {
 
   /// Takes precedence over a waiting frame, but replays at most two records per new frame, which is
   /// enough to catch up.
-  bool work(bool frame_waits) override try {
+  bool work(bool frame_waits) override {
     constexpr int kWorkPerFrame = 4;
-    if (refusion_) {
-      if (frame_waits && work_since_frame_ >= kWorkPerFrame) return false;
-      fuseAgain();
-    } else if (opening_.valid()) {
-      if (opening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
-      startRefusion();
-    } else if (waiting_) {
-      open();
-    } else {
-      return false;
+    try {
+      if (refusion_) {
+        if (frame_waits && work_since_frame_ >= kWorkPerFrame) return false;
+        fuseAgain();
+      } else if (opening_.valid()) {
+        if (opening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+        startRefusion();
+      } else if (waiting_) {
+        open();
+      } else {
+        return false;
+      }
+    } catch (const std::exception& error) {
+      answer(current_, false, errorText(error));
+      endCurrent();
     }
-    return true;
-  } catch (const std::exception& error) {
-    answer(current_, false, errorText(error));
-    endCurrent();
+    updateProgress();
     return true;
   }
 
@@ -180,7 +181,6 @@ class CorrectStep : public Step {
     }
     answer(waiting_, false, kReplaced);
     waiting_ = std::move(request);
-    updateProgress();
   }
 
  private:
@@ -299,15 +299,13 @@ class CorrectStep : public Step {
       return endCurrent();
     }
     work_since_frame_ = 0;
-    updateProgress();
   }
 
   void fuseAgain() {
     const bool has_replayed = refusion_->step(host_.map.mapBytes());
     // A step that replayed nothing counts, too, because hasCaughtUp() may wait for the disk.
     work_since_frame_ += has_replayed ? 2 : 1;
-    if (!has_replayed && hasCaughtUp()) return finish();
-    updateProgress();
+    if (!has_replayed && hasCaughtUp()) finish();
   }
 
   /// Whether every record of the journal has been replayed. Waits briefly for the last records to
@@ -323,7 +321,7 @@ class CorrectStep : public Step {
   /// Replaces the live map with the corrected one.
   void finish() {
     const auto& mesh = refusion_->takeMesh();
-    std::unique_ptr<Mapper> before = host_.map.replaceCorrected(refusion_->takeMapper(), mesh);
+    host_.map.replaceCorrected(refusion_->takeMapper(), mesh);
     journal_->add(refusion_->correction());
     T_W_S_ = refusion_->motion() * T_W_S_;
     fused_ = refusion_->firstCamera();
@@ -334,18 +332,12 @@ class CorrectStep : public Step {
                      effect.moved, effect.farthest_m, effect.farthest_rad, refusion_->fused(),
                      std::round(100.0 * took_s) / 100.0),
            effect.moved, refusion_->fused());
-    endCurrent(std::move(before));
+    endCurrent();
   }
 
-  /// Ends the current correction. Maps are freed on another thread, because freeing a large map
-  /// takes a while.
-  void endCurrent(std::unique_ptr<Mapper> map = nullptr) {
+  void endCurrent() {
     current_.reset();
-    if (refusion_ == nullptr) return updateProgress();
-    freeing_ = std::async(
-        std::launch::async,
-        [maps = std::make_tuple(std::move(map), std::move(refusion_))]() mutable { maps = {}; });
-    updateProgress();
+    refusion_.reset();
   }
 
   void giveUp(const std::string& reason) {
@@ -353,6 +345,7 @@ class CorrectStep : public Step {
     answer(waiting_, false, reason);
     waiting_.reset();
     endCurrent();
+    updateProgress();
     fused_.clear();
     T_W_S_ = Eigen::Isometry3d::Identity();
   }
@@ -390,7 +383,6 @@ class CorrectStep : public Step {
   std::unique_ptr<Refusion> refusion_;
   /// Work since the last frame: 2 per replayed record, 1 per other step.
   int work_since_frame_ = 0;
-  std::future<void> freeing_;
 
   /// Poses of the first camera's fused frames, by stamp; cleared if stamps jump back.
   std::vector<StampedPose> fused_;

@@ -297,10 +297,10 @@ class PosesStep : public Step {
     odometry_.publish(odometry);
     publishPath(stamp, T_C_B);
     if (!tracks()) return;
-    if (parent_ != params_.map_frame) {
-      sendTransform(params_.map_frame, parent_, Eigen::Isometry3d::Identity(), stamp);
-    }
-    sendTransform(parent_, base, T_M_B, stamp);
+    const bool has_parent =
+        parent_ == params_.map_frame ||
+        sendTransform(params_.map_frame, parent_, Eigen::Isometry3d::Identity(), stamp);
+    if (has_parent) sendTransform(parent_, base, T_M_B, stamp);
   }
 
   /// Publishes the trajectory so far, thinned out if it is long.
@@ -328,22 +328,18 @@ class PosesStep : public Step {
   }
 
   /// Broadcasts a transform, unless another publisher gives the child a different parent.
-  void sendTransform(const std::string& parent, const std::string& child,
+  bool sendTransform(const std::string& parent, const std::string& child,
                      const Eigen::Isometry3d& T, const ros::Time& stamp) {
     const std::string other = host_.transforms.otherParentOf(child, parent, stamp);
     if (other.empty()) broadcaster_->sendTransform(makeTransform(parent, child, T, stamp));
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (other.empty()) {
-      if (blocked_frame_ == child) problem_.clear();
-      return;
-    }
-    blocked_frame_ = child;
-    problem_ =
+    const std::string problem =
         "poses are not published in TF, where '" + printable(child) + "' already has the parent '" +
         printable(other) +
         "': set poses/base_frame to the root of the camera's own frames, or stop the other " +
         "publisher of the pose";
-    ROS_WARN_STREAM_THROTTLE_NAMED(60.0, "dtsdf_mapping", problem_);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    problem_ = other.empty() ? "" : problem;
+    return other.empty();
   }
 
   const Host& host_;
@@ -371,7 +367,6 @@ class PosesStep : public Step {
   mutable std::mutex mutex_;                       ///< Guards the members below.
   std::vector<dtsdf_mapping::PoseStatus> report_;  ///< One for each camera.
   std::string problem_;                            ///< Why a transform is not published, or empty.
-  std::string blocked_frame_;  ///< Child frame of the transform that `problem_` is about.
 };
 
 }  // namespace dtsdf

@@ -69,7 +69,6 @@ class MapChunks {
   MapInfo info() const;
 
  private:
-  [[noreturn]] void throwWrongSizes() const;
   template <class Check>
   void reportingDamage(const Check& check) const;
   void findRecords();
@@ -78,9 +77,6 @@ class MapChunks {
   const Record& get(const char* kind) const;
   void readSettings();
   void readTables();
-  void readBlocks(size_t count);
-  void readColourIndex();
-  void readFree(MapSize known);
   void checkRoom(const MapSize& taken) const;
   template <class Word>
   void readWords(const Record& record, uint64_t sum, size_t count, PlainArray<Word>& words) const;

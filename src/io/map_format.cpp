@@ -78,10 +78,10 @@ uint64_t contentHashOf(const MapContents& head, const std::vector<uint64_t>& sum
   };
   counts.putText(boundSettingsText(head.settings)).put(head.frames).put(head.supporting_frames);
   add(kState, counts.bytes);
-  add(kBlocks, encodeBlocks(head.blocks));
-  if (head.painted) add(kColourIndex, encodeColourIndex(head));
-  if (head.cell_voxels != 0) add(kFree, encodeFree(head));
-  for (const uint64_t sum : sums) all.put(sum);
+  visitTables(head, [&](const char* kind, bool is_present, const auto& content) {
+    if (is_present) add(kind, encoded(content));
+  });
+  all.rest(sums);
   return hashOf(all.bytes.data(), all.bytes.size());
 }
 

@@ -10,6 +10,18 @@
 #include "io/records.h"
 
 namespace dtsdf {
+
+template <class Io>
+void fields(Io& io, MapBlock& block) {
+  io(block.key, block.directions);
+}
+template <class Io>
+void fields(Io& io, MapFreeCube& cube) {
+  uint32_t zero = 0;
+  io(cube.key, zero);
+  for (uint64_t& word : cube.cells) io(word);
+}
+
 namespace map_format {
 
 /// Four-letter code that identifies map files.
@@ -24,9 +36,6 @@ constexpr char kSettings[] = "SETT", kFrame[] = "FRAM", kLevel[] = "LEVL", kBox[
 constexpr int kMaxChunksAtOnce = 4;
 
 constexpr size_t kArrayWords = 512, kBrickWords = 64;
-constexpr size_t kStateBytes = 40, kBlockBytes = 16, kEndBytes = 24;
-constexpr size_t kColourHeadBytes = 16, kBlockBricksBytes = 8;
-constexpr size_t kFreeHeadBytes = 8, kFreeRecordBytes = 80;
 /// Maximum size of the settings, and of the frame's name, in bytes.
 constexpr uint64_t kMaxText = 1 << 20;
 /// Maximum size of a box record, in bytes.
@@ -46,35 +55,28 @@ std::string settingsText(const ParamTree& settings);
 /// The settings that cannot change during the life of a map, as text for its content hash.
 std::string boundSettingsText(const ParamTree& settings);
 
-// The functions below read or write the contents of the small records.
-
 template <class Io, class Contents, class Size>
 void visitState(Io& io, Contents& contents, Size& size) {
   static_assert(sizeof(size_t) == sizeof(uint64_t), "sizes are written as 64-bit numbers");
   io(contents.frames, contents.supporting_frames, size.blocks, size.voxel_arrays, contents.stamp_s);
 }
 
-template <class Io, class Blocks>
-void visitBlocks(Io& io, Blocks& blocks) {
-  for (auto& block : blocks) io(block.key, block.directions);
-}
-
-template <class Io, class Contents>
-void visitColourIndex(Io& io, Contents& contents) {
-  uint32_t zero = 0;
-  for (auto& gain : contents.exposure) io(gain);
-  io(zero);
-  for (auto& block : contents.blocks) io(block.bricks);
-}
-
-template <class Io, class Contents>
-void visitFree(Io& io, Contents& contents) {
-  uint32_t zero = 0;
-  io(contents.cell_voxels, zero);
-  for (auto& cube : contents.free_cubes) {
-    io(cube.key, zero);
-    for (auto& word : cube.cells) io(word);
-  }
+/// Describes the tables of a map, in file order: calls `visit` with the kind of each record,
+/// whether the map has it, and a function that reads or writes its content.
+template <class Contents, class Visit>
+void visitTables(Contents& map, const Visit& visit) {
+  visit(kBlocks, true, [&](auto& io) { io.rest(map.blocks); });
+  visit(kColourIndex, map.painted, [&](auto& io) {
+    uint32_t zero = 0;
+    for (auto& gain : map.exposure) io(gain);
+    io(zero);
+    for (auto& block : map.blocks) io(block.bricks);
+  });
+  visit(kFree, map.cell_voxels != 0, [&](auto& io) {
+    uint32_t zero = 0;
+    io(map.cell_voxels, zero);
+    io.rest(map.free_cubes);
+  });
 }
 
 /// The bytes that visit(io) writes.
@@ -83,15 +85,6 @@ Bytes encoded(const Visit& visit) {
   ByteWriter out;
   visit(out);
   return std::move(out.bytes);
-}
-inline Bytes encodeBlocks(const std::vector<MapBlock>& blocks) {
-  return encoded([&](ByteWriter& out) { visitBlocks(out, blocks); });
-}
-inline Bytes encodeColourIndex(const MapContents& contents) {
-  return encoded([&](ByteWriter& out) { visitColourIndex(out, contents); });
-}
-inline Bytes encodeFree(const MapContents& contents) {
-  return encoded([&](ByteWriter& out) { visitFree(out, contents); });
 }
 
 /// The content hash of a map whose voxels and colours have these checksums, in file order.

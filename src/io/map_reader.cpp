@@ -16,8 +16,6 @@ using namespace map_format;
 
 namespace {
 
-constexpr uint64_t kMaxArrays = uint64_t{1} << 40;  // so that sizes in bytes fit in 64 bits
-
 bool isKnown(const Record& record) {
   static constexpr const char* kKnown[] = {kSettings,    kFrame, kLevel,  kBox,     kState, kBlocks,
                                            kColourIndex, kFree,  kVoxels, kColours, kEnd};
@@ -30,20 +28,16 @@ bool isKnown(const Record& record) {
 MapChunks::MapChunks(std::shared_ptr<const RecordFile> file, size_t first, size_t max_bytes)
     : file_(std::move(file)), max_bytes_(max_bytes), first_(first) {
   findRecords();
-  checkEnd();
-  reportingDamage([&] { readSettings(); });
-  reportingDamage([&] { readTables(); });
-  const size_t chunks = chunkCount(head_.blocks);
-  if (voxels_.size() != chunks || colours_.size() != (head_.painted ? chunks : 0)) {
-    throwWrongSizes();
-  }
+  reportingDamage([&] {
+    checkEnd();
+    readSettings();
+    readTables();
+  });
   // The hash uses the stored checksums of voxels and colours; part() verifies those checksums.
   if (contentHashOf(head_, sums_) != content_hash_) {
     file_->throwDamaged("the content hash does not match");
   }
 }
-
-void MapChunks::throwWrongSizes() const { file_->throwDamaged("its sizes are inconsistent"); }
 
 /// Reports errors in the contents as damage to the file, unless the error message already names the
 /// file.
@@ -77,12 +71,11 @@ void MapChunks::findRecords() {
 }
 
 void MapChunks::checkEnd() {
-  const size_t chunks = voxels_.size() + colours_.size();
-  const Bytes bytes = file_->read(file_->records()[end_], kEndBytes + chunks * sizeof(uint64_t));
-  ByteReader in(bytes);
-  const auto records = in.take<uint64_t>(), heads = in.take<uint64_t>();
-  content_hash_ = in.take<uint64_t>();
-  for (size_t i = 0; i < chunks; ++i) sums_.push_back(in.take<uint64_t>());
+  uint64_t records = 0, heads = 0;
+  file_->visit(file_->records()[end_], kMaxRecords * sizeof(uint64_t), [&](ByteReader& in) {
+    in(records, heads, content_hash_);
+    in.rest(sums_);
+  });
   if (records != end_ - first_ || heads != file_->headHash(first_, end_)) {
     file_->throwDamaged("its records do not match its end record");
   }
@@ -109,65 +102,37 @@ const Record& MapChunks::get(const char* kind) const {
 }
 
 void MapChunks::readSettings() {
-  const Bytes settings = file_->readAny(get(kSettings), kMaxText);
-  const Bytes frame = file_->readAny(get(kFrame), kMaxText);
+  const Bytes settings = file_->read(get(kSettings), kMaxText);
+  const Bytes frame = file_->read(get(kFrame), kMaxText);
   head_.settings = parseYamlParams({settings.begin(), settings.end()}, "its settings");
   head_.map_frame.assign(frame.begin(), frame.end());
   withSettingsOf(head_, {});
   head_.poses = posesOf(head_.settings);
   if (const Record* const level = find(kLevel)) {
-    head_.T_W_M = ByteReader(file_->read(*level, kPoseBytes)).take<Eigen::Isometry3d>();
+    file_->visit(*level, kPoseBytes, [&](ByteReader& in) { in(head_.T_W_M.emplace()); });
   }
   if (const Record* const box = find(kBox)) {
-    box_ = ByteReader(file_->readAny(*box, kMaxBox)).take<MapBox>();
+    file_->visit(*box, kMaxBox, [&](ByteReader& in) { in(box_.emplace()); });
   }
 }
 
 void MapChunks::readTables() {
-  const Bytes state = file_->read(get(kState), kStateBytes);
-  ByteReader in(state);
-  MapSize known;  // sizes stated in the file
-  visitState(in, head_, known);
-  if (known.voxel_arrays > kMaxArrays || known.blocks > known.voxel_arrays) throwWrongSizes();
-  checkRoom(known);
-  readBlocks(known.blocks);
-  readColourIndex();
-  readFree(known);
+  MapSize stated;
+  file_->visit(get(kState), kMaxText, [&](ByteReader& in) { visitState(in, head_, stated); });
+  head_.painted = find(kColourIndex) != nullptr;
+  const size_t most = std::min(max_bytes_, kNoMapLimit / 2) + kMaxText;
+  visitTables(head_, [&](const char* kind, bool, const auto& content) {
+    if (const Record* const record = find(kind)) file_->visit(*record, most, content);
+    checkRoom(sizeOf(head_));
+  });
   checkHead(head_);
   size_ = sizeOf(head_);
-  if (size_.voxel_arrays != known.voxel_arrays) throwWrongSizes();
-  checkRoom(size_);
-}
-
-void MapChunks::readBlocks(size_t count) {
-  const Bytes bytes = file_->read(get(kBlocks), count * kBlockBytes);
-  ByteReader in(bytes);
-  head_.blocks.resize(count);
-  visitBlocks(in, head_.blocks);
-}
-
-void MapChunks::readColourIndex() {
-  const Record* const record = find(kColourIndex);
-  head_.painted = record != nullptr;
-  if (record == nullptr) return;
-  const Bytes bytes =
-      file_->read(*record, kColourHeadBytes + head_.blocks.size() * kBlockBricksBytes);
-  ByteReader in(bytes);
-  visitColourIndex(in, head_);
-}
-
-void MapChunks::readFree(MapSize known) {
-  const Record* const record = find(kFree);
-  if (record == nullptr) return;
-  const size_t most = std::min(max_bytes_, kNoMapLimit / 2);
-  const Bytes content = file_->readAny(*record, most + kFreeHeadBytes);
-  if (content.size() % kFreeRecordBytes != kFreeHeadBytes) throwWrongSizes();
-  known.free_cubes = content.size() / kFreeRecordBytes;
-  checkRoom(known);
-  head_.free_cubes.resize(known.free_cubes);
-  ByteReader in(content);
-  visitFree(in, head_);
-  if (head_.cell_voxels == 0) throwWrongSizes();
+  const size_t chunks = chunkCount(head_.blocks);
+  if (size_.blocks != stated.blocks || size_.voxel_arrays != stated.voxel_arrays ||
+      voxels_.size() != chunks || colours_.size() != (head_.painted ? chunks : 0) ||
+      sums_.size() != voxels_.size() + colours_.size()) {
+    file_->throwDamaged("its sizes are inconsistent");
+  }
 }
 
 void MapChunks::checkRoom(const MapSize& taken) const {

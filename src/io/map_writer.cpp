@@ -55,9 +55,9 @@ void putHead(const MapContents& head, const MapBox* box, const MapSize& size, Re
   if (head.T_W_M) out.put(kLevel, 0, ByteWriter().put(*head.T_W_M).bytes);
   if (box != nullptr) out.put(kBox, kZstd, ByteWriter().put(*box).bytes);
   out.put(kState, 0, encoded([&](ByteWriter& to) { visitState(to, head, size); }));
-  out.put(kBlocks, kZstd, encodeBlocks(head.blocks));
-  if (head.painted) out.put(kColourIndex, kZstd, encodeColourIndex(head));
-  if (head.cell_voxels != 0) out.put(kFree, kZstd, encodeFree(head));
+  visitTables(head, [&](const char* kind, bool is_present, const auto& content) {
+    if (is_present) out.put(kind, kZstd, encoded(content));
+  });
 }
 
 /// An encoded record, and the checksum of its uncompressed content.
@@ -141,7 +141,7 @@ MapInfo writeMap(const MapContents& head, const ReadChunk& read, RecordWriter& o
   saved.content_hash = contentHashOf(head, sums);
   ByteWriter end;
   end(out.records(), out.headHash(), saved.content_hash);
-  for (const uint64_t sum : sums) end.put(sum);
+  end.rest(sums);
   out.put(kEnd, 0, end.bytes);
   return saved;
 }
@@ -150,7 +150,7 @@ MapInfo saveMapInChunks(const MapContents& head, const ReadChunk& read, const st
                         int threads, const MapBox* box) {
   AtomicFile file(path);
   file.write(fileHead(kPurpose).data(), kFileHeadBytes);
-  RecordWriter out([&](const void* data, size_t bytes) { file.write(data, bytes); });
+  RecordWriter out([&](const Bytes& record) { file.write(record.data(), record.size()); });
   MapInfo saved = writeMap(head, read, out, threads, box);
   file.commit();
   saved.file_bytes = kFileHeadBytes + out.bytes();
@@ -164,7 +164,7 @@ MapInfo saveMap(const MapContents& contents, const std::string& path, int thread
 
 uint64_t contentHash(const MapContents& contents, int threads) {
   checkContents(contents);
-  RecordWriter nowhere([](const void*, size_t) {});
+  RecordWriter nowhere([](const Bytes&) {});
   return writeMap(contents, readerOf(contents), nowhere, threads).content_hash;
 }
 

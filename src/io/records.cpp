@@ -87,7 +87,7 @@ Bytes encodeRecord(const char* kind, uint32_t flags, const void* content, size_t
 }
 
 void RecordWriter::put(const Bytes& encoded) {
-  sink_(encoded.data(), encoded.size());
+  sink_(encoded);
   heads_.insert(heads_.end(), encoded.begin(), encoded.begin() + kRecordHeadBytes);
   bytes_ += encoded.size();
   ++records_;
@@ -100,8 +100,7 @@ RecordFile::RecordFile(const std::string& path, const char* purpose, const std::
   if (descriptor_ < 0) throwCannotRead(errno);
   try {
     readHead(purpose);
-    end_ = kFileHeadBytes;
-    findRecords();
+    readAppended();
   } catch (...) {
     close(descriptor_);
     throw;
@@ -139,17 +138,11 @@ bool RecordFile::hasPurpose(const std::string& path, const char* purpose) {
   return file.good() && head == fileHead(purpose);
 }
 
-bool RecordFile::readAppended() {
+void RecordFile::readAppended() {
   struct stat status;
   if (fstat(descriptor_, &status) != 0) throwCannotRead(errno);
   bytes_ = static_cast<uint64_t>(status.st_size);
-  const size_t before = records_.size();
-  if (bytes_ > end_) findRecords();
-  return records_.size() > before;
-}
-
-void RecordFile::findRecords() {
-  while (bytes_ - end_ >= kRecordHeadBytes) {
+  while (end_ + kRecordHeadBytes <= bytes_) {
     Bytes head(kRecordHeadBytes);
     readAt(end_, head.data(), head.size());
     ByteReader in(head);
@@ -179,7 +172,9 @@ void RecordFile::readAt(uint64_t offset, void* data, size_t bytes) const {
   }
 }
 
-Bytes RecordFile::readStored(const Record& record) const {
+/// Checks the size before allocating memory. @param most Maximum size of the content.
+Bytes RecordFile::readStored(const Record& record, uint64_t most) const {
+  if (record.stored_bytes > ZSTD_compressBound(most)) throwWrongSize(record);
   Bytes stored(record.stored_bytes);
   readAt(record.offset, stored.data(), stored.size());
   if (storedChecksum(record, stored.data()) == record.checksum) return stored;
@@ -197,30 +192,17 @@ void RecordFile::unpack(const Record& record, const Bytes& stored, void* content
   }
 }
 
-/// Checks sizes before allocating memory.
 void RecordFile::read(const Record& record, void* content, uint64_t bytes) const {
-  if (record.flags & kZstd ? bytes / kMaxCompression > record.stored_bytes
-                           : bytes != record.stored_bytes) {
-    throwWrongSize(record);
-  }
-  unpack(record, readStored(record), content, bytes);
+  unpack(record, readStored(record, bytes), content, bytes);
 }
 
-Bytes RecordFile::read(const Record& record, uint64_t bytes) const {
-  if (bytes / kMaxCompression > record.stored_bytes) throwWrongSize(record);
-  Bytes content(bytes);
-  read(record, content.data(), bytes);
-  return content;
-}
-
-Bytes RecordFile::readAny(const Record& record, uint64_t most) const {
-  if (record.stored_bytes > most + ZSTD_compressBound(0)) throwWrongSize(record);
-  const Bytes stored = readStored(record);
+Bytes RecordFile::read(const Record& record, uint64_t most) const {
+  const Bytes stored = readStored(record, most);
   uint64_t bytes = stored.size();
   if (record.flags & kZstd) {
     bytes = ZSTD_getFrameContentSize(stored.data(), stored.size());  // error codes exceed any limit
   }
-  if (bytes > most) throwWrongSize(record);
+  if (bytes > most || bytes / kMaxCompression > stored.size()) throwWrongSize(record);
   Bytes content(bytes);
   unpack(record, stored, content.data(), bytes);
   return content;

@@ -73,16 +73,19 @@ Bytes encodeStored(const char* kind, uint32_t flags, const void* stored, size_t 
 /// A record with its header. With kZstd in `flags`, the content is compressed.
 /// @throws std::runtime_error if it cannot be compressed.
 Bytes encodeRecord(const char* kind, uint32_t flags, const void* content, size_t bytes);
+inline Bytes encodeRecord(const char* kind, uint32_t flags, const Bytes& content) {
+  return encodeRecord(kind, flags, content.data(), content.size());
+}
 
 /// Writes records in order; counts them and hashes their headers for the end record.
 class RecordWriter {
  public:
-  using Sink = std::function<void(const void* data, size_t bytes)>;
+  using Sink = std::function<void(const Bytes& record)>;
   explicit RecordWriter(Sink sink) : sink_(std::move(sink)) {}
 
   void put(const Bytes& encoded);
   void put(const char* kind, uint32_t flags, const Bytes& content) {
-    put(encodeRecord(kind, flags, content.data(), content.size()));
+    put(encodeRecord(kind, flags, content));
   }
   uint64_t bytes() const { return bytes_; }
   uint64_t records() const { return records_; }
@@ -114,19 +117,25 @@ class RecordFile {
   const std::string& path() const { return path_; }
   const std::vector<Record>& records() const { return records_; }
   uint64_t bytes() const { return bytes_; }
-  /// Reads the headers of records that were appended since the last call. @return whether any were
-  /// appended.
-  bool readAppended();
+  /// Reads the headers of records that were appended since the last call.
+  void readAppended();
   /// End of the last complete record.
   uint64_t end() const { return end_; }
 
-  /// Reads the content of a record, which must have exactly `bytes` bytes. Thread-safe.
-  /// @throws std::runtime_error if the record is damaged.
-  void read(const Record& record, void* content, uint64_t bytes) const;
-  Bytes read(const Record& record, uint64_t bytes) const;
+  // The functions below are thread-safe, and throw std::runtime_error if the record is damaged.
 
+  /// Reads the content of a record, which must have exactly `bytes` bytes.
+  void read(const Record& record, void* content, uint64_t bytes) const;
   /// Reads the content of a record, which may have at most `most` bytes.
-  Bytes readAny(const Record& record, uint64_t most) const;
+  Bytes read(const Record& record, uint64_t most) const;
+  /// Passes a ByteReader of the content to `take`, which must read all of it.
+  template <class Take>
+  void visit(const Record& record, uint64_t most, const Take& take) const {
+    const Bytes content = read(record, most);
+    ByteReader in(content);
+    take(in);
+    if (in.left() > 0) throwWrongSize(record);
+  }
 
   /// Hash of the headers of records `first` to `end` - 1, computed like RecordWriter::headHash().
   uint64_t headHash(size_t first, size_t end) const;
@@ -137,14 +146,13 @@ class RecordFile {
   [[noreturn]] void throwCannotRead(int error_number) const;
   [[noreturn]] void throwWrongSize(const Record& record) const;
   void readHead(const char* purpose);
-  void findRecords();
   void readAt(uint64_t offset, void* data, size_t bytes) const;
-  Bytes readStored(const Record& record) const;
+  Bytes readStored(const Record& record, uint64_t most) const;
   void unpack(const Record& record, const Bytes& stored, void* content, uint64_t bytes) const;
 
   std::string path_, what_;
   int descriptor_ = -1;
-  uint64_t bytes_ = 0, end_ = 0;
+  uint64_t bytes_ = 0, end_ = kFileHeadBytes;
   std::vector<Record> records_;
 };
 

@@ -11,7 +11,7 @@
 
 namespace dtsdf {
 
-// Read or write the fields of regions, images and corrections, in file order.
+// Read or write the contents of records, in file order.
 
 template <class Io>
 void fields(Io& io, BoxRegion& box) {
@@ -21,6 +21,19 @@ void fields(Io& io, BoxRegion& box) {
 template <class Io>
 void fields(Io& io, SphereRegion& ball) {
   io(ball.center_W, ball.radius_m);
+}
+
+template <class Io>
+void fields(Io& io, Region& region) {
+  bool is_sphere = std::holds_alternative<SphereRegion>(region);
+  io(is_sphere);
+  if (is_sphere && region.index() == 0) region = SphereRegion();
+  std::visit(io, region);
+}
+
+template <class Io>
+void fields(Io& io, StampedPose& pose) {
+  io(pose.stamp_s, pose.T_W_C);
 }
 
 namespace journal {
@@ -43,9 +56,14 @@ void fields(Io& io, Image& image) {
 }
 
 template <class Io>
+void fields(Io& io, Level& level) {
+  io(level.T_W_M);
+}
+
+template <class Io>
 void fields(Io& io, Correction& correction) {
   io(correction.before);
-  for (StampedPose& pose : correction.poses) io(pose.stamp_s, pose.T_W_C);
+  io.rest(correction.poses);
 }
 
 namespace {
@@ -74,18 +92,16 @@ Bytes encodePixels(const Frame& frame) {
   for (size_t i = bytes.size(); i-- > apart;) {
     bytes[i] = static_cast<uint8_t>(bytes[i] - bytes[i - apart]);
   }
-  return encodeRecord(kPixels, kZstd, bytes.data(), bytes.size());
+  return encodeRecord(kPixels, kZstd, bytes);
 }
 
 template <class Frame>
 std::shared_ptr<const void> readPixels(const RecordFile& file, size_t record, Frame& frame) {
-  if (record >= file.records().size() || !file.records()[record].is(kPixels)) {
-    file.throwDamaged("the pixels of an image are missing");
-  }
   const size_t apart = bytesPerPixel(frame);
   frame.row_bytes = apart * static_cast<size_t>(frame.width);
-  const auto bytes = std::make_shared<Bytes>(
-      file.read(file.records()[record], frame.row_bytes * static_cast<size_t>(frame.height)));
+  const size_t size = frame.row_bytes * static_cast<size_t>(frame.height);
+  const auto bytes = std::make_shared<Bytes>(file.read(file.records()[record], size));
+  if (bytes->size() != size) file.throwDamaged("the pixels of an image are missing");
   for (size_t i = apart; i < bytes->size(); ++i) {
     (*bytes)[i] = static_cast<uint8_t>((*bytes)[i] + (*bytes)[i - apart]);
   }
@@ -93,57 +109,23 @@ std::shared_ptr<const void> readPixels(const RecordFile& file, size_t record, Fr
   return bytes;
 }
 
-template <class Content>
-Bytes encodeContent(const char* kind, const Content& content, uint32_t flags = 0) {
-  ByteWriter out;
-  out(content);
-  return encodeRecord(kind, flags, out.bytes.data(), out.bytes.size());
+const char* kindOf(const Call& call) {
+  static constexpr const char* kKinds[] = {kDepth, kClear, kLevel, kCorrection};
+  const auto* const image = std::get_if<Image>(&call);
+  return image && std::holds_alternative<ColourFrame>(image->frame) ? kColour
+                                                                    : kKinds[call.index()];
 }
 
-Bytes recordOf(const Image& image) {
-  Bytes records =
-      encodeContent(std::holds_alternative<DepthFrame>(image.frame) ? kDepth : kColour, image);
-  const Bytes pixels =
-      std::visit([](const auto& frame) { return encodePixels(frame); }, image.frame);
-  records.insert(records.end(), pixels.begin(), pixels.end());
-  return records;
-}
-
-Bytes recordOf(const Region& region) {
-  ByteWriter out;
-  out(static_cast<uint8_t>(region.index()));
-  std::visit([&out](const auto& shape) { out(shape); }, region);
-  return encodeRecord(kClear, 0, out.bytes.data(), out.bytes.size());
-}
-
-Bytes recordOf(const Level& level) { return encodeContent(kLevel, level.T_W_M); }
-
-Bytes recordOf(const Correction& correction) {
-  return encodeContent(kCorrection, correction, kZstd);
-}
-
-Image readImage(ByteReader& in, bool is_depth) {
-  Image image;
-  if (!is_depth) image.frame = ColourFrame();
-  in(image);
-  std::visit(
-      [](const auto& frame) {
-        if (frame.width > 0 && frame.height > 0 &&
-            static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height) <=
-                maxImagePixels()) {
-          return;
-        }
-        throw std::runtime_error("an image in the journal has an invalid size");
-      },
-      image.frame);
-  return image;
-}
-
-Region readRegion(ByteReader& in) {
-  Region region;
-  if (in.take<uint8_t>() != 0) region = SphereRegion();
-  std::visit([&in](auto& shape) { in(shape); }, region);
-  return region;
+/// A call of the kind to which the record belongs.
+Call emptyCall(const RecordFile& file, const Record& record) {
+  Image colour;
+  colour.frame = ColourFrame();
+  if (record.is(kColour)) return colour;
+  if (record.is(kDepth)) return Image();
+  if (record.is(kClear)) return Region();
+  if (record.is(kLevel)) return Level();
+  if (record.is(kCorrection)) return Correction();
+  file.throwDamaged("a " + printable(record.name()) + " record is in the wrong place");
 }
 
 }  // namespace
@@ -152,50 +134,41 @@ Bytes encode(const Begin& begin) {
   ByteWriter out;
   out(map_format::settingsText(map_format::settingsOfFile(begin.settings, begin.poses)),
       begin.map_frame, begin.level_frame, begin.has_map);
-  return encodeRecord(kBegin, 0, out.bytes.data(), out.bytes.size());
+  return encodeRecord(kBegin, 0, out.bytes);
 }
 
 Bytes encode(const Call& call) {
-  return std::visit([](const auto& content) { return recordOf(content); }, call);
+  ByteWriter out;
+  std::visit(out, call);
+  const uint32_t flags = std::holds_alternative<Correction>(call) ? kZstd : 0;
+  Bytes records = encodeRecord(kindOf(call), flags, out.bytes);
+  if (const auto* const image = std::get_if<Image>(&call)) {
+    const Bytes pixels =
+        std::visit([](const auto& frame) { return encodePixels(frame); }, image->frame);
+    records.insert(records.end(), pixels.begin(), pixels.end());
+  }
+  return records;
 }
 
 Begin readBegin(const RecordFile& file, size_t record) {
-  const Bytes content = file.readAny(file.records()[record], kMaxBytes);
-  ByteReader in(content);
   Begin begin;
   std::string text;
-  in(text, begin.map_frame, begin.level_frame, begin.has_map);
-  try {
-    const ParamTree settings = parseYamlParams(text, "its settings");
-    begin.poses = map_format::posesOf(settings);
-    begin.settings = map_format::settingsOfFile(settings, PoseParams());  // without poses/...
-  } catch (const std::runtime_error& error) {
-    file.throwDamaged(error.what());
-  }
+  file.visit(file.records()[record], kMaxBytes,
+             [&](ByteReader& in) { in(text, begin.map_frame, begin.level_frame, begin.has_map); });
+  const ParamTree settings = parseYamlParams(text, "its settings");
+  begin.poses = map_format::posesOf(settings);
+  begin.settings = map_format::settingsOfFile(settings, PoseParams());  // without poses/...
   return begin;
 }
 
 Call readCall(const RecordFile& file, size_t record, bool with_pixels) {
-  const Record& head = file.records()[record];
-  const Bytes content = file.readAny(head, kMaxBytes);
-  ByteReader in(content);
-  if (head.is(kDepth) || head.is(kColour)) {
-    Image image = readImage(in, head.is(kDepth));
-    if (with_pixels) {
-      image.pixels =
-          std::visit([&](auto& frame) { return readPixels(file, record + 1, frame); }, image.frame);
-    }
-    return image;
+  Call call = emptyCall(file, file.records()[record]);
+  file.visit(file.records()[record], kMaxBytes, [&](ByteReader& in) { std::visit(in, call); });
+  if (auto* const image = std::get_if<Image>(&call); image != nullptr && with_pixels) {
+    image->pixels =
+        std::visit([&](auto& frame) { return readPixels(file, record + 1, frame); }, image->frame);
   }
-  if (head.is(kClear)) return readRegion(in);
-  if (head.is(kLevel)) return Level{in.take<Eigen::Isometry3d>()};
-  if (head.is(kCorrection)) {
-    Correction correction;
-    correction.poses.resize(content.size() / (sizeof(double) + kPoseBytes));
-    in(correction);
-    return correction;
-  }
-  file.throwDamaged("a " + printable(head.name()) + " record is in the wrong place");
+  return call;
 }
 
 }  // namespace journal

@@ -26,33 +26,14 @@ bool isJournal(const std::string& path) { return RecordFile::hasPurpose(path, jo
 
 JournalReplay::JournalReplay(const std::string& path)
     : file_(std::make_shared<RecordFile>(path, journal::kPurpose, "journal")) {
-  findBegin();
-  while (readAppended()) {
+  if (file_->records().empty()) file_->throwDamaged("it ends before the map begins");
+  begin_ = journal::readBegin(*file_, 0);
+  if (begin_.has_map) {
+    map_ = std::make_shared<const MapChunks>(file_, next_record_);
+    T_W_M_ = map_->head().T_W_M;
+    next_record_ = map_->endRecord();
   }
-}
-
-void JournalReplay::findBegin() {
-  const std::vector<Record>& records = file_->records();
-  std::string problem = "it does not contain the beginning of a map";
-  for (size_t at = records.size(); at > 0; --at) {
-    if (!records[at - 1].is(journal::kBegin)) continue;
-    try {
-      return takeBegin(at - 1);
-    } catch (const std::exception& error) {  // incomplete or damaged
-      problem = errorText(error);
-    }
-  }
-  throw std::runtime_error("the journal '" + printable(file_->path()) +
-                           "' cannot be read: " + problem);
-}
-
-void JournalReplay::takeBegin(size_t record) {
-  begin_ = journal::readBegin(*file_, record);
-  next_record_ = record + 1;
-  if (!begin_.has_map) return;
-  map_ = std::make_shared<const MapChunks>(file_, next_record_);
-  T_W_M_ = map_->head().T_W_M;
-  next_record_ = map_->endRecord();
+  readAppended();
 }
 
 bool JournalReplay::isWhole(size_t record) const {
@@ -76,19 +57,12 @@ std::string JournalReplay::incompleteEnd() const {
 /// Adds an image only once its pixels are in the file, and the last record only once it is
 /// complete.
 bool JournalReplay::readAppended() {
-  if (next_record_ >= file_->records().size() && !file_->readAppended()) return false;
+  file_->readAppended();
   const std::vector<Record>& records = file_->records();
   const size_t before = next_record_;
   while (next_record_ < records.size()) {
-    const Record& record = records[next_record_];
-    const size_t end = next_record_ + (isImage(record) ? 2 : 1);
-    if (end > records.size()) {
-      if (!file_->readAppended()) break;
-      continue;
-    }
-    if (record.is(journal::kBegin)) break;  // another map begins
-    const bool is_last = end == records.size();
-    if (is_last && !isWhole(next_record_)) break;
+    const size_t end = next_record_ + (isImage(records[next_record_]) ? 2 : 1);
+    if (end > records.size() || (end == records.size() && !isWhole(next_record_))) break;
     add(next_record_);
     next_record_ = end;
   }

@@ -26,15 +26,14 @@ struct CorrectionEffect {
   double farthest_m = 0.0, farthest_rad = 0.0;  ///< Largest change of a pose.
 };
 
-/// Replays the newest map in a journal: everything since the map was last cleared or loaded. Not
-/// thread-safe.
+/// Replays a journal. Not thread-safe.
 ///
 /// A correction applies to the newest recording, as PoseCorrection describes, until the source of
 /// poses adopts it.
 class JournalReplay {
  public:
   /// Reads the journal without its pixels.
-  /// @throws std::runtime_error if it is not a journal, or does not contain the beginning of a map.
+  /// @throws std::runtime_error if it is not a journal, or if its beginning is incomplete.
   explicit JournalReplay(const std::string& path);
 
   const journal::Begin& begin() const { return begin_; }
@@ -88,8 +87,6 @@ class JournalReplay {
     bool is_adopted = false;  ///< Whether the source of poses has adopted it.
   };
 
-  void findBegin();
-  void takeBegin(size_t record);
   bool isWhole(size_t record) const;
   void add(size_t record);
   static Eigen::Isometry3d correctNext(Running& running, const Item& item);
@@ -97,7 +94,7 @@ class JournalReplay {
   std::vector<StampedPose> firstCamera(size_t pass, uint64_t before) const;
 
   std::shared_ptr<RecordFile> file_;
-  size_t next_record_ = 0;  ///< First record that has not been read yet.
+  size_t next_record_ = 1;  ///< First record that has not been read yet.
   journal::Begin begin_;
   std::shared_ptr<const MapChunks> map_;
   std::optional<Eigen::Isometry3d> T_W_M_;

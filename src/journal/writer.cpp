@@ -47,10 +47,6 @@ uint64_t bytesOfJournalsIn(const std::string& folder, const std::string& own) {
 }
 
 constexpr std::chrono::seconds kSyncEvery(1);
-constexpr size_t kMaxRecordsOfCall = 2;
-
-/// Bytes reserved so that the headers of up to 64 files can be written even at the limit.
-constexpr uint64_t kHeadReserve = 64 * kFileHeadBytes;
 
 }  // namespace
 
@@ -64,19 +60,26 @@ void JournalWriter::openFile() {
   fs::create_directories(options_.folder, ignored);
   const std::string name = options_.folder + "/" + timeText("%Y%m%d-%H%M%S");
   const Bytes head = fileHead(journal::kPurpose);
-  int number = 1;
+  std::string path;
+  int file = -1, number = 1;
   do {
-    path_ = name + (number == 1 ? "" : "-" + std::to_string(number)) + journal::kExtension;
-    descriptor_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
-  } while (descriptor_ < 0 && errno == EEXIST && ++number < 1000);
-  const int error =
-      descriptor_ < 0 ? errno : writeAll(descriptor_, head.data(), head.size(), options_.write);
-  whole_bytes_ = report_.bytes = head.size();
-  if (error == 0) return;
-  if (descriptor_ >= 0) unlink(path_.c_str());
+    path = name + (number == 1 ? "" : "_" + std::to_string(number)) + journal::kExtension;
+    file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
+  } while (file < 0 && errno == EEXIST && ++number < 1000);
+  const int error = file < 0 ? errno : writeAll(file, head.data(), head.size(), options_.write);
+  if (error != 0) {
+    if (file >= 0) unlink(path.c_str());
+    if (file >= 0) close(file);
+    throw std::runtime_error("cannot write a journal to '" + printable(options_.folder) +
+                             "': " + reasonOf(error) + "; set journal/folder to a writable folder");
+  }
   if (descriptor_ >= 0) close(descriptor_);
-  throw std::runtime_error("cannot write a journal to '" + printable(options_.folder) +
-                           "': " + reasonOf(error) + "; set journal/folder to a writable folder");
+  descriptor_ = file;
+  whole_bytes_ = head.size();
+  records_ = 0;
+  other_journals_bytes_ = bytesOfJournalsIn(options_.folder, path);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  path_ = path;
 }
 
 JournalWriter::~JournalWriter() {
@@ -92,7 +95,9 @@ JournalWriter::~JournalWriter() {
 void JournalWriter::begin(const journal::Begin& begin, std::shared_ptr<const MapChunks> map) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!can_resume_) return;
+    for (Entry& entry : entries_) {
+      if (is_stopped_) entry.write = nullptr;  // belongs to the map before
+    }
     is_stopped_ = false;
     count_ = 0;
     report_.problem.clear();
@@ -105,31 +110,30 @@ void JournalWriter::begin(const journal::Begin& begin, std::shared_ptr<const Map
 
 /// Writes the beginning of a map, and the records of `map` unless it is null.
 void JournalWriter::writeBegin(const journal::Begin& begin, const MapChunks* map) {
-  other_journals_bytes_ = bytesOfJournalsIn(options_.folder, path_);
+  if (std::exchange(has_begun_, true)) openFile();
   journal::Begin with_map = begin;
   with_map.has_map = map != nullptr;
-  const Bytes head = journal::encode(with_map);
-  append(head.data(), head.size(), 1);
+  append(journal::encode(with_map));
   if (map == nullptr) return;
-  RecordWriter out([this](const void* data, size_t bytes) { append(data, bytes, 1); });
+  RecordWriter out([this](const Bytes& record) { append(record); });
   writeMap(
       map->head(), [map](size_t chunk) { return map->part(chunk); }, out, 1);
 }
 
 void JournalWriter::add(journal::Call call) {
   Entry entry;
-  size_t records = 1;
   if (const auto* const image = std::get_if<journal::Image>(&call)) {
-    records = kMaxRecordsOfCall;
     entry.bytes = std::visit(
         [](const auto& frame) { return frame.row_bytes * static_cast<size_t>(frame.height); },
         image->frame);
   }
-  entry.write = [this, call = std::move(call), records] {
-    const Bytes encoded = journal::encode(call);
-    append(encoded.data(), encoded.size(), records);
-  };
+  entry.write = [this, call = std::move(call)] { append(journal::encode(call)); };
   push(std::move(entry));
+}
+
+std::string JournalWriter::path() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return path_;
 }
 
 uint64_t JournalWriter::count() const {
@@ -164,80 +168,68 @@ void JournalWriter::push(Entry entry) {
 }
 
 void JournalWriter::loop() {
-  auto synced = std::chrono::steady_clock::now();
   std::unique_lock<std::mutex> lock(mutex_);
   for (;;) {
     changed_.wait(lock, [this] { return is_ending_ || !entries_.empty(); });
     if (entries_.empty()) return;
     Entry entry = std::move(entries_.front());
     entries_.pop_front();
-    const bool is_lost = is_stopped_;  // entries after a failure are lost, too
     if (entry.written) {
       entry.written->set_value(!is_stopped_);
       continue;
     }
+    const bool is_lost = is_stopped_ || !entry.write;  // entries after a failure are lost, too
     lock.unlock();
     if (!is_lost) write(entry);
-    int sync_error = 0;
-    if (std::chrono::steady_clock::now() >= synced + kSyncEvery) {
-      if (options_.sync(descriptor_) != 0) sync_error = errno;
-      synced = std::chrono::steady_clock::now();
-    }
     const size_t bytes = entry.bytes;
     entry = Entry();  // frees the image before its bytes are subtracted
     lock.lock();
     waiting_bytes_ -= bytes;
-    if (sync_error == 0) continue;
-    can_resume_ = false;  // records written earlier may be missing
-    stop("cannot write '" + printable(path_) + "': " + reasonOf(sync_error) +
-         "; earlier images may be missing, too");
   }
 }
 
 void JournalWriter::write(const Entry& entry) {
-  const uint64_t begin = whole_bytes_;
   std::string problem;
   try {
     entry.write();
-    const std::lock_guard<std::mutex> lock(mutex_);
-    report_.bytes = whole_bytes_;
-    return;
+    if (const auto now = std::chrono::steady_clock::now(); now >= synced_ + kSyncEvery) {
+      synced_ = now;
+      if (options_.sync(descriptor_) != 0) throwCannotWrite(errno);
+    }
   } catch (const std::exception& error) {
     problem = errorText(error);
   }
-  // Cuts off the incomplete record.
-  whole_bytes_ = begin;
-  const auto end = static_cast<off_t>(begin);
-  const bool is_whole =
-      ftruncate(descriptor_, end) == 0 && lseek(descriptor_, end, SEEK_SET) == end;
   const std::lock_guard<std::mutex> lock(mutex_);
-  can_resume_ = is_whole && records_ + kMaxRecordsOfCall <= kMaxRecords;
-  report_.bytes = begin;
-  stop(problem);
+  report_.bytes = whole_bytes_;
+  if (!problem.empty()) stop(problem);
 }
 
-void JournalWriter::append(const void* data, size_t bytes, size_t records) {
-  if (records_ + records > kMaxRecords) {
+/// @param records One record, or the two of an image.
+void JournalWriter::append(const Bytes& records) {
+  records_ += 2;
+  if (records_ > kMaxRecords) {
     throw std::runtime_error("the journal has reached its maximum number of records");
   }
-  if (other_journals_bytes_ + whole_bytes_ + bytes + kHeadReserve > options_.max_bytes) {
+  if (other_journals_bytes_ + whole_bytes_ + records.size() > options_.max_bytes) {
     throw std::runtime_error(
         "the journals in '" + printable(options_.folder) +
         "' have reached the limit journal/max_gb; raise it, or remove old journals");
   }
-  if (const int error = writeAll(descriptor_, data, bytes, options_.write)) {
-    throw std::runtime_error("cannot write '" + printable(path_) + "': " + reasonOf(error));
+  if (const int error = writeAll(descriptor_, records.data(), records.size(), options_.write)) {
+    throwCannotWrite(error);
   }
-  whole_bytes_ += bytes;
-  records_ += records;
+  whole_bytes_ += records.size();
+}
+
+void JournalWriter::throwCannotWrite(int error_number) const {
+  throw std::runtime_error("cannot write '" + printable(path_) + "': " + reasonOf(error_number));
 }
 
 /// @pre mutex_ is held.
 void JournalWriter::stop(const std::string& why) {
   is_stopped_ = true;
   report_.problem = why + "; nothing has been written since " + timeText("%Y-%m-%d %H:%M:%S UTC") +
-                    "; " + (can_resume_ ? "call clear_map" : "restart the node") +
-                    " to begin a new journal";
+                    "; call clear_map to begin a new journal";
 }
 
 JournalReport JournalWriter::report() const {

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -26,9 +27,8 @@ struct JournalReport {
   std::string problem;         ///< Why and when writing stopped; empty if it has not.
 };
 
-/// Each writer creates one file and changes no other file in the folder. If writing fails or a
-/// limit is reached, the writer stops and reports this. The next begin() resumes writing, unless
-/// the file may be damaged or has no room for more records.
+/// Creates a file for each map, and changes no other file in the folder. If writing fails or a
+/// limit is reached, the writer stops and reports this, until the next begin().
 ///
 /// Thread-safe. Errors while writing are reported, not thrown.
 class JournalWriter {
@@ -47,9 +47,11 @@ class JournalWriter {
   /// Writes all waiting entries.
   ~JournalWriter();
 
-  const std::string& path() const { return path_; }
+  /// Path of the newest file.
+  std::string path() const;
 
-  /// Begins a new map: a copy of `map`, or an empty map if null.
+  /// Begins a new map: a copy of `map`, or an empty map if null. All but the first begin a new
+  /// file.
   void begin(const journal::Begin& begin, std::shared_ptr<const MapChunks> map = nullptr);
 
   /// Adds a change to the map.
@@ -65,7 +67,7 @@ class JournalWriter {
 
  private:
   struct Entry {
-    std::function<void()> write;  ///< Runs on the writer's thread; may throw.
+    std::function<void()> write;  ///< Runs on the writer's thread; may throw. Null: discarded.
     size_t bytes = 0;
     bool begins = false;
     std::optional<std::promise<bool>> written;  ///< Set instead of `write`.
@@ -76,24 +78,26 @@ class JournalWriter {
   void loop();
   void write(const Entry& entry);
   void writeBegin(const journal::Begin& begin, const MapChunks* map);
-  void append(const void* data, size_t bytes, size_t records);
+  void append(const Bytes& records);
+  [[noreturn]] void throwCannotWrite(int error_number) const;
   void stop(const std::string& why);
 
   const Options options_;
-  std::string path_;
+  // Used only by the writer's thread, once it runs.
   int descriptor_ = -1;
-  // Used only by the writer's thread.
+  bool has_begun_ = false;  ///< Whether the file contains the beginning of a map.
+  std::chrono::steady_clock::time_point synced_ = std::chrono::steady_clock::now();
   uint64_t other_journals_bytes_ = 0;  ///< Size of other journals in the folder.
   uint64_t whole_bytes_ = 0;           ///< End of the last complete record.
-  size_t records_ = 0;                 ///< Number of records in the file.
+  size_t records_ = 0;                 ///< Twice the number of calls to append() for the file.
 
   mutable std::mutex mutex_;  ///< Guards the members below.
+  std::string path_;          ///< Changed only by the writer's thread.
   std::condition_variable changed_;
   std::deque<Entry> entries_;
   size_t waiting_bytes_ = 0;
   bool is_ending_ = false;
   bool is_stopped_ = false;  ///< New entries are discarded until begin().
-  bool can_resume_ = true;   ///< False once the file may be damaged or has too many records.
   uint64_t count_ = 0;
   JournalReport report_;
   std::thread thread_;

@@ -39,6 +39,11 @@ class ByteWriter {
   void operator()(const Values&... values) {
     (put(values), ...);
   }
+  /// Appends all values.
+  template <class T>
+  void rest(const std::vector<T>& values) {
+    for (const T& value : values) put(value);
+  }
   /// Appends `count` values exactly as they are laid out in memory.
   template <class T>
   void array(const T* values, size_t count) {
@@ -69,6 +74,12 @@ class ByteReader {
     Value value;
     takeTo(value);
     return value;
+  }
+  /// Reads values up to the end.
+  template <class T>
+  void rest(std::vector<T>& values) {
+    values.reserve(left() / sizeof(T));
+    while (left() > 0) takeTo(values.emplace_back());
   }
   template <class T>
   void array(T* values, size_t count) {

@@ -34,10 +34,8 @@ class MapRecipe {
   /// The map file with the records of the recipe. An end record gets correct content.
   Bytes file() {
     Bytes file = fileHead(map_format::kPurpose);
-    RecordWriter out([&](const void* data, size_t bytes) {
-      const auto* const first = static_cast<const uint8_t*>(data);
-      file.insert(file.end(), first, first + bytes);
-    });
+    RecordWriter out(
+        [&](const Bytes& record) { file.insert(file.end(), record.begin(), record.end()); });
     for (const Part& part : parts_)
       append(part, part.is(map_format::kEnd) ? end(out) : part.content, out);
     return file;
@@ -90,6 +88,8 @@ class MapRecipe {
 
   /// With more blocks, an input would take too long under a sanitizer without testing more code.
   static constexpr size_t kMaxBlocks = 12;
+  static constexpr size_t kStateBytes = 40, kBlockBytes = 16;
+  static constexpr size_t kColourHeadBytes = 16, kBlockBricksBytes = 8;
 
   void makeConsistent() {
     readBlocks();
@@ -111,11 +111,9 @@ class MapRecipe {
   void readBlocks() {
     Part* const part = find(map_format::kBlocks);
     if (part == nullptr) return;
-    const size_t count = std::min(part->content.size() / map_format::kBlockBytes, kMaxBlocks);
-    blocks_.resize(count);
-    ByteReader in(part->content);
-    map_format::visitBlocks(in, blocks_);
-    if (!(part->how & kKeepsCounts)) part->content.resize(count * map_format::kBlockBytes);
+    const size_t bytes = std::min(part->content.size() / kBlockBytes, kMaxBlocks) * kBlockBytes;
+    ByteReader(part->content.data(), bytes).rest(blocks_);
+    if (!(part->how & kKeepsCounts)) part->content.resize(bytes);
   }
 
   void readBricks() {
@@ -133,7 +131,7 @@ class MapRecipe {
   void countBlocks() {
     Part* const part = find(map_format::kState);
     if (part == nullptr || part->how & kKeepsCounts) return;
-    part->content.resize(map_format::kStateBytes);
+    part->content.resize(kStateBytes);
     size_t arrays = 0;
     for (const MapBlock& block : blocks_) arrays += countBits(block.directions);
     ByteWriter out;

@@ -303,9 +303,14 @@ namespace {
 
 sensor_msgs::ImageConstPtr makeImage(const std_msgs::Header& header, const std::string& encoding,
                                      Raster<uint8_t> decoded) {
-  const cv::Mat pixels(decoded.height, decoded.width, cv_bridge::getCvType(encoding),
-                       decoded.values.data());
-  return cv_bridge::CvImage(header, encoding, pixels).toImageMsg();
+  const auto image = boost::make_shared<sensor_msgs::Image>();
+  image->header = header;
+  image->encoding = encoding;
+  image->width = static_cast<uint32_t>(decoded.width);
+  image->height = static_cast<uint32_t>(decoded.height);
+  image->step = static_cast<uint32_t>(decoded.values.size() / image->height);
+  image->data = std::move(decoded.values);
+  return image;
 }
 
 }  // namespace

@@ -42,8 +42,8 @@ void publishSheet(size_t triangles) {
   ros::NodeHandle private_nh("~");
   NodeParams params;
   params.mapper.map.voxel_size_m = kVoxelSize;
-  const Rates rates(params);
-  const std::unique_ptr<Step> topics = makeMeshTopicsStep(params, rates);
+  const std::atomic<double> rate_hz{params.mesh_rate_hz};
+  const std::unique_ptr<Step> topics = makeMeshTopicsStep(params, rate_hz);
   topics->advertise({private_nh, private_nh, private_nh, private_nh, private_nh, ""});
   ShownMesh mesh(params.mapper.map);
   MeshChanges changes;

@@ -350,6 +350,8 @@ class BagImages : public ImageSource<Frame> {
     Frame frame;
     try {
       auto made = rectification_->frameOf(given, clouds_.has_value(), options_.input, *pixels);
+      const std::string& warning = rectification_->warning();
+      if (!warning.empty()) ROS_WARN_STREAM_ONCE_NAMED("dtsdf_mapping", warning);
       std::visit([&](auto& of) { of.T_W_C = *pose.T_W_C; }, made);
       if constexpr (kIsColour) {
         frame.colour = std::get<ColourFrame>(made);

@@ -62,20 +62,7 @@ Region readRegion(const dtsdf_mapping::Box& box_message, const dtsdf_mapping::Sp
   return checked(SphereRegion{T_W_F * center_F, sphere.radius});
 }
 
-namespace {
-
 namespace fs = std::filesystem;
-
-bool liesIn(const fs::path& path, const fs::path& directory) {
-  const auto [end, rest] =
-      std::mismatch(directory.begin(), directory.end(), path.begin(), path.end());
-  return end == directory.end() && rest != path.end();
-}
-
-/// The absolute path, with links resolved in the part that exists.
-fs::path resolved(const fs::path& path) { return fs::weakly_canonical(fs::absolute(path)); }
-
-}  // namespace
 
 std::string expandHome(const std::string& path, const std::string& name) {
   if (path != "~" && path.rfind("~/", 0) != 0) return path;
@@ -97,11 +84,11 @@ std::string resolveOutputPath(const std::string& output_directory, const std::st
     throw std::runtime_error("'" + printable(file_name) + "' contains a control character; " +
                              "give a plain name such as 'name" + extensions.front() + "'");
   }
-  fs::path directory = resolved(expandHome(output_directory, "output_directory"));
-  if (!directory.has_filename()) directory = directory.parent_path();  // "a/" -> "a"
+  const fs::path given = fs::absolute(expandHome(output_directory, "output_directory"));
+  const fs::path directory = fs::weakly_canonical(given);  // resolves links
   // An absolute file_name replaces the directory here, and is checked like any other.
-  const fs::path path = resolved(directory / expandHome(file_name, "file_name"));
-  if (!is_read && !liesIn(path, directory)) {
+  const fs::path path = fs::weakly_canonical(directory / expandHome(file_name, "file_name"));
+  if (!is_read && *path.lexically_relative(directory).begin() == "..") {
     throw std::runtime_error("'" + printable(file_name) + "' is outside output_directory (" +
                              printable(directory.string()) + "); give a name under it");
   }

@@ -185,9 +185,7 @@ class FrameAccounting {
 
  private:
   bool mayWarn(const DropReason& reason) {
-    const bool is_asked_for =
-        reason == drop::kPaused || reason == drop::kOverRate || reason == drop::kEnding;
-    if (is_asked_for) return false;
+    if (!reason.is_fault) return false;
     constexpr std::chrono::seconds kPeriod{60};
     const SteadyTime now = std::chrono::steady_clock::now();
     const auto [last, is_first] = last_warning_.emplace(reason, now);

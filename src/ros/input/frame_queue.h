@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cv_bridge/cv_bridge.h>
+#include <ros/serialization.h>
 #include <ros/time.h>
 
 #include <algorithm>
@@ -99,7 +100,9 @@ class FrameQueue {
       if (image) state.accounting->dropped(*refusal_, stamp);
       return;
     }
-    auto place = find(stream, State::kIncomplete, stamp);
+    auto place = findFirst([&](const Entry& entry) {
+      return entry.stream == stream && entry.stamp == stamp && isIncomplete(entry);
+    });
     if (place != entries_.end() && image && place->messages.image) {  // a repeated stamp
       dropIncomplete(place);
       place = entries_.end();
@@ -132,7 +135,8 @@ class FrameQueue {
   /// @return false if there is none, or it has to wait.
   bool poseFirst(Stream stream, const Decide& decide) {
     std::unique_lock<std::mutex> lock(mutex_);
-    const auto first = find(stream, State::kWhole);
+    const auto first =
+        findFirst([&](const Entry& entry) { return entry.stream == stream && isWhole(entry); });
     if (first == entries_.end()) return false;
     const uint64_t number = first->number;
     const CameraImage messages = first->messages;
@@ -214,7 +218,7 @@ class FrameQueue {
     const StreamState& state = streams_[stream];
     if (!state.waiting_for.empty()) return state.waiting_for;
     const auto first = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
-      return entry.stream == stream && entry.state == State::kIncomplete && entry.hasImage();
+      return entry.stream == stream && entry.hasImage() && isIncomplete(entry);
     });
     return first == entries_.end() ? "" : missingOf(*first)->text;
   }
@@ -227,17 +231,15 @@ class FrameQueue {
   /// frames.
   static constexpr size_t kBusyFrames = 3;
 
-  enum class State { kIncomplete, kWhole, kPosed };
   struct Entry {
     Stream stream;
     ros::Time stamp;
-    uint64_t number;  ///< Order of arrival.
-    State state = State::kIncomplete;
+    uint64_t number;            ///< Order of arrival.
     CameraImage messages = {};  ///< Empty once the frame has its pose.
-    SteadyTime since = {};      ///< When it entered its current state.
-    PosedFrame posed = {};
+    SteadyTime since = {};      ///< When it arrived, became whole or got its pose.
+    PosedFrame posed = {};      ///< Has an `accounting` once the frame has its pose.
 
-    bool hasImage() const { return state == State::kPosed || messages.image != nullptr; }
+    bool hasImage() const { return isPosed(*this) || messages.image != nullptr; }
   };
   using Entries = std::list<Entry>;  // in the order of their turns
   struct StreamState {
@@ -259,35 +261,22 @@ class FrameQueue {
     const auto orderKey = [this](const Entry& entry) {
       return std::tie(entry.stamp, streams_[entry.stream].is_colour, entry.stream);
     };
-    const Entry added{stream, stamp, ++arrivals_, State::kIncomplete, {}, clock_()};
+    const Entry added{stream, stamp, ++arrivals_, {}, clock_()};
     return entries_.insert(
         findFirst([&](const Entry& entry) { return orderKey(added) < orderKey(entry); }), added);
   }
 
-  /// The stream's first entry in this state, and with this stamp if one is given.
-  Entries::iterator find(Stream stream, State state,
-                         std::optional<ros::Time> stamp = std::nullopt) {
-    return findFirst([&](const Entry& entry) {
-      return entry.stream == stream && entry.state == state && (!stamp || entry.stamp == *stamp);
-    });
-  }
-
   static size_t bytesOf(const Entry& entry) {
-    if (entry.state == State::kPosed) {
+    if (isPosed(entry)) {
       return std::visit(
           [](const auto& image) { return image.row_bytes * static_cast<size_t>(image.height); },
           entry.posed.image);
     }
     const auto& [image, info, mask] = entry.messages;
-    size_t bytes = 0;
-    if (info) {
-      bytes = info->D.size() * sizeof(double) + info->distortion_model.size() +
-              info->header.frame_id.size();
-    }
-    for (const auto& of : {image, mask}) {
-      if (of) bytes += of->data.size() + of->encoding.size() + of->header.frame_id.size();
-    }
-    return bytes;
+    const auto lengthOf = [](const auto& of) {
+      return of ? ros::serialization::serializationLength(*of) : 0u;
+    };
+    return size_t{lengthOf(image)} + lengthOf(info) + lengthOf(mask);
   }
 
   size_t bytesOfAll() const {
@@ -303,24 +292,25 @@ class FrameQueue {
     return Rejection{drop::kNoMask, *stream.no_mask};
   }
 
-  /// @return whether the frame has just become whole.
+  static bool isPosed(const Entry& entry) { return entry.posed.accounting != nullptr; }
+  bool isWhole(const Entry& entry) const { return entry.messages.image && !missingOf(entry); }
+  bool isIncomplete(const Entry& entry) const { return !isPosed(entry) && !isWhole(entry); }
+
+  /// @pre The entry was incomplete. @return whether it has just become whole.
   bool completeIfWhole(Entries::iterator place) {
     Entry& entry = *place;
-    if (!entry.messages.image || missingOf(entry)) return false;
-    entry.state = State::kWhole;
+    if (!isWhole(entry)) return false;
     entry.since = clock_();
     for (auto it = entries_.begin(); it != place;) {
       const auto before = it++;
       // Frames that arrived after this one may still become whole.
       const bool came_before = before->number < entry.number;
-      if (before->stream == entry.stream && came_before && before->state == State::kIncomplete) {
+      if (before->stream == entry.stream && came_before && isIncomplete(*before)) {
         dropIncomplete(before);
       }
     }
     return true;
   }
-
-  static bool isPosed(const Entry& entry) { return entry.state == State::kPosed; }
 
   /// Drops a frame, or gives it its pose.
   void apply(Entries::iterator place, Decision decision) {
@@ -335,7 +325,6 @@ class FrameQueue {
                           "a later frame has already been fused; if it is from another camera, "
                           "raise input/merge_wait_s above this camera's delay"});
     }
-    entry.state = State::kPosed;
     entry.posed = std::move(std::get<PosedFrame>(decision));
     entry.posed.accounting = stream.accounting;
     entry.messages = {};  // `posed` owns the pixels now
@@ -432,9 +421,9 @@ class FrameQueue {
   /// @pre The stream has an image.
   void dropOldest(Stream stream) {
     const auto place = findOldest(isImageOf(stream));
-    if (place->state == State::kIncomplete) return dropIncomplete(place);
+    if (isIncomplete(*place)) return dropIncomplete(place);
     const std::string& waiting_for = streams_[stream].waiting_for;
-    const bool waits_for_pose = place->state == State::kWhole && !waiting_for.empty();
+    const bool waits_for_pose = !isPosed(*place) && !waiting_for.empty();
     drop(place, {drop::kQueueFull,
                  "the queue is full: " +
                      (waits_for_pose

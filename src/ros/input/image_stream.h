@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "dtsdf_mapping/io/rate_limit.h"
 #include "level/pose_convention.h"
@@ -135,53 +136,51 @@ class ImageStream {
     return remapped != name ? remapped : image_transport::getCameraInfoTopic(image_topic_);
   }
 
-  void onCompressed(const sensor_msgs::CompressedImageConstPtr& message) {
-    guarded("compressed image", [&] {
-      sensor_msgs::ImageConstPtr image;
+  using Received = std::variant<CameraImage, Rejection>;
+
+  /// Counts an image, and queues what `read` makes of it.
+  template <class Read>
+  void receive(const ros::Time& stamp, const Read& read) {
+    guarded("image", [&] {
+      accounting_.imageReceived(stamp);
+      Received received;
       try {
-        image = kind_.decode(*message);
+        received = read();
       } catch (const std::exception& error) {
-        accounting_.imageReceived(message->header.stamp);
-        return accounting_.dropped({drop::kBadImage, errorText(error)}, message->header.stamp);
+        received = Rejection{drop::kBadImage, errorText(error)};
       }
-      onImage(image);
+      if (const auto* const rejection = std::get_if<Rejection>(&received)) {
+        return accounting_.dropped(*rejection, stamp);
+      }
+      auto& image = std::get<CameraImage>(received);
+      if (image.info) accounting_.cameraInfoReceived();
+      if (!image.info) image.info = latest_info_;
+      queue_.add(stream_, image);
     });
   }
 
+  Received checked(const sensor_msgs::ImageConstPtr& image) const {
+    if (const auto rejection = checkArrival(*image, queue_.maxBytes())) return *rejection;
+    return CameraImage{image};
+  }
+
+  void onCompressed(const sensor_msgs::CompressedImageConstPtr& message) {
+    receive(message->header.stamp, [&] { return checked(kind_.decode(*message)); });
+  }
+  void onImage(const sensor_msgs::ImageConstPtr& image) {
+    receive(image->header.stamp, [&] { return checked(image); });
+  }
   /// If nobody publishes camera_info when the first cloud arrives, the fitted camera is always
   /// used.
   void onCloud(const sensor_msgs::PointCloud2ConstPtr& cloud) {
-    guarded("cloud", [&] {
-      const ros::Time stamp = cloud->header.stamp;
-      accounting_.imageReceived(stamp);
+    receive(cloud->header.stamp, [&] {
       if (!has_info_) has_info_ = findPublishedTopics().count(info_topic_) > 0;
       if (!*has_info_) info_.shutdown();
-      const auto converted = cloud_images_.convert(*cloud, *has_info_, queue_.maxBytes());
-      {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        fitted_camera_ = cloud_images_.camera();
-      }
-      if (const auto* const rejection = std::get_if<Rejection>(&converted)) {
-        return accounting_.dropped(*rejection, stamp);
-      }
-      const CameraImage& image = std::get<CameraImage>(converted);
-      if (image.info) accounting_.cameraInfoReceived();
-      enqueue(image);
+      Received received = cloud_images_.convert(*cloud, *has_info_, queue_.maxBytes());
+      const std::lock_guard<std::mutex> lock(mutex_);
+      fitted_camera_ = cloud_images_.camera();
+      return received;
     });
-  }
-
-  void onImage(const sensor_msgs::ImageConstPtr& image) {
-    guarded("image", [&] {
-      const ros::Time stamp = image->header.stamp;
-      accounting_.imageReceived(stamp);
-      const auto rejection = checkArrival(*image, queue_.maxBytes());
-      rejection ? accounting_.dropped(*rejection, stamp) : enqueue({image});
-    });
-  }
-
-  void enqueue(CameraImage image) {
-    if (!image.info) image.info = latest_info_;
-    queue_.add(stream_, image);
   }
 
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
@@ -283,8 +282,7 @@ class ImageStream {
   }
 
   void updateWarning(const PosedFrame& posed) {
-    std::string text = rectification_.warning();  // already logged
-    const bool is_logged = !text.empty();
+    std::string text = rectification_.warning();
     if (const auto* depth = std::get_if<DepthFrame>(&posed.image)) {
       convention_.add(*depth);
       if (!convention_.doubt().empty()) text = convention_.doubt();
@@ -296,7 +294,7 @@ class ImageStream {
     }
     if (!text.empty()) text = "'" + printable(posed.frame_id) + "': " + text;
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (std::exchange(warning_, text) != text && !text.empty() && !is_logged) {
+    if (std::exchange(warning_, text) != text && !text.empty()) {
       ROS_WARN_STREAM_NAMED("dtsdf_mapping", text);
     }
   }

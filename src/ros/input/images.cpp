@@ -303,14 +303,9 @@ namespace {
 
 sensor_msgs::ImageConstPtr makeImage(const std_msgs::Header& header, const std::string& encoding,
                                      Raster<uint8_t> decoded) {
-  const auto image = boost::make_shared<sensor_msgs::Image>();
-  image->header = header;
-  image->encoding = encoding;
-  image->width = static_cast<uint32_t>(decoded.width);
-  image->height = static_cast<uint32_t>(decoded.height);
-  image->step = static_cast<uint32_t>(decoded.values.size() / image->height);
-  image->data = std::move(decoded.values);
-  return image;
+  const cv::Mat pixels(decoded.height, decoded.width, cv_bridge::getCvType(encoding),
+                       decoded.values.data());
+  return cv_bridge::CvImage(header, encoding, pixels).toImageMsg();
 }
 
 }  // namespace

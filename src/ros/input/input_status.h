@@ -232,11 +232,8 @@ class InputStatus {
     const char* const kCloud = "sensor_msgs/PointCloud2";
     const auto same = topics.find(depth.topic);
     if (same != topics.end() && (same->second == kCloud) == depth.is_cloud) {
-      constexpr double kConnectPatience_s = 3.0;  // connecting takes less time
-      return expected_s_ < kConnectPatience_s
-                 ? "it is published, but not connected yet"
-                 : "it is published, but cannot be reached: set ROS_HOSTNAME or ROS_IP on both "
-                   "machines";
+      return "it is published, but not received; if this lasts, set ROS_HOSTNAME or ROS_IP on "
+             "both machines";
     }
     for (const auto& [topic, type] : topics) {
       if (withoutTransport(topic) != image) continue;

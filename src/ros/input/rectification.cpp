@@ -1,7 +1,5 @@
 #include "ros/input/rectification.h"
 
-#include <ros/console.h>
-
 #include <sensor_msgs/distortion_models.h>
 
 #include <algorithm>
@@ -116,9 +114,6 @@ CameraImage Rectification::apply(const CameraImage& raw) {
   if (!problem.empty()) {
     warning_ = "the images on '" + topic_ +
                "' are distorted and not rectified, so the map will be warped: " + problem;
-    if (std::exchange(logged_, warning_) != warning_) {
-      ROS_WARN_STREAM_NAMED("dtsdf_mapping", warning_);
-    }
     return raw;
   }
   sensor_msgs::CameraInfo camera = *raw.info;

@@ -37,7 +37,7 @@ class Rectification {
                                                 const InputParams& input,
                                                 cv_bridge::CvImageConstPtr& pixels);
 
-  /// Why the last image could not be rectified, as logged; empty if there is no such problem.
+  /// Why the last image could not be rectified; empty if there is no such problem.
   const std::string& warning() const { return warning_; }
 
  private:
@@ -50,7 +50,7 @@ class Rectification {
   Usage choice_;
   std::string topic_;
   bool is_colour_;
-  std::string warning_, logged_;
+  std::string warning_;
 
   sensor_msgs::CameraInfo table_info_;  ///< Used for computing source_. Its header is empty.
   sensor_msgs::CameraInfoConstPtr rectified_info_;  ///< Its stamp may be that of an earlier image.

@@ -58,7 +58,6 @@ class Pipeline {
  public:
   Pipeline(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
       : params_(readParams(private_nh)),
-        rates_(params_),
         output_loop_("dtsdf_output", kLowNiceness),
         map_loop_("dtsdf_map"),
         services_("dtsdf_service", kLowNiceness),
@@ -71,7 +70,6 @@ class Pipeline {
         output_(params_, steps_, [this] { output_loop_.wake(); }),
         map_(makeMapper(params_.mapper), params_, queue_, frame_, output_.queue(), steps_),
         host_{params_,
-              rates_,
               transforms_,
               frame_,
               map_,
@@ -201,9 +199,9 @@ class Pipeline {
   }
 
   void setRates(const dtsdf_mapping::PublishConfig& config) {
-    rates_.mesh_hz = config.mesh_rate_hz;
-    rates_.points_hz = config.points_rate_hz;
-    rates_.space_hz = config.space_rate_hz;
+    host_.mesh_hz = config.mesh_rate_hz;
+    host_.points_hz = config.points_rate_hz;
+    host_.space_hz = config.space_rate_hz;
     status_->setRate(config.status_rate_hz);
   }
 
@@ -220,7 +218,6 @@ class Pipeline {
   }
 
   const NodeParams params_;
-  Rates rates_;
   std::atomic<bool> is_ending_{false};
   WorkerThread output_loop_, map_loop_, services_, queries_, input_;
   Transforms transforms_;
@@ -229,7 +226,7 @@ class Pipeline {
   Steps steps_;  ///< Empty until start().
   Output output_;
   LiveMap map_;
-  const Host host_;
+  Host host_;
   /// The depth stream of each camera, followed by its colour stream if colour is used.
   std::vector<std::unique_ptr<ImageStream>> streams_;
   InputStatus input_status_;

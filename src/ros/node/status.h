@@ -5,10 +5,8 @@
 #include <dtsdf_mapping/MapStatus.h>
 #include <ros/console.h>
 #include <ros/node_handle.h>
-#include <unistd.h>
 
 #include <chrono>
-#include <fstream>
 #include <functional>
 #include <string>
 #include <utility>
@@ -36,12 +34,7 @@ class StatusPublisher {
       diagnostics.add("frames_fused", status_.frames_fused);
       diagnostics.add("frames_dropped", status_.frames_dropped);
       for (const auto& of : status_.dropped) diagnostics.add("dropped/" + of.reason, of.count);
-      diagnostics.add("blocks", status_.blocks);
       diagnostics.add("map_bytes", status_.map_bytes);
-      diagnostics.add("triangles", status_.triangles);
-      diagnostics.add("integrate_ms", status_.integrate_ms);
-      diagnostics.add("mesh_ms", status_.mesh_ms);
-      diagnostics.add("publish_ms", status_.publish_ms);
     });
     // Latched, so that new subscribers get the last status immediately.
     publisher_ = private_nh.advertise<MapStatus>("status", 1, true);
@@ -57,7 +50,6 @@ class StatusPublisher {
   void publish() {
     MapStatus status;
     fill_(status);
-    addMemory(status, "process", kHost, residentBytes());
     status.header.frame_id = map_frame_;
     status.header.stamp = ros::Time::now();
     if (status.level == MapStatus::OK || status.code != status_.code) {
@@ -77,14 +69,6 @@ class StatusPublisher {
     if (is_logged_ || std::chrono::steady_clock::now() - problem_since_ < kProblemDelay) return;
     is_logged_ = true;
     ROS_WARN_STREAM_NAMED("dtsdf_mapping", status_.message);
-  }
-
-  /// Resident memory of this process; 0 if the system does not report it.
-  static uint64_t residentBytes() {
-    std::ifstream statm("/proc/self/statm");
-    uint64_t all_pages = 0, resident_pages = 0;
-    statm >> all_pages >> resident_pages;
-    return resident_pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
   }
 
   const std::string map_frame_;

@@ -54,7 +54,8 @@ class CorrectStep : public Step {
     /// Poses of the first camera in W; after add(), only those that belong to images.
     journal::Correction correction;
     double min_move = 0.0;  ///< If no image moves this far, in metres or radians, nothing is done.
-    std::function<void(const CorrectionResult&)> answer;  ///< Called once; must not throw.
+    /// Called once, unless it is empty; must not throw.
+    std::function<void(const CorrectionResult&)> answer = nullptr;
     SteadyTime came = std::chrono::steady_clock::now();
   };
 
@@ -198,23 +199,10 @@ class CorrectStep : public Step {
     for (const geometry_msgs::PoseStamped& pose : path.poses) {
       poses.push_back({pose.header.stamp.toSec(), readPose(pose.pose)});
     }
-    const auto log = [](const CorrectionResult& result) {
-      if (result.success && result.moved > 0) {
-        ROS_INFO_STREAM_NAMED("dtsdf_mapping", "corrected_path: " << result.message);
-      } else if (!result.success && result.message != kReplaced) {
-        logRefusal(result.message);
-      }
-    };
     submit({{0, cameraPoses(poses, path.header.frame_id, host_.params.path_frame)},
-            host_.params.min_correction_m,
-            log});
+            host_.params.min_correction_m});
   } catch (const std::exception& error) {
-    logRefusal(errorText(error));
     setOutcome(false, errorText(error));
-  }
-
-  static void logRefusal(const std::string& text) {
-    ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping", "corrected_path is refused: " << text);
   }
 
   /// Waits until the map thread has queued the request.
@@ -359,13 +347,19 @@ class CorrectStep : public Step {
     result.fused = fused;
     result.seconds = toSeconds(std::chrono::steady_clock::now() - request->came);
     result.message = message;
-    request->answer(result);
+    if (request->answer) request->answer(result);
     if (message != kNothingMoves && message != kReplaced) setOutcome(success, message);
   }
 
   void setOutcome(bool success, const std::string& message) {
+    const std::string outcome = (success ? "" : "refused: ") + message;
+    if (success) {
+      ROS_INFO_STREAM_NAMED("dtsdf_mapping", "correction of poses: " << outcome);
+    } else {
+      ROS_WARN_STREAM_THROTTLE_NAMED(5.0, "dtsdf_mapping", "correction of poses " << outcome);
+    }
     const std::lock_guard<std::mutex> lock(mutex_);
-    last_ = (success ? "" : "refused: ") + message;
+    last_ = outcome;
   }
 
   void updateProgress() {

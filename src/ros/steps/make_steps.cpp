@@ -18,7 +18,7 @@ Steps makeSteps(const Host& host) {
   steps.push_back(std::make_unique<PosesStep>(host));
   steps.push_back(std::make_unique<CorrectStep>(host, journal ? &journal->writer() : nullptr));
   if (journal) steps.push_back(std::move(journal));
-  steps.push_back(makeMeshTopicsStep(host.params, host.rates));
+  steps.push_back(makeMeshTopicsStep(host.params, host.mesh_hz));
   steps.push_back(makePointsStep(host));
   auto space = std::make_unique<SpaceStep>(host);
 #ifdef DTSDF_WITH_OCTOMAP_MSGS

@@ -88,12 +88,12 @@ Marker toMarker(const NodeParams& params, double step_m, const PackedChunk& chun
 /// that never reads its messages fills its own queue but does not delay other listeners.
 class MeshTopicsStep : public Step {
  public:
-  MeshTopicsStep(const NodeParams& params, const Rates& rates)
+  MeshTopicsStep(const NodeParams& params, const std::atomic<double>& rate_hz)
       : params_(params),
-        rates_(rates),
+        rate_hz_(rate_hz),
         step_m_(ChunkLattice(params.mapper.map.voxel_size_m, params.chunk_blocks).step_m),
         chunks_(params.chunk_blocks),
-        mesh_pace_(rates.mesh_hz),
+        mesh_pace_(rate_hz),
         round_pace_(kRoundRate_hz) {}
 
   /// A new listener first gets a message that clears any mesh from an earlier node.
@@ -113,7 +113,7 @@ class MeshTopicsStep : public Step {
   }
 
   std::optional<double> meshRate_hz() const override {
-    return isWanted() ? std::optional<double>(rates_.mesh_hz) : std::nullopt;
+    return isWanted() ? std::optional<double>(rate_hz_) : std::nullopt;
   }
 
   void changed(const MeshChanges& changes) override {
@@ -124,7 +124,7 @@ class MeshTopicsStep : public Step {
   SteadyDuration publish(ShownMesh* mesh) override {
     if (mesh == nullptr) return SteadyDuration::max();
     const SteadyTime now = std::chrono::steady_clock::now();
-    mesh_pace_.setRate(rates_.mesh_hz, now);
+    mesh_pace_.setRate(rate_hz_, now);
     addPending(now);
     if (round_pace_.isDue(now)) {
       publishRound(*mesh);
@@ -203,7 +203,7 @@ class MeshTopicsStep : public Step {
   }
 
   const NodeParams& params_;
-  const Rates& rates_;
+  const std::atomic<double>& rate_hz_;
   std::atomic<double> step_m_;  ///< See ChunkLattice.
   MeshChunks chunks_;
   Topic markers_, blocks_;
@@ -214,8 +214,9 @@ class MeshTopicsStep : public Step {
 
 }  // namespace
 
-std::unique_ptr<Step> makeMeshTopicsStep(const NodeParams& params, const Rates& rates) {
-  return std::make_unique<MeshTopicsStep>(params, rates);
+std::unique_ptr<Step> makeMeshTopicsStep(const NodeParams& params,
+                                         const std::atomic<double>& rate_hz) {
+  return std::make_unique<MeshTopicsStep>(params, rate_hz);
 }
 
 }  // namespace dtsdf

@@ -17,7 +17,7 @@ namespace {
 class OctomapStep : public Step {
  public:
   OctomapStep(const Host& host, const SpaceStep& space)
-      : host_(host), space_(space), pace_(host.rates.space_hz) {}
+      : host_(host), space_(space), pace_(host.space_hz) {}
 
   void advertise(const Handles& handles) override {
     topic_.advertise<octomap_msgs::Octomap>(handles.prompt, "octomap", 1);
@@ -28,7 +28,7 @@ class OctomapStep : public Step {
     const SteadyTime begin = std::chrono::steady_clock::now();
     const SpaceStep::Known known = space_.known();
     const SpaceSnapshot& space = *known.space;
-    pace_.setRate(host_.rates.space_hz, begin);
+    pace_.setRate(host_.space_hz, begin);
     if (topic_.takeNewSubscriber()) published_.reset();
     const bool has_space = space.cellSize_m() > 0.0;  // stays true after clear_map
     const bool is_outdated = known.space != published_.lock();

@@ -33,7 +33,7 @@ Point toPoint(const Mesh& mesh, size_t vertex, MeshColour colour) {
 /// Publishes `surface_points`; each cloud holds the whole mesh.
 class PointsStep : public Step {
  public:
-  explicit PointsStep(const Host& host) : host_(host), pace_(host.rates.points_hz) {}
+  explicit PointsStep(const Host& host) : host_(host), pace_(host.points_hz) {}
 
   void advertise(const Handles& handles) override {
     topic_.advertise<Cloud>(handles.prompt, "surface_points", 1,
@@ -41,14 +41,14 @@ class PointsStep : public Step {
   }
 
   std::optional<double> meshRate_hz() const override {
-    return topic_.hasSubscribers() ? std::optional<double>(host_.rates.points_hz) : std::nullopt;
+    return topic_.hasSubscribers() ? std::optional<double>(host_.points_hz) : std::nullopt;
   }
 
   void changed(const MeshChanges&) override { is_outdated_ = true; }
   SteadyDuration publish(ShownMesh* mesh) override {
     if (mesh == nullptr || !is_outdated_ || !topic_.hasSubscribers()) return SteadyDuration::max();
     const SteadyTime begin = std::chrono::steady_clock::now();
-    pace_.setRate(host_.rates.points_hz, begin);
+    pace_.setRate(host_.points_hz, begin);
     if (!pace_.isDue(begin)) return pace_.next() - begin;
     is_outdated_ = false;
     publish(mesh->meshes.all().assemble(), mesh->stamp);

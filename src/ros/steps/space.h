@@ -39,7 +39,7 @@ namespace dtsdf {
 class SpaceStep : public Step {
  public:
   explicit SpaceStep(const Host& host)
-      : host_(host), is_on_(host.params.mapper.space.enabled), pace_(host.rates.space_hz) {
+      : host_(host), is_on_(host.params.mapper.space.enabled), pace_(host.space_hz) {
     if (!is_on_) return;
     const MapperParams& params = host.params.mapper;
     // With map/page_folder, the cells and distances for planners may take as much memory as the
@@ -66,7 +66,7 @@ class SpaceStep : public Step {
 
   std::optional<double> meshRate_hz() const override {
     if (!is_on_) return std::nullopt;
-    return std::max<double>(host_.rates.space_hz, kMinSpaceRate_hz);
+    return std::max<double>(host_.space_hz, kMinSpaceRate_hz);
   }
 
   void meshed() override { handOver(); }
@@ -98,7 +98,7 @@ class SpaceStep : public Step {
     takeChanges();
     handleNewListeners();
     const SteadyTime now = std::chrono::steady_clock::now();
-    pace_.setRate(host_.rates.space_hz, now);
+    pace_.setRate(host_.space_hz, now);
     if (is_outdated_ && (publish_now_ || pace_.isDue(now))) updateOutputs(now);
     if (grid_ && grid_->window()) {
       if (std::exchange(is_grid_due_, false)) publishGrid(now);

@@ -36,20 +36,9 @@ struct ShownMesh {
   ros::Time stamp;  ///< Stamp of the newest frame in the mesh.
 };
 
-/// Rates from the settings. They may change while the node runs.
-struct Rates {
-  explicit Rates(const NodeParams& params)
-      : mesh_hz(params.mesh_rate_hz),
-        points_hz(params.points_rate_hz),
-        space_hz(params.space_rate_hz) {}
-
-  std::atomic<double> mesh_hz, points_hz, space_hz;
-};
-
 /// The parts of the node that steps use; all outlive the steps.
 struct Host {
   const NodeParams& params;
-  const Rates& rates;
   Transforms& transforms;
   MapFrame& frame;
   LiveMap& map;
@@ -61,6 +50,9 @@ struct Host {
   /// answers to queries contain data from an earlier map.
   std::function<void()> await_output;
   std::atomic<bool>& is_ending;  ///< Once set, blocking calls give up.
+  /// Rates from the settings. They may change while the node runs.
+  std::atomic<double> mesh_hz{params.mesh_rate_hz}, points_hz{params.points_rate_hz},
+      space_hz{params.space_rate_hz};
 };
 
 /// Node handles for callbacks on different threads; all but `input` and `map` are in the

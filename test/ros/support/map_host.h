@@ -27,7 +27,6 @@ struct MapHost {
   /// Stream 0 is depth, stream 1 is colour.
   explicit MapHost(std::unique_ptr<Mapper> mapper, NodeParams settings = {})
       : params(std::move(settings)),
-        rates(params),
         map(std::move(mapper), params, queue, frame, mesh_changes, steps, clock.reader()) {
     ros::Time::init();  // needed to throttle warnings
     queue.addStream(false, "", std::nullopt, depth);
@@ -53,7 +52,6 @@ struct MapHost {
 
   FakeClock clock;
   NodeParams params;
-  Rates rates;
   Transforms transforms{clock.reader()};
   MapFrame frame{params, transforms};
   FrameAccounting depth, colour;
@@ -64,7 +62,7 @@ struct MapHost {
   ShownMesh mesh{params.mapper.map};
   WorkerThread map_loop{"test"};
   std::atomic<bool> is_ending{false};
-  const Host host{params, rates, transforms, frame, map, mesh, map_loop, [] {}, [] {}, is_ending};
+  const Host host{params, transforms, frame, map, mesh, map_loop, [] {}, [] {}, is_ending};
 };
 
 }  // namespace dtsdf

@@ -21,9 +21,9 @@ constexpr int kSpanStep = 16;
 
 /// Whether all values from `first` on are 0, up to kSpanStep values or the end of the row.
 template <class T>
-bool isBlank(const char* row, int first, int width) {
+bool isBlank(const void* row, int first, int width) {
   uint64_t words[kSpanStep * sizeof(T) / sizeof(uint64_t)] = {};
-  const char* from = row + first * sizeof(T);
+  const char* from = static_cast<const char*>(row) + first * sizeof(T);
   if (width - first >= kSpanStep) {
     std::memcpy(words, from, sizeof(words));
   } else {
@@ -39,10 +39,9 @@ bool isBlank(const char* row, int first, int width) {
 /// @param within Span outside which all values must be 0.
 template <class T>
 PixelSpan measuredSpan(const void* row, int width, const PixelSpan& within) {
-  const auto* const bytes = static_cast<const char*>(row);
   int begin = within.begin, end = (within.end + kSpanStep - 1) / kSpanStep * kSpanStep;
-  while (begin < end && isBlank<T>(bytes, begin, width)) begin += kSpanStep;
-  while (begin < end && isBlank<T>(bytes, end - kSpanStep, width)) end -= kSpanStep;
+  while (begin < end && isBlank<T>(row, begin, width)) begin += kSpanStep;
+  while (begin < end && isBlank<T>(row, end - kSpanStep, width)) end -= kSpanStep;
   if (begin >= end) return {0, 0};
   return {begin, std::min(end, width)};
 }

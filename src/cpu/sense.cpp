@@ -78,6 +78,29 @@ NoiseOfLines noiseOf(const uint32_t (&lines_in_bin)[kNoiseBins], uint32_t lines)
   return noise;
 }
 
+/// Finds the pixels of a row that are empty but have a measured neighbour, for
+/// filledInverseDepth(). Nothing is measured outside `span` in the row and in those above and below.
+/// @param sums A buffer for one value per pixel, and one more at either end.
+void findGaps(const float* row, const float* above, const float* below, const PixelSpan& of_row,
+              float* __restrict__ sums, int32_t* __restrict__ is_gap) {
+  const PixelSpan span = of_row;  // a copy, as stores may alias the reference
+  sums[span.begin] = sums[span.end + 1] = 0.0f;
+  for (int u = span.begin; u < span.end; ++u) {
+    sums[u + 1] = fabsf(above[u]) + fabsf(row[u]) + fabsf(below[u]);
+  }
+  for (int u = span.begin; u < span.end; ++u) {
+    const float around = sums[u] + sums[u + 1] + sums[u + 2];
+    is_gap[u] = static_cast<int32_t>(row[u] == 0.0f) & static_cast<int32_t>(around > 0.0f);
+  }
+}
+
+/// One thread's buffers for a row of pixels.
+struct RowBuffers {
+  std::vector<float> values;
+  std::vector<int32_t> flags;
+  std::vector<PixelLinks> links;
+};
+
 constexpr size_t kRowsAtATime = 8;  ///< Number of rows that a thread processes at a time.
 
 }  // namespace
@@ -160,15 +183,28 @@ void FrameSensor::fillGaps(const FrameView& view, const DepthRange& range,
   const int width = view.width, height = view.height;
   inverse_depth_.resize(width, height);
   const auto measured = [&](int u, int v) { return measured_.row(v)[u]; };
-  parallelFor<kRowsAtATime>(height, threads_, [&](size_t row) {
+  parallelFor<RowBuffers, kRowsAtATime>(height, threads_, [&](size_t row, RowBuffers& buffers) {
     const int v = static_cast<int>(row);
     PixelSpan span = measured_.span(row);
     if (v > 0) span = unite(span, measured_.span(row - 1));
     if (v + 1 < height) span = unite(span, measured_.span(row + 1));
     float* const filled = inverse_depth_.newRow(row, span);
+    const float* const own = measured_.row(row);
+    std::copy(own + span.begin, own + span.end, filled + span.begin);
+    buffers.values.resize(width + 2);
+    buffers.flags.resize(width);
+    withWidestVectors([&] {
+      findGaps(own, v > 0 ? own - width : own, v + 1 < height ? own + width : own, span,
+               buffers.values.data(), buffers.flags.data());
+    });
+    const int32_t* const is_gap = buffers.flags.data();
     for (int u = span.begin; u < span.end; ++u) {
-      filled[u] = filledInverseDepth(measured, width, height, {u, v}, surfel_settings_, noise,
-                                     range.rounded_to_m);
+      if (u % kSpanStep == 0 && isBlank<int32_t>(is_gap, u, width)) {
+        u += kSpanStep - 1;
+      } else if (is_gap[u] != 0) {
+        filled[u] = filledInverseDepth(measured, width, height, {u, v}, surfel_settings_, noise,
+                                       range.rounded_to_m);
+      }
     }
     inverse_depth_.newRow(row, measuredSpan<float>(filled, width, span));
   });
@@ -183,25 +219,27 @@ void FrameSensor::linkAndFitRows(const FrameView& view, const DepthNoise& noise)
   const LinkLimits limits = linkLimits(view, noise, surfel_settings_);
   const FitWindow window = fitWindow(view, noise, surfel_settings_);
   const int margin = surfel_settings_.normal_radius_px;
-  parallelFor<kRowsAtATime>(view.height, threads_, [&](size_t v) {
+  parallelFor<RowBuffers, kRowsAtATime>(view.height, threads_, [&](size_t v, RowBuffers& padded) {
     const PixelSpan span = inverse_depth_.span(v);
     PixelLinks* const links = links_.newRow(v, span);
     float* const values = row_value_.newRow(v, span);
     float* const slopes = row_slope_.newRow(v, span);
     if (span.isEmpty()) return;
-    for (int u = span.begin; u < span.end; ++u) {
-      links[u] = linksOf(view, inverse_depth_.data(), {u, static_cast<int>(v)}, limits);
-    }
+    withWidestVectors([&] {
+      for (int u = span.begin; u < span.end; ++u) {
+        links[u] = linksOf(view, inverse_depth_.data(), {u, static_cast<int>(v)}, limits);
+      }
+    });
     // Pixels in the margin are unmeasured, so that fits end there, as at the image border.
-    std::vector<float> padded(width + 2 * margin, 0.0f);
-    std::vector<PixelLinks> padded_links(width + 2 * margin, 0);
-    std::copy_n(inverse_depth_.row(v), width, padded.data() + margin);
-    std::copy_n(links, width, padded_links.data() + margin);
+    padded.values.resize(width + 2 * margin);
+    padded.links.resize(width + 2 * margin);
+    std::copy_n(inverse_depth_.row(v), width, padded.values.data() + margin);
+    std::copy_n(links, width, padded.links.data() + margin);
     StretchFit fits;
     for (int first = span.begin; first < span.end; first += kStretch) {
       const int count = std::min(kStretch, span.end - first);
-      const float* centres = padded.data() + margin + first;
-      fits.compute(count, {centres, centres, padded_links.data() + margin + first},
+      const float* centres = padded.values.data() + margin + first;
+      fits.compute(count, {centres, centres, padded.links.data() + margin + first},
                    {1, kLinkRight, margin, margin, margin}, window);
       for (int i = 0; i < count; ++i) {
         const LineFit fit = rowFitOf(fits.fit(i));

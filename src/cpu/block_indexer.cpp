@@ -166,16 +166,18 @@ void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, 
   });
   if (!hasCandidates()) return;
   labels.resize(kVoxelsPerBlock, UnitLabels{0, 0});
-  withWidestVectors([&] { labelRows(rules, directional, labels.data()); });
-  edges_.clear();
-  for (int i = 0; i < kVoxelsPerBlock; ++i) {
-    if (!isEmpty(labels[i])) edges_.addUnit(indicesOf(labels[i]), voxelOffset(i));
-  }
-  vertices.resize(edges_.count());
-  auto next = vertices.begin();
-  edges_.forEach([&](int edge) {
-    *next++ = {placeVertex(rules, arrays, edge, directional, directionsOn(edge)),
-               static_cast<uint32_t>(edge)};
+  withWidestVectors([&] {
+    labelRows(rules, directional, labels.data());
+    edges_.clear();
+    for (int i = 0; i < kVoxelsPerBlock; ++i) {
+      if (!isEmpty(labels[i])) edges_.addUnit(indicesOf(labels[i]), voxelOffset(i));
+    }
+    vertices.resize(edges_.count());
+    auto next = vertices.begin();
+    edges_.forEach([&](int edge) {
+      *next++ = {placeVertex(rules, arrays, edge, directional, directionsOn(edge)),
+                 static_cast<uint32_t>(edge)};
+    });
   });
   const auto is_empty = [](const UnitLabels& unit) { return isEmpty(unit); };
   if (std::all_of(labels.begin(), labels.end(), is_empty)) labels.clear();

@@ -107,8 +107,11 @@ void findCovered(BlockSums& sums, int direction) {
   const VoxelSums* voxel = sums.voxel[direction];
   for (uint64_t& word : covered.word) {
     word = 0;
-    for (int i = 0; i < VoxelSet::kWordBits; ++i, ++voxel) {
-      word |= static_cast<uint64_t>(voxel->weight != 0) << i;
+    for (int row = 0; row < VoxelSet::kWordBits; row += kBlockSide, voxel += kBlockSide) {
+      uint32_t bits = 0;
+#pragma GCC unroll 8  // shifts by constants
+      for (int x = 0; x < kBlockSide; ++x) bits |= (voxel[x].weight != 0 ? 1u : 0u) << x;
+      word |= static_cast<uint64_t>(bits) << row;
     }
   }
 }

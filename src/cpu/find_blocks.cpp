@@ -73,7 +73,7 @@ BlockFinder::Bin& BlockFinder::Share::find(const Vec3i& block_L, const Vec3i& or
   return bin;
 }
 
-void BlockFinder::addLines(const FrameSensing& sensing, LineBatch& batch, Share& share) {
+inline void BlockFinder::addLines(const FrameSensing& sensing, LineBatch& batch, Share& share) {
   batch.compute(sensing, fusion_);
   const Vec3i origin_block = blockOfVoxel(sensing.image.frame.origin_voxel);
   for (int i = 0; i < batch.count(); ++i) {
@@ -115,7 +115,7 @@ void BlockFinder::findBlocks(const std::vector<std::vector<Surfel>>& lists,
       for (size_t i = std::max(begin, first); i < last; ++i) {
         const Surfel& surfel = list[i - begin];
         if (surfel.weight > 0.0f) batch.add(surfel, static_cast<uint32_t>(i));
-        if (batch.isFull()) addLines(sensing, batch, share);
+        if (batch.isFull()) withWidestVectors([&] { addLines(sensing, batch, share); });
       }
       begin += list.size();
     }

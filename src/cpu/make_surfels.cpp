@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "backend/rule_settings.h"
+#include "cpu/widest_vectors.h"
 #include "threads/parallel.h"
 
 namespace dtsdf {
@@ -95,11 +96,12 @@ void SurfelMaker::makeListOfSurfels(const FrameSensing& sensing) {
   using Patches = std::vector<MergedPatch>;
   parallelFor<Patches>(lists_.size(), threads_, [&](size_t row, Patches& patches) {
     lists_[row].clear();
-    makePatches(sensing, static_cast<int>(row) * kPatchSide, patches, lists_[row]);
+    withWidestVectors(
+        [&] { makePatches(sensing, static_cast<int>(row) * kPatchSide, patches, lists_[row]); });
   });
 }
 
-void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v,
+inline void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v,
                               std::vector<MergedPatch>& patches,
                               std::vector<Surfel>& surfels) const {
   const FrameView& frame = sensing.image.frame;
@@ -125,7 +127,7 @@ void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v,
 }
 
 /// Appends the surfels of those pixels of a row that are not merged.
-void SurfelMaker::makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span,
+inline void SurfelMaker::makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span,
                               const std::vector<MergedPatch>& patches,
                               std::vector<Surfel>& surfels) const {
   const auto make = [&](int u, const LineFit& column) {

@@ -169,8 +169,11 @@ void BlockIndexer::index(const MeshSettings& rules, const ArraysAround& arrays, 
   withWidestVectors([&] {
     labelRows(rules, directional, labels.data());
     edges_.clear();
-    for (int i = 0; i < kVoxelsPerBlock; ++i) {
-      if (!isEmpty(labels[i])) edges_.addUnit(indicesOf(labels[i]), voxelOffset(i));
+    for (int row = 0; row < kRows; ++row) {
+      if (!rowHasCandidates(row)) continue;
+      for (int i = row * kBlockSide; i < (row + 1) * kBlockSide; ++i) {
+        if (!isEmpty(labels[i])) edges_.addUnit(indicesOf(labels[i]), voxelOffset(i));
+      }
     }
     vertices.resize(edges_.count());
     auto next = vertices.begin();

@@ -28,8 +28,9 @@ ArraysAround arraysAround(const CpuMap& map, const SlotsAround& slots, int32_t m
   ArraysAround around;
   around.min_evidence = min_evidence;
   for (int n = 0; n < kBlocksAround; ++n) {
+    const BlockEntry* const block = slots[n] < 0 ? nullptr : &map.table.block(slots[n]);
     for (int d = 0; d < kDirectionCount; ++d) {
-      const int32_t array = slots[n] < 0 ? kNoArray : map.table.block(slots[n]).array[d];
+      const int32_t array = block == nullptr ? kNoArray : block->array[d];
       around.array[n][d] = array == kNoArray ? nullptr : map.voxels.array(array);
     }
   }

@@ -65,8 +65,9 @@ class RowJudge {
     findOrigins(of_row, row, is_covered);
     if (in_turn_) moveToFeet(of_row, row, is_covered);
     findPixels();
-    for (uint32_t rest = lookedThrough(); rest != 0; rest &= rest - 1) {
-      const int x = __builtin_ctz(rest);
+    if (!findLookedThrough()) return;
+    for (int x = 0; x < kBlockSide; ++x) {
+      if (through_[x] == 0) continue;
       const Voxel& voxel = voxels[row * kBlockSide + x];
       const Observation observation = judgeFree(sensing_, voxel, {depth_m_[x], u_[x], v_[x]});
       if (!contradicts(observation, voxel, covered_[x] != 0, rules_)) continue;
@@ -141,15 +142,15 @@ class RowJudge {
     }
   }
 
-  /// The checked voxels whose places the image shows to be free, one bit each. Reads only the
-  /// pixel onto which each place projects. Has no branches, as these would be unpredictable.
-  uint32_t lookedThrough() const {
-    uint32_t through = 0;
-    for (int x = 0; x < kBlockSide; ++x) {
-      const bool looks_through = pixel_depth_m_[x] < sensing_.free_depth[pixel_[x]];
-      through |= (static_cast<uint32_t>(judged_[x]) & static_cast<uint32_t>(looks_through)) << x;
-    }
-    return through;
+  /// Finds the checked voxels whose places the image shows to be free. Reads only the pixel onto
+  /// which each place projects. @return whether there are any.
+  bool findLookedThrough() {
+    LaneFloats free_m;
+    for (int x = 0; x < kBlockSide; ++x) free_m.v[x] = sensing_.free_depth[pixel_[x]];
+    const LaneInts through =
+        LaneInts::load(judged_) & (free_m > LaneFloats::load(pixel_depth_m_));
+    through.store(through_);
+    return any(through);
   }
 
   const FrameSensing sensing_;  // copies, as stores may alias references
@@ -161,7 +162,7 @@ class RowJudge {
   int32_t covered_[kBlockSide], judged_[kBlockSide], is_empty_[kBlockSide];
   float place_x_[kBlockSide], place_y_[kBlockSide], place_z_[kBlockSide];
   float depth_m_[kBlockSide], u_[kBlockSide], v_[kBlockSide];
-  int32_t pixel_[kBlockSide];
+  int32_t pixel_[kBlockSide], through_[kBlockSide];
   float pixel_depth_m_[kBlockSide];
 };
 

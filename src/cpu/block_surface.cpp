@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "cpu/widest_vectors.h"
+
 namespace dtsdf {
 namespace {
 
@@ -20,35 +22,47 @@ bool hasSurface(const UnitLabels* row) {
 int firstSharedUnit(int offset) { return offset < 0 ? kBlockSide - 1 : 0; }
 int endSharedUnit(int offset) { return offset > 0 ? 1 : kBlockSide; }
 
+/// For each corner c of a unit, 1 in bits 8 c to 8 c + 7 if bit c of `corners` is set.
+uint64_t onePerCorner(unsigned corners) {
+  constexpr uint64_t kOnes = 0x0101010101010101, kOwnBits = 0x8040201008040201;
+  return ((corners * kOnes & kOwnBits) + 0x7f * kOnes) >> 7 & kOnes;
+}
+
 }  // namespace
 
-/// Computes cornerBalance() of all corners. Loops over units, most of which are empty and skipped.
-void BlockSurface::computeBalances(const LabelNeighbourhood& labels) {
-  std::fill(balance_, balance_ + kGridCorners, int8_t{0});
+/// Finds the corners that are behind the surface by majority (cornerBalance()). Loops over units,
+/// most of which are empty and skipped.
+inline void BlockSurface::findMajorities(const LabelNeighbourhood& labels) {
+  std::fill(is_behind_, is_behind_ + kGridCorners, uint8_t{0});
   for (int n = 0; n < kBlocksAround; ++n) {
     if (labels[n] == nullptr) continue;
-    const Vec3i at = aroundOffset(n);
-    for (int z = firstSharedUnit(at.z); z < endSharedUnit(at.z); ++z) {
-      for (int y = firstSharedUnit(at.y); y < endSharedUnit(at.y); ++y) {
+    const Vec3i at = aroundOffset(n), to_block = firstVoxelOfBlock(at);
+    const Vec3i first{firstSharedUnit(at.x), firstSharedUnit(at.y), firstSharedUnit(at.z)};
+    const Vec3i end{endSharedUnit(at.x), endSharedUnit(at.y), endSharedUnit(at.z)};
+    for (int z = first.z; z < end.z; ++z) {
+      for (int y = first.y; y < end.y; ++y) {
         const UnitLabels* row = labels[n] + voxelIndex(0, y, z);
         if (!hasSurface(row)) continue;
-        for (int x = firstSharedUnit(at.x); x < endSharedUnit(at.x); ++x) {
-          if (isEmpty(row[x])) continue;
-          addToBalances(row[x],
-                        {x + kBlockSide * at.x, y + kBlockSide * at.y, z + kBlockSide * at.z});
+        for (int x = first.x; x < end.x; ++x) {
+          if (!isEmpty(row[x])) countSides(row[x], to_block + Vec3i{x, y, z});
         }
       }
     }
   }
+  for (uint8_t& units : is_behind_) units = isMajorityBehind((units & 15) - (units >> 4)) ? 1 : 0;
 }
 
-/// Adds a unit's sideOfCorner() to the balances of its corners that are in the block's grid.
-void BlockSurface::addToBalances(const UnitLabels& labels, const Vec3i& unit) {
+/// Counts a unit at those of its corners that are in the block's grid: in the lower four bits if
+/// the corner is behind the unit's sheets, in the upper four if it is in front.
+inline void BlockSurface::countSides(const UnitLabels& labels, const Vec3i& unit) {
+  const uint64_t sides =
+      onePerCorner(cornersBehind(labels)) | onePerCorner(cornersInFront(labels)) << 4;
   const auto add = [&](int c, int corner) {
-    balance_[corner] = static_cast<int8_t>(balance_[corner] + sideOfCorner(labels, c));
+    is_behind_[corner] = static_cast<uint8_t>(is_behind_[corner] + (sides >> 8 * c));
   };
   if (blockOfVoxel(unit) == BlockKey{0, 0, 0}) {  // all its corners are in the grid
     const int first = cornerIndex(unit.x, unit.y, unit.z);
+#pragma GCC unroll 8  // shifts by constants
     for (int c = 0; c < kCubeCorners; ++c) {
       add(c, first + cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1));
     }
@@ -62,14 +76,14 @@ void BlockSurface::addToBalances(const UnitLabels& labels, const Vec3i& unit) {
   }
 }
 
-void BlockSurface::addTriangles(const UnitIndices& regular, const Vec3i& unit) {
+inline void BlockSurface::addTriangles(const UnitIndices& regular, const Vec3i& unit) {
   if (countTriangles(kMeshTables, regular) == 0) return;
   surface_units_.emplace_back(unit, regular);
   edges_.addUnit(regular, unit);
 }
 
 void BlockSurface::regularise(const LabelNeighbourhood& labels) {
-  computeBalances(labels);
+  withWidestVectors([&] { findMajorities(labels); });
   edges_.clear();
   surface_units_.clear();
   const UnitLabels* own = labels[aroundNumber({0, 0, 0})];
@@ -80,11 +94,11 @@ void BlockSurface::regularise(const LabelNeighbourhood& labels) {
     }
     if (isEmpty(own[i])) continue;
     const Vec3i unit = voxelOffset(i);
+    const uint8_t* const first = is_behind_ + cornerIndex(unit.x, unit.y, unit.z);
     unsigned behind = 0;
+#pragma GCC unroll 8
     for (int c = 0; c < kCubeCorners; ++c) {
-      const Vec3i corner = unit + cornerOffset(c);
-      const int balance = balance_[cornerIndex(corner.x, corner.y, corner.z)];
-      behind |= isMajorityBehind(balance) ? 1u << c : 0u;
+      behind |= unsigned{first[cornerIndex(c & 1, c >> 1 & 1, c >> 2 & 1)]} << c;
     }
     addTriangles(dtsdf::regularise(own[i], behind), unit);
   }

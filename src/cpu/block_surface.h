@@ -39,14 +39,14 @@ class BlockSurface {
               bool directional, BlockMesh& mesh);
 
  private:
-  void computeBalances(const LabelNeighbourhood& labels);
-  void addToBalances(const UnitLabels& labels, const Vec3i& unit);
+  void findMajorities(const LabelNeighbourhood& labels);
+  void countSides(const UnitLabels& labels, const Vec3i& unit);
   void addTriangles(const UnitIndices& regular, const Vec3i& unit);
   void findNormals(const ArraysAround& arrays, const std::vector<BlockVertex>& known,
                    const std::vector<Vec3f>& normals, bool directional, const BlockMesh& mesh);
   void addMidpoints(const Vec3i& unit, const UnitIndices& indices, BlockMesh& mesh) const;
 
-  int8_t balance_[kGridCorners];  ///< Per corner, see cornerBalance().
+  uint8_t is_behind_[kGridCorners];  ///< Per corner: 1 if it is behind the surface by majority.
   /// Units with triangles, and their marching-cubes cases after regularisation.
   std::vector<std::pair<Vec3i, UnitIndices>> surface_units_;
   EdgeSet edges_;  ///< Edges with a vertex.

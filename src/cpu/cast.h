@@ -7,16 +7,11 @@
 
 namespace dtsdf {
 
-/// A set of a block's voxels, with one bit per voxel.
+/// A set of a block's voxels, with one bit per voxel and one word per layer.
 struct VoxelSet {
   static constexpr int kWordBits = 64, kWords = kVoxelsPerBlock / kWordBits;
   uint64_t word[kWords];
 
-  /// The bits of a row along x.
-  uint32_t row(int number) const {
-    static_assert(kWordBits == kBlockSide * kBlockSide, "a word must hold one layer");
-    return word[number / kBlockSide] >> (number % kBlockSide * kBlockSide) & 255u;
-  }
   template <class Visit>
   void forEach(const Visit& visit) const {
     for (int i = 0; i < kWords; ++i) {

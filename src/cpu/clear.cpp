@@ -179,8 +179,12 @@ int findContradicted(const BlockCheck& check, int direction, const FrameSensing&
     RowJudge judge(sensing, facing, toFloat(firstVoxelOfBlock(check.block_L)), check.in_turn, rules,
                    distances);
     if (distances) distances->take(voxels);
-    for (int row = 0; row < kRows; ++row) {
-      const uint32_t covered = has_sums ? check.sums->covered[direction].row(row) : 0u;
+    uint64_t covered_rows = 0;  // the covered voxels of the layer's rows from `row` on
+    for (int row = 0; row < kRows; ++row, covered_rows >>= kBlockSide) {
+      if (row % kBlockSide == 0 && has_sums) {
+        covered_rows = check.sums->covered[direction].word[row / kBlockSide];
+      }
+      const uint32_t covered = covered_rows & 255u;
       if (covered == 0 && !check.in_turn) continue;
       judge.judge(voxels, row, covered, [&](int i, bool is_covered, Observation observation) {
         const int32_t frames = contradictionWeight(observation, is_covered, rules);

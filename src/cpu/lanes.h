@@ -22,7 +22,12 @@ struct Lanes {
 
   // cppcheck-suppress uninitMemberVar  ; like an int or a float
   Lanes() = default;
-  explicit Lanes(T all) : v(all - Vector{}) {}
+  /// Through an array, as GCC would insert one lane after another for `all - Vector{}`.
+  explicit Lanes(T all) {
+    T values[kLanes];
+    for (T& value : values) value = all;
+    std::memcpy(&v, values, sizeof(v));
+  }
   explicit Lanes(const Vector& vector) : v(vector) {}
   // By default, GCC copies the struct in halves. Loading the whole vector right after that would
   // stall, as store forwarding fails.

@@ -5,6 +5,7 @@
 
 #include "backend/frame_check.h"
 #include "cpu/columns.h"
+#include "cpu/voxel_row.h"
 #include "cpu/widest_vectors.h"
 #include "kernels/colour/hiding.h"
 #include "kernels/colour/surface_point.h"
@@ -16,20 +17,23 @@ namespace {
 // Surface points are found and drawn in loops that compilers vectorise. The results equal those of
 // kernels/colour bit for bit.
 
+/// isNearSurface() for a row of voxels.
+LaneInts areNearSurface(const PointView& view, const VoxelRow& row) {
+  return (row.evidence() > LaneInts(view.min_evidence - 1)) &
+         (LaneFloats(view.rules.surface_distance) >= magnitude(row.sdf()));
+}
+
 int listNear(const PointView& of_image, const Voxel* voxels, int* near) {
-  constexpr int kRow = 16;          // voxels tested together; usually, none is near
   const PointView view = of_image;  // a copy, as stores may alias the reference
   int count = 0;
-  for (int row = 0; row < kVoxelsPerBlock; row += kRow) {
-    int32_t is_near[kRow], any = 0;
-    for (int i = 0; i < kRow; ++i) {
-      is_near[i] = isNearSurface(view, voxels[row + i]);
-      any |= is_near[i];
-    }
-    if (any == 0) continue;
-    for (int i = 0; i < kRow; ++i) {
-      near[count] = row + i;
-      count += is_near[i];
+  for (int first = 0; first < kVoxelsPerBlock; first += kBlockSide) {
+    const LaneInts nearby = areNearSurface(view, VoxelRow(voxels + first));
+    if (!any(nearby)) continue;
+    int32_t is_near[kBlockSide];
+    nearby.store(is_near);
+    for (int x = 0; x < kBlockSide; ++x) {
+      near[count] = first + x;
+      count -= is_near[x];  // all bits are set, or none
     }
   }
   return count;
@@ -213,7 +217,7 @@ void Painter::findBlocksInView(const std::vector<int32_t>& candidates, const Blo
 
 /// Draws the surfaces of a block that can hide other surfaces, and stores the points that may be
 /// visible.
-void Painter::findPoints(CpuMap& map, BlockView& block, float* hiding_m) const {
+inline void Painter::findPoints(CpuMap& map, BlockView& block, float* hiding_m) const {
   const PointView& view = sensing_.view;
   const BlockEntry& entry = map.table.block(block.slot);
   const Vec3f first_voxel_L = firstVoxelOf(entry);
@@ -253,7 +257,7 @@ void Painter::findPoints(CpuMap& map) {
     for (size_t i = next++; i < blocks_in_view_; i = next++) {
       const size_t ahead = i + hiding_m_.size();  // most likely this thread's next block
       if (ahead < blocks_in_view_) prefetchBlock(map.table.block(blocks_[ahead].slot), map);
-      findPoints(map, blocks_[i], hiding_m_[part].data());
+      withWidestVectors([&] { findPoints(map, blocks_[i], hiding_m_[part].data()); });
     }
   });
   std::vector<float>& nearest_m = hiding_m_[0];

@@ -55,8 +55,8 @@ inline void BlockSurface::findMajorities(const LabelNeighbourhood& labels) {
 /// Counts a unit at those of its corners that are in the block's grid: in the lower four bits if
 /// the corner is behind the unit's sheets, in the upper four if it is in front.
 inline void BlockSurface::countSides(const UnitLabels& labels, const Vec3i& unit) {
-  const uint64_t sides =
-      onePerCorner(cornersBehind(labels)) | onePerCorner(cornersInFront(labels)) << 4;
+  const uint64_t sides = onePerCorner(cornersBehind(labels)) | onePerCorner(cornersInFront(labels))
+                                                                   << 4;
   const auto add = [&](int c, int corner) {
     is_behind_[corner] = static_cast<uint8_t>(is_behind_[corner] + (sides >> 8 * c));
   };

@@ -147,8 +147,7 @@ class RowJudge {
   bool findLookedThrough() {
     LaneFloats free_m;
     for (int x = 0; x < kBlockSide; ++x) free_m.v[x] = sensing_.free_depth[pixel_[x]];
-    const LaneInts through =
-        LaneInts::load(judged_) & (free_m > LaneFloats::load(pixel_depth_m_));
+    const LaneInts through = LaneInts::load(judged_) & (free_m > LaneFloats::load(pixel_depth_m_));
     through.store(through_);
     return any(through);
   }

@@ -102,8 +102,8 @@ void SurfelMaker::makeListOfSurfels(const FrameSensing& sensing) {
 }
 
 inline void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v,
-                              std::vector<MergedPatch>& patches,
-                              std::vector<Surfel>& surfels) const {
+                                     std::vector<MergedPatch>& patches,
+                                     std::vector<Surfel>& surfels) const {
   const FrameView& frame = sensing.image.frame;
   const int end_v = std::min(first_v + kPatchSide, frame.height);
   PixelSpan span{0, 0};
@@ -128,8 +128,8 @@ inline void SurfelMaker::makePatches(const FrameSensing& sensing, int first_v,
 
 /// Appends the surfels of those pixels of a row that are not merged.
 inline void SurfelMaker::makeSingles(const FrameSensing& sensing, int v, const PixelSpan& span,
-                              const std::vector<MergedPatch>& patches,
-                              std::vector<Surfel>& surfels) const {
+                                     const std::vector<MergedPatch>& patches,
+                                     std::vector<Surfel>& surfels) const {
   const auto make = [&](int u, const LineFit& column) {
     const PixelMeasurement pixel = subdividedPixel(sensing, {u, v}, column, surfel_settings_);
     const int count = subpixelCount(pixel.subdivision);

@@ -79,7 +79,8 @@ NoiseOfLines noiseOf(const uint32_t (&lines_in_bin)[kNoiseBins], uint32_t lines)
 }
 
 /// Finds the pixels of a row that are empty but have a measured neighbour, for
-/// filledInverseDepth(). Nothing is measured outside `span` in the row and in those above and below.
+/// filledInverseDepth(). Nothing is measured outside `span` in the row and in those above and
+/// below.
 /// @param sums A buffer for one value per pixel, and one more at either end.
 void findGaps(const float* row, const float* above, const float* below, const PixelSpan& of_row,
               float* __restrict__ sums, int32_t* __restrict__ is_gap) {

@@ -32,16 +32,10 @@ class Refusion {
   /// @throws std::runtime_error if there is too little memory, or the journal is damaged.
   bool step(size_t live_bytes);
 
-  size_t fused() const { return fused_; }                 ///< Depth images fused.
-  size_t total() const { return replay_.depthImages(); }  ///< Depth images in the journal so far.
-  size_t bytes() const { return bytes_; }                 ///< Size of the map when last measured.
-  /// Calls read from the journal; once step() returns false, all of them have been repeated.
-  uint64_t count() const { return replay_.count(); }
-  /// The correction that applies to images not yet in the journal.
-  Eigen::Isometry3d motion() const { return replay_.motion(); }
-
-  /// See JournalReplay::firstCamera().
-  std::vector<StampedPose> firstCamera() const { return replay_.firstCamera(); }
+  size_t fused() const { return fused_; }  ///< Depth images fused.
+  size_t bytes() const { return bytes_; }  ///< Size of the map when last measured.
+  /// The journal as read so far; once step() returns false, all of its calls have been repeated.
+  const JournalReplay& replay() const { return replay_; }
 
   /// Updates the mesh of the whole map and returns its blocks, by packed key.
   const std::map<PackedKey, SharedBlockMesh>& takeMesh();

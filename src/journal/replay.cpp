@@ -129,16 +129,14 @@ CorrectionEffect JournalReplay::correct(const journal::Correction& correction) {
   const size_t pass = beginOfRecording(correction.before);
   Running running{PoseCorrection(correction.poses, firstCamera(pass, correction.before))};
   CorrectionEffect effect;
-  std::vector<std::pair<size_t, Eigen::Isometry3d>> moves;
   for (size_t i = pass; i < items_.size(); ++i) {
-    const Item& item = items_[i];
+    Item& item = items_[i];
     if (!item.is_image) continue;
     const Eigen::Isometry3d T_W_C = correctNext(running, item);
     if (T_W_C.matrix() == item.T_W_C.matrix()) continue;
-    moves.emplace_back(i, T_W_C);
     if (item.is_depth) noteMove(item.T_W_C, T_W_C, effect);
+    item.T_W_C = T_W_C;
   }
-  for (const auto& [i, T_W_C] : moves) items_[i].T_W_C = T_W_C;
   running_.emplace(std::move(running));
   return effect;
 }

@@ -385,21 +385,6 @@ TEST_F(CorrectTest, EndsWhenTheMapIsCleared) {
   EXPECT_EQ(answers_[1].fused, 1u);
 }
 
-TEST_F(CorrectTest, IsRefusedWithAReason) {
-  correct(corrected(0.0));
-  ASSERT_EQ(answers_.size(), 1u);
-  EXPECT_NE(answers_[0].message.find("no frame has been fused"), std::string::npos);
-  begin();
-  correct({{7.0, truth(0)}});
-  workUntilAnswered(2);
-  EXPECT_NE(answers_[1].message.find("no corrected pose matches the stamp"), std::string::npos);
-  for (const CorrectionResult& answer : answers_) EXPECT_FALSE(answer.success);
-  dtsdf_mapping::MapStatus status;
-  correction_->fill(status);
-  EXPECT_EQ(status.last_correction.find("refused: no corrected pose"), 0u)
-      << status.last_correction;
-}
-
 /// A map so large that a second copy would exceed the memory budget.
 class CorrectionOfALargeMap : public CorrectTest {
  protected:

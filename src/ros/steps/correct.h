@@ -303,7 +303,7 @@ class CorrectStep : public Step {
     constexpr std::chrono::milliseconds kJournalWait{20};
     if (written.wait_for(kJournalWait) != std::future_status::ready) return false;
     if (!written.get()) requireCompleteJournal();
-    return journal_->count() == refusion_->count();
+    return journal_->count() == refusion_->replay().count();
   }
 
   /// Replaces the live map with the corrected one.
@@ -311,8 +311,8 @@ class CorrectStep : public Step {
     const auto& mesh = refusion_->takeMesh();
     host_.map.replaceCorrected(refusion_->takeMapper(), mesh);
     journal_->add(refusion_->correction());
-    T_W_S_ = refusion_->motion() * T_W_S_;
-    fused_ = refusion_->firstCamera();
+    T_W_S_ = refusion_->replay().motion() * T_W_S_;
+    fused_ = refusion_->replay().firstCamera();
     const CorrectionEffect& effect = refusion_->effect();
     const double took_s = toSeconds(std::chrono::steady_clock::now() - current_->came);
     answer(current_, true,
@@ -365,7 +365,7 @@ class CorrectStep : public Step {
   void updateProgress() {
     const std::lock_guard<std::mutex> lock(mutex_);
     fused_again_ = refusion_ == nullptr ? 0 : refusion_->fused();
-    to_fuse_ = refusion_ == nullptr ? 0 : refusion_->total();
+    to_fuse_ = refusion_ == nullptr ? 0 : refusion_->replay().depthImages();
     bytes_ = refusion_ == nullptr ? 0 : refusion_->bytes();
   }
 

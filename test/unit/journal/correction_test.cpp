@@ -83,11 +83,11 @@ TEST_F(CorrectedJournal, IsFusedAgainWhileBeingWritten) {
   EXPECT_EQ(refusion.effect().moved, size_t{kCount - 1});
   EXPECT_TRUE(refusion.step(0));
   // An image that arrives in the meantime gets the same correction as the image before.
-  fuse(kCount, refusion.motion().inverse());
+  fuse(kCount, refusion.replay().motion().inverse());
   ASSERT_TRUE(journal_.written().get());
   while (refusion.step(0)) {
   }
-  EXPECT_EQ(refusion.count(), journal_.count());
+  EXPECT_EQ(refusion.replay().count(), journal_.count());
   EXPECT_EQ(refusion.fused(), size_t{kCount + 1});
   EXPECT_GT(refusion.takeMesh().size(), 0u);
   const std::string corrected = fileOf(*refusion.takeMapper());
@@ -148,8 +148,8 @@ TEST_F(JournalOfALap, MovesLaterPosesUntilTheSourceJumps) {
   refusion.step(0);
   for (int i = kCount + 3; i < 2 * kCount; ++i) fuse(i, Eigen::Isometry3d::Identity());
   const std::string corrected = finish(refusion);
-  EXPECT_TRUE(refusion.motion().isApprox(Eigen::Isometry3d::Identity()));
-  const std::vector<StampedPose> now = refusion.firstCamera();
+  EXPECT_TRUE(refusion.replay().motion().isApprox(Eigen::Isometry3d::Identity()));
+  const std::vector<StampedPose> now = refusion.replay().firstCamera();
   ASSERT_EQ(now.size(), size_t{2 * kCount});
   for (int i = 0; i < 2 * kCount; ++i) {
     EXPECT_LT((now[static_cast<size_t>(i)].T_W_C.matrix() - truePose(i).matrix()).norm(), 1e-12);
@@ -165,8 +165,9 @@ TEST_F(JournalOfALap, MovesAllLaterPosesWithoutAJump) {
   Refusion refusion = refusionOf(truePoses());
   for (int i = kCount; i < 2 * kCount; ++i) fuse(i, drift(11));
   finish(refusion);
-  EXPECT_TRUE(refusion.motion().isApprox(drift(11).inverse(), 1e-9));
-  EXPECT_TRUE(refusion.firstCamera().back().T_W_C.isApprox(truePose(2 * kCount - 1), 1e-9));
+  EXPECT_TRUE(refusion.replay().motion().isApprox(drift(11).inverse(), 1e-9));
+  EXPECT_TRUE(
+      refusion.replay().firstCamera().back().T_W_C.isApprox(truePose(2 * kCount - 1), 1e-9));
 }
 
 TEST_F(CorrectedJournal, CanBeCorrectedTwice) {

@@ -311,10 +311,6 @@ TEST_F(MapFile, WithMissingOrDuplicateRecordsIsRefused) {
   }
 }
 
-TEST_F(MapFile, SplitFilesAreRestored) {
-  EXPECT_EQ(splitMapFile().bytes(), bytes_) << "splitting should not change the file";
-}
-
 TEST_F(MapFile, SkipsUnknownOptionalRecords) {
   SplitMapFile apart = splitMapFile(), required = apart;
   apart.parts.insert(apart.parts.begin() + 2, {"XTRA", kMayBeSkipped, {1, 2, 3}});

@@ -6,7 +6,6 @@
 #include <ros/node_handle.h>
 
 #include <exception>
-#include <functional>
 #include <string>
 #include <utility>
 
@@ -14,16 +13,11 @@
 
 namespace dtsdf {
 
-/// The work of a service: fills the response, or throws.
-template <class Service>
-using ServiceWork =
-    std::function<void(const typename Service::Request&, typename Service::Response&)>;
-
-/// Advertises a service. `work` fills the response except `success`; its `message` says what was
-/// done. If `work` throws, the response holds only the error text. Error texts, and messages that
-/// are not empty, are logged; errors at most every five seconds.
-template <class Service>
-ros::ServiceServer serve(ros::NodeHandle nh, const std::string& name, ServiceWork<Service> work) {
+/// Advertises a service. `work` gets request and response, and fills the response except `success`;
+/// its `message` says what was done. If `work` throws, the response holds only the error text.
+/// Error texts, and messages that are not empty, are logged; errors at most every five seconds.
+template <class Service, class Work>
+ros::ServiceServer serve(ros::NodeHandle nh, const std::string& name, Work work) {
   using Request = typename Service::Request;
   using Response = typename Service::Response;
   const boost::function<bool(Request&, Response&)> callback =

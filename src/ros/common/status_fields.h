@@ -55,11 +55,4 @@ inline void addPages(MapStatus& status, const PageStats& pages, const std::strin
   addMemory(status, "pages", "disk", bytes);
 }
 
-inline dtsdf_mapping::DropCount dropCount(const std::string& reason, uint64_t count) {
-  dtsdf_mapping::DropCount drop;
-  drop.reason = reason;
-  drop.count = count;
-  return drop;
-}
-
 }  // namespace dtsdf

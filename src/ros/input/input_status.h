@@ -78,7 +78,9 @@ class InputStatus {
   static std::vector<dtsdf_mapping::DropCount> dropCounts(const StreamReport& stream) {
     std::vector<dtsdf_mapping::DropCount> counts;
     for (const auto& [reason, count] : stream.dropped_by) {
-      counts.push_back(dropCount(reason.name, count));
+      counts.emplace_back();
+      counts.back().reason = reason.name;
+      counts.back().count = count;
     }
     return counts;
   }
@@ -217,11 +219,9 @@ class InputStatus {
       report(status, MapStatus::WARN, MapStatus::NO_CAMERA_INFO,
              name + "depth images are received, but no camera_info on '" + depth.info_topic + "'" +
                  others + (others.empty() ? "" : "; set camera_info:="));
-    } else if (!why.empty()) {
-      report(status, MapStatus::WARN, MapStatus::NO_FRAME_YET, name + "no frame fused yet: " + why);
     } else {
-      report(status, MapStatus::OK, MapStatus::NO_FRAME_YET,
-             name + "waiting for the first frame with its camera_info and transform");
+      report(status, why.empty() ? MapStatus::OK : MapStatus::WARN, MapStatus::NO_FRAME_YET,
+             name + (why.empty() ? "waiting for the first frame" : "no frame fused yet: " + why));
     }
   }
 

@@ -18,8 +18,7 @@ namespace {
 
 using Matrix = cv::Matx33d;
 
-/// Missing from the message headers of some ROS distributions.
-const std::string kEquidistant = "equidistant";
+namespace models = sensor_msgs::distortion_models;
 
 bool isDistorted(const sensor_msgs::CameraInfo& info) {
   return std::any_of(info.D.begin(), info.D.end(), [](double d) { return d != 0.0; });
@@ -30,10 +29,9 @@ bool isDistorted(const sensor_msgs::CameraInfo& info) {
 bool isKnownModel(const sensor_msgs::CameraInfo& info) {
   const std::string& model = info.distortion_model;
   const size_t coefficients = info.D.size();
-  if (model == kEquidistant) return coefficients == 4;
+  if (model == models::EQUIDISTANT) return coefficients == 4;
   constexpr size_t kOfOpenCv[] = {4, 5, 8, 12, 14};
-  return (model == sensor_msgs::distortion_models::PLUMB_BOB ||
-          model == sensor_msgs::distortion_models::RATIONAL_POLYNOMIAL) &&
+  return (model == models::PLUMB_BOB || model == models::RATIONAL_POLYNOMIAL) &&
          std::count(std::begin(kOfOpenCv), std::end(kOfOpenCv), coefficients) > 0;
 }
 
@@ -74,7 +72,7 @@ std::pair<cv::Mat, cv::Mat> rectificationMaps(const sensor_msgs::CameraInfo& inf
   const Matrix K = rawCamera(info), R = rotationOf(info), P = matrixOf(intrinsicsOf(info));
   std::pair<cv::Mat, cv::Mat> uv;
   const std::vector<double> D = isDistorted(info) ? info.D : std::vector<double>();
-  if (info.distortion_model == kEquidistant && !D.empty()) {
+  if (info.distortion_model == models::EQUIDISTANT && !D.empty()) {
     cv::fisheye::initUndistortRectifyMap(K, D, R, P, size, CV_32FC1, uv.first, uv.second);
   } else {
     cv::initUndistortRectifyMap(K, D, R, P, size, CV_32FC1, uv.first, uv.second);

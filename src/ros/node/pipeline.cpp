@@ -1,5 +1,6 @@
 #include "ros/node/pipeline.h"
 
+#include <diagnostic_updater/diagnostic_updater.h>
 #include <dtsdf_mapping/ClearRegion.h>
 #include <dtsdf_mapping/PublishConfig.h>
 #include <dynamic_reconfigure/server.h>
@@ -24,7 +25,6 @@
 #include "ros/input/image_stream.h"
 #include "ros/input/input_status.h"
 #include "ros/node/output.h"
-#include "ros/node/status.h"
 #include "ros/steps/live_map.h"
 #include "ros/steps/make_steps.h"
 #include "ros/steps/map_frame.h"
@@ -78,7 +78,8 @@ class Pipeline {
               [this] { output_.takeChanges(); },
               [this] { settle(); },
               is_ending_},
-        input_status_(params_.stale_s) {
+        input_status_(params_.stale_s),
+        diagnostics_(nh, private_nh, private_nh.getNamespace()) {
     try {
       start(nh, private_nh);
     } catch (...) {
@@ -110,8 +111,7 @@ class Pipeline {
     input_.start([this] { return poseFrames(); });
     services_.start(nullptr, kServiceThreads);
     queries_.start(nullptr);
-    status_.emplace(nh, private_nh, frameOfMap(params_), params_.status_rate_hz,
-                    [this](MapStatus& current) { fill(current); });
+    startStatus(private_nh);
     rates_server_.emplace(ros::NodeHandle(private_nh, "publish"));
     rates_server_->setCallback([this](const dtsdf_mapping::PublishConfig& config, uint32_t) {
       guarded("rates", [&] { setRates(config); });
@@ -155,7 +155,7 @@ class Pipeline {
   /// Stops all threads. Calls that wait for a task fail, and waiting frames are dropped.
   void stop() {
     rates_server_.reset();
-    status_.reset();
+    timer_.stop();
     is_ending_ = true;
     queue_.refuseAll(Rejection{drop::kEnding, "the node is shutting down"});
     map_loop_.stop();
@@ -202,7 +202,47 @@ class Pipeline {
     host_.mesh_hz = config.mesh_rate_hz;
     host_.points_hz = config.points_rate_hz;
     host_.space_hz = config.space_rate_hz;
-    status_->setRate(config.status_rate_hz);
+    timer_.setPeriod(ros::WallDuration(1.0 / config.status_rate_hz));
+  }
+
+  /// Publishes status and diagnostics at publish/status_rate_hz, in wall time.
+  void startStatus(ros::NodeHandle private_nh) {
+    diagnostics_.setHardwareID("none");
+    diagnostics_.add("mapping", [this](diagnostic_updater::DiagnosticStatusWrapper& diagnostics) {
+      diagnostics.summary(status_.level, status_.message);
+      diagnostics.add("backend", status_.backend);
+      diagnostics.add("images_received", status_.images_received);
+      diagnostics.add("frames_fused", status_.frames_fused);
+      diagnostics.add("frames_dropped", status_.frames_dropped);
+      for (const auto& of : status_.dropped) diagnostics.add("dropped/" + of.reason, of.count);
+      diagnostics.add("map_bytes", status_.map_bytes);
+    });
+    // Latched, so that new subscribers get the last status immediately.
+    publisher_ = private_nh.advertise<MapStatus>("status", 1, true);
+    publishStatus();  // before the timer starts, because another thread may serve it
+    timer_ = private_nh.createWallTimer(
+        ros::WallDuration(1.0 / params_.status_rate_hz),
+        [this](const ros::WallTimerEvent&) { guarded("status", [this] { publishStatus(); }); });
+  }
+
+  void publishStatus() {
+    const uint8_t last_code = status_.code;
+    fill(status_);
+    status_.header.frame_id = frameOfMap(params_);
+    status_.header.stamp = ros::Time::now();
+    const SteadyTime now = std::chrono::steady_clock::now();
+    if (status_.level == MapStatus::OK || status_.code != last_code) {
+      problem_since_ = now;
+      is_logged_ = false;
+    }
+    publisher_.publish(status_);
+    // Logs each problem once, for users who watch the terminal and not the status.
+    constexpr std::chrono::seconds kProblemDelay{5};
+    if (!is_logged_ && now - problem_since_ >= kProblemDelay) {
+      is_logged_ = true;
+      ROS_WARN_STREAM_NAMED("dtsdf_mapping", status_.message);
+    }
+    diagnostics_.force_update();  // the updater's own timer would wait for simulated time
   }
 
   void fill(MapStatus& status) {
@@ -231,7 +271,12 @@ class Pipeline {
   std::vector<std::unique_ptr<ImageStream>> streams_;
   InputStatus input_status_;
   std::vector<ros::ServiceServer> servers_;
-  std::optional<StatusPublisher> status_;
+  MapStatus status_;
+  SteadyTime problem_since_;
+  bool is_logged_ = false;  ///< Whether the current problem has been logged.
+  diagnostic_updater::Updater diagnostics_;
+  ros::Publisher publisher_;
+  ros::WallTimer timer_;
   /// Its namespace is `publish/`, so that its parameters have the same keys as the settings.
   std::optional<dynamic_reconfigure::Server<dtsdf_mapping::PublishConfig>> rates_server_;
 };

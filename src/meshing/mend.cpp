@@ -18,10 +18,36 @@ uint32_t nextOnEdge(const Outline& outline, uint32_t vertex, size_t way) {
   return is_middle ? outline.beside(next, way) : next;
 }
 
+/// The shift of a vertex that makes up for the triangles that fill notches beside it, so that the
+/// surface keeps its area.
+Vec3f shiftForNotches(const Outline& outline, uint32_t vertex,
+                      const std::vector<Vec3f>& positions) {
+  const auto position = [&](uint32_t of) { return positions[of - outline.first()]; };
+  Vec3f sum{0.0f, 0.0f, 0.0f};
+  float length = 0.0f;
+  for (const size_t way : {Outline::kForwards, Outline::kBackwards}) {
+    const uint32_t end = outline.beside(vertex, way);
+    if (end == Outline::kNone || end < outline.first()) return {0.0f, 0.0f, 0.0f};
+    const Vec3f edge = position(end) - position(vertex);
+    length += norm(edge);
+    const Outline::Rim& rim = outline.rimOf(vertex);
+    for (uint32_t n = rim.own; n < rim.links; ++n) {
+      const Outline::Link& patch = outline.linksOf(rim)[n];
+      if ((way == Outline::kForwards ? patch.next : patch.previous) != end) continue;
+      const uint32_t bottom = way == Outline::kForwards ? patch.previous : patch.next;
+      const Vec3f depth = position(bottom) - position(vertex);
+      const Vec3f inwards = depth - (dot(depth, edge) / dot(edge, edge)) * edge;
+      sum = sum + 0.5f * norm(edge) * inwards;
+    }
+  }
+  return length > 0.0f ? (1.0f / length) * sum : sum;
+}
+
 Vec3f shiftOf(const Outline& outline, uint32_t vertex, const std::vector<Vec3f>& positions) {
   constexpr size_t kWays[] = {Outline::kForwards, Outline::kBackwards};
   const auto position = [&](uint32_t of) { return positions[of - outline.first()]; };
   const Vec3f p = position(vertex);
+  const Vec3f for_notches = shiftForNotches(outline, vertex, positions);
   Vec3f ends[2] = {p, p};
   uint32_t at[2] = {vertex, vertex};
   Vec3f from_vertex[kStepsAlong] = {};  // per step, summed over both ways
@@ -35,9 +61,9 @@ Vec3f shiftOf(const Outline& outline, uint32_t vertex, const std::vector<Vec3f>&
     }
     sum = (ends[0] - p) + (ends[1] - p);
   }
-  if (norm(ends[0] - ends[1]) < kMinExtent * length) return {0.0f, 0.0f, 0.0f};
+  if (norm(ends[0] - ends[1]) < kMinExtent * length) return for_notches;
   // These weights remove teeth whose sides are one edge long, and leave a parabola unchanged.
-  return 1.0f / 4.0f * from_vertex[0] + -1.0f / 16.0f * from_vertex[1];
+  return for_notches + 1.0f / 4.0f * from_vertex[0] + -1.0f / 16.0f * from_vertex[1];
 }
 
 }  // namespace

@@ -3,8 +3,8 @@
 /// - A **crumb** is a piece of a few triangles near a larger piece, mostly noise. It is left out.
 /// - A **hole** has a short outline, and is due to mesh units (marching cubes cells) without an
 ///   active direction (see docs/glossary.md). It is closed.
-/// - A **crack** lies between two outlines, or two parts of one, that face each other. Bridges from
-///   vertex to vertex divide it into holes.
+/// - A **gap** between outlines, or a notch in one, is filled with triangles where a ball that
+///   rolls over the outlines comes to rest. Outlines then move inwards, so that the area stays.
 /// - A mesh ends at whole units, so outlines have teeth one voxel high where images disagree about
 ///   the outermost units. Vertices are smoothed along the outlines with the weights (-1 4 10 4 -1)
 ///   / 16, which remove the teeth but keep straight and evenly curved lines.
@@ -41,14 +41,20 @@ inline bool isCrumb(const Outline& outline, const Outline::Triangle& t) {
   return outline.isUnused(t[0]) || outline.isUnused(t[1]) || outline.isUnused(t[2]);
 }
 
-/// Closes the holes and the parts of cracks whose first vertex is in [first, end): loops of at most
-/// eight edges, not counting midpoints, that can be filled with triangles facing the same way as
-/// their vertices. The outline of a small piece therefore does not count as a hole.
+/// Closes holes and fills gaps. Holes are loops of at most eight edges, not counting midpoints,
+/// that can be filled with triangles facing the same way as their vertices. The outline of a small
+/// piece therefore does not count as a hole. Adds the triangles whose lowest vertex is in [first,
+/// end).
 /// @param normals One per vertex, not necessarily of unit length. @param add Receives the new
 /// triangles.
 void closeHoles(Outline& outline, uint32_t first, uint32_t end, const std::vector<Vec3f>& positions,
                 const std::vector<Vec3f>& normals, float voxel,
                 const std::function<void(const Outline::Triangle&)>& add);
+
+/// Fills gaps with triangles by a ball that rolls over the outlines, and adds them to `patches`.
+/// @param patches Must include the triangles that fill holes.
+void fillGaps(const Outline& outline, const std::vector<Vec3f>& positions, float voxel,
+              std::vector<Outline::Triangle>& patches);
 
 /// The smoothed position of a vertex. @param positions One per vertex, before smoothing.
 Vec3f smoothed(const Outline& outline, uint32_t vertex, const std::vector<Vec3f>& positions);

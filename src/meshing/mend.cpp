@@ -1,5 +1,7 @@
 #include "meshing/mend.h"
 
+#include <algorithm>
+
 #include "kernels/core/vec.h"
 
 namespace dtsdf {
@@ -36,7 +38,8 @@ Vec3f shiftForNotches(const Outline& outline, uint32_t vertex,
       if ((way == Outline::kForwards ? patch.next : patch.previous) != end) continue;
       const uint32_t bottom = way == Outline::kForwards ? patch.previous : patch.next;
       const Vec3f depth = position(bottom) - position(vertex);
-      const Vec3f inwards = depth - (dot(depth, edge) / dot(edge, edge)) * edge;
+      const float along = std::min(std::max(0.0f, dot(depth, edge) / dot(edge, edge)), 1.0f);
+      const Vec3f inwards = depth - along * edge;
       sum = sum + 0.5f * norm(edge) * inwards;
     }
   }

@@ -297,7 +297,7 @@ class Running(unittest.TestCase):
                                    "status.last_correction")
             output = printed[0]
             self.assertIn("fused again", answer, output)
-            self.assertRegex(output, r"corrected_path: \d+ frames moved, by up to 0\.1 m and 0 rad")
+            self.assertRegex(output, r"correction of poses: \d+ frames moved, by up to 0\.1 m and 0 rad")
             reconstruct = os.path.join(os.environ["DTSDF_PROGRAMS"], "reconstruct")
             journal = next(pathlib.Path(folder, "journals").glob("*.dtsdfj"))
             made = subprocess.run([reconstruct, str(journal), "--backend", "cpu", "--mesh",

@@ -11,13 +11,14 @@
 namespace dtsdf {
 namespace {
 
-/// Radius of the ball, in voxels. The ball passes through gaps two voxels wide.
+/// Radius of the ball, in voxels. Gaps two voxels wide stay open, since the ball is 1.7 wide.
 constexpr float kBallRadius = 0.85f;
 
-/// How often the ball rolls over the edges of new triangles.
+/// How often the ball rolls over all edges, including those of triangles from earlier rolls.
 constexpr int kRolls = 4;
 
-/// A new triangle may turn from its neighbour by up to an angle with this cosine.
+/// A new triangle may turn by up to an angle with this cosine from the triangle at the edge over
+/// which the ball rolls.
 constexpr float kMaxTurnCosine = -0.5f;
 
 /// Tolerance for vertices on the ball's surface, as a fraction of its radius.
@@ -25,12 +26,16 @@ constexpr float kTolerance = 1e-3f;
 
 /// Rolls a ball over the edges of an outline (Bernardini et al., The Ball-Pivoting Algorithm,
 /// TVCG 1999). Where it rests on an edge and on another vertex of an outline, and contains no
-/// vertex of an outline, it leaves a triangle.
+/// vertex of an outline, it leaves a triangle. Vertices of kind kFixed are ignored.
 class Ball {
  public:
   Ball(const Outline& outline, const std::vector<Vec3f>& positions, float radius,
        std::vector<Outline::Triangle>& patches)
-      : outline_(outline), positions_(positions), radius_(radius), patches_(patches) {
+      : outline_(outline),
+        positions_(positions),
+        radius_(radius),
+        patches_(patches),
+        open_edges_(outline.rims().size()) {
     listVertices();
     for (const Outline::Rim& rim : outline.rims()) {
       if (isUsable(rim.vertex)) listEdgesFrom(rim);
@@ -38,7 +43,7 @@ class Ball {
     for (const Outline::Triangle& triangle : patches_) close(triangle);
   }
 
-  /// Rolls over all edges once. Of several triangles with a common edge, only the smallest stays.
+  /// Rolls over all edges once. A triangle stays if it is the smallest on each of its edges.
   void roll() {
     for (Edge& edge : edges_) edge.cell = cellKey(middleOf(edge));
     std::sort(edges_.begin(), edges_.end());
@@ -89,10 +94,11 @@ class Ball {
 
   const Vec3f& position(uint32_t vertex) const { return positions_[vertex - outline_.first()]; }
 
-  /// States of the edge between two vertices, by bits. The bits of the two directions of an edge,
-  /// kOpen and kTaken, follow each other.
+  /// Bits of the state of the edge between two vertices. kOpen and kTaken are for the direction
+  /// from the lower to the higher vertex; the next bits are for the other direction.
   static constexpr uint8_t kOpen = 1, kTaken = 4, kPatched = 16;
 
+  /// State of an edge; 0 if the edge is new.
   uint8_t& state(uint32_t a, uint32_t b) {
     const auto next = static_cast<uint32_t>(states_.size());
     const uint32_t number =
@@ -142,6 +148,7 @@ class Ball {
 
   void addEdge(const Edge& edge) {
     state(edge.from, edge.to) |= bitOf(kOpen, edge.from, edge.to);
+    for (const uint32_t end : {edge.from, edge.to}) ++open_edges_[outline_.rimNumber(end)];
     edges_.push_back(edge);
   }
 
@@ -152,7 +159,11 @@ class Ball {
       uint8_t& edge = state(a, b);
       const bool was_open = (edge & bitOf(kOpen, b, a)) != 0;
       edge = static_cast<uint8_t>((edge | kPatched) & ~bitOf(kOpen, b, a));
-      if (!was_open) addEdge({a, b, triangle[(k + 2) % 3]});
+      if (was_open) {
+        for (const uint32_t end : {a, b}) --open_edges_[outline_.rimNumber(end)];
+      } else {
+        addEdge({a, b, triangle[(k + 2) % 3]});
+      }
     }
   }
 
@@ -163,7 +174,9 @@ class Ball {
            ((edge & kPatched) == 0 && !outline_.hasEdge(from, to));
   }
 
-  /// Takes the edges of a triangle. @return whether none of them was taken before.
+  /// Takes the edges of a triangle. @return whether none of them was taken before. Triangles that
+  /// do not stay also take their edges, so whether one stays depends only on its neighbours, not on
+  /// chains of them (see MeshStream).
   bool take(const Outline::Triangle& triangle) {
     bool is_free = true;
     for (size_t k = 0; k < 3; ++k) {
@@ -187,6 +200,7 @@ class Ball {
     findNear(edge, up, (1.0f / length) * cross(along, up), std::sqrt(height2));
     edge.area = std::numeric_limits<float>::infinity();
     for (const auto& [vertex, near] : near_) {
+      if (open_edges_[outline_.rimNumber(vertex)] == 0) continue;  // surrounded by now
       const float square = near.x * near.x + near.y * near.y, rest = square - near.z * near.z;
       if (!(rest > 0.0f)) continue;
       const float side = std::sqrt(rest);
@@ -194,6 +208,7 @@ class Ball {
       const float y = (near.z * near.y - side * near.x) / square;
       const Vec3f normal = cross(position(vertex) - from, along);
       const float area = norm(normal);
+      if (!(area > kTolerance * radius_ * length)) continue;  // such as vertices at one place
       if (area >= edge.area || dot(normal, up) < kMaxTurnCosine * area) continue;
       const auto isInside = [&](const Near& other) {
         const Vec3f& p = other.second;
@@ -231,12 +246,13 @@ class Ball {
   const std::vector<Vec3f>& positions_;
   const float radius_;
   std::vector<Outline::Triangle>& patches_;
-  std::vector<Point> points_;        ///< The vertices on outlines, sorted by cell.
-  std::array<size_t, 9> rows_ = {};  ///< Where the rows of cells begin around an edge.
-  std::vector<Edge> edges_;          ///< Edges where the ball may rest.
-  NumberTable numbers_;              ///< Numbers of edges, by their vertices.
-  std::vector<uint8_t> states_;      ///< For each number, see state().
-  std::vector<Near> near_;           ///< Vertices near the current edge.
+  std::vector<Point> points_;         ///< The vertices on outlines, sorted by cell.
+  std::array<size_t, 9> rows_ = {};   ///< Where the rows of cells begin around an edge.
+  std::vector<Edge> edges_;           ///< Edges where the ball may rest.
+  std::vector<uint32_t> open_edges_;  ///< For each rim, the number of edges on outlines.
+  NumberTable numbers_;               ///< Numbers of edges, by their vertices.
+  std::vector<uint8_t> states_;       ///< For each number, see state().
+  std::vector<Near> near_;            ///< Vertices near the current edge.
 };
 
 }  // namespace

@@ -20,8 +20,8 @@ uint32_t nextOnEdge(const Outline& outline, uint32_t vertex, size_t way) {
   return is_middle ? outline.beside(next, way) : next;
 }
 
-/// The shift of a vertex that makes up for the triangles that fill notches beside it, so that the
-/// surface keeps its area.
+/// The shift of a vertex that makes up for the new triangles on the outline beside it, so that the
+/// surface about keeps its area.
 Vec3f shiftForNotches(const Outline& outline, uint32_t vertex,
                       const std::vector<Vec3f>& positions) {
   const auto position = [&](uint32_t of) { return positions[of - outline.first()]; };
@@ -38,6 +38,7 @@ Vec3f shiftForNotches(const Outline& outline, uint32_t vertex,
       if ((way == Outline::kForwards ? patch.next : patch.previous) != end) continue;
       const uint32_t bottom = way == Outline::kForwards ? patch.previous : patch.next;
       const Vec3f depth = position(bottom) - position(vertex);
+      if (!(dot(edge, edge) > 0.0f)) continue;
       const float along = std::min(std::max(0.0f, dot(depth, edge) / dot(edge, edge)), 1.0f);
       const Vec3f inwards = depth - along * edge;
       sum = sum + 0.5f * norm(edge) * inwards;

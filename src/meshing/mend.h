@@ -4,7 +4,8 @@
 /// - A **hole** has a short outline, and is due to mesh units (marching cubes cells) without an
 ///   active direction (see docs/glossary.md). It is closed.
 /// - A **gap** between outlines, or a notch in one, is filled with triangles where a ball that
-///   rolls over the outlines comes to rest. Outlines then move inwards, so that the area stays.
+///   rolls over the outlines comes to rest. Outlines then move inwards, so that the area
+///   stays about the same.
 /// - A mesh ends at whole units, so outlines have teeth one voxel high where images disagree about
 ///   the outermost units. Vertices are smoothed along the outlines with the weights (-1 4 10 4 -1)
 ///   / 16, which remove the teeth but keep straight and evenly curved lines.
@@ -12,8 +13,9 @@
 /// mendMesh() does all of this. For a mesh in pieces, call Outline::link(), removeCrumbs(),
 /// closeHoles() and smoothed() in this order, each for any number of vertices at a time. Each step
 /// depends on what the previous step did to vertices up to one block away, or up to two blocks away
-/// for removeCrumbs() and closeHoles(). Below, `positions` and `normals` start at Outline::first(),
-/// and `voxel` is the edge of a voxel in units of `positions`.
+/// for removeCrumbs() and closeHoles(). A chain of gaps could reach farther, but none was seen.
+/// Below, `positions` and `normals` start at Outline::first(), and `voxel` is the edge of a voxel
+/// in units of `positions`.
 #pragma once
 
 #include <cstdint>

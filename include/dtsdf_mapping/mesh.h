@@ -71,7 +71,7 @@ class MeshStore {
   std::array<double, 3> positionInMap(const BlockKey& key, const BlockVertex& vertex) const;
 
   /// Joins all blocks into one mesh, in which vertices shared by neighbouring blocks appear once.
-  /// Small pieces are left out, small holes and cracks are closed, and borders are smoothed.
+  /// Small pieces are left out, small holes and gaps are closed, and borders are smoothed.
   Mesh assemble() const;
 
   /// The triangles of assemble() whose corners all lie in a box, with their normals unchanged.

@@ -15,7 +15,7 @@ RegionView makeRegionView(const Region& region, double unit_m);
 /// The region is in voxels.
 inline bool mayAffectMeshIn(const RegionView& region, const BlockKey& block) {
   constexpr double kMiddle = 4.0;
-  // A block's vertices have coordinates in [-2, 10] relative to its first voxel. How a crack is
+  // A block's vertices have coordinates in [-2, 10] relative to its first voxel. How a gap is
   // closed (see meshing/mend.h) depends on crumbs up to two blocks away; whether a piece is a crumb
   // depends on pieces up to two blocks away.
   constexpr double kReach = (6.0 + 32.0) * 1.7321;  // from the centre to the farthest corner

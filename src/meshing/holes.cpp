@@ -92,9 +92,9 @@ class HoleCloser {
 
 }  // namespace
 
-void closeHoles(Outline& outline, uint32_t first, uint32_t end, const std::vector<Vec3f>& positions,
-                const std::vector<Vec3f>& normals, float voxel,
-                const std::function<void(const Outline::Triangle&)>& add) {
+void closeHolesAndGaps(Outline& outline, uint32_t first, uint32_t end,
+                       const std::vector<Vec3f>& positions, const std::vector<Vec3f>& normals,
+                       float voxel, const std::function<void(const Outline::Triangle&)>& add) {
   if (first == end) return;
   std::vector<Outline::Triangle> patches;
   HoleCloser closer(outline, positions, normals, patches);

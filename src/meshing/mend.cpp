@@ -111,8 +111,8 @@ void mendMesh(Mesh& mesh, Outline& outline, float voxel) {
   const auto count = static_cast<uint32_t>(mesh.vertices_m.size());
   outline.link(0, count, mesh.triangles);
   removeCrumbs(outline, 0, count, mesh.vertices_m, voxel);
-  closeHoles(outline, 0, count, mesh.vertices_m, mesh.normals, voxel,
-             [&](const Outline::Triangle& triangle) { mesh.triangles.push_back(triangle); });
+  closeHolesAndGaps(outline, 0, count, mesh.vertices_m, mesh.normals, voxel,
+                    [&](const Outline::Triangle& triangle) { mesh.triangles.push_back(triangle); });
   std::vector<Vec3f> moved;
   moved.reserve(outline.rims().size());
   for (const Outline::Rim& rim : outline.rims()) {

@@ -11,11 +11,11 @@
 ///   / 16, which remove the teeth but keep straight and evenly curved lines.
 ///
 /// mendMesh() does all of this. For a mesh in pieces, call Outline::link(), removeCrumbs(),
-/// closeHoles() and smoothed() in this order, each for any number of vertices at a time. Each step
-/// depends on what the previous step did to vertices up to one block away, or up to two blocks away
-/// for removeCrumbs() and closeHoles(). A chain of gaps could reach farther, but none was seen.
-/// Below, `positions` and `normals` start at Outline::first(), and `voxel` is the edge of a voxel
-/// in units of `positions`.
+/// closeHolesAndGaps() and smoothed() in this order, each for any number of vertices at a time.
+/// Each step depends on what the previous step did to vertices up to one block away, or up to two
+/// blocks away for removeCrumbs() and closeHolesAndGaps(). A chain of gaps could reach farther, but
+/// none was seen. Below, `positions` and `normals` start at Outline::first(), and `voxel` is the
+/// edge of a voxel in units of `positions`.
 #pragma once
 
 #include <cstdint>
@@ -49,9 +49,9 @@ inline bool isCrumb(const Outline& outline, const Outline::Triangle& t) {
 /// end).
 /// @param normals One per vertex, not necessarily of unit length. @param add Receives the new
 /// triangles.
-void closeHoles(Outline& outline, uint32_t first, uint32_t end, const std::vector<Vec3f>& positions,
-                const std::vector<Vec3f>& normals, float voxel,
-                const std::function<void(const Outline::Triangle&)>& add);
+void closeHolesAndGaps(Outline& outline, uint32_t first, uint32_t end,
+                       const std::vector<Vec3f>& positions, const std::vector<Vec3f>& normals,
+                       float voxel, const std::function<void(const Outline::Triangle&)>& add);
 
 /// Fills gaps with triangles by a ball that rolls over the outlines, and adds them to `patches`.
 /// @param patches Must include the triangles that fill holes.

@@ -192,8 +192,9 @@ void MeshStream::takeWritten(Triangles& triangles, const Take& take) {
 void MeshStream::process(const std::array<uint32_t, kSteps>& ends) {
   outline_.link(done_[0], ends[0], triangles_);
   removeCrumbs(outline_, done_[1], ends[1], window_.vertices_m, positions_.voxelSize());
-  closeHoles(outline_, done_[2], ends[2], window_.vertices_m, window_.normals,
-             positions_.voxelSize(), [this](const Outline::Triangle& t) { patches_.push_back(t); });
+  closeHolesAndGaps(outline_, done_[2], ends[2], window_.vertices_m, window_.normals,
+                    positions_.voxelSize(),
+                    [this](const Outline::Triangle& t) { patches_.push_back(t); });
   write(done_[3], ends[3]);
   done_ = ends;
   takeWritten(triangles_, sink_.triangle);

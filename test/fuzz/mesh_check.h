@@ -31,14 +31,19 @@ inline void checkChunks(const MeshStore& store) {
   const ChunkLattice lattice(store.voxelSize(), kChunkBlocks);
   MeshChunks chunks(kChunkBlocks);
   for (const auto& [key, block] : store.blocks()) chunks.markChanged(block->key);
-  size_t triangles = 0;
+  size_t triangles = 0, chunk_triangles = 0;
   for (const PackedKey chunk : chunks.all()) {
     const PackedChunk packed =
         packChunk(store, lattice, chunks.cornerOf(chunk), chunks.blocksOf(chunk));
     checkChunk(packed);
     triangles += packed.triangleCount();
+    for (const PackedKey key : chunks.blocksOf(chunk)) {
+      const auto block = store.blocks().find(key);
+      if (block != store.blocks().end()) chunk_triangles += block->second->triangles.size() / 3;
+    }
   }
-  require(triangles >= store.triangleCount(), "each triangle is in a chunk");
+  require(chunk_triangles == store.triangleCount(), "each triangle is in one chunk");
+  require(triangles >= store.triangleCount(), "mending loses no triangle");
 }
 
 }  // namespace dtsdf
